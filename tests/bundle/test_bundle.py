@@ -190,7 +190,7 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
     assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
     (quick / "truth.json").write_text('{"edited": true}')
     (quick / "summary.json").unlink()
-    (quick / "report.html").write_text("made anew by report")
+    (quick / "report.html").write_text("made again by report")
     truth, summary = result("bundle", "run", expect=3)["doubts"]
     assert truth == "truth.json was changed since the rehearsal left it."
     assert summary == "summary.json is gone: the rehearsal left it."

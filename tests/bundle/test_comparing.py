@@ -37,7 +37,7 @@ def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> N
     assert keys({"a": 1.0}, {"a": 1.0 + 1.2e-6}) == ["a"]
     assert keys({"a": 1e-7}, {"a": 1.02e-7}) == ["a"], "beyond the absolute one"
     assert keys({"a": 1e-10}, {"a": -1e-10}) == []
-    assert keys([1000.0, 1e-4], [1000.0, 5e-4]) == [], "beside 1000, 1e-4 is nothing"
+    assert keys([1000.0, 1e-4], [1000.0, 5e-4]) == [], "next to 1000, 1e-4 is nothing"
     assert keys([[1000.0, 1e-4], [0.0, 2e-3]], [[1000.0, 1e-4], [0.0, 4e-3]]) == ["[1][1]"]
     assert keys({"a": 1000.0, "b": 1e-4}, {"a": 1000.0, "b": 5e-4}) == ["b"], "no list"
 

@@ -57,7 +57,7 @@ def packed(
 
 
 def unpacked(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[str, bytes]:
-    """What came of it, with nothing beside it."""
+    """What came of it, with nothing next to it."""
     (folder / "a.zip").write_bytes(data)
     try:
         unpack(folder / "a.zip", folder / "out", limits)
@@ -78,7 +78,7 @@ def refused(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
 def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
-    """Also when a person packed it anew with another tool."""
+    """Also when a person packed it again with another tool."""
     found = unpacked(tmp_path, packed(GOOD, method=method))
     assert found.pop("manifest.json") == manifest_of(GOOD)
     assert found == GOOD

@@ -25,7 +25,7 @@ WHOLE = format_calibration(whole_calibration())
 
 
 def assert_same(found: Any, wanted: Any, where: str = "calibration") -> None:
-    """Field by field; numbers to 1e-9 of the largest beside them, NaN as NaN."""
+    """Field by field; numbers to 1e-9 of the largest next to them, NaN as NaN."""
     if is_dataclass(wanted):
         for field in fields(wanted):
             assert_same(getattr(found, field.name), getattr(wanted, field.name), f"{where}.{field.name}")

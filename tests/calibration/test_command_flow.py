@@ -75,7 +75,7 @@ def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
     assert "body 4" in capsys.readouterr().out
     code, asked = calibrate(*COMMAND)
     assert (code, asked) == (0, [FIRST, SECOND]), (
-        "without --resume all is measured anew, but for the fresh bias"
+        "without --resume all is measured again, but for the fresh bias"
     )
 
 

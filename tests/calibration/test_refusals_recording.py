@@ -63,7 +63,7 @@ def lose(share: float) -> Change:
 
 
 def restart(counts: Counts) -> Counts:
-    """The logger's clock begins anew in the middle."""
+    """The logger's clock begins again in the middle."""
     t_us = counts.t_us.copy()
     t_us[len(t_us) // 2 :] -= t_us[len(t_us) // 2] - 300_000
     return replace(counts, t_us=t_us)

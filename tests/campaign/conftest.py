@@ -12,7 +12,7 @@ from tests.evaluation.run_folder import run_folder
 
 @pytest.fixture
 def camp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty campaign beside three runs."""
+    """An empty campaign next to three runs."""
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     for seed in (1, 2, 3):

@@ -1,4 +1,4 @@
-"""A recorded drop and a certificate beside it, for what `decode` and `arm` say of calibration."""
+"""A recorded drop and a certificate next to it, for what `decode` and `arm` say of calibration."""
 
 from __future__ import annotations
 

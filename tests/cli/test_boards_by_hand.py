@@ -1,4 +1,4 @@
-"""The commands of a drop by hand, as processes beside a served robot."""
+"""The commands of a drop by hand, as processes next to a served robot."""
 
 from __future__ import annotations
 

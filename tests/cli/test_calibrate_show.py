@@ -37,7 +37,7 @@ def test_show_without_a_certificate_says_how_to_begin(tfsat_host: RunCli) -> Non
 
 @pytest.mark.parametrize(("asked", "there"), [("", "-emulated"), ("-emulated", "")])
 def test_show_names_the_certificate_of_the_other_robot(tfsat_host: RunCli, asked: str, there: str) -> None:
-    """Beside it: a rehearsal leaves an emulated robot's where its person then looks for it."""
+    """Next to it: a rehearsal leaves an emulated robot's where its person then looks for it."""
     certificate(tfsat_host.folder, whole_calibration(), f"calibration{there}.toml")
     option, other = ((f"--{name[1:]}",) if name else () for name in (asked, there))
     error = tfsat_host.json("calibrate", "show", *option, expect=1)["error"]

@@ -79,7 +79,7 @@ def test_a_file_whose_date_says_nothing_landed_by_now(tfsat_host: RunCli, copied
 
 
 def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: RunCli) -> None:
-    """Dropped, measured anew, decoded again: by what held when it fell."""
+    """Dropped, measured again, decoded again: by what held when it fell."""
     here = tfsat_host.folder
     kept(here, whole_calibration(), MEASURED)
     mine = kept(here, whole_calibration(), MEASURED + HOUR / 2)

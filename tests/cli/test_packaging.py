@@ -1,4 +1,4 @@
-"""What is installed: the lock, and a wheel that can serve the emulated robot by itself."""
+"""What is installed: the lock, and a wheel that can serve the emulated robot alone."""
 
 from __future__ import annotations
 

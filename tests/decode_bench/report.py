@@ -48,7 +48,7 @@ counts and the sizes below are the same everywhere.
 | Python, numpy | {python}, {numpy} |
 | processor cores | {cores} |
 
-## 1. Beside other decoders
+## 1. Next to other decoders
 
 The same {samples} samples (10 minutes at 280 Hz) in each decoder's own format, decoded to the same numpy columns; every
 one gave the right values. Best of up to {rounds} in one process, page cache warm.

@@ -1,4 +1,4 @@
-"""The board's report of a run, beside the schedule that it flew."""
+"""The board's report of a run, next to the schedule that it flew."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tfsat-host emulate` and other commands beside it, as processes."""
+"""`tfsat-host emulate` and other commands next to it, as processes."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class BuildError(RuntimeError):
 
 
 def build_sketch(sketch: str, build: Path) -> Path:
-    """The HEX of a sketch folder, with its .elf and .json beside it. Raises BuildError."""
+    """The HEX of a sketch folder, with its .elf and .json next to it. Raises BuildError."""
     _run("make", "-f", "tools/firmware/sequencer.mk", f"SKETCH={sketch}", f"BUILD={build}",
          f"PYTHON={sys.executable}")  # fmt: skip
     return build / f"{Path(sketch).name}.hex"

@@ -14,7 +14,7 @@ FRAME_US = 20_000
 
 
 def reset_while_armed(board: AvrBoard) -> None:
-    """By the watchdog, between two pulses, with the cable in: the host enumerates the board anew."""
+    """By the watchdog, between two pulses, with the cable in: the host enumerates the board again."""
     connect(board).arm()
     board.run(50_000)
     run_until_lines_are_low(board)

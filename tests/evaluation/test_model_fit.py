@@ -1,4 +1,4 @@
-"""The model's correction and its comparison with the measured attitude, beside the emulated robot's truth."""
+"""The model's correction and its comparison with the measured attitude, next to the emulated robot's truth."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
 
 
 def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
-    """The drop tells them: neighbours contradict each other, and angle sensors bind the scale beside a joint."""
+    """The drop tells them: neighbours contradict each other, and angle sensors bind the scale next to a joint."""
     one, known = explained(1, DLPF_5_HZ)
     calibration = certificate(one, 1)
     gyros = []

@@ -1,4 +1,4 @@
-"""What the robot did, by its sensors, beside the emulated robot's truth; with other parts, and on a slow bus."""
+"""What the robot did, by its sensors, next to the emulated robot's truth; with other parts, and on a slow bus."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's swarm on the paper's objective, beside Gauss and Newton's fit and the truth."""
+"""The paper's swarm on the paper's objective, next to Gauss and Newton's fit and the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What gyros and angle sensors make of each other's holes, silence and slips, beside the emulated robot's truth.
+"""What gyros and angle sensors make of each other's holes, silence and slips, next to the emulated robot's truth.
 
 Every error must lie within what is stated of it, and that must not be so wide that it says nothing.
 """

@@ -1,4 +1,4 @@
-"""How far an evaluation is from the truth, number by number, beside how far it says that it may be."""
+"""How far an evaluation is from the truth, number by number, next to how far it says that it may be."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LABELS = {
     "CoM": tuple(f"body {body} {axis}" for body in range(1, 4) for axis in "xyz"),
     "measured less predicted": tuple("zyx"),
 }
-"""What each value of a quantity is of. The last is the attitude of body 1 beside that of the corrected model."""
+"""What each value of a quantity is of. The last is the attitude of body 1 next to that of the corrected model."""
 BODY_2_Z = 5
 """Of the nine offsets, the one that the data tell worst."""
 _RATES = 20
@@ -71,7 +71,7 @@ def _attitude(drop: Drop, body: BodyMotion) -> Errors:
 
 
 def _initial_rates(drop: Drop, found: Evaluation) -> Errors:
-    """Beside the mean of the true rates over the same time."""
+    """Next to the mean of the true rates over the same time."""
     t_s = found.motion.bodies[0].t_s
     quiet = t_s[quiet_samples(t_s, float(found.strokes[0].logged_s))]
     rows = (drop.truth[:, 0] >= quiet[0]) & (drop.truth[:, 0] <= quiet[-1])
@@ -91,7 +91,7 @@ def _joint_angles(drop: Drop, found: Evaluation) -> Errors:
 
 
 def _stroke(drop: Drop, stroke: FlownStroke, strokes: tuple[FlownStroke, ...]) -> Errors:
-    """Beside the true change from just before the stroke to just before its joint's next, or the end."""
+    """Next to the true change from just before the stroke to just before its joint's next, or the end."""
     later = [one.logged_s for one in strokes if one.joint == stroke.joint and one.number > stroke.number]
     half_window_s = 0.5 * WINDOW / 280.0
     until_s = min([*later, float(drop.landed_s) - 0.05])

@@ -76,7 +76,7 @@ def paper_page(proofs: Proofs) -> str:
 
 
 def paper_tables(proofs: Proofs) -> dict[str, str]:
-    """What stands in files beside the page, by name."""
+    """What stands in files next to the page, by name."""
     names = next(iter(proofs.values())).replays
     offsets = [(name, *row) for name in names for row in _offsets(_replays(proofs, name))]
     return {

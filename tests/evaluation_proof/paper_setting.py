@@ -2,7 +2,7 @@
 
     The sensors are those of its section "Calibrations": biases, zero points and misalignments are calibrated, every
     scale factor is taken for one and is off by up to 3 %. The offsets are searched by its objective with N = 25, and
-    beside that by our evaluation, which is told how far the scale factors may be off and learns them from the drop.
+    next to that by our evaluation, which is told how far the scale factors may be off and learns them from the drop.
 
 Each robot flies twice: once with its centers of mass up to 10 mm from where its model has them, and once exactly as its
 model says, so that whatever is then corrected is the sensors' error.

@@ -24,7 +24,7 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1)
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """The same for a file beside the page; percentages without their sign."""
+    """The same for a file next to the page; percentages without their sign."""
     with io.StringIO(newline="") as text:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(columns)
@@ -63,6 +63,6 @@ def figures(errors: Errors, digits: int = 4) -> tuple[str, ...]:
 
 
 def filled(prose: str) -> str:
-    """Its paragraphs, each filled anew: the figures in it have other widths than their names."""
+    """Its paragraphs, each filled again: the figures in it have other widths than their names."""
     paragraphs = prose.strip().split("\n\n")
     return "\n\n".join(textwrap.fill(one, 120, break_on_hyphens=False) for one in paragraphs) + "\n"

@@ -91,7 +91,7 @@ def fuzz(
 ) -> Outcome:
     """Executes `runs` inputs, the committed corpus and the seeds first; stops at the first finding.
 
-    New inputs go to corpus/ beside the program, findings to findings/. The same program, corpus and seed do the same.
+    New inputs go to corpus/ next to the program, findings to findings/. The same program, corpus and seed do the same.
     """
     folder = program.parent
     found, seeds, findings = folder / "corpus", folder / "seeds", folder / "findings"

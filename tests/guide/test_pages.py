@@ -74,7 +74,7 @@ def test_the_runbook_makes_a_runs_folder_before_it_is_used() -> None:
 
 
 def test_the_runbook_copies_the_certificate_when_the_landing_is_in_it() -> None:
-    """`decode` notes it in the certificate beside the recording, else in that of the desk: the next drop's."""
+    """`decode` notes it in the certificate next to the recording, else in that of the desk: the next drop's."""
     text = _text("runbook.md")
     assert (
         text.index("`tfsat-host decode")
@@ -131,7 +131,7 @@ def test_the_python_examples_run_one_after_the_other(
 
 
 def test_the_sketches_need_what_the_flashing_page_says() -> None:
-    """The page promises that nothing is to be installed beside the board's core."""
+    """The page promises that nothing is to be installed next to the board's core."""
 
     def included(sketch: str) -> set[str]:
         sources = [

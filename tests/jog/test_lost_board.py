@@ -91,7 +91,11 @@ def test_a_board_that_says_it_still_jogs_is_not_believed_safe() -> None:
     ("uptime_ms", "what", "meaning"),
     [
         (300, "restarted 0.3 s ago (brown out)", "pull the supply down"),
-        (60_000, "ended the jog by itself. It did not restart: up for 60 s", "no order reached it for 1 s"),
+        (
+            60_000,
+            "ended the jog automatically. It did not restart: up for 60 s",
+            "no order reached it for 1 s",
+        ),
         (60_100 + 5000, "This computer was away for 5.1 s", "The board did not restart"),
     ],
 )

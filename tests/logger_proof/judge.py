@@ -276,7 +276,7 @@ def _check_verdict(log: DropLog, reading: _Reading, truth: Truth) -> None:
 
 
 def _check_second_copy(truth: Truth, doubled: NDArray[np.bool_]) -> None:
-    """The fall must be there twice where the card was quiet and the recording ended by itself."""
+    """The fall must be there twice where the card was quiet and the recording ended automatically."""
     fall = fall_rows(truth, ROWS_OF_A_FALL_US)
     quiet = not len(truth.troubles) and truth.kind is not Kind.SMALL_RING
     ended_by_itself = truth.closed and truth.last_sample_us > int(truth.head["landing_us"]) + 4_500_000

@@ -190,6 +190,6 @@ def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_pat
 def test_sampling_leaves_the_processor_to_the_card(tmp_path: Path) -> None:
     counted = count_instructions(build_for_m7(tmp_path, INSTRUCTIONS), 1000)
     assert counted.sample.times == 10_000
-    # Not an empty loop, and no more than a quarter of the 0.2 ms that timing.h leaves beside the buses.
+    # Not an empty loop, and no more than a quarter of the 0.2 ms that timing.h leaves next to the buses.
     assert 1_000 < counted.core.mean < counted.core.most < 30_000
     assert counted.share < 0.02

@@ -1,4 +1,4 @@
-"""`tfsat-host monitor` beside a served robot: lines, JSON lines, a picture; one board or both; its end."""
+"""`tfsat-host monitor` next to a served robot: lines, JSON lines, a picture; one board or both; its end."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ def test_a_picture_on_a_terminal(robot: Served, both: dict[str, str], columns: i
         assert expected in last
     assert len(last.rstrip().splitlines()) < rows
     assert max(map(len, last.splitlines())) <= columns
-    assert "\x1b[1A" in text, "drawn anew in its place"
+    assert "\x1b[1A" in text, "drawn again in its place"
 
 
 def test_without_any_board(tfsat_host: RunCli) -> None:

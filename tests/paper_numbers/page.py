@@ -1,4 +1,4 @@
-"""A number of the paper beside ours, and the page of all of them."""
+"""A number of the paper next to ours, and the page of all of them."""
 
 from __future__ import annotations
 

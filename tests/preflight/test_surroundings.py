@@ -158,7 +158,7 @@ def test_boards_that_are_not_there_are_said_once_each(ready: ReadyRobot) -> None
     }
     assert main(["preflight", str(ready.folder)]) == 4
     said = ready.capture.readouterr().out
-    text = " ".join(word for word in said.split() if word != "MADE")  # of the column beside it
+    text = " ".join(word for word in said.split() if word != "MADE")  # of the column next to it
     for board in ("sequencer", "logger"):
         assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, said
         assert text.count(f"The {board} was not reached. See protocol.") == 1, said

@@ -20,7 +20,7 @@ SHIFTED = ("com_mm = [46.58, 50.93, 84.18]", "com_mm = [46.58, 50.93, 104.18]")
 
 @pytest.fixture
 def other(tfsat_host: RunCli) -> Path:
-    """A robot's file beside the commands, unlike the shipped one."""
+    """A robot's file next to the commands, unlike the shipped one."""
     file = tfsat_host.folder / "other.toml"
     text = default_robot_path().read_text(encoding="utf-8")
     assert SHIFTED[0] in text
@@ -64,7 +64,7 @@ def test_drops_of_different_robots_are_not_compared(
     for named in ((), ("--robot", "drop_tower")):
         refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
         assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr
-    # The same logger beside another robot file.
+    # The same logger next to another robot file.
     copyfile(other, tfsat_host.folder / "three" / "robot.toml")
     refused = tfsat_host("evaluate", "one", "three", expect=2)
     assert "one and three were not dropped with the same robot" in refused.stderr

@@ -43,7 +43,7 @@ def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
         measured = curves[f"φ{axis} measured"]
         for model in ("model as filed", "model corrected"):
             apart = measured - curves[f"φ{axis} {model}"] - errors[f"δφ{axis} {model}"]
-            # The corrected model stands beside gyros without the errors that the fit found in them; the measured curve
+            # The corrected model stands next to gyros without the errors that the fit found in them; the measured curve
             # is the gyros' with them: they are apart by these, and no further than its band allows.
             band = np.array(bands[f"φ{axis} measured"], dtype=np.float64)[late]
             found = 2.0 * band if model == "model corrected" else 0.0

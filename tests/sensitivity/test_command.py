@@ -172,7 +172,7 @@ def test_a_speed_beyond_the_servos_is_said(tfsat_host: RunCli) -> None:
 
 
 def test_a_place_that_takes_no_file_is_named_before_anything_is_computed(tfsat_host: RunCli) -> None:
-    name = "x" * 246 + ".csv"  # leaves no room for what stands beside it until it is whole
+    name = "x" * 246 + ".csv"  # leaves no room for what stands next to it until it is whole
     refused = tfsat_host("sensitivity", 59, 70, "--samples", 5000, "--out", name, expect=1).stderr
     assert f"Error: {name} cannot be written: " in refused
     assert "Flying" not in refused

@@ -145,7 +145,7 @@ class SideBySide(RuleBasedStateMachine):
             self.report, self.released_us = None, moved_us - self.started_us
 
     def restart(self, cause: Reset | None, flips: Iterable[tuple[int, int]] = ()) -> None:
-        """What was sent before a reset may come late; after a power cut, tokens begin anew.
+        """What was sent before a reset may come late; after a power cut, tokens begin again.
 
         `flips` are bits of the EEPROM that turn over while there is no power: address, bit.
         """

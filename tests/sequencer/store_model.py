@@ -56,7 +56,7 @@ class Slot(Generic[Record]):
             self.flipped ^= {(byte, bit)}
 
     def kind(self, newest: int) -> Kind:
-        """Beside another slot that holds the current record, of generation `newest`; 0: there is none."""
+        """Next to another slot that holds the current record, of generation `newest`; 0: there is none."""
         older = self.whole and self.generation < newest
         if self.marker == COMPLETE:
             return Kind.WHOLE if older else Kind.DAMAGED

@@ -147,7 +147,7 @@ def stack_never_used(rig: AvrRig, client: SequencerClient, bench: Bench) -> int:
 
 @cache
 def _static_ram_bytes(image: Path) -> int:
-    """From the build's report beside the image."""
+    """From the build's report next to the image."""
     return int(image_report(image)["ram_bytes"])
 
 
@@ -162,7 +162,7 @@ class Bench:
     """What emulated boards are made of; paths, so that it can go to another process."""
 
     image: Path
-    """The HEX, with the build's .json beside it."""
+    """The HEX, with the build's .json next to it."""
     library: Path
     """For `AvrBoard`."""
     eeprom: bytes

@@ -230,7 +230,7 @@ def _check_bodies(step: Step, rms: FloatArray) -> None:
             what=f"The gyros of body {missing[0]} and body {extra[0]} look exchanged: joint {joint} moved, and the "
             f"gyro of body {extra[0]} turned instead of that of body {missing[0]}.",
             meaning="Every rate in the drop would be taken for another body's; so were those of the steps so far.",
-            next_step="Exchange their cables (or their address jumpers) and begin anew: tfsat-host calibrate bias, "
+            next_step="Exchange their cables (or their address jumpers) and begin again: tfsat-host calibrate bias, "
             f"then misalignment --joint 1. If their cables are right, move body {missing[0]}, not body {extra[0]}.",
         )
     if moving == held:

@@ -36,7 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise UsageError(
             what=f"{len(args.runs)} drops were named; a bundle holds one.",
             meaning="Nothing was written.",
-            next_step="Bundle each by itself.",
+            next_step="Bundle each alone.",
         )
     options = options_of(args)
     replace(options, facility=None).check(args.runs)  # it is bundled without --laser, too

@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=("csv",),
         help=f"what to write, separated by commas: {', '.join(FORMATS)} (default csv)",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: beside FILE)")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: next to FILE)")
     parser.add_argument(
         "--session",
         metavar="ID",
@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--calibration",
         metavar="FILE",
         type=file_name,
-        help="certificate to hold against the recording; it learns of the landing (default: calibration.toml beside "
+        help="certificate to hold against the recording; it learns of the landing (default: calibration.toml next to "
         "FILE or here, of an emulated robot calibration-emulated.toml)",
     )
     parser.add_argument("--force", action="store_true", help="overwrite files that this command did not make")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """The drops, what belongs to them, where to write."""
     parser.description = (
-        "Evaluate a drop: strokes, joint angles and attitudes with standard deviations, the model beside them before "
+        "Evaluate a drop: strokes, joint angles and attitudes with standard deviations, the model next to them before "
         "and after its correction, and whether the data agree with themselves. docs/evaluation.md explains every "
         "number. Ends with 3 if anything is doubtful."
     )

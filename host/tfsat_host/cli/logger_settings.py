@@ -20,7 +20,7 @@ _ACTIONS = {"show": "what is in force", "set": "change what is named, keep the r
 _RATES = "full scale of the gyros: 250, 500, 1000 or 2000"
 _FORCES = "full scale of the accelerometers: 2, 4, 8 or 16"
 _FILTER = "low-pass filter, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz"
-_CLOSES = "a recording closes by itself this long after the landing, 5 to 600"
+_CLOSES = "a recording closes automatically this long after the landing, 5 to 600"
 _ROOM = "room that a recording takes on the card, 1 to 1024"
 _SETTINGS = (
     ("--rate", "rate_hz", "HZ", "sampling rate, 10 to 1000", "sampling rate", "Hz"),

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         type=duration_s,
         dest="for_s",
-        help="end by itself after so long (default: Ctrl-C)",
+        help="end automatically after so long (default: Ctrl-C)",
     )
     parser.add_argument(
         "--robot",

@@ -62,7 +62,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--logger-port",
         metavar="PORT",
         type=port_name,
-        help="serial port of the logger, beside the sequencer's --port; without it TFSAT_LOGGER_PORT, "
+        help="serial port of the logger, in addition to the sequencer's --port; without it TFSAT_LOGGER_PORT, "
         "else, without --port, the one port that looks like this board",
     )
     add_device_options(parser, "sequencer")

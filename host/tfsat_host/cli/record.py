@@ -60,7 +60,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
                 "device": logger.device(),
             },
             f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks. Pulling the cable does not "
-            "stop it; it closes by itself after the landing.\n"
+            "stop it; it closes automatically after the landing.\n"
             f"After the drop: tfsat-host record stop{device_option(args)}",
         )
     return 0
@@ -116,7 +116,7 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
             out.warn(f"{lost} samples were dropped because the card was too slow; decode says where.")
         if file_full:
             out.warn(
-                "It ended by itself, before it was stopped: its file was full. "
+                "It ended automatically, before it was stopped: its file was full. "
                 "More room for the next one: tfsat-host logger-settings set --file-mib 64"
             )
     return DataLossError.exit_code if lost or file_full else 0

@@ -19,8 +19,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """What `evaluate` takes, and what to write."""
     parser.description = (
         "Evaluate a drop as `evaluate` does and write one HTML page that needs no network: verdict, numbers with "
-        "standard deviations, linked plots, a replay of the robot beside the model's prediction, tables. Several drops "
-        "lie over each other in one page. Ends with 3 if anything is doubtful."
+        "standard deviations, linked plots, a replay of the robot next to the model's prediction, tables. Several "
+        "drops lie over each other in one page. Ends with 3 if anything is doubtful."
     )
     add_run_arguments(parser)
     files = parser.add_argument_group("files")
@@ -43,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         const=Path(),
         type=file_name,
         help="also write the evaluated drop for Foxglove, PlotJuggler and Rerun (needs the extra `mcap`; without FILE: "
-        "a file beside each recording, such as SD.evaluated.mcap). Give RUN first, or --mcap=FILE",
+        "a file next to each recording, such as SD.evaluated.mcap). Give RUN first, or --mcap=FILE",
     )
     files.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
     add_output_options(parser)

@@ -11,10 +11,10 @@ from tfsat_host.cli.options import file_name, output_file_name, session_id
 from tfsat_host.run.files import EvaluationOptions
 
 _KNOWN = {
-    "maneuver": "what was flown (default: maneuver.toml beside the recording)",
-    "calibration": "certificate of the sensors (default: calibration.toml beside the recording or here, of an emulated "
-    "robot calibration-emulated.toml); that of the drop is found among its recordings",
-    "robot": "a robot file, or the name of a robot that tfsat brings along (default: robot.toml beside the recording, "
+    "maneuver": "what was flown (default: maneuver.toml next to the recording)",
+    "calibration": "certificate of the sensors (default: calibration.toml next to the recording or here, of an "
+    "emulated robot calibration-emulated.toml); that of the drop is found among its recordings",
+    "robot": "a robot file, or the name of a robot that tfsat brings along (default: robot.toml next to the recording, "
     "else drop_tower)",
     "video": "events of the drop in a video (CSV: event,t_s)",
     "laser": "places of the two laser spots over time (CSV: t_s,spot,along_mm,up_mm)",

@@ -376,7 +376,7 @@ class _Motion:
             )
         else:
             up_s = status.uptime_ms / 1000
-            what = f"The sequencer ended the jog by itself. It did not restart: up for {up_s:.0f} s."
+            what = f"The sequencer ended the jog automatically. It did not restart: up for {up_s:.0f} s."
             why = f"It saw its port closed, or no order reached it for {IDLE_S:g} s: check the cable."
         fault = "" if status.fault == ErrorCode.NONE else f" {REMEDIES[status.fault][0]}"
         return self._error(

@@ -1,6 +1,6 @@
 """Recordings as files of this computer: partial ones, fetched ones, and files that are one under another name.
 
-A recording that is being fetched is a file beside its place, which the next attempt goes on with. `NAME.part` has the
+A recording that is being fetched is a file next to its place, which the next attempt goes on with. `NAME.part` has the
 recording's full size from the beginning. The blocks themselves show what of it was fetched: one whose CRC-32
 matches and that names the recording's session was; everything else is asked for again, zeros included, as they may be
 room that was never filled. So no list can disagree with the file, and a computer that lost its power costs no more than

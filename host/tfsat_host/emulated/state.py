@@ -150,7 +150,7 @@ def kept_robot(
     Args:
         progress: Gets a line when it is being built.
         model: The bodies; the drop tower robot by default.
-        as_built: Nobody has calibrated it: also its scale factors, angle sensors and servos are off.
+        as_built: Not calibrated: also its scale factors, angle sensors and servos are off.
 
     Raises:
         BuildError: it cannot be built.

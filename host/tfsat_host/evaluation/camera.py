@@ -190,7 +190,7 @@ def read_video_marks(path: Path) -> tuple[Mark, ...]:
         path=path,
         subject="video's events",
         required=("event", "t_s"),
-        meaning="The video's clock is unknown: nothing that was filmed can be set beside the log.",
+        meaning="The video's clock is unknown: nothing that was filmed can be compared with the log.",
         error=VideoFileError,
     )
     found: dict[str, Mark] = {}

@@ -42,7 +42,7 @@ WATCH_S = 6.0
 STEP_S = 0.25
 
 UNREADABLE = "unreadable"
-"""A verdict beside the decoder's."""
+"""A verdict next to the decoder's."""
 
 Advance = Callable[[float], None]
 
@@ -104,7 +104,7 @@ def _no_trial(status: msg.LoggerStatusReply, unnoted_landing: bool) -> Missing |
         return Missing(
             "No recording was made: the logger would forget the landing of its last one, which is not in the "
             "certificate yet.",
-            "tfsat-host log fetch all, then tfsat-host decode of it beside the certificate.",
+            "tfsat-host log fetch all, then tfsat-host decode of it next to the certificate.",
         )
     if status.card != CardState.READY:
         return Missing("No recording was made: the card takes none.", "See card and card-room.")
@@ -150,7 +150,7 @@ def _watched(
         return Missing("The recording that ran ended meanwhile.", "Run this preflight again.")
     if after.phase != DropPhase.WAITING:
         return Missing(
-            "The recording that runs holds a drop already, and closes by itself.",
+            "The recording that runs holds a drop already, and closes automatically.",
             "tfsat-host record stop, then run this preflight again.",
         )
     return Running(

@@ -107,7 +107,7 @@ def _recording_words(status: LoggerStatusReply) -> str:
     closes = status.state == LoggerState.RECORDING and status.phase == DropPhase.LANDED
     return (
         f"session {status.session:08x}, {status.samples} samples, {status.samples_dropped} dropped, "
-        f"{_PHASES[status.phase]}{': it closes by itself' if closes else ''}"
+        f"{_PHASES[status.phase]}{': it closes automatically' if closes else ''}"
     )
 
 

@@ -13,7 +13,7 @@ from tfsat_host.protocol.remedies import REMEDIES
 Facts = Mapping[str, Any]
 _STOPPED = {
     StopReason.HOST: "by a stop over the cable",
-    StopReason.LANDING: "by itself, after the landing",
+    StopReason.LANDING: "automatically, after the landing",
     StopReason.FILE_FULL: "because its file was full",
     StopReason.CARD_GONE: "because the card was gone",
 }

@@ -51,7 +51,7 @@ _COMPARED: Columns = (
 
 
 def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
-    """The day in a few lines: robot, faults, preflight, strokes, attitude, card, verdict, and found beside true.
+    """The day in a few lines: robot, faults, preflight, strokes, attitude, card, verdict, and found next to true.
 
     Args:
         result: Of `Rehearsal.run`.

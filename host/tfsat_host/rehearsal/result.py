@@ -54,7 +54,7 @@ def result_of(
     folder: Path,
     notices: Notices,
 ) -> Json:
-    """Robot, faults, day, flight, evaluation, and the truth beside it.
+    """Robot, faults, day, flight, evaluation, and the truth next to it.
 
     Args:
         judged: The day and what was made of its recording.

@@ -150,7 +150,7 @@ class RunFolder(ResultFolder):
 
 
 def _derived_in(folder: Path) -> tuple[Path, ...]:
-    """Results of `evaluate` and `report`: beside another recording they would be taken for its.
+    """Results of `evaluate` and `report`: next to another recording they would be taken for its.
 
     In subfolders `report` puts figures; one that is a run of its own, or a campaign's, is not looked into.
     """

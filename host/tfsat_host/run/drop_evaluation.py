@@ -49,7 +49,7 @@ from tfsat_host.sdlog.summary import metadata
 
 _NO_MANEUVER = (
     "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "
-    "looked at. Put maneuver.toml beside the recording, or name it with --maneuver."
+    "looked at. Put maneuver.toml next to the recording, or name it with --maneuver."
 )
 _NO_CERTIFICATE = "No calibration was found. To measure one: tfsat-host calibrate show"
 
@@ -145,7 +145,7 @@ def dropped_robot(log: DropLog) -> DroppedRobot:
 
 
 def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotModel:
-    """The robot that was dropped: the named one, else by `robot.toml` beside the recordings, else the drop tower's.
+    """The robot that was dropped: the named one, else by `robot.toml` next to the recordings, else the drop tower's.
 
     Args:
         named: A robot file, or the name of a shipped one.

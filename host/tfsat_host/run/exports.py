@@ -1,4 +1,4 @@
-"""The files that a decoded recording becomes, beside each other under one name; and the calibration for it."""
+"""The files that a decoded recording becomes, next to each other under one name; and the calibration for it."""
 
 from __future__ import annotations
 

@@ -35,9 +35,9 @@ class EvaluationOptions:
     """What is known of a drop besides its recording, and what of the model may be corrected.
 
     Attributes:
-        maneuver: What was flown; None: `maneuver.toml` beside the recording, if it is there.
-        calibration: The certificate; None: the one beside the recording or in the current folder, if there is one.
-        robot: A robot file, or the name of a shipped one; None: `robot.toml` beside the recording, else `drop_tower`.
+        maneuver: What was flown; None: `maneuver.toml` next to the recording, if it is there.
+        calibration: The certificate; None: the one next to the recording or in the current folder, if there is one.
+        robot: A robot file, or the name of a shipped one; None: `robot.toml` next to the recording, else `drop_tower`.
         video: Events of the drop in a video, CSV.
         laser: Places of the two laser spots over time, CSV.
         facility: For the release velocity that `laser` gives; None: COSMOTORRE's.
@@ -85,7 +85,7 @@ class EvaluationOptions:
 
 
 AS_FOUND = EvaluationOptions()
-"""With what lies beside the recording."""
+"""With what lies next to the recording."""
 
 
 def _wrong(what: str) -> UsageError:
@@ -112,7 +112,7 @@ def run_files(
 
     Args:
         place: As it was typed.
-        maneuver: As it was typed; None: the one beside the recording.
+        maneuver: As it was typed; None: the one next to the recording.
         command: Which asks; for errors.
         nothing: What it then did not do; a sentence.
 

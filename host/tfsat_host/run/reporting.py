@@ -30,7 +30,7 @@ from tfsat_host.sdlog.errors import check_extra
 PAGE = "report.html"
 PAGE_MARKER = b"<title>tfsat report</title>"
 BESIDE = Path()
-"""As an MCAP file's name: one beside each recording."""
+"""As an MCAP file's name: one next to each recording."""
 _MCAP_ENDING = ".evaluated.mcap"
 
 
@@ -39,9 +39,9 @@ class ReportOptions:
     """What is to be written.
 
     Attributes:
-        page: The HTML file; None: `report.html` beside the recording, of several drops in the current folder.
+        page: The HTML file; None: `report.html` next to the recording, of several drops in the current folder.
         figures: A folder for the figures of a paper; None: there are none.
-        mcap: The evaluated drop for Foxglove and others; `BESIDE`: a file beside each recording; None: there is none.
+        mcap: The evaluated drop for Foxglove and others; `BESIDE`: a file next to each recording; None: there is none.
         force: Whether files that no report made may be overwritten.
     """
 
@@ -96,7 +96,7 @@ def report(
         raise UsageError(
             what=f"--mcap names one file, and {len(places)} drops were named.",
             meaning="Nothing was evaluated.",
-            next_step="Leave out the name: each file then lies beside its recording.",
+            next_step="Leave out the name: each file then lies next to its recording.",
         )
     files = ReportFiles.of(places, options.maneuver, wanted)
     files.check()

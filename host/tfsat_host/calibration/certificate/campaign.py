@@ -234,7 +234,7 @@ def _by_step(papers: Iterable[Paper]) -> _Papers:
 
 
 def _read(path: Path, paper: Paper) -> Evidence:
-    again = "Copy it back beside the certificate, or repeat the step: tfsat-host calibrate show names the commands."
+    again = "Copy it back next to the certificate, or repeat the step: tfsat-host calibrate show names the commands."
     try:
         data = path.read_bytes()
     except FileNotFoundError as error:
@@ -257,7 +257,7 @@ def _of_another(certificate: Path, there: Subject, here: Subject) -> Calibration
         what=f"{certificate} holds another calibration: it is of {there.describe()}; "
         f"this would be of {here.describe()}.",
         meaning="Nothing was measured, nothing was overwritten.",
-        next_step="Name another file with --out, or add --force to begin it anew.",
+        next_step="Name another file with --out, or add --force to begin it again.",
     )
 
 

@@ -31,7 +31,7 @@ from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 
 FORMAT: Final = 1
 _HEADING = """\
-tfsat calibration: values with their uncertainty, in the unit and frame that stand beside them.
+tfsat calibration: values with their uncertainty, in the unit and frame that stand next to them.
 A key that is not there was never measured. std: one standard deviation, by the covariance.
 measured: body axis, and when the direction of it, or the scale factor about it, was measured."""
 _SEAL = "# sha256 of all that stands above: "
@@ -39,7 +39,7 @@ _KIND = ConfigKind(
     name="certificate",
     error=CalibrationError,
     meaning="Without a certificate that can be read, nothing is known of the sensors' errors.",
-    cure="A step of tfsat-host calibrate writes the file anew from its recordings, if you move this one away.",
+    cure="A step of tfsat-host calibrate writes the file again from its recordings, if you move this one away.",
     format=("format", FORMAT),
     computed=True,
 )

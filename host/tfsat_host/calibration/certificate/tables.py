@@ -355,7 +355,7 @@ def read_paper(entry: Table) -> Paper:
     """Of one `[[recording]]`. Raises CalibrationError likewise."""
     paper = Paper(**read_values(entry, _PAPER))
     if not paper.file or "/" in paper.file or "\\" in paper.file:
-        entry.fail("file", "is no name of a file in the folder beside the certificate")
+        entry.fail("file", "is no name of a file in the folder next to the certificate")
     if len(paper.sha256) != 64 or set(paper.sha256) - set("0123456789abcdef"):
         entry.fail("sha256", "is not 64 hexadecimal digits")
     return paper

@@ -34,7 +34,7 @@ def add_campaign_options(parser: argparse.ArgumentParser) -> None:
         f"{EMULATED_CERTIFICATE}); recordings are kept in a folder of its name",
     )
     group.add_argument(
-        "--force", action="store_true", help="begin the certificate anew where it is of other sensors"
+        "--force", action="store_true", help="begin the certificate again where it is of other sensors"
     )
     group.add_argument(
         "--resume",

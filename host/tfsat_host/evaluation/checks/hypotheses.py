@@ -151,7 +151,7 @@ def _changed_gyros(data: Consistency, stated: StatedErrors) -> Iterator[Hypothes
         whole = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
         # The Jacobian is taken at the rates as shown, which are off by the same factor.
         scaled = _filled(
-            f"{gyro} its scale factor is {{}} % beside the calibrated one",
+            f"{gyro} its scale factor is {{}} % off the calibrated one",
             lambda numbers: _listed(100.0 * numbers / (1.0 - numbers)),
         )
         for kind, free, cause, step in (

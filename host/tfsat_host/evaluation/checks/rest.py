@@ -126,7 +126,7 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
         against = f"the bias of {taken:%Y-%m-%d %H:%M} UTC"
     sentence = (
         f"At rest the gyro of body {body + 1} shows {off_deg:+.3f} deg/s about its {'xyz'[axis]} "
-        f"beside {against}."
+        f"relative to {against}."
     )
     return BIAS.judged(float(abs(off_deg)), float(np.rad2deg(limits[worst])), sentence)
 

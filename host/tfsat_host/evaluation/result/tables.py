@@ -136,7 +136,7 @@ def calibration_table(found: Evaluation) -> Table:
         _COLUMNS,
         [dict(zip(("quantity", "value", "unit", "taken"), row, strict=True)) for row in rows],
         "± is the greatest standard deviation of a row. What stands in for something that was never measured, "
-        "or not since a landing, is told beside the verdict.",
+        "or not since a landing, is shown next to the verdict.",
     )
 
 

@@ -59,7 +59,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
     if landed_unnoted(logger.status, logger.recording_since, logger.computer_unix_s, calibration):
         return no_go(
             "The logger saw a landing that is not in the certificate, which is from before that.",
-            "tfsat-host log fetch all, and tfsat-host decode of that recording beside the certificate; then calibrate.",
+            "tfsat-host log fetch all, tfsat-host decode of that recording next to the certificate; then calibrate.",
             **numbers,
         )
     newest = max((one.taken for one in quantities(calibration) if one.taken), default=calibration.written)

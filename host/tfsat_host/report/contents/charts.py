@@ -218,7 +218,7 @@ def gyro_residual_chart(found: Evaluation) -> Chart:
         "What adjacent gyros disagree about",
         "rate, norm (deg/s)",
         _norms(averaged),
-        f"Of each gyro, beside the one motion that fits all of them best; averaged over {AVERAGED} samples. A wrong "
+        f"Of each gyro, next to the one motion that fits all of them best; averaged over {AVERAGED} samples. A wrong "
         "mounting or scale shows while joints move, a wrong bias always.",
     )
 

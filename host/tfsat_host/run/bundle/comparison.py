@@ -2,7 +2,7 @@
 
 Numbers that were computed twice from the same raw data are the same bit for bit on the same machine with the same
 packages. On another one, sums are taken in another order. So two numbers count as the same within a tolerance relative
-to the larger of the two or, in a list, to the largest of the list (where 1e-17 beside 1 means zero), or within an
+to the larger of the two or, in a list, to the largest of the list (where 1e-17 next to 1 means zero), or within an
 absolute one. Of sentences only the words with a digit count, in which decimals may differ by one in the last digit: a
 later version may say the same in other words. All other texts, flags and keys must be equal; which keys have sentences
 is part of the tolerance.

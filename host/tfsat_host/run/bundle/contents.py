@@ -181,7 +181,7 @@ def _require_there(path: Path, nothing: str) -> None:
 
 
 def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
-    """The recordings beside a certificate keep their place beside it; what it rests on and is gone is named."""
+    """The recordings next to a certificate keep their place next to it; what it rests on and is gone is named."""
     folder = recordings_folder(certificate)
     inside = f"{name.removesuffix('.toml')}-recordings"
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
@@ -247,7 +247,7 @@ def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
 def _name_absent(found: Collected, evaluated: Evaluated) -> None:
     """What a whole bundle has besides."""
     if evaluated.maneuver is None:
-        found.lack("maneuver", "No maneuver.toml lies beside the recording, and none was named.")
+        found.lack("maneuver", "No maneuver.toml lies next to the recording, and none was named.")
     if evaluated.calibration is None:
         found.lack("calibration", "No certificate was found, and none was named.")
     if f"{RUN}/{PREFLIGHT}" not in found.files:

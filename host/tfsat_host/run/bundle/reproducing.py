@@ -256,7 +256,7 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
 
 
 def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
-    """A certificate computed from its recordings, which lie beside it, or it among them.
+    """A certificate computed from its recordings, which lie next to it, or it among them.
 
     Raises:
         CalibrationError: the certificate cannot be read.
@@ -330,7 +330,7 @@ def _evidence(path: Path, expected_sha256: str) -> Evidence:
     raise CalibrationError(
         what=f"the recording {path.name} {why}.",
         meaning="Its step cannot be computed again.",
-        next_step="Copy it beside the certificate and bundle the run again.",
+        next_step="Copy it next to the certificate and bundle the run again.",
     )
 
 

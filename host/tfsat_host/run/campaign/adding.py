@@ -165,12 +165,12 @@ def _check_places(folder: Path, run: Path, *, move: bool) -> None:
         raise TfsatError(
             what=f"{run} is no folder: only a folder can be moved whole.",
             meaning=_NOTHING,
-            next_step="Leave out --move; the recording is copied with what lies beside it.",
+            next_step="Leave out --move; the recording is copied with what lies next to it.",
         )
 
 
 def _copy(run: Path, found: Collected, staged: Path) -> dict[str, str]:
-    """A folder whole, of a recording what belongs to it; the certificate and its recordings always beside it.
+    """A folder whole, of a recording what belongs to it; the certificate and its recordings always next to it.
 
     Gives what was left out, and why.
     """
