@@ -33,14 +33,14 @@ demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported
 	@$(BIN)/python -m tfsat_host.emulated.build
 	$(call say,rehearsing 59/70: bias - upload - preflight - recording - arming - lift - drop - decoding - evaluation - report)
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
-	$(call say,the same on a morning on which a gyro is dead: the preflight must see it)
+	$(call say,the same with a dead gyro: the preflight must see it)
 	@$(BIN)/tfsat-host rehearse 59 70 --fault gyro-dead@powered --out build/demo-no-go --force; [ $$? = 4 ]
 	$(call say,everything in one archive - and recomputed from the raw data in it)
 	@$(BIN)/tfsat-host bundle build/demo --out build/demo.tfsat.zip --force
 	@rm -rf build/demo-reproduced && $(BIN)/tfsat-host reproduce build/demo.tfsat.zip --out build/demo-reproduced
 	$(call say,results in build/demo)
 	@ls build/demo | sed 's/^/  /'
-	@echo "To look at: build/demo/report.html. What the evaluation found beside the robot's hidden truth: above, and in"
+	@echo "To look at: build/demo/report.html. What the evaluation found next to the robot's hidden truth: above, and in"
 	@echo "build/demo/summary.json. Once more by hand: $(BIN)/tfsat-host evaluate build/demo"
 
 .PHONY: test
@@ -67,12 +67,12 @@ fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=10
 	@$(BIN)/python -m tests.fuzz.log_campaign --runs $(RUNS)
 
 .PHONY: bench-decode
-bench-decode: decoders  ## measure the decoder beside pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
+bench-decode: decoders  ## measure the decoder next to pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
 	$(call say,decoders on the same samples)
 	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
 
 .PHONY: bench-design
-bench-design: venv  ## measure the maneuver design beside the same swarm by MuJoCo rollouts, and the grids
+bench-design: venv  ## measure the maneuver design next to the same swarm by MuJoCo rollouts, and the grids
 	$(call say,the maneuver design on one core)
 	@$(BIN)/python -m tests.design_bench
 
@@ -123,7 +123,7 @@ prove: toolchain compiler venv firmware  ## bring proof pages up to date, plant 
 	@$(BIN)/python -m tests.planted
 
 .PHONY: screenshots
-screenshots: compiler venv  ## draw the pictures of docs/report.md anew (needs Chromium)
+screenshots: compiler venv  ## draw the pictures of docs/report.md again (needs Chromium)
 	$(call say,pictures of the report)
 	@$(BIN)/python -m tests.report.screenshots docs/screenshots
 
@@ -167,7 +167,7 @@ kaitai: venv  ## recompile the tests' independent decoder after the log's layout
 	@$(BIN)/python tools/compile_kaitai.py
 
 .PHONY: vendor
-vendor: venv  ## fetch anew what the report page is drawn with, as tools/report_vendor locks it (needs Node.js)
+vendor: venv  ## fetch again what the report page is drawn with, as tools/report_vendor locks it (needs Node.js)
 	$(call say,uPlot and twgl.js for the report page)
 	@$(BIN)/python tools/vendor_report.py
 
