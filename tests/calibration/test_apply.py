@@ -51,7 +51,7 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
         design = sensors_by_design(model, joint)
         columns = sensor_columns(model, joint)
         zero = np.mod(design.zero_rad + truth.angle_zero_rad[columns], 2 * np.pi)
-        a, b, c, d = truth.angle_nonlinearity_rad[columns].T  # at zero the sensor shows this next to its zero
+        a, b, c, d = truth.angle_nonlinearity_rad[columns].T  # at zero the sensor is off by this
         at_zero = a * np.sin(zero) + b * np.cos(zero) + c * np.sin(2 * zero) + d * np.cos(2 * zero)
         joints.append(
             replace(

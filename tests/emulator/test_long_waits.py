@@ -55,7 +55,7 @@ def test_five_minutes_warm_the_dies_as_five_minutes_do() -> None:
     rows = log.imu_valid.all(axis=1)
     t_s = log.t_us * 1e-6
     late = rows & (t_s > t_s[-1] - 0.5)
-    # Powered for about 2 s of virtual time, and 300 s next to it.
+    # Powered for about 2 s of virtual time, and then 300 s more.
     expected_c = 8.0 * (1.0 - np.exp(-(300.0 + t_s[late]) / 180.0))
     assert np.abs(die_c(log)[late] - 25.0 - expected_c[:, None]).max() < 0.1
     assert np.abs(gyro_deg_s(log)[late] - 0.4 * expected_c[:, None, None]).max() < 0.05

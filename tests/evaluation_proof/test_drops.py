@@ -28,7 +28,7 @@ TABLES = Path(__file__).parents[2] / "docs" / "evaluation-proof"
 PRINTED = 2e-4
 """To the last digit of the table but one: other processors round otherwise."""
 SEARCHED = 1e-2
-"""mm and deg; searches end a little next to their minimum, and elsewhere a little elsewhere."""
+"""mm and deg; searches end a little off their minimum, and elsewhere a little elsewhere."""
 MOST_DEVIATIONS = 5.0
 
 
