@@ -27,7 +27,10 @@ repeat every row: the fault before the preflight, where that can be, and at its 
 - **The robot**: what it does, dropped all the same; and at other moments, where that differs.
 - **The recording** "to where it was cut off": every sample that had reached the card.
 - **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`),
-  or their refusal to give numbers. A fault that changes nothing is not reported.
+  or their refusal to give numbers. A fault that changes nothing is not reported; of a mismatch between the robot and
+  its files (the last rows, those with a size) it is who names the cause.
+
+A fault with a size can have another: `wrong-masses=1`, `imu-late=3`, `gyro-bias-step=0.1@armed`.
 
 | fault | what happens | when | or @ | preflight | the robot | the recording | reported by |
 | --- | --- | --- | --- | --- | --- | --- | --- |
@@ -53,7 +56,7 @@ def row(fault: Fault, found: Day, no_go: Checks) -> str:
     kept = "none" if found.log is None else "whole" if fault.complete else "to where it was cut off"
     cells = (
         f"`{fault.name}`",
-        fault.what,
+        fault.what if fault.size is None else f"{fault.what} By default {fault.size}.",
         fault.moment.value,
         words_of(fault.outcomes),
         "comes later"

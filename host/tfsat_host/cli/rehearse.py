@@ -37,8 +37,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--despite-preflight", action="store_true", help="drop the robot even if the preflight says NO-GO")
     add("--list-faults", action="store_true", help="what may go wrong, and what must then happen")
     add("--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)")
-    faults = "a fault, at its own moment or at another one (see --list-faults); may be given more than once"
-    add("--fault", metavar="NAME[@MOMENT]", action="append", default=[], help=faults)
+    faults = "a fault, of its own or another size, at its own or another moment; may be given more than once"
+    add("--fault", metavar="NAME[=SIZE][@MOMENT]", action="append", default=[], help=faults)
     runs = "as many drops, each of another robot; prints how their results are distributed"
     add("--runs", metavar="N", type=_runs, default=1, help=runs)
     parser.add_argument(

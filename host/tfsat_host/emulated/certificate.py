@@ -7,6 +7,7 @@ measures (`rehearsal/day.py`); to rehearse the whole calibration there is `tfsat
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -59,6 +60,24 @@ def careful_certificate(
     return Calibration(
         subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured, drawn=tuple(DRAWABLE)
     )
+
+
+def worse_certificate(calibration: Calibration, times: float, random: np.random.Generator) -> Calibration:
+    """The same, every number of gyros and angle sensors off by so many times its stated standard deviation more."""
+
+    def off(covariance: FloatArray) -> FloatArray:
+        return np.asarray(times * random.multivariate_normal(np.zeros(len(covariance)), covariance))
+
+    gyros = tuple(gyro.corrected(off(gyro.covariance)) for gyro in calibration.gyros)
+    joints = tuple(
+        replace(
+            one,
+            zero_rad=one.zero_rad + off(one.zero_covariance),
+            bend=one.bend + off(one.bend_covariance).reshape(one.bend.shape),
+        )
+        for one in calibration.joints
+    )
+    return replace(calibration, gyros=gyros, joints=joints)
 
 
 def _gyro(

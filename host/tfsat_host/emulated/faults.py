@@ -7,6 +7,7 @@ import math
 from enum import IntEnum
 from typing import Literal, get_args
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.library import EmulationError
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT, SWITCH_COUNT
 
@@ -95,6 +96,11 @@ class Faults:
         number = 1 + _ANGLE_SENSOR_KINDS.index(kind) if kind in _ANGLE_SENSOR_KINDS else 0
         self._library.tfsat_fault_angle_sensor(self._robot, index - 1, number)
         self._library.tfsat_slip_magnet(self._robot, index - 1, math.radians(turned_deg or 0.0))
+
+    def gyro_bias_step(self, body: int, step_rad_s: FloatArray) -> None:
+        """Each axis of the gyro of a body (1 to 4) shows so much more from now on: (3,), its own axes, for good."""
+        _require("body", body, IMU_COUNT)
+        self._library.tfsat_step_gyro_bias(self._robot, body - 1, (ctypes.c_double * 3)(*step_rad_s.tolist()))
 
     def servo(self, joint: int, kind: ServoFault | None) -> None:
         """The servo of a joint (1 to 3)."""

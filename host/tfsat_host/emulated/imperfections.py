@@ -14,6 +14,8 @@ _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
 _ACCEL_NOISE_G_RTHZ = 400e-6  # PS-MPU-6000A rev. 3.4, section 6.2
 GYRO_WANDER_S = 100.0
 """Correlation time of a gyro's wandering bias; assumed."""
+MOST_LATE_S = 0.01
+"""kMostLate_s of low_pass.h."""
 _CRYSTAL_STD_PPM = 20.0
 _CRYSTAL_MOST_PPM = 50.0
 
@@ -53,6 +55,14 @@ class Imperfections:
             (a first-order Gauss-Markov process): the in-run bias stability.
         gyro_shock_limit_g: A blow harder than this drives the gyros' proof masses against their stops: all axes show
             the ends of their ranges as long as it lasts. At 0 none does.
+        gyro_cross_axis: (4, 3, 3) share of the rate about an axis (column) that another one (row) shows on top.
+        gyro_front_end_limit_rad_s: (4,) what a gyro's front end shows at most, before the low-pass, so that no count
+            is at its end; 0: no such limit.
+        imu_late_s: (4,) all that an IMU shows comes so much later, at most `MOST_LATE_S`.
+        imu_clock_ppm: (4,) by how much an IMU's own oscillator runs fast, and with it conversions and filters; the
+            logger reads the last output that it finished.
+        mount_ripple_s: What each IMU stands on rings at 30 Hz: rate (rad/s) about an axis after its body's angular
+            acceleration changed by 1 rad/s^2 at once.
         imu_who_am_i: Which part each IMU is, by its register 0x75: an MPU-6050, or one of `IMU_PARTS`.
         logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
@@ -78,6 +88,11 @@ class Imperfections:
     warming_s: float = 180.0
     gyro_wander_rad_s: float = 0.0
     gyro_shock_limit_g: float = 0.0
+    gyro_cross_axis: FloatArray = field(default_factory=lambda: np.zeros((4, 3, 3)))
+    gyro_front_end_limit_rad_s: FloatArray = field(default_factory=lambda: np.zeros(4))
+    imu_late_s: FloatArray = field(default_factory=lambda: np.zeros(4))
+    imu_clock_ppm: FloatArray = field(default_factory=lambda: np.zeros(4))
+    mount_ripple_s: float = 0.0
     imu_who_am_i: bytes = b"\x68\x68\x68\x68"
     logger_serial: bytes = b"emuLATED"
 

@@ -23,6 +23,8 @@ _AT_REST_S = 0.03
 _AFTER_RELEASE_S = 0.05
 _BEFORE_STROKE_S = 0.1
 """The rate at which the robot was let go is taken between these: nothing has moved yet."""
+_HIDDEN = ("mass_kg", "com_m", "inertia_kg_m2", "joint_point_m", "joint_axis")
+"""Of the robot that flew, whatever its file says."""
 _T, _JOINTS, _RATES, _BODY_1_RATE = 0, slice(1, 4), slice(20, 32), slice(20, 23)
 """Columns of a row of truth; see `EmulatedRobot.truth`."""
 
@@ -129,6 +131,7 @@ def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:
         "landed_s": drop.landed_s,
         "rate_rad_s": truth.rate_rad_s,
         "com_offset_m": truth.model.com_m - filed.com_m,
+        "robot": {name: getattr(truth.model, name) for name in _HIDDEN},
         "imperfections": {one.name: getattr(errors, one.name) for one in dataclasses.fields(errors)},
     }
     plain = json.dumps(

@@ -96,6 +96,7 @@ class Day:
         sequencer: Its connection.
         logger: Its connection.
         arming: The robot will be armed.
+        seed: Of the robot, from which faults draw what they leave open.
         upload: Of the maneuver; None: it did not come through, or has not yet.
         checked: The preflight's result; None: there was none.
         landed_us: Virtual time of the landing.
@@ -110,6 +111,7 @@ class Day:
     sequencer: SequencerClient = field(init=False)
     logger: LoggerClient = field(init=False)
     arming: bool = True
+    seed: int = 0
     upload: Upload[StoredManeuver] | None = None
     checked: Checked | None = None
     landed_us: int = 0
@@ -145,7 +147,7 @@ def begun(robot: EmulatedRobot, schedule: Schedule, filed: RobotModel, truth: Tr
     robot.advance(SETTLE_US)
     rested = _rested(robot)
     data, file = to_bytes(rested), file_name(rested)
-    drawn = careful_certificate(filed, truth.imperfections, truth.seed, CALIBRATED)
+    drawn = careful_certificate(filed, truth.calibrated or truth.imperfections, truth.seed, CALIBRATED)
     calibration = replace(
         with_measured(drawn, [rested], filed),
         papers=(Paper(rested.step.key, rested.taken, file, sha256(data)),),
@@ -155,7 +157,7 @@ def begun(robot: EmulatedRobot, schedule: Schedule, filed: RobotModel, truth: Tr
     robot.seat()
     robot.set_power(BoardIndex.SEQUENCER, True)
     robot.advance(SETTLE_US)
-    return Day(robot, schedule, calibration, {file: data})
+    return Day(robot, schedule, calibration, {file: data}, seed=truth.seed)
 
 
 def _rested(robot: EmulatedRobot) -> Rest:

@@ -64,6 +64,7 @@ class Drop:
         recordings: Of the bench, by their files' names.
         collected: When the card was taken out, by the team's clock.
         truth: See `EmulatedRobot.truth`; from the start of the recording.
+        robot: That flew: as it was drawn, and what faults made of it.
         released_s: Virtual time at which both switches first were open; None: it was not let go.
         landed_s: Virtual time of the landing; None: it was not let go.
         refused: What ended the day before the drop; None: nothing did.
@@ -82,6 +83,7 @@ class Drop:
     recordings: Mapping[str, bytes]
     collected: datetime
     truth: FloatArray
+    robot: Truth
     released_s: float | None
     landed_s: float | None
     refused: TfsatError | None
@@ -105,7 +107,7 @@ def rehearse(
     Args:
         schedule: What to fly.
         filed: The robot as its file has it: the calibration is in its terms.
-        truth: The robot that flies.
+        truth: The robot that flies, but for what faults make of it.
         hex_path: The sequencer's image; None runs its core natively.
         preflight: What is checked before the recording; None: nothing is.
         faults: What goes wrong.
@@ -114,6 +116,8 @@ def rehearse(
     Raises:
         TfsatError: without a fault and a preflight, whatever a board refuses.
     """
+    for fault in faults:
+        truth = fault.flown(truth)
     with EmulatedRobot(
         truth.model,
         imperfections=truth.imperfections,
@@ -128,7 +132,7 @@ def rehearse(
             for fault in faults:
                 if fault.moment is moment:
                     day.struck_s[fault.name] = robot.now_us / US_PER_S
-                    fault.strike(day)
+                    fault.struck(day)
 
         refused = None
         try:
@@ -140,7 +144,7 @@ def rehearse(
         if refused is None:
             _fallen(day, truth, at, progress)
         progress("cables plugged; the recording is closed")
-        return _collected(day, refused, faults)
+        return _collected(day, truth, refused, faults)
 
 
 def _made_ready(
@@ -202,7 +206,7 @@ def _until(robot: EmulatedRobot, t_us: int) -> None:
     robot.advance(max(0, t_us - robot.now_us))
 
 
-def _collected(day: Day, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
+def _collected(day: Day, robot_was: Truth, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
     """Cables plugged, power on, the recording closed, the card taken out."""
     robot, fell = day.robot, refused is None
     for board in BoardIndex:
@@ -234,6 +238,7 @@ def _collected(day: Day, refused: TfsatError | None, faults: Sequence[Fault]) ->
         recordings=day.recordings,
         collected=datetime.fromtimestamp(day.unix_s(), UTC),
         truth=robot.truth(),
+        robot=robot_was,
         released_s=robot.released_us / US_PER_S if fell else None,
         landed_s=day.landed_us / US_PER_S if fell else None,
         refused=refused,
@@ -262,7 +267,7 @@ def _fetched_ram(day: Day) -> bytes:
 def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
     """Of the logger's session ids: differs with whatever makes another drop, repeats for the same drop."""
     image = b"" if hex_path is None else hex_path.read_bytes()
-    names = tuple(fault.name for fault in faults)
+    names = tuple(fault.name for fault in faults if not fault.vain)
     rate = tuple(map(float, truth.rate_rad_s))
     drop = repr((truth.seed, schedule.strokes, schedule.speed_cdeg_s, rate, truth.imu, names))
     return int.from_bytes(hashlib.sha256(drop.encode() + b"\0" + image).digest()[:8], "little")

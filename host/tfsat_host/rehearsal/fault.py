@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from zlib import crc32
 
-from tfsat_host.quantity import Columns, fields
+import numpy as np
+
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.rehearsal.day import Day
+from tfsat_host.rehearsal.truth import Truth
 
 AT = "@"
 """Between a fault's name and another moment than its own, as in gyro-dead@powered."""
+OF = "="
+"""Between a fault's name and another size than its own, as in wrong-masses=1.5."""
 GUARD_US = 100_000
 """Before and after the landing."""
 
@@ -79,6 +85,29 @@ def at_any_moment(outcome: Outcome) -> Outcomes:
     return dict.fromkeys(Moment, outcome)
 
 
+def broken(part: str, *how: object) -> Callable[[Day], object]:
+    """A method of `emulated.faults.Faults`, with its arguments."""
+    return lambda day: getattr(day.robot.faults, part)(*how)
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """How large a fault is.
+
+    Attributes:
+        value: By default; 0: as if it were not there.
+        unit: Of it.
+        most: That makes sense.
+    """
+
+    value: float
+    unit: str
+    most: float
+
+    def __str__(self) -> str:
+        return f"{self.value:g} {self.unit}".rstrip()
+
+
 @dataclass(frozen=True, eq=False)
 class Fault:
     """See the module.
@@ -87,24 +116,55 @@ class Fault:
         name: To type.
         what: What happens, a sentence that is true at every moment in `outcomes`.
         moment: When.
-        strike: Does it.
+        strike: Does it; with a size, given that and a generator of the day's seed, too.
         outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
         preflight: Checks of the preflight that find it if it is there before the preflight; empty: none can;
             None: it cannot be there then.
         part: What it is a fault of, which can have one at a time; empty: of nothing that another fault is of, too.
+        size: How large it is; None: it just is.
+        hidden: Makes the robot that flies, of another size than 0, with the same generator; None: it is as drawn.
     """
 
     name: str
     what: str
     moment: Moment
-    strike: Callable[[Day], object]
+    strike: Callable[..., object]
     outcomes: Outcomes
     complete: bool = True
     noticed: str = ""
     preflight: tuple[str, ...] | None = None
     part: str = ""
+    size: Size | None = None
+    hidden: Callable[[Truth, float, np.random.Generator], Truth] | None = None
+
+    @property
+    def kind(self) -> str:
+        """Its name without size and moment."""
+        return self.name.partition(AT)[0].partition(OF)[0]
+
+    @property
+    def vain(self) -> bool:
+        """Its size is 0: it changes nothing."""
+        return self.size is not None and not self.size.value
+
+    def struck(self, day: Day) -> None:
+        """Now."""
+        if self.size is None:
+            self.strike(day)
+        elif not self.vain:
+            self.strike(day, self.size.value, self._random(day.seed))
+
+    def flown(self, truth: Truth) -> Truth:
+        """The robot that flies instead."""
+        if self.hidden is None or self.size is None or self.vain:
+            return truth
+        return self.hidden(truth, self.size.value, self._random(truth.seed))
+
+    def _random(self, seed: int) -> np.random.Generator:
+        """Its own: directions, signs and bodies follow from seed and name, whatever else is wrong."""
+        return np.random.default_rng([seed, 13, crc32(self.kind.encode())])
 
     @property
     def outcome(self) -> Outcome:
@@ -115,6 +175,15 @@ class Fault:
         """The same at another moment, one in `outcomes`."""
         return replace(self, moment=moment, name=f"{self.name}{AT}{moment.typed}")
 
+    def sized(self, size: Size) -> Fault:
+        """The same of another size."""
+        return replace(self, size=size, name=f"{self.name}{OF}{size.value:g}")
+
 
 FAULT: Columns = fields("name what moment=moment.typed when=moment.value outcome=outcome.value")
 """Of a fault, for JSON."""
+SIZE: Columns = (
+    Column("size", of=lambda fault: fault.size and fault.size.value),
+    Column("unit", of=lambda fault: fault.size and fault.size.unit),
+)
+"""None of a fault that has no size."""

@@ -167,6 +167,7 @@ class Rehearsal:
         truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
             drop = series.rehearsed(truth, lambda _: advance(1))
+        truth = drop.robot
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with kept.replaced():
             log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))

@@ -205,7 +205,7 @@ def fly(series: Series, number: int) -> Flown:
         numbers |= {
             "verdict": judged.verdict.level,
             "strokes_off_us": tuple(1e6 * (one.logged_s - one.scheduled_s) for one in judged.found.strokes),
-            "compared": compared(judged.found, drop, truth, series.filed),
+            "compared": compared(judged.found, drop, drop.robot, series.filed),
         }
     struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
     return Flown(

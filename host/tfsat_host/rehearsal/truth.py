@@ -37,6 +37,7 @@ class Truth:
         model: The robot as it is.
         imperfections: Of its sensors, servos and clocks.
         rate_rad_s: (3,) of body 3, its axes, at the release.
+        calibrated: Its sensors, servos and clocks on the day of the calibration; None: as now.
         imu: Name of the part on every body; empty: of none, whose noise alone is a MPU-6050's.
     """
 
@@ -45,6 +46,7 @@ class Truth:
     imperfections: Imperfections
     rate_rad_s: FloatArray
     imu: str = ""
+    calibrated: Imperfections | None = None
 
 
 def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Truth:

@@ -42,8 +42,13 @@ typedef struct {
   double gyro_scale[4][3];
   double gyro_noise_rad_s_rthz;
   double accel_noise_m_s2_rthz;
-  double gyro_g_sensitivity[4][9];       // (rad/s) / (m/s^2): this and the next four as in sensors/mpu6050.h
+  double gyro_g_sensitivity[4][9];       // (rad/s) / (m/s^2): as in sensors/mpu6050.h
   double gyro_bias_slope_rad_s_c[4][3];
+  double gyro_cross_axis[4][9];          // this and the next three as in sensors/mpu6050.h
+  double gyro_front_end_limit_rad_s[4];
+  double imu_late_s[4];
+  double imu_clock_ppm[4];
+  double mount_ripple_s;                 // of RobotParameters in robot.h
   double gyro_wander_rad_s;
   double gyro_wander_s;
   double gyro_shock_limit_m_s2;
@@ -152,6 +157,8 @@ void tfsat_swap_imus(TfsatRobot* robot, int body, int other);  // twice: as it w
 void tfsat_glitch_imu(TfsatRobot* robot, int body);  // one transfer is not acknowledged
 void tfsat_fault_bus(TfsatRobot* robot, int bus, int stuck);
 void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind);
+// Each axis of a gyro shows so much more from now on.
+void tfsat_step_gyro_bias(TfsatRobot* robot, int body, const double step_rad_s[3]);
 void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad);
 void tfsat_fault_servo(TfsatRobot* robot, int joint, int kind);
 void tfsat_fault_switch(TfsatRobot* robot, int index, int kind);

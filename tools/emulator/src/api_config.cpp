@@ -41,6 +41,7 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
   out.temperature_c = c.temperature_c;
   out.warming_c = c.warming_c;
   out.warming_s = c.warming_s;
+  out.mount_ripple_s = c.mount_ripple_s;
   std::copy_n(c.logger_serial, out.logger_serial.size(), out.logger_serial.begin());
   for (size_t i = 0; i < kServoJoints; ++i) {
     ServoParameters& servo = out.servos[i];
@@ -63,6 +64,10 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
     imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
     imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
     imu.gyro_g_sensitivity = matrix(c.gyro_g_sensitivity[i]);
+    imu.gyro_cross_axis = matrix(c.gyro_cross_axis[i]);
+    imu.gyro_front_end_limit_rad_s = c.gyro_front_end_limit_rad_s[i];
+    imu.late_s = c.imu_late_s[i];
+    imu.clock_ppm = c.imu_clock_ppm[i];
     imu.gyro_bias_slope_rad_s_c = vector(c.gyro_bias_slope_rad_s_c[i]);
     imu.reference_c = c.temperature_c;
     imu.gyro_wander_rad_s = c.gyro_wander_rad_s;

@@ -1,4 +1,5 @@
 // The part of the C interface that breaks things.
+#include "api_config.h"
 #include "api_robot.h"
 
 using namespace tfsat::emulator;
@@ -62,6 +63,10 @@ void tfsat_fault_bus(TfsatRobot* robot, int bus, int stuck) { robot->robot.set_b
 
 void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind) {
   robot->robot.set_angle_sensor_fault(sensor, angle_sensor_fault(kind));
+}
+
+void tfsat_step_gyro_bias(TfsatRobot* robot, int body, const double step_rad_s[3]) {
+  robot->robot.step_gyro_bias(body, vector(step_rad_s));
 }
 
 void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad) {

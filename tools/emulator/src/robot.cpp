@@ -11,6 +11,8 @@ namespace {
 // The world moves in steps of this length; servos and bodies change little in between.
 constexpr uint64_t kStepUs = 500;
 constexpr uint8_t kStrokeLinePin = 3;
+constexpr double kMountRing_rad_s = 6.283185307179586477 * 30.0;  // assumed: a plate on spacers
+constexpr double kMountDamping = 0.03;                             // of critical; assumed
 
 LoggerBoardParameters logger_parameters(const RobotParameters& robot) {
   LoggerBoardParameters parameters;
@@ -77,6 +79,7 @@ void Robot::step_world_to(uint64_t t_us) {
   sequencer_->advance_to(sequencer_clock_.board_us(t_us));
   take_sequencer_outputs();
   move_bodies(t_us);
+  ring_mounts(static_cast<double>(t_us - now_us_) * 1e-6);
   now_us_ = t_us;
   feed_sensors();
   keep_truth();
@@ -128,8 +131,21 @@ void Robot::feed_imus(uint64_t t_us) {
   const double ahead_s = static_cast<double>(t_us - now_us_) * 1e-6;
   for (int i = 0; i < kImus; ++i) {
     const size_t at = static_cast<size_t>(i);
-    imus_[at].sample(t_us, chain_.rate_rad_s(i) + ahead_s * chain_.angular_acceleration_rad_s2(i),
+    imus_[at].sample(t_us, chain_.rate_rad_s(i) + ahead_s * chain_.angular_acceleration_rad_s2(i) + mounts_[at].rate_rad_s,
                      chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at]), temperature_c);
+  }
+}
+
+// A mass on a spring whose foot is the body: symplectic Euler, of which a step is a twentieth of a radian.
+void Robot::ring_mounts(double dt_s) {
+  if (!(parameters_.mount_ripple_s > 0.0)) return;
+  const double stiffness = kMountRing_rad_s * kMountRing_rad_s, drag = 2.0 * kMountDamping * kMountRing_rad_s;
+  const double share = parameters_.mount_ripple_s * kMountRing_rad_s;
+  for (int i = 0; i < kImus; ++i) {
+    Ring& ring = mounts_[static_cast<size_t>(i)];
+    ring.rate_rad_s = ring.rate_rad_s - dt_s * (share * chain_.angular_acceleration_rad_s2(i) +
+                                                stiffness * ring.turn_rad + drag * ring.rate_rad_s);
+    ring.turn_rad = ring.turn_rad + dt_s * ring.rate_rad_s;
   }
 }
 

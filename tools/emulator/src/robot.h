@@ -41,11 +41,19 @@ struct RobotParameters {
   double temperature_c = 25.0;  // of the air, and of the IMUs when they get their supply
   double warming_c = 0.0;       // by how much their dies get warmer in the end
   double warming_s = 180.0;     // time constant of that
+  // What each IMU stands on rings, at kMountRing_hz: the rate about an axis after its body's angular acceleration
+  // changed by 1 rad/s^2 at once.
+  double mount_ripple_s = 0.0;
   uint64_t seed = 1;          // of noise and contact bounce
   uint64_t session_seed = 1;  // of the logger's session ids
   double sequencer_clock_ppm = 0.0;  // within BoardClock::takes
   double logger_clock_ppm = 0.0;
   std::array<uint8_t, 8> logger_serial{{'e', 'm', 'u', 'L', 'A', 'T', 'E', 'D'}};
+};
+
+// A mount's turn against its body about the body's axes, and its rate.
+struct Ring {
+  Vec3 turn_rad, rate_rad_s;
 };
 
 // How one drop goes.
@@ -113,6 +121,7 @@ class Robot {
   // A slave holds the bus low; nine clocks do not free it, a loss of the logger's supply does.
   void set_bus_stuck(int bus, bool stuck);
   void set_angle_sensor_fault(int sensor, AngleSensorFault fault);
+  void step_gyro_bias(int body, const Vec3& step_rad_s);
   void set_magnet_slip(int sensor, double slip_rad);
   void set_servo_fault(int joint, ServoFault fault);
   void set_switch_fault(int index, SwitchFault fault) { switches_.set_fault(index, fault); }
@@ -141,6 +150,7 @@ class Robot {
   void feed_imus(uint64_t t_us);
   void keep_truth();
   double die_temperature_c() const;
+  void ring_mounts(double dt_s);
   void power_imus();
   I2cBus& bus_of_slot(size_t slot) { return buses_[slot / 2]; }
 
@@ -152,6 +162,7 @@ class Robot {
   std::array<I2cBus, kBuses> buses_;
   std::array<size_t, kImus> plug_{{0, 1, 2, 3}};  // of each body's IMU: its place on the buses
   std::vector<Mpu6050> imus_;
+  std::array<Ring, kImus> mounts_;
   std::vector<AngleSensor> angle_sensors_;
   std::vector<Servo> servos_;
   Chain chain_;

@@ -31,6 +31,10 @@ void Robot::set_angle_sensor_fault(int sensor, AngleSensorFault fault) {
   angle_sensors_[static_cast<size_t>(sensor)].set_fault(fault);
 }
 
+void Robot::step_gyro_bias(int body, const Vec3& step_rad_s) {
+  imus_[static_cast<size_t>(body)].step_gyro_bias(step_rad_s);
+}
+
 void Robot::set_magnet_slip(int sensor, double slip_rad) {
   angle_sensors_[static_cast<size_t>(sensor)].set_slip(slip_rad);
 }

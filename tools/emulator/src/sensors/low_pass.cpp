@@ -5,20 +5,27 @@
 namespace tfsat {
 namespace emulator {
 
-void LowPass::configure(double bandwidth_hz, double delay_s) {
+void LowPass::configure(double bandwidth_hz, double delay_s, double late_s) {
   constexpr double kTwoPi = 6.283185307179586477;
   pole_ = from_old_ = 0.0;
   from_new_ = 1.0;
   delay_ticks_ = 0;
   delay_fraction_ = 0.0;
-  if (!(delay_s > 0.0)) return;
+  if (!(delay_s > 0.0)) {
+    set_transport_delay(late_s);
+    return;
+  }
   const double time_constant = std::fmin(1.0 / (kTwoPi * bandwidth_hz), delay_s);
   // Exact for an input that is linear between two ticks.
   pole_ = std::exp(-kTick_s / time_constant);
   const double mean = (1.0 - pole_) * time_constant / kTick_s;
   from_old_ = mean - pole_;
   from_new_ = 1.0 - mean;
-  const double ticks = (delay_s - time_constant) / kTick_s;
+  set_transport_delay(delay_s - time_constant + late_s);
+}
+
+void LowPass::set_transport_delay(double delay_s) {
+  const double ticks = delay_s / kTick_s;
   delay_ticks_ = static_cast<int>(std::fmin(std::floor(ticks), kDepth - 2));
   delay_fraction_ = std::fmin(ticks - delay_ticks_, 1.0);
 }

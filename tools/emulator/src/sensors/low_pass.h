@@ -12,9 +12,10 @@ namespace emulator {
 class LowPass {
  public:
   static constexpr double kTick_s = 125e-6;  // the 8 kHz at which the chip converts
+  static constexpr double kMostLate_s = 0.01;
 
-  // `delay_s` 0: nothing is filtered.
-  void configure(double bandwidth_hz, double delay_s);
+  // `delay_s` 0: nothing is filtered. `late_s`, at most kMostLate_s: the output comes so much later still.
+  void configure(double bandwidth_hz, double delay_s, double late_s = 0.0);
   // All history becomes `value`.
   void reset(double value);
   // The next input, one tick after the last.
@@ -22,7 +23,9 @@ class LowPass {
   double output() const;
 
  private:
-  static constexpr int kDepth = 32;  // ticks: 3.9 ms of transport delay; every setting needs less
+  static constexpr int kDepth = 128;  // ticks: 15.9 ms; every setting needs less than 3.9 ms, and kMostLate_s
+
+  void set_transport_delay(double delay_s);
 
   double pole_ = 0.0, from_old_ = 0.0, from_new_ = 1.0;  // y' = pole y + from_old u0 + from_new u1
   int delay_ticks_ = 0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStandardGravity_m_s2 = 9.80665;
 constexpr double kRadPerDeg = 0.017453292519943295;
-constexpr uint64_t kTick_us = 125;  // 8 kHz
+constexpr double kTick_us = 1e6 * LowPass::kTick_s;  // 8 kHz
 constexpr uint64_t kWanderTicks = 80;  // 10 ms
 constexpr double kWanderStep_s = static_cast<double>(kWanderTicks) * LowPass::kTick_s;
 constexpr double kStop_rad_s = 5000.0 * kRadPerDeg;  // beyond every range, so that it clips behind every filter
@@ -67,6 +67,7 @@ bool gyro_at_8khz(uint8_t config) { return (config & 7u) == 0 || (config & 7u) =
 
 Mpu6050::Mpu6050(const Mpu6050Parameters& parameters)
     : parameters_(parameters),
+      tick_length_us_(kTick_us / (1.0 + 1e-6 * parameters.clock_ppm)),
       noise_(parameters.seed),
       temperature_noise_(~parameters.seed),
       wander_noise_(parameters.seed ^ 0x3A4DE5u) {
@@ -97,8 +98,8 @@ void Mpu6050::configure_filters() {
   const Part& part = part_of(parameters_.who_am_i);
   const Filter& gyro = part.gyro[registers_[kConfig] & 7u];
   const Filter& accel = part.accel[registers_[part.has_accel_config_2 ? kAccelConfig2 : kConfig] & 7u];
-  for (int i = 0; i < 3; ++i) filters_[i].configure(gyro.hz, 1e-3 * gyro.delay_ms);
-  for (int i = 3; i < 6; ++i) filters_[i].configure(accel.hz, 1e-3 * accel.delay_ms);
+  for (int i = 0; i < 3; ++i) filters_[i].configure(gyro.hz, 1e-3 * gyro.delay_ms, parameters_.late_s);
+  for (int i = 3; i < 6; ++i) filters_[i].configure(accel.hz, 1e-3 * accel.delay_ms, parameters_.late_s);
 }
 
 bool Mpu6050::write(uint8_t reg, const uint8_t* data, size_t n) {
@@ -140,7 +141,7 @@ Mpu6050::Truth Mpu6050::measured(const Vec3& rate_rad_s, const Vec3& specific_fo
   const Mat3 to_sensor = transpose(p.sensor_to_body);
   const Vec3 force = to_sensor * specific_force_m_s2;
   const Vec3 rate = to_sensor * rate_rad_s;
-  const Vec3 drag = p.gyro_bias_rad_s + p.gyro_g_sensitivity * force +
+  const Vec3 drag = p.gyro_bias_rad_s + p.gyro_cross_axis * rate + p.gyro_g_sensitivity * force +
                     (temperature_c - p.reference_c) * p.gyro_bias_slope_rad_s_c;
   Vec3 shown{p.gyro_scale.x * rate.x + drag.x, p.gyro_scale.y * rate.y + drag.y, p.gyro_scale.z * rate.z + drag.z};
   if (p.gyro_shock_limit_m_s2 > 0.0 && dot(force, force) > p.gyro_shock_limit_m_s2 * p.gyro_shock_limit_m_s2) {
@@ -159,14 +160,14 @@ void Mpu6050::sample(uint64_t t_us, const Vec3& rate_rad_s, const Vec3& specific
   if (!has_truth_) {
     has_truth_ = true;
     last_truth_ = truth;
-    tick_ = t_us / kTick_us;
+    while (tick_us(tick_ + 1) <= t_us) ++tick_;
     now_us_ = std::max(now_us_, t_us);
     return;
   }
   const uint64_t from_us = now_us_;
-  while ((tick_ + 1) * kTick_us <= t_us) {
+  while (tick_us(tick_ + 1) <= t_us) {
     ++tick_;
-    now_us_ = std::max(from_us, tick_ * kTick_us);
+    now_us_ = std::max(from_us, tick_us(tick_));
     const double part = t_us > from_us ? static_cast<double>(now_us_ - from_us) /
                                              static_cast<double>(t_us - from_us)
                                        : 1.0;
@@ -191,7 +192,9 @@ void Mpu6050::tick(const Truth& truth) {
     const double density =
         i < 3 ? parameters_.gyro_noise_rad_s_rthz : parameters_.accel_noise_m_s2_rthz;
     const double noise = density > 0.0 ? density * spread * noise_.normal() : 0.0;
-    const double value = truth.channel[i] + noise + (i < 3 ? wander_rad_s_[i] : 0.0);
+    double value = truth.channel[i] + noise + (i < 3 ? wander_rad_s_[i] : 0.0);
+    const double limit = parameters_.gyro_front_end_limit_rad_s;
+    if (i < 3 && limit > 0.0) value = std::fmax(-limit, std::fmin(limit, value));
     if (fill_filters_) filters_[i].reset(value);
     filters_[i].push(value);
   }

@@ -42,6 +42,11 @@ struct Mpu6050Parameters {
   Vec3 gyro_bias_rad_s;                    // sensor axes
   Vec3 gyro_scale{1.0, 1.0, 1.0};          // reading / truth
   double gyro_noise_rad_s_rthz = 0.0;      // white; PS 6.1 typical: 0.005 deg/s/sqrt(Hz)
+  Mat3 gyro_cross_axis;                    // share of each axis' rate that another axis shows on top: row shows, column turns
+  // What the chip's front end shows at most, before its low-pass: no count is at its end then; 0: no such limit.
+  double gyro_front_end_limit_rad_s = 0.0;
+  double late_s = 0.0;                     // everything it shows comes so much later; at most LowPass::kMostLate_s
+  double clock_ppm = 0.0;                  // its own oscillator runs so much faster: conversions, filters, outputs
   Mat3 gyro_g_sensitivity;                 // (rad/s) / (m/s^2); PS 6.1 typical: 0.1 deg/s/g
   Vec3 gyro_bias_slope_rad_s_c;            // of the bias with the temperature, from reference_c on
   double reference_c = 25.0;
@@ -84,6 +89,8 @@ class Mpu6050 : public I2cDevice {
   bool write(uint8_t reg, const uint8_t* data, size_t n) override;
   bool read(uint8_t reg, uint8_t* data, size_t n) override;
 
+  // From now on each axis shows so much more.
+  void step_gyro_bias(const Vec3& step_rad_s) { parameters_.gyro_bias_rad_s = parameters_.gyro_bias_rad_s + step_rad_s; }
   // The biases go on wandering for so long, in one stride.
   void wander(double duration_s);
   void power_up(uint64_t t_us);  // all registers as after power-on
@@ -105,6 +112,9 @@ class Mpu6050 : public I2cDevice {
   bool frozen() const {
     return fault_ == Mpu6050Fault::kFrozen || fault_ == Mpu6050Fault::kFrozenUntilReset;
   }
+  uint64_t tick_us(uint64_t tick) const {
+    return static_cast<uint64_t>(static_cast<double>(tick) * tick_length_us_ + 0.5);
+  }
   void reset_registers();
   void configure_filters();
   void write_register(uint8_t reg, uint8_t value);
@@ -113,6 +123,7 @@ class Mpu6050 : public I2cDevice {
   void put_word(uint8_t reg, double value);
 
   Mpu6050Parameters parameters_;
+  double tick_length_us_;  // true time between two conversions
   Mpu6050Fault fault_ = Mpu6050Fault::kNone;
   Noise noise_;
   Noise temperature_noise_;
@@ -125,7 +136,7 @@ class Mpu6050 : public I2cDevice {
   bool has_truth_ = false;
   bool fill_filters_ = true;        // after waking: start from the present instead of from zero
   uint64_t now_us_ = 0;
-  uint64_t tick_ = 0;               // 8 kHz conversions since time zero
+  uint64_t tick_ = 0;               // conversions since time zero, 8 kHz by the chip's clock
   uint64_t reset_until_us_ = 0;
   uint64_t awake_since_us_ = 0;
 };

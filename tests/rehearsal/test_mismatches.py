@@ -1,0 +1,261 @@
+"""Mismatches between a robot and its files: each changes what it says, by its size, and nothing else."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import MODEL, Drop, drop
+from tfsat_host.arrays import FloatArray
+from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.imperfections import ideal
+from tfsat_host.emulated.library import robot_config
+from tfsat_host.emulated.robot import EmulatedRobot
+from tfsat_host.rehearsal.day import CALIBRATED
+from tfsat_host.rehearsal.fault import Fault
+from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.mismatches import MISMATCHES, draw_hidden, strained_inertia
+from tfsat_host.rehearsal.truth import Truth, drawn_truth
+
+SEED = 5
+BUILT = [one for one in MISMATCHES if one.hidden is not None]
+IDEAL = Truth(SEED, MODEL, ideal(), np.zeros(3))
+COUNT_DEG_S = 1.0 / 65.5
+CHANGED: Mapping[str, set[str]] = {
+    "wrong-masses": {"mass_kg"},
+    "wrong-inertias": {"inertia_kg_m2"},
+    "wrong-hinge-points": {"joint_point_m"},
+    "wrong-hinge-axes": {"joint_axis"},
+    "wrong-com-of-body-4": {"com_m"},
+    "wrong-coms": {"com_m"},
+    "robot-file-uncertain": {"mass_kg", "inertia_kg_m2", "joint_point_m", "joint_axis", "com_m"},
+    "gyro-scale-changed": {"gyro_scale"},
+    "gyro-g-sensitive": {"gyro_g_sensitivity_rad_s_g"},
+    "gyro-cross-axis": {"gyro_cross_axis"},
+    "imu-late": {"imu_late_s"},
+    "imu-clocks": {"imu_clock_ppm"},
+    "gyro-saturated-unflagged": {"gyro_front_end_limit_rad_s"},
+    "mount-ripple": {"mount_ripple_s"},
+}
+each_built = pytest.mark.parametrize("fault", BUILT, ids=lambda one: one.name)
+
+
+def differing(one: object, other: object) -> set[str]:
+    names = [field.name for field in fields(one) if field.name != "shape_m"]  # type: ignore[arg-type]
+    return {name for name in names if not np.array_equal(getattr(one, name), getattr(other, name))}
+
+
+@each_built
+def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
+    was = drawn_truth(MODEL, SEED)
+    flies = fault.flown(was)
+    assert (
+        differing(flies.model, was.model) | differing(flies.imperfections, was.imperfections)
+        == CHANGED[fault.name]
+    )
+    assert flies.calibrated is (was.imperfections if fault.name == "gyro-scale-changed" else None)
+    again = fault.flown(drawn_truth(MODEL, SEED))
+    assert config_of(again) == config_of(flies)
+    if fault.name != "mount-ripple":  # which leaves nothing to draw
+        others = [replace(was, seed=seed) for seed in (6, 7, 8)]
+        assert any(config_of(fault.flown(other)) != config_of(flies) for other in others)
+
+
+def config_of(truth: Truth) -> bytes:
+    """All that the emulator is given."""
+    return bytes(robot_config(truth.model, truth.imperfections, SEED, SEED))
+
+
+@each_built
+def test_of_size_zero_the_emulator_is_given_the_same_to_the_last_bit(fault: Fault) -> None:
+    was = drawn_truth(MODEL, SEED)
+    assert fault.hidden is not None
+    assert config_of(fault.hidden(was, 0.0, np.random.default_rng(1))) == config_of(was)
+    assert fault_named(f"{fault.name}=0").flown(was) is was
+
+
+def test_of_size_zero_what_happens_in_a_fall_changes_no_byte_either() -> None:
+    def nothing(robot: EmulatedRobot) -> None:
+        robot.faults.gyro_bias_step(2, np.zeros(3))
+        robot.faults.angle_sensor(3, "turned", 0.0)
+
+    assert np.array_equal(dropped(IDEAL).log.imu_counts, flies(IDEAL, nothing).log.imu_counts)
+    assert np.array_equal(dropped(IDEAL).log.angle_counts, flies(IDEAL, nothing).log.angle_counts)
+
+
+def test_more_mismatches_change_nothing_of_the_others() -> None:
+    was = drawn_truth(MODEL, SEED)
+    masses, points = fault_named("wrong-masses"), fault_named("wrong-hinge-points")
+    both = masses.flown(points.flown(was)).model
+    assert np.array_equal(both.mass_kg, masses.flown(was).model.mass_kg)
+    assert np.array_equal(both.joint_point_m, points.flown(was).model.joint_point_m)
+    twice = fault_named("wrong-masses=4").flown(was).model.mass_kg
+    assert np.log(twice / MODEL.mass_kg) == pytest.approx(2.0 * np.log(both.mass_kg / MODEL.mass_kg))
+
+
+def test_inertias_are_those_of_bodies_that_can_be() -> None:
+    random = np.random.default_rng(2)
+    for inertia in MODEL.inertia_kg_m2:
+        for strain in random.standard_normal((50, 3, 3)):
+            found = strained_inertia(inertia, strain + strain.T)
+            least, middle, greatest = np.linalg.eigvalsh(found)
+            assert least > 0.0 and greatest < least + middle
+            assert np.allclose(found, found.T, rtol=1e-12)
+
+
+def test_sizes_are_standard_deviations() -> None:
+    truths = [draw_hidden(MODEL, seed) for seed in range(400)]
+    mass = np.array([one.model.mass_kg for one in truths]) / MODEL.mass_kg - 1.0
+    points = 1e3 * (np.array([one.model.joint_point_m for one in truths]) - MODEL.joint_point_m)
+    axes = np.array([one.model.joint_axis for one in truths])
+    com = 1e3 * (np.array([one.model.com_m for one in truths]) - MODEL.com_m)
+    cube = replace(MODEL, inertia_kg_m2=np.tile(np.eye(3), (4, 1, 1)))
+    cubes = np.array([draw_hidden(cube, seed).model.inertia_kg_m2 for seed in range(400)])
+    assert mass.std() == pytest.approx(0.02, rel=0.1)
+    assert com.std(axis=(0, 2)) == pytest.approx(np.full(4, 3.0), rel=0.1)
+    moments = cubes[:, :, range(3), range(3)]
+    assert moments.std() == pytest.approx(0.03, rel=0.1)
+    assert np.abs(np.einsum("sjk,jk->sj", points, MODEL.joint_axis)).max() < 1e-12
+    assert points[:, 0, 1:].std() == pytest.approx(0.5, rel=0.1)
+    assert np.linalg.norm(axes, axis=2) == pytest.approx(1.0)
+    assert np.rad2deg(axes[:, 0, 1:]).std() == pytest.approx(0.5, rel=0.1)
+
+
+def test_a_hidden_robot_is_as_its_file_may_be_with_mismatches_on_top() -> None:
+    plain, late = draw_hidden(MODEL, SEED), draw_hidden(MODEL, SEED, [fault_named("imu-late=3")])
+    assert differing(plain.model, late.model) == set()
+    assert differing(plain.imperfections, late.imperfections) == {"imu_late_s"}
+    assert sorted(late.imperfections.imu_late_s) == [0.0, 0.0, 0.0, 0.003]
+    exact = draw_hidden(MODEL, SEED, uncertainty=replace(MODEL.uncertainty, mass_relative=0.0))  # type: ignore[type-var]
+    assert np.array_equal(exact.model.mass_kg, MODEL.mass_kg)
+    assert exact.model.uncertainty is MODEL.uncertainty
+
+
+def flies(truth: Truth, before: Callable[[EmulatedRobot], None] = lambda _: None) -> Drop:
+    with tempfile.TemporaryDirectory() as folder:
+        return drop(Path(folder), MODEL, truth.model, truth.imperfections, seed=SEED, before_drop=before)
+
+
+@cache
+def dropped(truth: Truth) -> Drop:
+    return flies(truth)
+
+
+def with_fault(typed: str) -> tuple[Truth, Drop]:
+    truth = fault_named(typed).flown(IDEAL)
+    return truth, dropped(truth)
+
+
+def rates_deg_s(one: Drop) -> FloatArray:
+    """(n, 4, 3) as logged."""
+    return np.asarray(one.log.imu_counts[:, :, 4:7] * COUNT_DEG_S)
+
+
+def times_s(one: Drop) -> FloatArray:
+    """(n,) after the release."""
+    return np.array([one.log.seconds(int(t_us)) for t_us in one.log.t_us])
+
+
+def test_g_sensitivity_shows_under_force_alone() -> None:
+    _, one = with_fault("gyro-g-sensitive")
+    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
+    held, falls = apart[(t_s > -2.0) & (t_s < -0.1)], apart[(t_s > 0.1) & (t_s < 0.6)]
+    assert np.abs(held.mean(axis=0)).max() > 0.5
+    assert np.abs(falls).max() <= 1.5 * COUNT_DEG_S
+
+
+def test_a_front_end_that_saturates_leaves_no_clip_flag() -> None:
+    truth, one = with_fault("gyro-saturated-unflagged")
+    (body,) = np.flatnonzero(truth.imperfections.gyro_front_end_limit_rad_s)
+    shown, free = rates_deg_s(one)[:, body], rates_deg_s(dropped(IDEAL))[:, body]
+    in_fall = (times_s(one) > 0.0) & (times_s(one) < 2.4)
+    assert np.abs(free[in_fall]).max() > 110.0
+    assert np.abs(shown[in_fall]).max() == pytest.approx(100.0, abs=COUNT_DEG_S)
+    assert not one.log.clipped[in_fall].any()
+    others = [other for other in range(4) if other != body]
+    assert np.array_equal(one.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+
+
+def test_a_late_imu_shows_the_same_later() -> None:
+    truth, one = with_fault("imu-late=3")
+    (body,) = np.flatnonzero(truth.imperfections.imu_late_s)
+    t_s, was, shown = times_s(one), rates_deg_s(dropped(IDEAL))[:, body], rates_deg_s(one)[:, body]
+    in_fall = (t_s > 0.1) & (t_s < 2.4)
+    axis = int(np.abs(was[in_fall]).max(axis=0).argmax())
+
+    def apart(late_s: float) -> float:
+        earlier = np.interp(t_s[in_fall] - late_s, t_s, was[:, axis])
+        return float(np.sqrt(np.mean((shown[in_fall, axis] - earlier) ** 2)))
+
+    lags_ms = np.arange(0.0, 6.0, 0.1)
+    assert lags_ms[np.argmin([apart(1e-3 * lag) for lag in lags_ms])] == pytest.approx(3.0, abs=0.15)
+    others = [other for other in range(4) if other != body]
+    assert np.array_equal(one.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+
+
+def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
+    """The logger reads the last output that a chip finished, so what it reads is up to 1 ms older."""
+    _, one = with_fault("imu-clocks")
+    apart = rates_deg_s(one) - rates_deg_s(dropped(IDEAL))
+    t_s = times_s(one)
+    moving, held = (t_s > 0.6) & (t_s < 2.3), (t_s > -2.0) & (t_s < -0.1)
+    assert np.abs(apart[held]).max() <= COUNT_DEG_S
+    # The servos reach 200 deg/s at 4000 deg/s^2: 1 ms is 4 deg/s.
+    assert 0.5 < np.abs(apart[moving]).max() < 8.0
+
+
+def test_a_bias_steps_and_stays() -> None:
+    def step(robot: EmulatedRobot) -> None:
+        robot.faults.gyro_bias_step(2, np.deg2rad([0.3, -0.2, 0.1]))
+
+    one = flies(IDEAL, step)
+    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
+    assert not apart[t_s < -0.05].any()
+    assert not apart[:, [0, 2, 3]].any()
+    assert apart[(t_s > 0.1) & (t_s < 2.4), 1].mean(axis=0) == pytest.approx([0.3, -0.2, 0.1], abs=0.005)
+
+
+def test_mounts_ring_after_strokes_and_bodies_do_not() -> None:
+    _, one = with_fault("mount-ripple=10")
+    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
+    assert np.abs(apart[(t_s > 0.05) & (t_s < 0.69)]).max() <= COUNT_DEG_S
+    assert 5.0 < np.abs(apart[(t_s > 0.7) & (t_s < 1.0)]).max() < 100.0
+    assert np.array_equal(one.truth, dropped(IDEAL).truth)
+
+
+def test_cross_axis_shows_a_share_of_the_other_rates() -> None:
+    truth, one = with_fault("gyro-cross-axis=5")
+    apart, was = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), rates_deg_s(dropped(IDEAL))
+    in_fall = (times_s(one) > 0.0) & (times_s(one) < 2.4)
+    share = np.einsum("brc,tbc->tbr", truth.imperfections.gyro_cross_axis, was[in_fall])
+    assert np.abs(apart[in_fall] - share).max() < 3.0 * COUNT_DEG_S
+    assert np.abs(share).max() > 3.0
+
+
+def test_a_worse_certificate_states_what_it_stated() -> None:
+    was = careful_certificate(MODEL, IDEAL.imperfections, SEED, CALIBRATED)
+
+    class Day:
+        calibration = was
+
+    day = Day()
+    fault = fault_named("certificate-wrong")
+    fault.strike(day, 3.0, np.random.default_rng(1))
+    now = day.calibration
+    deviations = [
+        (new.bias_rad_s - old.bias_rad_s) / np.sqrt(np.diag(old.covariance)[:3])
+        for new, old in zip(now.gyros, was.gyros, strict=True)
+    ] + [
+        (new.zero_rad - old.zero_rad) / np.sqrt(np.diag(old.zero_covariance))
+        for new, old in zip(now.joints, was.joints, strict=True)
+    ]
+    assert np.sqrt(np.mean(np.concatenate(deviations) ** 2)) == pytest.approx(3.0, rel=0.5)
+    for new, old in zip(now.gyros, was.gyros, strict=True):
+        assert np.array_equal(new.covariance, old.covariance)
+        assert new.rotation @ new.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
