@@ -207,6 +207,17 @@ def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> N
     assert found.problem.steps > 2  # its strokes need more than the drop tower robot's
 
 
+def test_joints_that_may_turn_to_both_sides_are_searched_on_both(drop_tower: RobotModel) -> None:
+    """Joint 3 outwards by a negative angle gives 42.78 deg where positive angles alone give 40.13 deg."""
+    both = replace(drop_tower, joint_limits_rad=np.radians([[-90.0, 90.0]] * 3))
+    best = design(both, DesignSettings(time_limit_s=3.0))
+    assert best.optimum.reorientation_deg == pytest.approx(42.78, abs=0.005)
+    assert best.optimum.alpha_deg == pytest.approx([90.0, 90.0, -75.0], abs=0.01)
+    strokes = best.maneuver(best.optimum).strokes
+    assert {s.angle_deg for s in strokes if s.joint == 3} == {-75.0, 75.0}
+    assert strokes[[s.joint for s in strokes].index(3)].angle_deg == -75.0
+
+
 def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> None:
     found = design(drop_tower)
     flown, maneuver = found.flown(found.optimum), found.maneuver(found.optimum)

@@ -2,7 +2,8 @@
 
 For one sequence the reorientation is a smooth function of the displacements, and what the time limit and the
 joints' ranges leave is a convex body. So every local maximum of a grid over it is climbed by sequential quadratic
-programming with gradients that are right to ten digits, and the highest summit is the answer.
+programming with gradients that are right to ten digits, and the highest summit is the answer. A joint that may turn to
+both sides of its start pose moves out to one of them: every pattern of signs is such a body of its own.
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ def find_optimum(
     *,
     starts: SequenceOf[tuple[Sequence, FloatArray]] = (),
     grid_points: int = GRID_POINTS,
+    least_rad: float = 0.0,
     progress: Callable[[float], None] = lambda _done: None,
 ) -> tuple[Summit, tuple[Summit, ...]]:
     """The best summit, and all summits that were climbed, best first.
@@ -64,15 +66,16 @@ def find_optimum(
         problem: The design problem.
         starts: Sequences and displacements (d,) to climb from as well, whatever the grid finds.
         grid_points: About how many points the grid has.
+        least_rad: What was reached elsewhere: a grid point well below it is not climbed from, but for the best.
         progress: Called with the share of the work that was done.
     """
     sequences = classes(len(problem.joints))
     candidates = _grid_maxima(problem, problem.loops(sequences), grid_points)
     progress(0.3)
     summits = [climb(problem, *start) for start in starts]
-    best = max([candidates[0][0], *(summit.reorientation_rad for summit in summits)])
+    best = max([least_rad, candidates[0][0], *(summit.reorientation_rad for summit in summits)])
     for value, sequence, displacements in candidates:
-        if value >= _WORTH_CLIMBING * best:
+        if value >= _WORTH_CLIMBING * best or not summits:
             summits.append(climb(problem, sequences[sequence], displacements))
             best = max(best, summits[-1].reorientation_rad)
         progress(0.7 / len(candidates))
@@ -218,10 +221,14 @@ class Design:
 
     def flown(self, candidate: Candidate) -> Candidate:
         """The candidate as `maneuver` has it: displacements in whole hundredths of a degree."""
-        rounded = np.radians(self.problem.commanded_deg(np.abs(candidate.alpha_deg)))
+        problem = self._facing(candidate)
+        rounded = np.radians(problem.commanded_deg(np.abs(candidate.alpha_deg)))
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
         sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
-        return _candidate(self.problem, rounded, sequence)
+        return _candidate(problem, rounded, sequence)
+
+    def _facing(self, candidate: Candidate) -> Problem:
+        return self.problem.facing(np.where(candidate.alpha_deg < 0.0, -1.0, 1.0))
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
         """The strokes to be flown: displacements rounded to 0.01 deg so that they still fit into the time.
@@ -231,7 +238,8 @@ class Design:
         """
         if not candidate.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
-        commanded = self.problem.commanded_deg(np.abs(candidate.alpha_deg)) * self.problem.directions
+        facing = self._facing(candidate)
+        commanded = facing.commanded_deg(np.abs(candidate.alpha_deg)) * facing.directions
         out_deg = {joint + 1: float(deg) for joint, deg in zip(self.problem.joints, commanded, strict=True)}
         strokes = tuple(
             Stroke(abs(signed), math.copysign(1.0, signed) * out_deg[abs(signed)])
@@ -258,18 +266,24 @@ def design(
     chosen = settings or DesignSettings()
     problem = Problem.of(robot, chosen)
     found, sequence = search(problem, chosen, lambda done: progress(0.4 * done))
-    summit, summits = find_optimum(
-        problem,
-        starts=[(sequence, _within_time(problem, found.position))],
-        progress=lambda done: progress(0.6 * done),
-    )
+    patterns = list(problem.sign_patterns())
+    share, climbed = 0.6 / len(patterns), list[tuple[Summit, Problem]]()
+    for pattern in patterns:
+        _, ranked = find_optimum(
+            pattern,
+            starts=[] if climbed else [(sequence, _within_time(problem, found.position))],
+            least_rad=max((summit.reorientation_rad for summit, _ in climbed), default=0.0),
+            progress=lambda done: progress(share * done),
+        )
+        climbed += [(summit, pattern) for summit in ranked]
+    summit, best = max(climbed, key=lambda one: one[0].reorientation_rad)
     return Design(
         problem,
         candidate(problem, found.position, sequence),
         found,
-        candidate(problem, summit.displacements_rad, summit.sequence),
+        candidate(best, summit.displacements_rad, summit.sequence),
         summit,
-        len(summits),
+        len(climbed),
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -88,9 +90,10 @@ class Problem:
         body: The robot.
         joints: (d,) indices of the joints that may move.
         start_rad: (n - 1,) pose at the start.
-        directions: (d,) 1 where a joint moves out by a positive angle, -1 where by a negative: to the side where its
-            range has more room.
-        limit_rad: (d,) greatest displacements.
+        directions: (d,) 1 where a joint moves out by a positive angle, -1 where by a negative; by `of`, to the side
+            where its range has more room.
+        limit_rad: (d,) greatest displacements that way.
+        sides_rad: (d, 2) greatest displacements by negative and by positive angles.
         speed_rad_s: Average joint speed.
         time_limit_s: T_max.
         penalty: P in rad/s^2.
@@ -102,6 +105,7 @@ class Problem:
     start_rad: FloatArray
     directions: FloatArray
     limit_rad: FloatArray
+    sides_rad: FloatArray
     speed_rad_s: float
     time_limit_s: float
     penalty: float
@@ -132,13 +136,16 @@ class Problem:
             if not (math.isfinite(value) and value > 0.0):
                 raise DesignError(name, f"The {name} is {value:g}; it must be above zero.")
         body = Multibody.of(robot)
-        reach = np.multiply.outer(directions * limit, [1.0, 0.5])
+        sides = np.minimum(np.stack([below, above], axis=1), limit[:, None])
+        far = np.array(list(itertools.product(*(sides * [-1.0, 1.0])))).T
+        reach = np.concatenate([far, 0.5 * far], axis=1)
         return cls(
             body,
             joints,
             start,
             directions,
             limit,
+            sides,
             math.radians(speed),
             settings.time_limit_s,
             math.radians(settings.penalty),
@@ -152,6 +159,19 @@ class Problem:
                 "time limit",
                 f"In {self.time_limit_s:g} s at {math.degrees(self.speed_rad_s):g} deg/s no joint turns by 0.01 deg.",
             )
+
+    def facing(self, directions: FloatArray) -> Problem:
+        """The same problem with joints that move out by angles of these signs (d,)."""
+        limit = np.where(directions > 0.0, self.sides_rad[:, 1], self.sides_rad[:, 0])
+        return replace(self, directions=directions, limit_rad=limit)
+
+    def sign_patterns(self) -> Iterator[Problem]:
+        """The problem for every combination of the sides on which its joints have room; this one first."""
+        yield self
+        room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _LEAST_RAD] for side in self.sides_rad]
+        for pattern in itertools.product(*room):
+            if not np.array_equal(pattern, self.directions):
+                yield self.facing(np.array(pattern))
 
     @property
     def travel_limit_rad(self) -> float:
