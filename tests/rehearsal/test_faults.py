@@ -22,7 +22,6 @@ from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal import faults, series
-from tfsat_host.rehearsal.board_faults import BOARD_FAULTS, POWER_CUTS, RELEASE_FAULTS, power_cut
 from tfsat_host.rehearsal.drop import rehearse
 from tfsat_host.rehearsal.fault import (
     AT,
@@ -34,10 +33,10 @@ from tfsat_host.rehearsal.fault import (
     between,
     words_of,
 )
-from tfsat_host.rehearsal.faults import FAULTS, fault_named
+from tfsat_host.rehearsal.faults import FAULTS, GROUPS, fault_named
 from tfsat_host.rehearsal.judgement import came_of
-from tfsat_host.rehearsal.mismatches import MISMATCHES
 from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.strikes import power_cut
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 
@@ -49,6 +48,9 @@ SLOW = "calibration-of-another-robot"
 """Its fit takes long to settle."""
 
 
+RELEASE_FAULTS, BOARD_FAULTS = GROUPS["release"], GROUPS["board"]
+MISMATCHES = (*GROUPS["model-mismatch"], *GROUPS["sensor-mismatch"])
+POWER_CUTS = [fault for fault in FAULTS if fault.part == "power of both boards"]
 QUICK_MISMATCHES = {"wrong-masses", "gyro-bias-step"}
 NOT_YET_NAMED = {
     "angle-sensor-crept",

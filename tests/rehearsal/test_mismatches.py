@@ -10,21 +10,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.evaluation.drops import MODEL, Drop, drop
 from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics.momentum import locked_inertia
+from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.library import robot_config
 from tfsat_host.emulated.robot import EmulatedRobot
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import CALIBRATED
 from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.faults import fault_named
-from tfsat_host.rehearsal.mismatches import MISMATCHES, draw_hidden, strained_inertia
+from tfsat_host.rehearsal.faults import FAULTS, GROUPS, fault_named
+from tfsat_host.rehearsal.hidden import HiddenDrop, draw_hidden, hidden_drop
+from tfsat_host.rehearsal.mismatches import BUILT as BUILDING
+from tfsat_host.rehearsal.mismatches import SIZED_STRIKES, strained_inertia
+from tfsat_host.rehearsal.strikes import STRIKES
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 
 SEED = 5
-BUILT = [one for one in MISMATCHES if one.hidden is not None]
+SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
+BUILT = [one for one in FAULTS if one.hidden is not None]
 IDEAL = Truth(SEED, MODEL, ideal(), np.zeros(3))
 COUNT_DEG_S = 1.0 / 65.5
 CHANGED: Mapping[str, set[str]] = {
@@ -259,3 +267,49 @@ def test_a_worse_certificate_states_what_it_stated() -> None:
     for new, old in zip(now.gyros, was.gyros, strict=True):
         assert np.array_equal(new.covariance, old.covariance)
         assert new.rotation @ new.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+@cache
+def hidden(*typed: str) -> HiddenDrop:
+    faults = list(map(fault_named, typed))
+    return hidden_drop(SCHEDULE, MODEL, draw_hidden(MODEL, SEED), faults)
+
+
+def test_a_hidden_drop_has_the_truth_that_it_is_judged_by() -> None:
+    one = hidden()
+    assert np.abs(np.rad2deg(one.strokes_rad) - [59.0, 70.0, -59.0, -70.0]).max() < 2.0
+    assert one.landed_s == pytest.approx(2.5, abs=1e-3)
+    assert not np.array_equal(one.truth.model.mass_kg, one.filed.mass_kg)
+    assert one.log.samples_lost == 0 and len(one.calibration.gyros) == 4
+    # Without torque it stays in inertial axes what it was, whatever the strokes did.
+    row = one.rows[np.searchsorted(one.rows[:, 0], one.landed_s - 0.02)]
+    body = Multibody.of(one.truth.model)
+    later = locked_inertia(body, row[1:4]) @ row[20:].reshape(4, 3)[body.base]
+    first = one.rows[np.searchsorted(one.rows[:, 0], 0.0)]
+    turns = Rotation.from_quat([at[4 + 4 * body.base :][:4] for at in (first, row)])
+    assert turns[1].apply(later) == pytest.approx(turns[0].apply(one.momentum_kg_m2_s), rel=2e-3)
+
+
+def test_a_hidden_drop_repeats_to_the_byte_and_changes_with_what_is_wrong() -> None:
+    def counts(one: HiddenDrop) -> bytes:
+        return bytes(one.log.imu_counts.tobytes() + one.log.angle_counts.tobytes())
+
+    again = hidden_drop(SCHEDULE, MODEL, draw_hidden(MODEL, SEED), [fault_named("gyro-bias-step=0")])
+    assert counts(again) == counts(hidden())
+    stepped = hidden("gyro-bias-step")
+    before = [hidden().log.seconds(int(t_us)) < 0.0 for t_us in hidden().log.t_us]
+    assert np.array_equal(stepped.log.imu_counts[before], hidden().log.imu_counts[before])
+    assert counts(stepped) != counts(hidden())
+    assert np.array_equal(stepped.rows, hidden().rows)
+    worse = hidden("certificate-wrong")
+    assert counts(worse) == counts(hidden())
+    assert not np.array_equal(worse.calibration.gyros[0].scale, hidden().calibration.gyros[0].scale)
+
+
+def test_every_fault_that_is_declared_does_something() -> None:
+    """And what does something is declared: by the same name, with a size where one is needed."""
+    declared = {fault.name for fault in FAULTS}
+    assert declared == {*STRIKES, *SIZED_STRIKES, *BUILDING}
+    assert {fault.name for fault in FAULTS if fault.size is not None} == {*SIZED_STRIKES, *BUILDING}
+    sized = {one.name for group in ("model-mismatch", "sensor-mismatch") for one in GROUPS[group]}
+    assert sized == {*SIZED_STRIKES, *BUILDING}

@@ -100,6 +100,7 @@ def rehearse(
     hex_path: Path | None = None,
     preflight: Preflight | None = None,
     faults: Sequence[Fault] = (),
+    bench: bool = True,
     progress: Progress = lambda _: None,
 ) -> Drop:
     """Rehearses one day, from power-up to the card on the desk.
@@ -111,6 +112,7 @@ def rehearse(
         hex_path: The sequencer's image; None runs its core natively.
         preflight: What is checked before the recording; None: nothing is.
         faults: What goes wrong.
+        bench: As of `day.begun`.
         progress: Called with what is going on.
 
     Raises:
@@ -126,7 +128,7 @@ def rehearse(
         hex_path=hex_path,
     ) as robot:
         progress("on the bench; the gyros' biases are taken")
-        day = days.begun(robot, schedule, filed, truth)
+        day = days.begun(robot, schedule, filed, truth, bench=bench)
 
         def at(moment: Moment) -> None:
             for fault in faults:

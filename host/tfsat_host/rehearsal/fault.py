@@ -52,6 +52,15 @@ def between(first: Moment, last: Moment) -> tuple[Moment, ...]:
     return moments[moments.index(first) : moments.index(last) + 1]
 
 
+def moments_of(words: str) -> tuple[Moment, ...]:
+    """What `words_of` made words of; of nothing, none. Raises KeyError."""
+    if words == "any moment":
+        return tuple(Moment)
+    names = words.replace(" to ", ", ").split(", ") if words else []
+    ends = [Moment[name.upper().replace("-", "_")] for name in names]
+    return between(*ends) if " to " in words else tuple(ends)
+
+
 def words_of(moments: Collection[Moment]) -> str:
     """As people type them: `any moment`, `powered to armed`, or each by its name."""
     chosen = tuple(one for one in Moment if one in moments)
@@ -70,6 +79,11 @@ class Outcome(Enum):
     STOPS = "stops at once and stays where it is"
     NOT_DROPPED = "is not dropped"
 
+    @property
+    def typed(self) -> str:
+        """As in `faults.toml`."""
+        return self.name.lower().replace("_", "-")
+
 
 Outcomes = Mapping[Moment, Outcome]
 """What comes of a fault by the moment at which it strikes; at a moment that is missing it cannot be."""
@@ -83,11 +97,6 @@ def during(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
 def at_any_moment(outcome: Outcome) -> Outcomes:
     """The same whenever it strikes."""
     return dict.fromkeys(Moment, outcome)
-
-
-def broken(part: str, *how: object) -> Callable[[Day], object]:
-    """A method of `emulated.faults.Faults`, with its arguments."""
-    return lambda day: getattr(day.robot.faults, part)(*how)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,20 +1,51 @@
-"""All faults that a rehearsed day can have, and their choice by name."""
+"""All faults that a rehearsed day can have, by `faults.toml`, and their choice by name."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import nan
+from pathlib import Path
 from typing import Any
 
 from tfsat_host.errors import UsageError
 from tfsat_host.quantity import Column, fields, records
-from tfsat_host.rehearsal.board_faults import BOARD_FAULTS, CARD_FAULTS, RELEASE_FAULTS
-from tfsat_host.rehearsal.fault import AT, FAULT, OF, SIZE, Fault, Moment, words_of
-from tfsat_host.rehearsal.mismatches import MISMATCHES
-from tfsat_host.rehearsal.sensor_faults import SENSOR_FAULTS
+from tfsat_host.rehearsal.fault import AT, FAULT, OF, SIZE, Fault, Moment, Outcome, Size, moments_of, words_of
+from tfsat_host.rehearsal.mismatches import BUILT, SIZED_STRIKES
+from tfsat_host.rehearsal.strikes import STRIKES
 
-FAULTS = (*RELEASE_FAULTS, *BOARD_FAULTS, *SENSOR_FAULTS, *CARD_FAULTS, *MISMATCHES)
+_STRIKES: Mapping[str, Callable[..., object]] = {**STRIKES, **SIZED_STRIKES}
+
+
+def _nothing(*_: object) -> None:
+    """Strikes: the robot is so from the day's beginning."""
+
+
+def _declared(values: Mapping[str, Any]) -> Fault:
+    name, (moment,) = values["name"], moments_of(values["moment"])
+    outcomes = {at: outcome for outcome in Outcome for at in moments_of(values.get(outcome.typed, ""))}
+    return Fault(
+        name,
+        values["what"],
+        moment,
+        strike=_STRIKES.get(name, _nothing),
+        outcomes={at: outcomes[at] for at in Moment if at in outcomes},
+        complete=values.get("complete", True),
+        noticed=values.get("noticed", ""),
+        preflight=tuple(values["preflight"]) if "preflight" in values else None,
+        part=values.get("part", ""),
+        size=Size(values["size"], values["unit"], values["most"]) if "size" in values else None,
+        hidden=BUILT.get(name),
+    )
+
+
+GROUPS: Mapping[str, tuple[Fault, ...]] = {
+    group: tuple(map(_declared, tables))
+    for group, tables in tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8")).items()
+}
+"""By what they are faults of."""
+FAULTS = tuple(fault for group in GROUPS.values() for fault in group)
 
 
 def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:

@@ -1,4 +1,4 @@
-"""How a hidden robot can be another one than its file and its certificate say: each way by a name and a size.
+"""How a hidden robot can be another one than its file and its certificate say: the mismatches of `faults.toml`.
 
 Files and certificate stay as they are. Where several numbers go wrong, the size is one standard deviation of each, as
 in a robot file's `[uncertainty]`; signs, directions and bodies follow from the day's seed.
@@ -6,7 +6,7 @@ in a robot file's `[uncertainty]`; signs, directions and bodies follow from the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +14,9 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.certificate import worse_certificate
-from tfsat_host.emulated.imperfections import MOST_LATE_S
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.fault import Fault, Moment, Outcome, Size, during
-from tfsat_host.rehearsal.truth import CORRECTED_BODIES, Truth, drawn_truth
+from tfsat_host.rehearsal.truth import CORRECTED_BODIES, Truth
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import UNCERTAIN
 
@@ -137,7 +135,7 @@ def _ripple(truth: Truth, deg_s: float, _: Random) -> Truth:
     return _sensors(truth, mount_ripple_s=deg_s / RINGS_AFTER_DEG_S2)
 
 
-def _as_filed(truth: Truth, times: float, random: Random) -> Truth:
+def _as_file_allows(truth: Truth, times: float, random: Random) -> Truth:
     """All that a robot file states an uncertainty of, but the centers of mass that are drawn anyway."""
     stated = (truth.model.uncertainty or Uncertainty()).stated()
     for key, change in _OF_FILE.items():
@@ -172,157 +170,26 @@ def _certificate(day: Day, times: float, random: Random) -> None:
     day.calibration = worse_certificate(day.calibration, times, random)
 
 
-def _built(
-    name: str,
-    what: str,
-    size: Size,
-    noticed: str,
-    hidden: Callable[[Truth, float, Random], Truth],
-    preflight: tuple[str, ...] = (),
-) -> Fault:
-    """The robot is so from the day's beginning."""
-    outcomes = {Moment.POWERED: Outcome.FLIES}
-    return Fault(
-        name,
-        what,
-        Moment.POWERED,
-        lambda *_: None,
-        outcomes,
-        noticed=noticed,
-        preflight=preflight,
-        size=size,
-        hidden=hidden,
-    )
-
-
-def _happens(
-    name: str, what: str, size: Size, noticed: str, strike: Callable[[Day, float, Random], None]
-) -> Fault:
-    """At a moment between the start of the recording and the landing."""
-    outcomes = during(Moment.RECORDING, Moment.BEFORE_LANDING, Outcome.FLIES)
-    return Fault(name, what, Moment.FALLING, strike, outcomes, noticed=noticed, size=size)
-
-
-MODEL_MISMATCHES = (
-    _built("wrong-masses", "Each body's mass is another.", Size(2.0, "%", 20.0), "masses", _masses),
-    _built("wrong-inertias", "Each body's inertia is another.", Size(3.0, "%", 20.0), "inertias", _inertias),
-    _built(
-        "wrong-hinge-points", "Each hinge is elsewhere.", Size(0.5, "mm", 20.0), "hinge points", _hinge_points
-    ),
-    _built(
-        "wrong-hinge-axes", "Each hinge's axis leans.", Size(0.5, "deg", 10.0), "axis of joint", _hinge_axes
-    ),
-    _built(
-        "wrong-com-of-body-4",
-        "Body 4's center of mass is elsewhere.",
-        Size(3.0, "mm", 50.0),
-        "CoM of body 4",
-        _centers(CORRECTED_BODIES, IMU_COUNT),
-    ),
-    _built(
-        "wrong-coms",
-        "The centers of mass of bodies 1 to 3, which an evaluation corrects, are elsewhere once more.",
-        Size(3.0, "mm", 50.0),
-        "",
-        _centers(0, CORRECTED_BODIES),
-    ),
-    _built(
-        "robot-file-uncertain",
-        "Masses, inertias, hinges and body 4's center of mass are all drawn from the robot file's [uncertainty].",
-        Size(1.0, "times", 10.0),
-        "",
-        _as_filed,
-    ),
-)
-SENSOR_MISMATCHES = (
-    _built(
-        "gyro-scale-changed",
-        "One gyro's scale factors have changed since the calibration.",
-        Size(1.0, "%", 20.0),
-        "gyro of body",
-        _gyro_scale,
-    ),
-    _built(
-        "gyro-g-sensitive",
-        "The gyros feel forces more than their data sheet says.",
-        Size(0.5, "deg/s/g", 10.0),
-        "g-sensitivity",
-        _g_sensitivity,
-    ),
-    _built(
-        "gyro-cross-axis",
-        "Each axis of a gyro shows some of the rates about the others.",
-        Size(1.0, "%", 20.0),
-        "gyro of body",
-        _cross_axis,
-    ),
-    _happens(
-        "gyro-bias-step", "One gyro's bias jumps.", Size(0.3, "deg/s", 100.0), "gyro of body", _bias_step
-    ),
-    _happens(
-        "angle-sensor-crept",
-        "The magnet of an angle sensor slips a little.",
-        Size(1.0, "deg", 180.0),
-        "angle sensor of joint",
-        _slip,
-    ),
-    _built(
-        "imu-late",
-        "All that one IMU shows comes late.",
-        Size(2.0, "ms", 1e3 * MOST_LATE_S),
-        "late",
-        _late,
-    ),
-    _built(
-        "imu-clocks",
-        "Each IMU converts by an oscillator of its own, which is off by as much or less.",
-        Size(1.0, "%", 5.0),
-        "",
-        _own_clocks,
-    ),
-    _built(
-        "gyro-saturated-unflagged",
-        "One gyro shows no rate beyond this, cut off before its low-pass, so that no count is at its end.",
-        Size(100.0, "deg/s", 2000.0),
-        "saturat",
-        _front_end,
-    ),
-    Fault(
-        "certificate-wrong",
-        "Gyros and angle sensors are off from the certificate by so many times its own ± more.",
-        Moment.POWERED,
-        _certificate,
-        {Moment.POWERED: Outcome.FLIES},
-        noticed="certificate",
-        preflight=(),
-        part="calibration",
-        size=Size(3.0, "times", 1000.0),
-    ),
-    _built(
-        "mount-ripple",
-        "What the IMUs stand on rings at 30 Hz after strokes: so fast after a change of 1000 deg/s².",
-        Size(2.0, "deg/s", 100.0),
-        "",
-        _ripple,
-    ),
-)
-MISMATCHES = (*MODEL_MISMATCHES, *SENSOR_MISMATCHES)
-
-
-def draw_hidden(
-    filed: RobotModel, seed: int, mismatches: Sequence[Fault] = (), uncertainty: Uncertainty | None = None
-) -> Truth:
-    """A robot that its file's `[uncertainty]` allows, all figures of it drawn together, with mismatches on top.
-
-    Args:
-        filed: As its file has it.
-        seed: Of everything.
-        mismatches: Of `MISMATCHES`, of any size; those that happen during a drop change nothing here.
-        uncertainty: Instead of the file's.
-    """
-    stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
-    truth = drawn_truth(stated, seed)
-    (of_file,) = (one for one in MODEL_MISMATCHES if one.hidden is _as_filed)
-    for one in (of_file, *mismatches):
-        truth = one.flown(truth)
-    return replace(truth, model=replace(truth.model, uncertainty=filed.uncertainty))
+BUILT: Mapping[str, Callable[[Truth, float, Random], Truth]] = {
+    "wrong-masses": _masses,
+    "wrong-inertias": _inertias,
+    "wrong-hinge-points": _hinge_points,
+    "wrong-hinge-axes": _hinge_axes,
+    "wrong-com-of-body-4": _centers(CORRECTED_BODIES, IMU_COUNT),
+    "wrong-coms": _centers(0, CORRECTED_BODIES),
+    "robot-file-uncertain": _as_file_allows,
+    "gyro-scale-changed": _gyro_scale,
+    "gyro-g-sensitive": _g_sensitivity,
+    "gyro-cross-axis": _cross_axis,
+    "imu-late": _late,
+    "imu-clocks": _own_clocks,
+    "gyro-saturated-unflagged": _front_end,
+    "mount-ripple": _ripple,
+}
+"""By the fault's name: the robot that flies, given another, the size and where to draw from."""
+SIZED_STRIKES: Mapping[str, Callable[[Day, float, Random], None]] = {
+    "gyro-bias-step": _bias_step,
+    "angle-sensor-crept": _slip,
+    "certificate-wrong": _certificate,
+}
+"""Those that strike on the day."""

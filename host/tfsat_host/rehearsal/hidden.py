@@ -1,0 +1,118 @@
+"""One drop of a hidden robot, all of it drawn together: what an evaluation gets, and the truth that it is judged by.
+
+The firmware's own logger records it, of a day without preflight and bench: a quarter of a second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.dynamics.momentum import locked_inertia
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.maneuver import Schedule
+from tfsat_host.rehearsal.drop import rehearse
+from tfsat_host.rehearsal.fault import Fault
+from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.truth import Truth, drawn_truth
+from tfsat_host.robot import RobotModel, Uncertainty
+from tfsat_host.sdlog import DropLog
+
+_JOINTS, _RATES = slice(1, 4), slice(20, 32)
+"""Columns of a row of truth; see `EmulatedRobot.truth`."""
+_BEFORE_LANDING_S = 0.05
+
+
+def draw_hidden(
+    filed: RobotModel, seed: int, mismatches: Sequence[Fault] = (), uncertainty: Uncertainty | None = None
+) -> Truth:
+    """A robot that its file's `[uncertainty]` allows, all figures of it drawn together, with mismatches on top.
+
+    Args:
+        filed: As its file has it.
+        seed: Of everything.
+        mismatches: Faults with a size, of any; those that happen during a drop change nothing here.
+        uncertainty: Instead of the file's.
+    """
+    stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
+    truth = drawn_truth(stated, seed)
+    for one in (fault_named("robot-file-uncertain"), *mismatches):
+        truth = one.flown(truth)
+    return replace(truth, model=replace(truth.model, uncertainty=filed.uncertainty))
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenDrop:
+    """One drop.
+
+    Attributes:
+        log: As decoded from the card.
+        filed: The robot as its file has it.
+        calibration: The certificate, as filed.
+        schedule: What was flown.
+        truth: The robot that flew: model, sensors, initial rate.
+        rows: (n, 32) of `EmulatedRobot.truth`, each ms, times after the release.
+        landed_s: After the release.
+    """
+
+    log: DropLog
+    filed: RobotModel
+    calibration: Calibration
+    schedule: Schedule
+    truth: Truth
+    rows: FloatArray
+    landed_s: float
+
+    @property
+    def strokes_rad(self) -> FloatArray:
+        """(k,) true change of each stroke's joint, until its next stroke or the landing."""
+        strokes, sizes = self.schedule.strokes, []
+        for number, stroke in enumerate(strokes):
+            later = [one.t_s for one in strokes[number + 1 :] if one.joint == stroke.joint]
+            times_s = [stroke.t_s, min([*later, self.landed_s - _BEFORE_LANDING_S])]
+            sizes.append(np.diff(np.interp(times_s, self.rows[:, 0], self.rows[:, stroke.joint])).item())
+        return np.array(sizes)
+
+    @property
+    def momentum_kg_m2_s(self) -> FloatArray:
+        """(3,) about the center of mass in the base's axes at the release, when no joint moves."""
+        row = self.rows[np.searchsorted(self.rows[:, 0], 0.0)]
+        model = self.truth.model
+        rate = row[_RATES].reshape(-1, 3)[model.base]
+        return np.asarray(locked_inertia(Multibody.of(model), row[_JOINTS]) @ rate)
+
+
+def hidden_drop(
+    schedule: Schedule, filed: RobotModel, truth: Truth, faults: Sequence[Fault] = ()
+) -> HiddenDrop:
+    """Flies it.
+
+    Args:
+        schedule: What to fly.
+        filed: The robot as its file has it.
+        truth: The robot, as of `draw_hidden`.
+        faults: What happens meanwhile, such as a bias that steps; and mismatches on top.
+
+    Raises:
+        TfsatError: a board refuses.
+    """
+    flown = rehearse(schedule, filed, truth, faults=faults, bench=False)
+    if flown.released_s is None or flown.landed_s is None:
+        assert flown.refused is not None
+        raise flown.refused
+    rows = flown.truth.copy()
+    rows[:, 0] -= flown.released_s
+    return HiddenDrop(
+        decoded(flown),
+        filed,
+        flown.calibration,
+        schedule,
+        flown.robot,
+        rows,
+        flown.landed_s - flown.released_s,
+    )
