@@ -68,6 +68,7 @@ class Day:
         said: Who gave sentences, and which.
         checks: Of the evaluation, by name, as in JSON.
         reasons: Of its verdict.
+        verdict: Its level; empty without one.
     """
 
     no_go: tuple[str, ...]
@@ -80,6 +81,7 @@ class Day:
     said: dict[str, str]
     checks: dict[str, Any]
     reasons: tuple[str, ...]
+    verdict: str
 
 
 Days = Callable[[Fault], Day]
@@ -135,6 +137,7 @@ def seen(fault: Fault) -> Day:
         {who: " ".join(sentences) for who, sentences in judged.sentences.items()},
         checks,
         () if judged.verdict is None else judged.verdict.reasons,
+        "" if judged.verdict is None else judged.verdict.level,
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.rehearsal import days
 from tests.rehearsal.days import Day, Days
 from tfsat_host.rehearsal.fault import Fault, words_of
-from tfsat_host.rehearsal.faults import FAULTS
+from tfsat_host.rehearsal.faults import FAULTS, GROUPS
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 _HEAD = """# Faults
@@ -35,7 +35,15 @@ A fault with a size can have another: `wrong-masses=1`, `imu-late=3`, `gyro-bias
 | fault | what happens | when | or @ | preflight | the robot | the recording | reported by |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
+MISMATCHES = (*GROUPS["model-mismatch"], *GROUPS["sensor-mismatch"])
+_DIAGNOSES = """
+## What an evaluation makes of a mismatch
 
+Of one drop each, `tfsat-host rehearse 59 70 --fault …`, of seed 1: the verdict, and the causes that its checks name.
+
+| | size | verdict | cause |
+| --- | --- | --- | --- |
+"""
 
 Checks = Callable[[Fault], tuple[str, ...]]
 
@@ -47,7 +55,15 @@ def page(seen: Days, no_go: Checks) -> str:
         seen: What became of a fault's day.
         no_go: Which checks stand against the drop when it is there before the preflight.
     """
-    return _HEAD + "".join(row(fault, seen(fault), no_go) for fault in FAULTS)
+    rows = "".join(row(fault, seen(fault), no_go) for fault in FAULTS)
+    return _HEAD + rows + _DIAGNOSES + "".join(diagnosis(fault, seen(fault)) for fault in MISMATCHES)
+
+
+def diagnosis(fault: Fault, found: Day) -> str:
+    """Of the second table: what the evaluation makes of a mismatch."""
+    causes = dict.fromkeys(one["cause"] for one in found.checks.values() if one["cause"])
+    level = found.verdict or "refused"
+    return f"| `--fault {fault.name}` | {fault.size} | {level} | {'; '.join(causes) or '–'} |\n"
 
 
 def row(fault: Fault, found: Day, no_go: Checks) -> str:

@@ -16,7 +16,7 @@ from tests.bundle.commands import command, result
 from tests.cli.process import RunCli
 from tests.rehearsal import days
 from tests.rehearsal.days import SCHEDULE, SEED, Days, flown, turned_deg
-from tests.rehearsal.faults_page import PAGE, row
+from tests.rehearsal.faults_page import MISMATCHES, PAGE, diagnosis, row
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.errors import UsageError
@@ -49,11 +49,9 @@ SLOW = "calibration-of-another-robot"
 
 
 RELEASE_FAULTS, BOARD_FAULTS = GROUPS["release"], GROUPS["board"]
-MISMATCHES = (*GROUPS["model-mismatch"], *GROUPS["sensor-mismatch"])
 POWER_CUTS = [fault for fault in FAULTS if fault.part == "power of both boards"]
 QUICK_MISMATCHES = {"wrong-masses", "gyro-bias-step"}
 NOT_YET_NAMED = {
-    "angle-sensor-crept",
     "certificate-wrong",
     "gyro-bias-step",
     "gyro-g-sensitive",
@@ -196,9 +194,14 @@ def test_the_page_has_the_fault_as_it_was_rehearsed(seen: Days, no_go: NoGoOf, f
     assert row(fault, seen(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
+@each(MISMATCHES, "wrong-coms")
+def test_the_page_has_what_an_evaluation_makes_of_it(seen: Days, fault: Fault) -> None:
+    assert diagnosis(fault, seen(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
+
+
 def test_the_page_has_these_faults() -> None:
     names = [line.split("`")[1] for line in PAGE.read_text().splitlines() if line.startswith("| `")]
-    assert names == [fault.name for fault in FAULTS]
+    assert names == [one.name for one in FAULTS] + [f"--fault {one.name}" for one in MISMATCHES]
 
 
 def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:

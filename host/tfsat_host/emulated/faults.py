@@ -144,7 +144,7 @@ class Faults:
             raise _refusal(f"A board's clock cannot be off by {ppm:g} ppm, only by {MOST_PPM:g} either way")
 
     def heal(self) -> None:
-        """Everything that these methods break is well again; the clocks stay as they are."""
+        """Everything that these methods break is well again; the clocks stay as they are, and biases that stepped."""
         for body in range(1, IMU_COUNT + 1):
             self.imu(body, None)
         for bus in range(1, BUS_COUNT + 1):

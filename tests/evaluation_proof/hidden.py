@@ -1,0 +1,39 @@
+"""Drops of hidden robots for campaigns: all of a robot drawn together, with any mismatches on top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tests.evaluation.drops import Drop
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.maneuver import Schedule
+from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.hidden import draw_hidden, hidden_drop
+from tfsat_host.rehearsal.truth import drawn_truth
+from tfsat_host.robot import RobotModel, Uncertainty
+
+
+def hidden(
+    schedule: Schedule,
+    filed: RobotModel,
+    seed: int,
+    faults: Sequence[str] = (),
+    *,
+    as_uncertain: bool = True,
+    uncertainty: Uncertainty | None = None,
+) -> tuple[Drop, Calibration]:
+    """A drop as `errors_of` takes it, and the certificate as filed.
+
+    Args:
+        schedule: What to fly.
+        filed: The robot as its file has it.
+        seed: Of everything.
+        faults: As typed: `wrong-masses=2`, `gyro-bias-step@armed`.
+        as_uncertain: All that the file calls uncertain is drawn; else centers of mass and sensors alone.
+        uncertainty: Instead of the file's.
+    """
+    truth = draw_hidden(filed, seed, uncertainty=uncertainty) if as_uncertain else drawn_truth(filed, seed)
+    one = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))
+    truth = one.truth
+    drop = Drop(one.log, schedule, filed, truth.model, truth.imperfections, one.rows, one.landed_s)
+    return drop, one.calibration
