@@ -83,6 +83,13 @@ class Multibody:
             self.joint_point_m.shape[:-2],
         )
 
+    def tilted(self, tilt_rad: FloatArray) -> Multibody:
+        """With hinges turned by (..., n - 1, 2) about the two directions `across` each axis."""
+        sides = np.array([across(axis) for axis in self.joint_axis])
+        return self.replace(
+            joint_axis=tilted(self.joint_axis, np.einsum("...jk,jki->...ji", tilt_rad, sides))
+        )
+
     def moved_by(self, joint: int) -> tuple[int, ...]:
         """The bodies on the far side of `joint`, seen from the base."""
         moved: list[int] = []
@@ -123,3 +130,19 @@ def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:
                 steps.append(Step(joint, int(outer), int(inner), -1.0))
                 reached.append(int(inner))
     return tuple(steps)
+
+
+def across(axis: FloatArray) -> FloatArray:
+    """Two unit vectors (2, 3) square to the unit vector `axis` (3,), near to the coordinate axes that name them."""
+    along = int(np.argmax(np.abs(axis)))
+    first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
+    first = first - (first @ axis) * axis
+    first = first / np.linalg.norm(first)
+    second = second - (second @ axis) * axis - (second @ first) * first
+    return np.array([first, second / np.linalg.norm(second)])
+
+
+def tilted(axis: FloatArray, tilt: FloatArray) -> FloatArray:
+    """`axis` (n - 1, 3) turned by rotation vectors `tilt` (..., n - 1, 3) square to it."""
+    angle = np.sqrt((tilt * tilt).sum(axis=-1, keepdims=True))
+    return np.asarray(np.cos(angle) * axis + np.sinc(angle / np.pi) * np.cross(tilt, axis))

@@ -27,7 +27,7 @@ from tfsat_host.evaluation.checks.recording import maneuver_check
 from tfsat_host.evaluation.checks.rest import start_pose_check
 from tfsat_host.evaluation.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.com_fit.identifiability import Identifiability, identifiability
-from tfsat_host.evaluation.com_fit.offsets import Offsets, com_offsets
+from tfsat_host.evaluation.com_fit.offsets import Offsets, model_offsets
 from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
@@ -190,7 +190,7 @@ def evaluate(
         schedule: What was commanded; None: strokes are not looked for.
         recorded: When the drop was: landings since do not matter. None: all known landings come before it.
         witnesses: What else was filmed.
-        offsets: What of the model may be corrected; None: the centers of mass of bodies 1 to 3, as in the paper.
+        offsets: What of the model may be corrected; None: all that its file calls uncertain.
         swarm: Search for them by the paper's particle swarm, too; for centers of mass alone.
 
     Raises:
@@ -206,7 +206,7 @@ def evaluate(
     clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
     strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
     first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
-    explained = compare_model(motion, offsets or com_offsets(model), first_stroke_s)
+    explained = compare_model(motion, offsets or model_offsets(model), first_stroke_s)
     whole = apply_calibration(Counts.from_log(log), used, model)
     velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
     return Evaluation(

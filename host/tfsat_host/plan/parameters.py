@@ -44,7 +44,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.history import JointHistory, ServoMotion, history_of
-from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.multibody import Multibody, across, tilted
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
@@ -169,8 +169,8 @@ class Parameters:
     def of(cls, robot: RobotModel, plan: Plan, initial_rate_rad_s: FloatArray | None = None) -> Parameters:
         """The parameters of `robot` and `plan`, at the values of the model."""
         body = Multibody.of(robot)
-        across = np.array([_across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
-        rows = _rows(robot, plan, across)
+        sides = np.array([across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
+        rows = _rows(robot, plan, sides)
         bodies, joints = robot.n_bodies, robot.n_joints
         kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", "speed")
         sizes = (
@@ -191,7 +191,7 @@ class Parameters:
             part={kind: slice(*edge) for kind, edge in zip(kinds, edges, strict=True)},
             body=body,
             origin_m=robot.origin_m,
-            across=across,
+            across=sides,
             plan=plan,
             initial_rate_rad_s=initial_rate_rad_s,
         )
@@ -209,7 +209,7 @@ class Parameters:
             mass_kg=vectors[:, part["mass"]],
             com_m=self.origin_m + 1e-3 * vectors[:, part["com"]].reshape(batch, -1, 3),
             inertia_kg_m2=inertia,
-            joint_axis=_tilted(self.body.joint_axis, self._sideways(tilt)),
+            joint_axis=tilted(self.body.joint_axis, self._sideways(tilt)),
             joint_point_m=self.body.joint_point_m + self._sideways(shift),
         )
 
@@ -251,7 +251,7 @@ class Parameters:
         )
 
 
-def _rows(robot: RobotModel, plan: Plan, across: FloatArray) -> list[tuple[str, str, float, float]]:
+def _rows(robot: RobotModel, plan: Plan, square: FloatArray) -> list[tuple[str, str, float, float]]:
     """Name, unit, step and nominal value of each parameter, in their order."""
     rows: list[tuple[str, str, float, float]] = []
     for name, mass in zip(robot.body_names, robot.mass_kg, strict=True):
@@ -263,9 +263,9 @@ def _rows(robot: RobotModel, plan: Plan, across: FloatArray) -> list[tuple[str, 
         rows += [
             (f"{name} inertia {'xyz'[i]}{'xyz'[k]}", "g m^2", step, 1e3 * tensor[i, k]) for i, k in _ENTRIES
         ]
-    letters = [["xyz"[np.argmax(np.abs(side))] for side in sides] for sides in across]
+    letters = [["xyz"[np.argmax(np.abs(side))] for side in sides] for sides in square]
     joints = list(zip(robot.joint_names, letters, strict=True))
-    for (name, pair), sides, point in zip(joints, across, robot.joint_point_m, strict=True):
+    for (name, pair), sides, point in zip(joints, square, robot.joint_point_m, strict=True):
         rows += [(f"{name} point {w}", "mm", 0.5, 1e3 * x) for w, x in zip(pair, sides @ point, strict=True)]
     for name, pair in joints:
         rows += [(f"{name} tilt about {which}", "deg", 0.1, 0.0) for which in pair]
@@ -274,22 +274,6 @@ def _rows(robot: RobotModel, plan: Plan, across: FloatArray) -> list[tuple[str, 
     for joint in plan.moved_joints:
         rows.append((f"{robot.joint_names[joint]} speed", "deg/s", 0.02, plan.rate_rad_s * _DEG))
     return [(name, unit, float(step), float(value)) for name, unit, step, value in rows]
-
-
-def _across(axis: FloatArray) -> FloatArray:
-    """Two unit vectors (2, 3) across `axis` (3,), the coordinate axes nearest to which name them."""
-    along = int(np.argmax(np.abs(axis)))
-    first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
-    first = first - (first @ axis) * axis
-    first = first / np.linalg.norm(first)
-    second = second - (second @ axis) * axis - (second @ first) * first
-    return np.array([first, second / np.linalg.norm(second)])
-
-
-def _tilted(axis: FloatArray, tilt: FloatArray) -> FloatArray:
-    """`axis` (n - 1, 3) turned by rotation vectors `tilt` (s, n - 1, 3) perpendicular to it."""
-    angle = np.sqrt((tilt * tilt).sum(axis=-1, keepdims=True))
-    return np.asarray(np.cos(angle) * axis + np.sinc(angle / np.pi) * np.cross(tilt, axis))
 
 
 @dataclass(frozen=True, eq=False)

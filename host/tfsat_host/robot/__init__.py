@@ -8,9 +8,10 @@ from tfsat_host.robot.path import RobotFileError, default_robot_path, find_robot
 
 if TYPE_CHECKING:
     from tfsat_host.robot.loading import load_robot
-    from tfsat_host.robot.model import AngleSensor, Imu, PulseMap, RobotModel, Servo, Uncertainty
+    from tfsat_host.robot.model import ASSUMED, AngleSensor, Imu, PulseMap, RobotModel, Servo, Uncertainty
 
 __all__ = [
+    "ASSUMED",
     "AngleSensor",
     "Imu",
     "PulseMap",

@@ -147,6 +147,16 @@ class Uncertainty:
         return {key: float(f"{getattr(self, name) / unit:.12g}") for key, (name, unit) in UNCERTAIN.items()}
 
 
+ASSUMED = Uncertainty(
+    mass_relative=0.02,
+    com_m=0.003,
+    inertia_relative=0.03,
+    joint_point_m=0.5e-3,
+    joint_axis_rad=math.radians(0.5),
+)
+"""Of a robot whose file states none: that of the drop tower's."""
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """A tree of n rigid bodies and n - 1 hinges.

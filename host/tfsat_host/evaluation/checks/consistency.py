@@ -14,7 +14,7 @@ hypothesis about a fault (`hypotheses.py`) is the residual with that fault put r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,11 +26,14 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.components import rotation_about
+from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import Blocks
 from tfsat_host.evaluation.rest import Hanging
 from tfsat_host.robot import RobotModel
+
+_TILT_STEP_RAD = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,8 @@ class Consistency:
         fall_covariance: (4, 9, 9) of what they change by when they fall.
         rest: Before the release; None if the robot was not still.
         low_pass: As the header has it.
+        model: The robot with the axes of its joints as they were found.
+        tilt_rad: (3, 2) by which they were tilted for it.
     """
 
     t_s: FloatArray
@@ -69,6 +74,7 @@ class Consistency:
     low_pass: LowPass
     calibration: Calibration
     model: RobotModel
+    tilt_rad: FloatArray
 
     @cached_property
     def block(self) -> Blocks:
@@ -185,7 +191,21 @@ class Consistency:
         out = np.zeros(self.size)
         for joint, sensor in np.ndindex(self.joints, 2):
             out[self.along(joint, sensor)] = self.mean(self._bridged(joint, sensed_rad[joint][sensor]))
-        return out
+        # Linear in the tilts from those that were found on: as if the axes were as filed.
+        return out - self.tilt_jacobian @ self.tilt_rad.ravel() if self.tilt_rad.any() else out
+
+    @cached_property
+    def tilt_jacobian(self) -> FloatArray:
+        """(size, 6) the residual by tilts of the joints' axes, about the two directions across each."""
+        tilts = _TILT_STEP_RAD * np.eye(2 * self.joints).reshape(-1, self.joints, 2)
+        axes = [self.model.joint_axis, *Multibody.of(self.model).tilted(tilts).joint_axis]
+        found, *ends = (
+            replace(
+                self, model=replace(self.model, joint_axis=axis), tilt_rad=np.zeros_like(self.tilt_rad)
+            ).residual
+            for axis in axes
+        )
+        return np.stack([end - found for end in ends], axis=1) / _TILT_STEP_RAD
 
     def residual_with_angles(self, sensed_rad: Sequence[FloatArray]) -> FloatArray:
         """(size,) the residual with other joint angles: (2, n) for each joint, the same array where unchanged."""
@@ -258,7 +278,8 @@ def consistency_of(
         calibration: That the samples were calibrated with.
         model: Joints and sensors.
     """
-    samples, lag = motion.samples, sheet_lag(low_pass)
+    samples, lag, solved = motion.samples, sheet_lag(low_pass), motion.solved
+    tilt = motion.fusion.prior.tilt_of(solved.errors)
     late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall
     rested = np.full((len(calibration.gyros), 3), np.nan) if rest is None else rest.reading_rad_s
@@ -276,7 +297,8 @@ def consistency_of(
         rest,
         low_pass,
         calibration,
-        model,
+        replace(model, joint_axis=Multibody.of(model).tilted(tilt).joint_axis),
+        tilt,
     )
 
 

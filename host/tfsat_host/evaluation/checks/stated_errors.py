@@ -11,6 +11,7 @@ from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, derivative, sheet_lag
 from tfsat_host.evaluation.motion.joints import SHARED_CAUSE, UNSENSED_STD_RAD, sample_noise_rad
+from tfsat_host.robot import ASSUMED
 
 GYRO_FLOOR = np.array([*[np.deg2rad(0.005)] * 3, *[np.deg2rad(0.05)] * 3, *[1e-3] * 3])
 """No gyro's bias, mounting and scale are better than this, whatever a certificate states: the earth turns 0.004 deg/s,
@@ -83,6 +84,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
             by_second.sum(axis=1, keepdims=True) * second_std_s2,
             *_by_sensors(data),
             _by_fallback(data),
+            data.tilt_jacobian * (data.model.uncertainty or ASSUMED).joint_axis_rad,
         ],
         axis=1,
     )

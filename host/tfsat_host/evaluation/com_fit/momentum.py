@@ -37,13 +37,13 @@ from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics.momentum import inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.slopes import Moving, momentum_slopes
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of
 from tfsat_host.evaluation.motion.sensor_fusion import Solved
 
 _ANGLE_STEP_RAD = 1e-4
-_OFFSET_STEP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,8 @@ class Flown:
         angle_errors: (m, 3, r) joint angles by the same.
         sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
             moments of their lag and what is the joint angles' own, in units of what they may be.
+        tilt_rad: (3, 2) of the joints' axes, about the two directions `across` each.
+        tilt_errors: (3, 2, r) those by the sensors' errors.
         missed: (m,) variance of the base's turn in holes of the samples, since the first, rad^2.
         own: What each body's own gyro shows besides.
     """
@@ -76,6 +78,8 @@ class Flown:
     rate_errors: FloatArray
     angle_errors: FloatArray
     sensor_errors: FloatArray
+    tilt_rad: FloatArray
+    tilt_errors: FloatArray
     missed: FloatArray
     own: OwnGyros
 
@@ -90,6 +94,7 @@ class Flown:
             joint_rate_rad_s=self.joint_rate_rad_s + rates[:, 3:],
             base_rate_rad_s=base,
             attitude=integrate_rates(self.t_s, base).as_matrix(),
+            tilt_rad=self.tilt_rad + self.tilt_errors @ off,
             taken=errors,
         )
 
@@ -125,7 +130,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
     else:
         solved = motion.fusion.without(motion.solved, root @ taken)
     fall = motion.t_s >= SETTLED_S
-    fused, jacobians = solved.fused, solved.jacobians
+    fused, jacobians, prior = solved.fused, solved.jacobians, motion.fusion.prior
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
     left = np.where(fused.bridged[..., None, None], 0.0, jacobians.gyros - jacobians.bodies)
@@ -140,6 +145,8 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         jacobians.rates[fall] @ root,
         jacobians.angles[fall] @ root,
         jacobians.in_own_units @ root,
+        prior.tilt_of(solved.errors),
+        (prior.tilt[:, None] * root[prior.tilts]).reshape(-1, 2, len(root)),
         holes.variance_between(np.full_like(t, t[0]), t),
         OwnGyros(
             _shown(motion, solved)[fall],
@@ -161,7 +168,7 @@ def _shown(motion: Motion, solved: Solved) -> FloatArray:
 
 def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
-    return _momentum(*inertia_and_joint_momentum(body, flown.angles_rad), flown)
+    return _momentum(*inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad), flown)
 
 
 def _momentum(inertia: FloatArray, joints: FloatArray, flown: Flown) -> FloatArray:
@@ -195,7 +202,7 @@ class Derivatives:
 
 def residual_rate(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    inertia, joints = inertia_and_joint_momentum(body, flown.angles_rad)
+    inertia, joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     return np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0])
 
@@ -207,21 +214,22 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     and inertias down together, which nothing but their prior holds.
     """
     body = offsets.corrected(vector)
-    inertia, of_joints = inertia_and_joint_momentum(body, flown.angles_rad)
+    inertia, of_joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     inverse = np.linalg.inv(inertia)
     rate = np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0], dtype=np.float64)
     flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - rate)
-    steps = _OFFSET_STEP * np.eye(len(offsets))
-    ends = momentum_of(offsets.applied(np.concatenate([vector + steps, vector - steps])), flown)
-    slope = (ends[: len(offsets)] - ends[len(offsets) :]) / (2.0 * _OFFSET_STEP)
+    moving = Moving.of(
+        body.tilted(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
+    )
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
     by_angles = inverse @ _momentum_by_angles(body, flown)
+    by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, flown), flown.tilt_errors, 2)
     return Derivatives(
-        np.einsum("nij,pnj->nip", inverse, slope),
+        inverse @ momentum_slopes(offsets, vector, moving),
         -inverse @ flown.attitude.swapaxes(1, 2),
-        both @ flown.rate_errors + by_angles @ flown.angle_errors,
+        both @ flown.rate_errors + by_angles @ flown.angle_errors + by_tilts,
         both @ flown.rate_covariance @ both.swapaxes(1, 2),
         rate,
     )
@@ -232,6 +240,17 @@ def _momentum_by_angles(body: Multibody, flown: Flown) -> FloatArray:
     steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
     high, low = (momentum_of(body, replace(flown, angles_rad=flown.angles_rad + s)) for s in (steps, -steps))
     return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
+
+
+def _momentum_by_tilts(body: Multibody, flown: Flown) -> FloatArray:
+    """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
+    steps = _ANGLE_STEP_RAD * np.eye(flown.tilt_rad.size).reshape(-1, 1, *flown.tilt_rad.shape)
+    high, low = (momentum_of(body, replace(flown, tilt_rad=flown.tilt_rad + s)) for s in (steps, -steps))
+    return np.asarray(
+        np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1).reshape(
+            *high.shape[1:], *flown.tilt_rad.shape
+        )
+    )
 
 
 PAPER_SIZE = 25

@@ -1,31 +1,39 @@
-"""What in the robot model may be corrected: centers of mass as the paper does it, optionally masses and inertias.
+"""By how much the robot model may be off: the paper's centers of mass, and all else that its file calls uncertain.
 
-A parameter names the field of the model and the entries that it moves, so that another one (a hinge's point, an axis)
-is another row of `com_offsets`: the fit, its covariance and what correlates with what follow from the rows.
+The offsets that the paper corrects are the centers of mass of bodies 1 to 3. Masses, inertias, hinge points and the
+center of mass of body 4 are nuisance parameters: the fit holds them within what the robot file's `[uncertainty]` says
+of them, so that what they make uncertain is in the covariance of the others. The hinges' axes are among the errors of
+the sensors (`motion/error_model.py`), as the rates of neighbouring bodies tell them.
+
+No values make a body that cannot exist. A mass is multiplied by e^x. An inertia tensor I has the second moments
+
+    S = tr(I) / 2 1 - I = L L^T,    S' = L e^E L^T
+
+with E symmetric: S' stays positive definite, which is the triangle inequality of I' (as the log-Cholesky parameters of
+C. Rucker, P. Wensing, Smooth Parameterization of Rigid-Body Inertia, IEEE RA-L 7, 2022, at a fixed center of mass).
+Entries of E that are independent, those off the diagonal with half the variance, prefer no axes.
+
+A hinge moves square to its axis: along it the point is free.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.linalg import expm
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.robot import RobotModel
+from tfsat_host.dynamics.multibody import Multibody, across
+from tfsat_host.robot import ASSUMED, RobotModel, Uncertainty
 
 COM_BOUND_M = 0.010
 """Within it the paper searches (section Result, d = 10 mm)."""
 COM_BODIES = (1, 2, 3)
 """Body 4 does not move with respect to body 3 in the paper's maneuver, so nothing tells its offset from body 3's."""
-MASS_RELATIVE_STD = 0.02
-INERTIA_RELATIVE_STD = 0.03
-_ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-
-Kind = Literal["com", "mass", "inertia"]
-_FIELDS: dict[Kind, str] = {"com": "com_m", "mass": "mass_kg", "inertia": "inertia_kg_m2"}
-"""Of `Multibody`."""
+Kind = Literal["com", "mass", "inertia", "point"]
 
 
 class Parameter(NamedTuple):
@@ -33,17 +41,26 @@ class Parameter(NamedTuple):
 
     Attributes:
         name: Such as `body 2 CoM z`.
-        unit: mm, % or g m^2.
-        si: What one unit is in SI.
+        unit: mm or %.
         kind: Of number.
-        entries: Indices into the model's field that are off by it.
+        index: Of the body or the joint.
+        shape: What one SI unit adds: (3,) to a point, (3, 3) to E of an inertia, () to the logarithm of a mass.
+        prior_std: In the unit, about zero.
+        bound: Greatest magnitude in the unit; infinite without one.
     """
 
     name: str
     unit: str
-    si: float
     kind: Kind
-    entries: tuple[tuple[int, ...], ...]
+    index: int
+    shape: FloatArray
+    prior_std: float
+    bound: float = np.inf
+
+    @property
+    def si(self) -> float:
+        """What one unit is in SI."""
+        return 1e-3 if self.unit == "mm" else 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,14 +69,10 @@ class Offsets:
 
     Attributes:
         parameters: p.
-        prior_std: (p,) in their units, about zero.
-        bounds: (p,) greatest magnitude in their units; infinite without one.
         body: The model without offsets.
     """
 
     parameters: tuple[Parameter, ...]
-    prior_std: FloatArray
-    bounds: FloatArray
     body: Multibody
 
     def __len__(self) -> int:
@@ -67,7 +80,7 @@ class Offsets:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters; `units` and `kinds` likewise."""
+        """Of the parameters; `units`, `kinds`, `prior_std` and `bounds` likewise."""
         return tuple(one.name for one in self.parameters)
 
     @property
@@ -78,59 +91,127 @@ class Offsets:
     def kinds(self) -> tuple[Kind, ...]:
         return tuple(one.kind for one in self.parameters)
 
+    @property
+    def prior_std(self) -> FloatArray:
+        return np.array([one.prior_std for one in self.parameters])
+
+    @property
+    def bounds(self) -> FloatArray:
+        return np.array([one.bound for one in self.parameters])
+
+    def of_kind(self, kind: Kind) -> FloatArray:
+        """(p,) whether each is of that kind."""
+        return np.array([one.kind == kind for one in self.parameters])
+
     def applied(self, vectors: FloatArray) -> Multibody:
         """One robot for each of the vectors (..., p), in units; the batch axes lead, with one more for samples."""
-        lead = vectors.shape[:-1]
-        fields = {kind: np.asarray(getattr(self.body, field)) for kind, field in _FIELDS.items()}
-        moved = {kind: np.broadcast_to(all_, (*lead, *all_.shape)).copy() for kind, all_ in fields.items()}
-        for index, one in enumerate(self.parameters):
-            value = vectors[..., index] * one.si
-            for entry in one.entries:
-                at: Any = (..., *entry)
-                if one.kind == "mass":
-                    moved[one.kind][at] *= 1.0 + value
-                else:
-                    moved[one.kind][at] += value
-        batch = {_FIELDS[kind]: np.expand_dims(all_, len(lead)) for kind, all_ in moved.items()}
-        return self.body.replace(**batch)
+        return self._with(vectors, sampled=True)
 
     def corrected(self, vector: FloatArray) -> Multibody:
         """The robot with one vector (p,) of offsets."""
-        found = self.applied(vector)
-        return found.replace(**{field: getattr(found, field)[0] for field in _FIELDS.values()})
+        return self._with(vector, sampled=False)
 
-
-def com_offsets(
-    model: RobotModel, *, masses: bool = False, inertias: bool = False, bound_m: float = COM_BOUND_M
-) -> Offsets:
-    """The nine offsets of the paper, and on demand masses and inertias with what the robot file states of them.
-
-    The prior of an offset is as wide as an even spread over its bounds: it decides nothing that the data can tell.
-    """
-    bound_mm, stated = 1e3 * bound_m, model.uncertainty
-    rows: list[tuple[Parameter, float, float]] = [
-        (
-            Parameter(f"body {body} CoM {axis}", "mm", 1e-3, "com", ((body - 1, part),)),
-            bound_mm / 3.0**0.5,
-            bound_mm,
+    def inertia_slope(self, one: Parameter, vector: FloatArray) -> FloatArray:
+        """(3, 3) of a body's tensor at offsets (p,) by one entry of its E, SI; to second order in E."""
+        root = _root(self.body.inertia_kg_m2[one.index])
+        strain = sum(
+            value * other.si * other.shape
+            for value, other in zip(vector, self.parameters, strict=True)
+            if other.kind == "inertia" and other.index == one.index
         )
-        for body in COM_BODIES
-        for part, axis in enumerate("xyz")
-    ]
-    if masses:
-        std = 100.0 * (stated.mass_relative if stated and stated.mass_relative else MASS_RELATIVE_STD)
-        rows += [
-            (Parameter(f"body {b + 1} mass", "%", 0.01, "mass", ((b,),)), std, np.inf)
-            for b in range(model.n_bodies)
-        ]
-    if inertias:
-        share = stated.inertia_relative if stated and stated.inertia_relative else INERTIA_RELATIVE_STD
-        for b in range(model.n_bodies):
-            # An entry off the diagonal is as uncertain as the moments next to it.
-            std = 1e3 * share * float(np.trace(model.inertia_kg_m2[b])) / 3.0
-            for i, k in _ENTRIES:
-                entries = tuple({(b, i, k), (b, k, i)})
-                name = f"body {b + 1} inertia {'xyz'[i]}{'xyz'[k]}"
-                rows.append((Parameter(name, "g m^2", 1e-3, "inertia", entries), std, np.inf))
-    prior, bounds = np.array([row[1:] for row in rows]).T
-    return Offsets(tuple(row[0] for row in rows), prior, bounds, Multibody.of(model))
+        half = expm(strain) @ one.shape
+        return _inertia(root @ (0.5 * (half + half.T)) @ root.T)
+
+    def _with(self, vectors: FloatArray, *, sampled: bool) -> Multibody:
+        lead, body = vectors.shape[:-1], self.body
+        moved: dict[Kind, FloatArray] = {
+            "com": _repeated(body.com_m, lead),
+            "point": _repeated(body.joint_point_m, lead),
+            "mass": np.zeros((*lead, body.n_bodies)),
+            "inertia": np.zeros((*lead, *body.inertia_kg_m2.shape)),
+        }
+        for index, one in enumerate(self.parameters):
+            value = one.si * vectors[..., index]
+            moved[one.kind][(slice(None),) * len(lead) + (one.index,)] += np.multiply.outer(value, one.shape)
+        fields = {
+            "com_m": moved["com"],
+            "joint_point_m": moved["point"],
+            "mass_kg": body.mass_kg * np.exp(moved["mass"]),
+            "inertia_kg_m2": _strained(body.inertia_kg_m2, moved["inertia"]),
+        }
+        if sampled:
+            fields = {name: np.expand_dims(values, len(lead)) for name, values in fields.items()}
+        return body.replace(**fields)
+
+
+def _repeated(values: FloatArray, lead: tuple[int, ...]) -> FloatArray:
+    return np.broadcast_to(values, (*lead, *values.shape)).copy()
+
+
+def _strained(inertia: FloatArray, strain: FloatArray) -> FloatArray:
+    """(..., n, 3, 3) tensors with S' = L e^E L^T; `inertia` (n, 3, 3), E `strain` (..., n, 3, 3)."""
+    root = _root(inertia)
+    return np.where(
+        strain.any(axis=(-1, -2), keepdims=True),
+        _inertia(root @ expm(strain) @ root.swapaxes(-1, -2)),
+        inertia,
+    )
+
+
+def _root(inertia: FloatArray) -> FloatArray:
+    """L (..., 3, 3) of the second moments L L^T of an inertia tensor; a rod or a plate has none in a direction."""
+    moments, axes = np.linalg.eigh(_complement(inertia))
+    return np.asarray(axes * np.sqrt(np.maximum(moments, 0.0))[..., None, :])
+
+
+def _complement(tensor: FloatArray) -> FloatArray:
+    """tr(T) / 2 1 - T: second moments (..., 3, 3) of a body's inertia tensor."""
+    return np.asarray(0.5 * np.trace(tensor, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - tensor)
+
+
+def _inertia(moments: FloatArray) -> FloatArray:
+    """tr(S) 1 - S: the inertia tensor (..., 3, 3) of a body with those second moments."""
+    return np.asarray(np.trace(moments, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - moments)
+
+
+def model_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
+    """The nine offsets of the paper, and the nuisance parameters of which the robot file states an uncertainty.
+
+    A figure of 0 takes the parameters for exact; a file that states none is taken to be as uncertain as `ASSUMED`.
+    """
+    return Offsets(tuple(_parameters(model, model.uncertainty or ASSUMED, bound_m)), Multibody.of(model))
+
+
+def com_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
+    """The nine offsets of the paper alone, all else taken for exact."""
+    return Offsets(tuple(_parameters(model, Uncertainty(), bound_m)), Multibody.of(model))
+
+
+def _parameters(model: RobotModel, stated: Uncertainty, bound_m: float) -> Iterator[Parameter]:
+    bound_mm = 1e3 * bound_m
+    for b, name in enumerate(model.body_names):
+        sought = b + 1 in COM_BODIES
+        # As wide as an even spread over the bounds: it decides nothing that the data can tell.
+        std_mm, limit = (bound_mm / 3.0**0.5, bound_mm) if sought else (1e3 * stated.com_m, np.inf)
+        if std_mm:
+            for part, axis in enumerate("xyz"):
+                yield Parameter(f"{name} CoM {axis}", "mm", "com", b, np.eye(3)[part], std_mm, limit)
+        if stated.mass_relative:
+            yield Parameter(f"{name} mass", "%", "mass", b, np.ones(()), 100.0 * stated.mass_relative)
+        if stated.inertia_relative:
+            yield from _of_inertia(name, b, 100.0 * stated.inertia_relative)
+    if stated.joint_point_m:
+        for j, (name, axis) in enumerate(zip(model.joint_names, model.joint_axis, strict=True)):
+            for side in across(axis):
+                letter = "xyz"[int(np.argmax(np.abs(side)))]
+                yield Parameter(f"{name} point {letter}", "mm", "point", j, side, 1e3 * stated.joint_point_m)
+
+
+def _of_inertia(name: str, body: int, std_percent: float) -> Iterator[Parameter]:
+    """E of one body, so that each moment of a cube has that standard deviation."""
+    for i in range(3):
+        for k in range(i, 3):
+            shape = np.zeros((3, 3))
+            shape[i, k] = shape[k, i] = 1.0
+            std = std_percent * 2.0**0.5 if i == k else std_percent
+            yield Parameter(f"{name} inertia {'xyz'[i]}{'xyz'[k]}", "%", "inertia", body, shape, std)

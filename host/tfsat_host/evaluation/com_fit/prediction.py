@@ -60,6 +60,7 @@ def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction
         flown: Joint angles and rates that drive it.
         momentum: (3,) H, inertial axes.
     """
+    body = body.tilted(flown.tilt_rad)
     inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
     joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
     driven = -(inverse @ joints)[..., 0]
@@ -210,8 +211,8 @@ EXPECTED_DISTANCE = 2.8
 """Of three angles that are as uncertain as stated, in their own uncertainty: 95 % lie within."""
 UNEXPLAINED = 4.6
 """Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
-IMPLAUSIBLE_STDS = 3.0
-"""Of the prior: an offset that was not thought possible is more likely something else's error."""
+IMPLAUSIBLE_STDS = 5.0
+"""Of the prior: one of fifty numbers is so far off by chance in 30,000 drops; more likely it is another error."""
 _LINEAR_RAD = 1e-3
 """Joint angles that were off by less than this carried rates from body to body as well as right ones."""
 _RELINEARIZED = 5
@@ -353,7 +354,7 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
     """
 
     def driven_by(flown: Flown, lag: Lag) -> Driven:
-        rotation, _ = poses(offsets.body, flown.angles_rad)
+        rotation, _ = poses(offsets.body.tilted(flown.tilt_rad), flown.angles_rad)
         return Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
 
     flown = flown_of(motion)

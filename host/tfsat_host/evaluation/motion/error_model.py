@@ -1,7 +1,7 @@
 """Lasting errors of the sensors as one vector, its prior, and the Jacobians of rates and joint angles by it.
 
 In it are the gyros' biases, mountings and scale factors, two moments of their lag, the joints' initial angles, and the
-random walks of their integrated rates, each in standard deviations of its prior, so that all are independent and of
+random walks of their integrated rates, and the tilts of the joints' axes, each in standard deviations of its prior, so that all are independent and of
 variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted once.
 """
 
@@ -58,21 +58,26 @@ class Prior:
     Attributes:
         gyro_root: (36, 36) of the covariance of the gyros' parameters.
         lag: (2,) standard deviations of the delay and of its second moment.
+        tilt: (6,) of the axis of each joint about each of the two directions `across` it.
         start: (3,) of the angle of each joint at the release.
         walks: Of each joint.
     """
 
     gyro_root: FloatArray
     lag: FloatArray
+    tilt: FloatArray
     start: FloatArray
     walks: tuple[RandomWalk, ...]
 
     @classmethod
-    def of(cls, samples: Samples, lag: Lag, start: FloatArray, walks: Sequence[RandomWalk]) -> Prior:
-        """Of one drop; `lag` as the data sheet has it."""
+    def of(
+        cls, samples: Samples, lag: Lag, axis_std_rad: float, start: FloatArray, walks: Sequence[RandomWalk]
+    ) -> Prior:
+        """Of one drop; `lag` as the data sheet has it, `axis_std_rad` as the robot file states it."""
         roots = [root_of(covariance) for covariance in samples.parameter_covariance]
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
-        return cls(np.asarray(block_diag(*roots)), moments, start, tuple(walks))
+        tilt = np.full(2 * len(start), axis_std_rad)
+        return cls(np.asarray(block_diag(*roots)), moments, tilt, start, tuple(walks))
 
     @property
     def gyro(self) -> slice:
@@ -91,9 +96,18 @@ class Prior:
         return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
     @property
+    def tilts(self) -> slice:
+        """Of the joints' axes."""
+        return slice(self.moments.stop, self.moments.stop + len(self.tilt))
+
+    def tilt_of(self, errors: FloatArray) -> FloatArray:
+        """(3, 2) tilts of the axes with errors (r,), rad."""
+        return np.asarray((self.tilt * errors[self.tilts]).reshape(-1, 2))
+
+    @property
     def starts(self) -> slice:
         """Of the joints."""
-        return slice(self.moments.stop, self.moments.stop + len(self.start))
+        return slice(self.tilts.stop, self.tilts.stop + len(self.start))
 
     def walk(self, joint: int) -> slice:
         """Of one joint, from 0."""
@@ -150,6 +164,7 @@ def error_jacobians(
     fused: Fused,
     gyros: FloatArray,
     by_angles: tuple[FloatArray, FloatArray],
+    by_tilts: FloatArray,
     covariance: FloatArray,
 ) -> ErrorJacobians:
     """Of everything that follows from the gyros.
@@ -160,11 +175,14 @@ def error_jacobians(
         fused: Rates from all gyros.
         gyros: (n, 4, 3, r) by `gyro_errors`.
         by_angles: By `rates_by_angles`.
+        by_tilts: By `bodies_by_tilts`.
         covariance: (r, r) of the errors.
     """
     n = len(t_s)
     gyros = np.where(fused.bridged[..., None, None], 0.0, gyros)
-    direct = fused.gains @ gyros.reshape(n, -1, len(prior))
+    seen = -gyros
+    seen[..., prior.tilts] += by_tilts * prior.tilt
+    direct = -fused.gains @ seen.reshape(n, -1, len(prior))
     own = np.zeros((n, len(prior.start), len(prior)))
     for joint, walk in enumerate(prior.walks):
         direct[:, 3 + joint, prior.walk(joint)] += walk.rate
@@ -181,6 +199,7 @@ def error_jacobians(
         angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
     rates = direct + both_by_angles @ angles
     bodies = fused.gyro_map @ direct[:, None] + bodies_by_angles @ angles[:, None]
+    bodies[..., prior.tilts] += by_tilts * prior.tilt
     return ErrorJacobians(prior.gyro_root, gyros, rates, bodies, angles, covariance)
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.motion.samples import Blocks
 
@@ -142,6 +142,32 @@ def rates_by_angles(
     both = fused.covariance @ np.einsum("knij,ni->njk", turned, weighted) - fused.gains @ direct
     bodies = direct.reshape(*fused.gyro_map.shape[:3], joints) + fused.gyro_map @ both[:, None]
     return both, bodies
+
+
+def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> FloatArray:
+    """(n, 4, 3, 6) the bodies' rates in their own axes by tilts of the axes, base and joint rates as they are.
+
+    A tilt u of the axis a of a joint with rate q', its outer body c and that body's rate w, base axes: all bodies
+    beyond turn by f = R_p u - R_c u, and in their axes their rates change by q' R_p (u x a) - f x w.
+
+    Args:
+        body: As in `fuse`.
+        angles_rad: (n, 3) that the rates were fused over.
+        fused: The rates.
+    """
+    rotation, _ = poses(body, angles_rad)
+    rates = fused.body_rates()
+    out = np.zeros((*rates.shape, 2 * body.n_joints))
+    for step in body.steps:
+        parent, child = rotation[:, step.parent], rotation[:, step.child]
+        rate = np.einsum("nij,nj->ni", child, rates[:, step.child])
+        spin = step.sign * fused.joint_rate_rad_s[:, step.joint, None]
+        axis = body.joint_axis[step.joint]
+        for side, tilt in enumerate(across(axis)):
+            turned = spin * (parent @ np.cross(tilt, axis)) - np.cross((parent - child) @ tilt, rate)
+            for far in body.moved_by(step.joint):
+                out[:, far, :, 2 * step.joint + side] = np.einsum("nji,nj->ni", rotation[:, far], turned)
+    return out
 
 
 _BLOCK_S = 0.1

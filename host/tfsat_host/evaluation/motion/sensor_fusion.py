@@ -40,9 +40,15 @@ from tfsat_host.evaluation.motion.joints import (
     errors_by_sensors,
     sensed_slopes,
 )
-from tfsat_host.evaluation.motion.rate_fusion import Fused, fuse, information_by_neighbours, rates_by_angles
+from tfsat_host.evaluation.motion.rate_fusion import (
+    Fused,
+    bodies_by_tilts,
+    fuse,
+    information_by_neighbours,
+    rates_by_angles,
+)
 from tfsat_host.evaluation.motion.samples import Readings, Samples, holes_of, turned_from
-from tfsat_host.robot import RobotModel
+from tfsat_host.robot import ASSUMED, RobotModel
 
 _MOST_STEPS = 12
 _CLOSE_RAD = 1e-5
@@ -132,7 +138,13 @@ class SensorFusion:
         fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
-        prior = Prior.of(samples, sheet, np.where(answered, np.pi, UNSENSED_STD_RAD), walks)
+        prior = Prior.of(
+            samples,
+            sheet,
+            (model.uncertainty or ASSUMED).joint_axis_rad,
+            np.where(answered, np.pi, UNSENSED_STD_RAD),
+            walks,
+        )
         start = np.where(answered, 0.0, held)
         return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, prior)
 
@@ -213,20 +225,25 @@ class SensorFusion:
         gyros = self.readings.without(self.prior.parameters_of(errors))
         shown = self.readings.rates(gyros)
         rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
-        fused = fuse(self.body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
+        body = self.body.tilted(self.prior.tilt_of(errors))
+        fused = fuse(body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
         turned = turned_from(t, fused.joint_rate_rad_s) + self.prior.own_angles(errors)
-        return _Step(gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
+        return _Step(body, gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
 
     def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
         by_parameters = self.readings.by_parameters(here.gyros)
         gyros = gyro_errors(self.prior, self.samples.t_s, here.lag, here.shown, by_parameters)
-        by_angles = rates_by_angles(self.body, here.fused_over, here.fused, self.variance)
-        return error_jacobians(self.prior, self.samples.t_s, here.fused, gyros, by_angles, covariance)
+        by_angles = rates_by_angles(here.body, here.fused_over, here.fused, self.variance)
+        by_tilts = bodies_by_tilts(here.body, here.fused_over, here.fused)
+        return error_jacobians(
+            self.prior, self.samples.t_s, here.fused, gyros, by_angles, by_tilts, covariance
+        )
 
 
 class _Step(NamedTuple):
-    """Rates and angles at one step: corrected gyros, their lag, rates with and without it, fusion, joint angles."""
+    """Rates and angles at one step: the robot with its axes, corrected gyros, their lag, rates with and without it, fusion, joint angles."""
 
+    body: Multibody
     gyros: tuple[GyroCalibration, ...]
     lag: Lag
     shown: FloatArray
