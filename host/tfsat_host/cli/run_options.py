@@ -20,11 +20,6 @@ _KNOWN = {
     "laser": "places of the two laser spots over time (CSV: t_s,spot,along_mm,up_mm)",
     "facility": "a facility file, for the release velocity (default: COSMOTORRE's)",
 }
-_CORRECTED = {
-    "masses": "the bodies' masses too",
-    "inertias": "the bodies' inertia tensors too",
-    "swarm": "find the centers of mass by the paper's particle swarm as well, for comparison",
-}
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,9 +41,11 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     known = parser.add_argument_group("what else is known of the drop")
     for name, text in _KNOWN.items():
         known.add_argument(f"--{name}", metavar="FILE", type=file_name, help=text)
-    model = parser.add_argument_group("what of the model may be corrected, besides centers of mass")
-    for name, text in _CORRECTED.items():
-        model.add_argument(f"--{name}", action="store_true", help=text)
+    parser.add_argument(
+        "--swarm",
+        action="store_true",
+        help="find the centers of mass by the paper's particle swarm as well, for comparison",
+    )
 
 
 def add_out(

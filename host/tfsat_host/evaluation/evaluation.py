@@ -191,11 +191,10 @@ def evaluate(
         recorded: When the drop was: landings since do not matter. None: all known landings come before it.
         witnesses: What else was filmed.
         offsets: What of the model may be corrected; None: all that its file calls uncertain.
-        swarm: Search for them by the paper's particle swarm, too; for centers of mass alone.
+        swarm: Search for the centers of mass by the paper's particle swarm, too.
 
     Raises:
         EvaluationError: no release, a hole in all gyros, or a bias that cannot be had.
-        ValueError: the swarm is to search for masses or inertias.
     """
     rest = rest_before_release(log)
     fallback = with_fallbacks(calibration, log, model, rest, recorded)

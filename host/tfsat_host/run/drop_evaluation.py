@@ -12,7 +12,6 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
-from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
@@ -232,7 +231,6 @@ def evaluate_run(
             schedule,
             recorded=time_of_day(log, log.origin_us),
             witnesses=witnesses,
-            offsets=com_offsets(robot, masses=options.masses, inertias=options.inertias),
             swarm=options.swarm,
         )
     remarks = [] if schedule is not None else [_NO_MANEUVER]

@@ -26,13 +26,13 @@ _HASHED = re.compile(r"(?P<sha256>[0-9a-f]{64})  (?P<name>.+)")
 _LISTED = 8
 _NOTHING_DONE = "Nothing was evaluated."
 _FILES = ("maneuver", "calibration", "robot", "video", "laser", "facility")
-_FLAGS = ("masses", "inertias", "swarm")
+_FLAGS = ("swarm",)
 _OF_ONE_DROP = ("session", "video", "laser")
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluationOptions:
-    """What is known of a drop besides its recording, and what of the model may be corrected.
+    """What is known of a drop besides its recording.
 
     Attributes:
         maneuver: What was flown; None: `maneuver.toml` next to the recording, if it is there.
@@ -42,7 +42,6 @@ class EvaluationOptions:
         laser: Places of the two laser spots over time, CSV.
         facility: For the release velocity that `laser` gives; None: COSMOTORRE's.
         session: Id of the recording in its file; None: as `sdlog.load` chooses.
-        masses, inertias: Whether these may be corrected, too.
         swarm: Whether the paper's particle swarm looks for the centers of mass as well.
     """
 
@@ -53,8 +52,6 @@ class EvaluationOptions:
     laser: Path | None = None
     facility: Path | None = None
     session: int | None = None
-    masses: bool = False
-    inertias: bool = False
     swarm: bool = False
 
     def typed(self) -> tuple[str, ...]:
@@ -71,8 +68,6 @@ class EvaluationOptions:
         """
         if self.facility is not None and self.laser is None:
             raise _wrong("--facility permits a release velocity, and only --laser tells that velocity.")
-        if self.swarm and (self.masses or self.inertias):
-            raise _wrong("--swarm searches for centers of mass alone, as the paper's does.")
         if len(places) == 1:
             return
         for name in _OF_ONE_DROP:

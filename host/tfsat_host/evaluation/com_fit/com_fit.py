@@ -78,6 +78,20 @@ class ModelFit:
         return np.sqrt(np.diag(self.covariance)[: len(self.offsets)])
 
     @property
+    def sought_information(self) -> FloatArray:
+        """(s, s) of the data on the offsets that are sought, the nuisance parameters held by their priors."""
+        s, prior = self.offsets.sought, np.diag(self.offsets.prior_std**-2.0)
+        nuisance = self.information[s:, s:] + prior[s:, s:]
+        across = self.information[s:, :s]
+        return np.asarray(self.information[:s, :s] - across.T @ np.linalg.solve(nuisance, across))
+
+    @property
+    def determined_numbers(self) -> float:
+        """Of how many offsets the data tell, not the priors: the trace of the posterior covariance by information."""
+        p = len(self.offsets)
+        return float(np.trace(self.covariance[:p, :p] @ self.information))
+
+    @property
     def bounded(self) -> tuple[str, ...]:
         """Names of the offsets that stopped at their bounds."""
         return tuple(name for name, at in zip(self.offsets.names, self.at_bound, strict=True) if at)

@@ -1,18 +1,19 @@
 """Which combinations of the offsets a drop's data can tell, and which they cannot.
 
-The data's information on the offsets, all that the sensors' errors could explain taken off, is diagonal in directions
-of its own: along each of them the data alone leave a standard deviation of 1 / (singular value). Offsets of one
-unit are taken as they are; of several units, each in multiples of what its prior allows.
+The data's information on the offsets that are sought, all taken off that the sensors' errors and the nuisance
+parameters could explain within their priors, is diagonal in directions of its own: along each of them the data alone
+leave a standard deviation of 1 / (singular value).
 
-Masses and inertias are free in the fit if `com_offsets` was asked for them; the errors of gyros and joint angles always
-are, as far as their calibration allows. All of them have priors. The covariance at the end of the fit states what
-an offset's standard deviation would be if a group of them were known exactly.
+The covariance at the end of the fit states what an offset's standard deviation would be if a group of the other
+numbers were known exactly, and which sums with hinge points are known better than the offset: where a hinge and a
+center of mass move together, nothing moves against the hinge.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ class Identifiability:
     """What one drop can tell of the offsets.
 
     Attributes:
-        unit: Of all stds here: the offsets' own, or `prior std`.
+        unit: Of all stds here.
         directions: p, the weakest first.
         rank: How many of them the data say anything of.
     """
@@ -114,16 +115,12 @@ class Identifiability:
 
 
 def identifiability(fit: ModelFit) -> Identifiability:
-    """Of the offsets of a fit, by the data and the covariance at its end."""
-    offsets = fit.offsets
-    p = len(offsets)
-    single = len(set(offsets.units)) == 1
-    scale = np.ones(p) if single else offsets.prior_std
-    information = fit.information * np.outer(scale, scale)
-    covariance = fit.covariance[:p, :p] / np.outer(scale, scale)
+    """Of the offsets that a fit sought, by the data and the covariance at its end."""
+    offsets, s = fit.offsets.alone, fit.offsets.sought
+    information, covariance = fit.sought_information, fit.covariance[:s, :s]
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
     singular = np.sqrt(np.maximum(values, 0.0))
-    prior = (offsets.prior_std / scale) ** 2
+    prior = offsets.prior_std**2
     known = singular > _RANK * singular[-1]
     directions = tuple(
         Direction(
@@ -136,19 +133,31 @@ def identifiability(fit: ModelFit) -> Identifiability:
         )
         for value, vector, is_known in zip(singular, vectors.T, known, strict=True)
     )
-    return Identifiability(offsets.units[0] if single else "prior std", directions, int(known.sum()))
+    return Identifiability(offsets.units[0], directions, int(known.sum()))
 
 
 PARTNERS = 3
+BETTER_SHARE = 0.8
+"""A combination is shown if its standard deviation is so much smaller than the offset's alone."""
 _GYRO_GROUPS = ("gyro bias", "gyro mounting", "gyro scale")
-_KINDS = {"com": "centers of mass", "mass": "masses", "inertia": "inertias"}
+_KINDS = {"com": "centers of mass", "mass": "masses", "inertia": "inertias", "point": "hinge points"}
+_NUISANCE_CENTER = "center of mass of body 4"
 _DELAY = "gyro delay"
+_AXES = "hinge axes"
 _JOINTS = "joint angles"
+
+
+class Combination(NamedTuple):
+    """Of an offset with hinge points: its name, value and standard deviation, in the offset's unit."""
+
+    name: str
+    value: float
+    std: float
 
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """One center of mass's offset.
+    """One offset that is sought, and what it trades with.
 
     Attributes:
         name: Of the offset.
@@ -157,6 +166,7 @@ class Coupling:
         std_alone: If all that is no center of mass were known exactly.
         growth: By group, the standard deviation with only that group uncertain, over `std_alone`.
         partners: The numbers, of whatever group, that it correlates with most, and the correlation; the most first.
+        determined: The offset less hinge points that trade with it exactly; None if that is known no better.
     """
 
     name: str
@@ -165,9 +175,15 @@ class Coupling:
     std_alone: float
     growth: Mapping[str, float]
     partners: tuple[tuple[str, float], ...]
+    determined: Combination | None
 
     def sentence(self) -> str:
         """In words."""
+        if self.determined is not None:
+            return (
+                f"{self.determined.name}: {self.determined.value:+.2f} ± {self.determined.std:.2g} {self.unit}, where "
+                f"{self.name} alone is known to ± {self.std:.2g} {self.unit}."
+            )
         cause = max(self.growth, key=lambda group: self.growth[group])
         partner, correlation = self.partners[0]
         return (
@@ -208,14 +224,14 @@ class _Numbers:
 
 
 def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
-    """Of each center of mass's offset in a fit, in the fit's order.
+    """Of each offset that a fit sought, in the fit's order.
 
     Args:
         fit: Of one drop.
         flown: The same drop.
     """
     numbers = _numbers(fit, flown)
-    wanted = numbers.of([_KINDS["com"]])
+    wanted = np.arange(fit.offsets.sought)
     others = [group for group in dict.fromkeys(numbers.groups) if group not in (_KINDS["com"], "momentum")]
     std = np.sqrt(np.diag(numbers.covariance))
     alone = numbers.std_if_known(wanted, numbers.of(others))
@@ -237,9 +253,34 @@ def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
                 float(alone[row]),
                 {group: float(values[row]) for group, values in growth.items()},
                 tuple((numbers.names[with_others[k]], float(correlation[k])) for k in order),
+                _determined(fit, int(index)),
             )
         )
     return tuple(found)
+
+
+def _determined(fit: ModelFit, index: int) -> Combination | None:
+    """An offset less whole multiples of hinge points, next to those by which the fit would correct it."""
+    points = np.flatnonzero([kind == "point" for kind in fit.offsets.kinds])
+    if not len(points):
+        return None
+    factors = np.zeros(len(fit.values))
+    given = fit.covariance[np.ix_(points, points)]
+    factors[points] = -np.rint(np.linalg.solve(given, fit.covariance[points, index]))
+    factors[index] = 1.0
+    p = len(factors)
+    std = float(np.sqrt(factors @ fit.covariance[:p, :p] @ factors))
+    if std > BETTER_SHARE * fit.std[index]:
+        return None
+    names = fit.offsets.names
+    parts = [_term(factors[k], names[k]) for k in points if factors[k]]
+    return Combination(names[index] + "".join(parts), float(factors @ fit.values), std)
+
+
+def _term(factor: float, name: str) -> str:
+    """Such as ` - 2 joint 1 point z`."""
+    times = "" if abs(factor) == 1.0 else f"{abs(factor):.0f} "
+    return f" {'-' if factor < 0.0 else '+'} {times}{name}"
 
 
 def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
@@ -249,13 +290,20 @@ def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
     back = np.eye(len(fit.covariance))
     back[first:, first:] = flown.sensor_errors
     names = [*offsets.names, *[f"momentum {axis}" for axis in "xyz"]]
-    groups = [*[_KINDS[kind] for kind in offsets.kinds], *["momentum"] * 3]
+    groups = [
+        _NUISANCE_CENTER if kind == "com" and k >= offsets.sought else _KINDS[kind]
+        for k, kind in enumerate(offsets.kinds)
+    ]
+    groups += ["momentum"] * 3
     for body in range(offsets.body.n_bodies):
         for group in _GYRO_GROUPS:
             names += [f"gyro {body + 1} {group.removeprefix('gyro ')} {axis}" for axis in "xyz"]
             groups += [group] * 3
     names += ["gyro delay", "gyro delay's second moment"]
     groups += [_DELAY] * 2
+    tilts = [f"joint {j + 1} axis about {axis}" for j in range(offsets.body.n_joints) for axis in "uv"]
+    names += tilts
+    groups += [_AXES] * len(tilts)
     # The joint angles' own errors have no names: starts and wander.
     rest = len(back) - len(names)
     return _Numbers((*names, *[""] * rest), (*groups, *[_JOINTS] * rest), back @ fit.covariance @ back.T)

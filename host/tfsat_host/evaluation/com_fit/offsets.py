@@ -19,7 +19,7 @@ A hinge moves square to its axis: along it the point is free.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -43,7 +43,7 @@ class Parameter(NamedTuple):
         name: Such as `body 2 CoM z`.
         unit: mm or %.
         kind: Of number.
-        index: Of the body or the joint.
+        of: Index of the body or the joint.
         shape: What one SI unit adds: (3,) to a point, (3, 3) to E of an inertia, () to the logarithm of a mass.
         prior_std: In the unit, about zero.
         bound: Greatest magnitude in the unit; infinite without one.
@@ -52,7 +52,7 @@ class Parameter(NamedTuple):
     name: str
     unit: str
     kind: Kind
-    index: int
+    of: int
     shape: FloatArray
     prior_std: float
     bound: float = np.inf
@@ -68,12 +68,14 @@ class Offsets:
     """p numbers by which a model may be off.
 
     Attributes:
-        parameters: p.
+        parameters: p, first those that are sought.
         body: The model without offsets.
+        sought: How many are corrected as the paper does; the others are nuisance parameters.
     """
 
     parameters: tuple[Parameter, ...]
     body: Multibody
+    sought: int
 
     def __len__(self) -> int:
         return len(self.parameters)
@@ -99,9 +101,10 @@ class Offsets:
     def bounds(self) -> FloatArray:
         return np.array([one.bound for one in self.parameters])
 
-    def of_kind(self, kind: Kind) -> FloatArray:
-        """(p,) whether each is of that kind."""
-        return np.array([one.kind == kind for one in self.parameters])
+    @property
+    def alone(self) -> Offsets:
+        """Those that are sought, without the nuisance parameters."""
+        return replace(self, parameters=self.parameters[: self.sought])
 
     def applied(self, vectors: FloatArray) -> Multibody:
         """One robot for each of the vectors (..., p), in units; the batch axes lead, with one more for samples."""
@@ -113,11 +116,11 @@ class Offsets:
 
     def inertia_slope(self, one: Parameter, vector: FloatArray) -> FloatArray:
         """(3, 3) of a body's tensor at offsets (p,) by one entry of its E, SI; to second order in E."""
-        root = _root(self.body.inertia_kg_m2[one.index])
+        root = _root(self.body.inertia_kg_m2[one.of])
         strain = sum(
             value * other.si * other.shape
             for value, other in zip(vector, self.parameters, strict=True)
-            if other.kind == "inertia" and other.index == one.index
+            if other.kind == "inertia" and other.of == one.of
         )
         half = expm(strain) @ one.shape
         return _inertia(root @ (0.5 * (half + half.T)) @ root.T)
@@ -132,7 +135,7 @@ class Offsets:
         }
         for index, one in enumerate(self.parameters):
             value = one.si * vectors[..., index]
-            moved[one.kind][(slice(None),) * len(lead) + (one.index,)] += np.multiply.outer(value, one.shape)
+            moved[one.kind][(slice(None),) * len(lead) + (one.of,)] += np.multiply.outer(value, one.shape)
         fields = {
             "com_m": moved["com"],
             "joint_point_m": moved["point"],
@@ -179,23 +182,37 @@ def model_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
 
     A figure of 0 takes the parameters for exact; a file that states none is taken to be as uncertain as `ASSUMED`.
     """
-    return Offsets(tuple(_parameters(model, model.uncertainty or ASSUMED, bound_m)), Multibody.of(model))
+    sought = _centers(model, bound_m)
+    return Offsets(
+        (*sought, *_uncertain(model, model.uncertainty or ASSUMED)), Multibody.of(model), len(sought)
+    )
 
 
 def com_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
     """The nine offsets of the paper alone, all else taken for exact."""
-    return Offsets(tuple(_parameters(model, Uncertainty(), bound_m)), Multibody.of(model))
+    sought = _centers(model, bound_m)
+    return Offsets(sought, Multibody.of(model), len(sought))
 
 
-def _parameters(model: RobotModel, stated: Uncertainty, bound_m: float) -> Iterator[Parameter]:
+def _centers(model: RobotModel, bound_m: float) -> tuple[Parameter, ...]:
+    """As wide as an even spread over the bounds, they decide nothing that the data can tell."""
     bound_mm = 1e3 * bound_m
+    return tuple(
+        one._replace(bound=bound_mm)
+        for body in COM_BODIES
+        for one in _center(model, body - 1, bound_mm / 3.0**0.5)
+    )
+
+
+def _center(model: RobotModel, b: int, std_mm: float) -> Iterator[Parameter]:
+    for axis, direction in zip("xyz", np.eye(3), strict=True):
+        yield Parameter(f"{model.body_names[b]} CoM {axis}", "mm", "com", b, direction, std_mm)
+
+
+def _uncertain(model: RobotModel, stated: Uncertainty) -> Iterator[Parameter]:
     for b, name in enumerate(model.body_names):
-        sought = b + 1 in COM_BODIES
-        # As wide as an even spread over the bounds: it decides nothing that the data can tell.
-        std_mm, limit = (bound_mm / 3.0**0.5, bound_mm) if sought else (1e3 * stated.com_m, np.inf)
-        if std_mm:
-            for part, axis in enumerate("xyz"):
-                yield Parameter(f"{name} CoM {axis}", "mm", "com", b, np.eye(3)[part], std_mm, limit)
+        if stated.com_m and b + 1 not in COM_BODIES:
+            yield from _center(model, b, 1e3 * stated.com_m)
         if stated.mass_relative:
             yield Parameter(f"{name} mass", "%", "mass", b, np.ones(()), 100.0 * stated.mass_relative)
         if stated.inertia_relative:

@@ -140,13 +140,7 @@ def momentum_polynomial(offsets: Offsets, flown: Flown, size: int = PAPER_SIZE) 
         offsets: Of centers of mass alone.
         flown: One drop.
         size: N of the moving average.
-
-    Raises:
-        ValueError: an offset is of a mass or an inertia: the momentum is no quadratic polynomial in masses.
     """
-    other = [name for name, kind in zip(offsets.names, offsets.kinds, strict=True) if kind != "com"]
-    if other:
-        raise ValueError(f"the momentum is quadratic in centers of mass only, not in {', '.join(other)}")
     p = len(offsets)
     # As far out as the bounds, where rounding matters least.
     unit = offsets.bounds * np.eye(p)
@@ -169,16 +163,13 @@ def swarm_fit(
     """The paper's search over the offsets that Gauss and Newton found.
 
     Args:
-        fit: Of centers of mass alone.
+        fit: With what it left uncertain; the paper took all but the centers of mass for exact.
         flown: The same drop.
         size: N of the moving average.
         settings: Of the swarm; the paper's by default.
         seeds: One or more, a swarm each.
-
-    Raises:
-        ValueError: see `momentum_polynomial`.
     """
-    offsets, settings = fit.offsets, settings or SwarmSettings()
+    offsets, settings = fit.offsets.alone, settings or SwarmSettings()
     polynomial = momentum_polynomial(offsets, flown, size)
     found = [
         minimize(
@@ -191,17 +182,17 @@ def swarm_fit(
         for seed in seeds
     ]
     best = min(found, key=lambda one: one.value)
-    before, gauss_newton = polynomial.objective(np.stack([np.zeros(len(offsets)), fit.values]))
+    before = polynomial.objective(np.zeros((1, len(offsets))))[0]
     return SwarmFit(
         best.position,
         best.value,
         float(before),
-        float(gauss_newton),
+        float(averaged_momentum(fit.offsets.corrected(fit.values), flown, size).objective),
         _bottom(polynomial, best.position, offsets.bounds),
         np.stack([one.position for one in found]),
         np.array([one.value for one in found]),
         np.abs(best.position) >= offsets.bounds * (1.0 - 1e-9),
-        fit.values,
+        fit.values[: len(offsets)],
         settings.particles,
         settings.iterations,
     )

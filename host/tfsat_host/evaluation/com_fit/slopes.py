@@ -90,19 +90,17 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: Moving) -> Flo
 
 def _slope(one: Parameter, offsets: Offsets, vector: FloatArray, moving: Moving) -> FloatArray:
     if one.kind == "mass":
-        b = one.index
+        b = one.of
         return np.asarray(moving.mass_kg[b] * np.cross(moving.com_m[:, b], moving.velocity_m_s[:, b]))
     if one.kind == "com":
-        return moving.shifted(one.index, one.index, one.shape)
+        return moving.shifted(one.of, one.of, one.shape)
     if one.kind == "inertia":
-        turn = moving.rotation[:, one.index]
+        turn = moving.rotation[:, one.of]
         own = turn @ offsets.inertia_slope(one, vector) @ turn.swapaxes(1, 2)
-        return np.einsum("mij,mj->mi", own, moving.rate_rad_s[:, one.index])
-    step = next(step for step in offsets.body.steps if step.joint == one.index)
-    return np.sum(
-        [
-            moving.shifted(far, step.parent, one.shape) - moving.shifted(far, step.child, one.shape)
-            for far in offsets.body.moved_by(one.index)
-        ],
-        axis=0,
-    )
+        return np.asarray(np.einsum("mij,mj->mi", own, moving.rate_rad_s[:, one.of]))
+    step = next(step for step in offsets.body.steps if step.joint == one.of)
+    beyond = [
+        moving.shifted(far, step.parent, one.shape) - moving.shifted(far, step.child, one.shape)
+        for far in offsets.body.moved_by(one.of)
+    ]
+    return np.asarray(np.sum(beyond, axis=0))

@@ -1,8 +1,9 @@
 """Lasting errors of the sensors as one vector, its prior, and the Jacobians of rates and joint angles by it.
 
-In it are the gyros' biases, mountings and scale factors, two moments of their lag, the joints' initial angles, and the
-random walks of their integrated rates, and the tilts of the joints' axes, each in standard deviations of its prior, so that all are independent and of
-variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted once.
+In it are the gyros' biases, mountings and scale factors, two moments of their lag, the tilts of the joints' axes, the
+joints' initial angles, and the random walks of their integrated rates, each in standard deviations of its prior, so
+that all are independent and of variance one. A gyro's error is in every rate, joint angle and attitude; as one vector
+it is counted once.
 """
 
 from __future__ import annotations

@@ -241,7 +241,7 @@ class SensorFusion:
 
 
 class _Step(NamedTuple):
-    """Rates and angles at one step: the robot with its axes, corrected gyros, their lag, rates with and without it, fusion, joint angles."""
+    """One step: robot, corrected gyros, their lag, rates with and without it, fusion, joint angles."""
 
     body: Multibody
     gyros: tuple[GyroCalibration, ...]

@@ -56,10 +56,7 @@ def _error(label: str, error: AttitudeError) -> Quantity:
 
 def _largest_correction(found: Evaluation) -> Quantity:
     fit = found.explained.fit
-    of_com = [index for index, kind in enumerate(fit.offsets.kinds) if kind == "com"]
-    if not of_com:
-        return Quantity(_NONE, unit="mm", label=_CORRECTION, note="none was free")
-    greatest = max(of_com, key=lambda index: abs(fit.values[index]))
+    greatest = int(np.abs(fit.values[: fit.offsets.sought]).argmax())
     worth = worth_of(found)
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
     if worth != "to be made":

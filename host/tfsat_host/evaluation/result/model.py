@@ -24,11 +24,11 @@ Worth = Literal["to be made", "not called for", "withheld"]
 
 
 def significance(found: Evaluation) -> float:
-    """Distance of the p offsets from zero over what 95 % of corrections of a right model stay below."""
+    """Distance of the offsets from zero over what 95 % of corrections of a right model stay below."""
     fit = found.explained.fit
     p = len(fit.values)
     squared = fit.values @ np.linalg.solve(fit.covariance[:p, :p], fit.values)
-    return float(np.sqrt(squared / chdtri(p, NOT_CALLED_FOR)))
+    return float(np.sqrt(squared / chdtri(max(fit.determined_numbers, 1.0), NOT_CALLED_FOR)))
 
 
 def worth_of(found: Evaluation) -> Worth:
@@ -109,10 +109,15 @@ _IDENTIFIABILITY: Columns = (
     Column("directions", columns=fields(_DIRECTION)),
     Column("sentences", of=lambda found: found.sentences()),
 )
+TRADE_EXACTLY = (
+    "Where a hinge and a center of mass move together, nothing that a drop measures changes: the sums below are "
+    "determined, the single numbers are held by what the robot file states of them."
+)
 _TRADE: Columns = (
     *fields("name unit std std_alone"),
     Column("growth", of=lambda trade: dict(trade.growth)),
     Column("partners", of=lambda trade: [{"name": n, "correlation": c} for n, c in trade.partners]),
+    Column("determined", columns=fields("name value std")),
 )
 _SWARM: Columns = (
     Column("com_offset_mm", of=lambda swarm: swarm.values.reshape(-1, 3)),
@@ -132,8 +137,8 @@ def model(found: Evaluation) -> dict[str, Any]:
     """The keys of JSON that speak of the model."""
     explained = found.explained
     fit, before, after = explained.fit, explained.before.error, explained.after.error
-    centers = [index for index, kind in enumerate(fit.offsets.kinds) if kind == "com"]
     shape = (len(COM_BODIES), 3)
+    centers = slice(fit.offsets.sought)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
     return {
         "com_offset_mm": fit.values[centers].reshape(shape).tolist(),
@@ -164,15 +169,25 @@ def offset_table(found: Evaluation) -> Table:
         by_name = dict(zip(fit.offsets.names, zip(swarm.values, swarm.spread, strict=True), strict=True))
         columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
     sentences = [*correction_sentences(found), *_stuck(rows), *found.identifiability.sentences()]
-    return Table("Correction of the model", columns, rows, " ".join(sentences))
+    held = len(fit.offsets) - fit.offsets.sought
+    return Table(
+        "Correction of the model",
+        columns,
+        rows,
+        " ".join(sentences),
+        folded=held,
+        fold=f"{held} more numbers that the robot file calls uncertain",
+    )
 
 
 def remarks(found: Evaluation) -> list[str]:
     """What a single offset trades with, and how far the swarm came: sentences, where there is something of it."""
     fit, swarm = found.explained.fit, found.swarm
     sentences = []
-    if set(fit.offsets.kinds) != {"com"}:
-        sentences += [trade.sentence() for trade in couplings(fit, found.explained.driven.flown)]
+    trades = couplings(fit, found.explained.driven.flown)
+    if any(trade.determined for trade in trades):
+        sentences.append(TRADE_EXACTLY)
+        sentences += [trade.sentence() for trade in trades if trade.determined]
     if swarm is not None:
         sentences += [
             f"The swarm's objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as filed, "

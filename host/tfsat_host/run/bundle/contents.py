@@ -149,8 +149,6 @@ def collect(
         video=found.add(options.video, "witnesses"),
         laser=found.add(options.laser, "witnesses"),
         session=None if options.session is None else f"{options.session:08x}",
-        masses=options.masses,
-        inertias=options.inertias,
         swarm=options.swarm,
     )
     if certificate is not None and evaluated.calibration is not None:

@@ -253,8 +253,6 @@ def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
     return EvaluationOptions(
         **files,
         session=None if used.session is None else int(used.session, 16),
-        masses=used.masses,
-        inertias=used.inertias,
         swarm=used.swarm,
     )
 

@@ -71,7 +71,8 @@ class Evaluated:
         recording: The raw log.
         maneuver, calibration, robot, facility, video, laser: Files.
         session: Which recording of the file, 8 hexadecimal digits; None: as `decode` chooses.
-        masses, inertias, swarm: As the options of `evaluate`.
+        swarm: As the option of `evaluate`.
+        masses, inertias: As options of `evaluate` up to 0.1: all that is uncertain is fitted since.
     """
 
     recording: str
