@@ -7,8 +7,8 @@ found.reorientation.angle_rad, found.reorientation.std_rad
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 import numpy as np
@@ -21,7 +21,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, Mark
-from tfsat_host.evaluation.checks.check import Check
+from tfsat_host.evaluation.checks.check import Check, withheld_by
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.recording import maneuver_check
 from tfsat_host.evaluation.checks.rest import start_pose_check
@@ -56,6 +56,10 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
+SENSED = frozenset({"rates", "attitudes", "strokes"})
+"""What gyros and angle sensors tell without the model: wrong by what their certificate is wrong by."""
+LEAST_WIDENING, MOST_WIDENING = 1.5, 30.0
+"""Sensors that still contradict each other with errors so many times as stated are not badly calibrated, but broken."""
 LEFT_TO_SETTLE_S = 0.3
 """Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
 BODY_2 = 1
@@ -96,6 +100,11 @@ class Turn:
             bool(body.bridged.any()),
         )
 
+    @classmethod
+    def withheld(cls) -> Turn:
+        """Not given: NaN throughout."""
+        return cls(np.nan, np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), np.full(3, np.nan), False)
+
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
@@ -121,6 +130,10 @@ class Evaluation:
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
         swarm: The paper's search for the same correction; None: not asked for.
+        widening: What the certificate's standard deviations were multiplied with, so that the sensors do not
+            contradict each other.
+        withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
+            however wide the certificate was taken.
     """
 
     log: DropLog
@@ -142,11 +155,25 @@ class Evaluation:
     identifiability: Identifiability
     checks: tuple[Check, ...]
     swarm: SwarmFit | None
+    widening: float = 1.0
+    withheld: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def reorientation(self) -> Turn:
         """Of body 1: the paper's."""
         return self.turns[0]
+
+    def with_withheld(self, withheld: Mapping[str, str]) -> Evaluation:
+        """Without the results of these names."""
+        return replace(
+            self,
+            withheld=withheld,
+            turns=tuple(Turn.withheld() if "attitudes" in withheld else turn for turn in self.turns),
+            initial_rates=tuple(
+                InitialRate.withheld() if "rates" in withheld else rate for rate in self.initial_rates
+            ),
+            strokes=tuple(one.without_size() if "strokes" in withheld else one for one in self.strokes),
+        )
 
     @property
     def failed_checks(self) -> tuple[Check, ...]:
@@ -198,40 +225,81 @@ def evaluate(
     """
     rest = rest_before_release(log)
     fallback = with_fallbacks(calibration, log, model, rest, recorded)
-    used = fallback.calibration
-    samples = samples_of(log, used, model)
-    motion = motion_of(samples, used, model, rest.densities_rad_s_rthz, LowPass.of(log.header))
-    seen = witnesses or Witnesses()
-    clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
-    strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
-    first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
-    explained = compare_model(motion, offsets or model_offsets(model), first_stroke_s)
-    whole = apply_calibration(Counts.from_log(log), used, model)
-    velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
-    return Evaluation(
-        log=log,
-        model=model,
-        calibration=used,
-        schedule=schedule,
-        notes=(*fallback.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
-        rest=rest,
-        instants=fall_instants(log, whole),
-        micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
-        clocks=clocks,
-        release_velocity=velocity,
-        motion=motion,
-        turns=tuple(Turn.of(body) for body in motion.bodies),
-        initial_rates=initial_rates(motion, first_stroke_s),
-        strokes=strokes,
-        standing=standing_joints(motion, strokes) if strokes else (),
-        explained=explained,
-        identifiability=identifiability(explained.fit),
-        checks=(
-            *checks_of(motion, explained.fit, log, used, model),
-            start_pose_check(log, used, model),
-            maneuver_check(log, motion, strokes),
+    drop = _Drop(log, model, schedule, rest, fallback.notes, witnesses or Witnesses(), offsets, swarm)
+    found = drop.evaluated(fallback.calibration)
+    widening, more = 1.0, _excess(found.checks)
+    while more > 1.0 and (widening := widening * max(more, LEAST_WIDENING)) <= MOST_WIDENING:
+        wider = drop.evaluated(fallback.calibration.widened(widening))
+        if not SENSED.intersection(withheld_by(wider.checks)):
+            withheld = withheld_by(wider.checks)
+            wider = replace(wider, calibration=fallback.calibration, checks=found.checks, widening=widening)
+            return wider.with_withheld(withheld)
+        more = max(_excess(wider.checks), 1.0 + 1e-9)
+    return found.with_withheld(withheld_by(found.checks))
+
+
+@dataclass(frozen=True, eq=False)
+class _Drop:
+    """What an evaluation is made of, but for the calibration; see `evaluate`."""
+
+    log: DropLog
+    model: RobotModel
+    schedule: Schedule | None
+    rest: Rest
+    notes: tuple[str, ...]
+    seen: Witnesses
+    offsets: Offsets | None
+    swarm: bool
+
+    def evaluated(self, used: Calibration) -> Evaluation:
+        """With one calibration, nothing withheld."""
+        log, model, schedule, seen = self.log, self.model, self.schedule, self.seen
+        samples = samples_of(log, used, model)
+        motion = motion_of(samples, used, model, self.rest.densities_rad_s_rthz, LowPass.of(log.header))
+        clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
+        strokes = (
+            () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
+        )
+        first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
+        explained = compare_model(motion, self.offsets or model_offsets(model), first_stroke_s)
+        whole = apply_calibration(Counts.from_log(log), used, model)
+        velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
+        return Evaluation(
+            log=log,
+            model=model,
+            calibration=used,
+            schedule=schedule,
+            notes=(*self.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
+            rest=self.rest,
+            instants=fall_instants(log, whole),
+            micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
+            clocks=clocks,
+            release_velocity=velocity,
+            motion=motion,
+            turns=tuple(Turn.of(body) for body in motion.bodies),
+            initial_rates=initial_rates(motion, first_stroke_s),
+            strokes=strokes,
+            standing=standing_joints(motion, strokes) if strokes else (),
+            explained=explained,
+            identifiability=identifiability(explained.fit),
+            checks=(
+                *checks_of(motion, explained.fit, log, used, model),
+                start_pose_check(log, used, model),
+                maneuver_check(log, motion, strokes),
+            ),
+            swarm=swarm_fit(explained.fit, explained.driven.flown) if self.swarm else None,
+        )
+
+
+def _excess(checks: Sequence[Check]) -> float:
+    """By how much the worst check of the calibrated sensors is beyond its limit; 0 if all of them passed."""
+    return max(
+        (
+            check.value / check.threshold
+            for check in checks
+            if check.failed and SENSED.intersection(check.protects)
         ),
-        swarm=swarm_fit(explained.fit, explained.driven.flown) if swarm else None,
+        default=0.0,
     )
 
 

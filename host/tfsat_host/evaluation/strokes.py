@@ -80,6 +80,10 @@ class FlownStroke:
     settling_s: float = _UNKNOWN
     unfinished: bool = False
 
+    def without_size(self) -> FlownStroke:
+        """Its size is not given: NaN."""
+        return replace(self, size_rad=_UNKNOWN, size_std_rad=_UNKNOWN)
+
     @property
     def short_rad(self) -> float:
         """How much smaller than commanded the stroke was; negative if it was larger."""

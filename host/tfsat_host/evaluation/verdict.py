@@ -56,14 +56,14 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
             other sensors, or how old it is. Sentences.
     """
     failed = [check.sentence for check in found.failed_checks]
-    standing = [one.remark for one in found.standing if one.remark]
+    moved = [one.remark for one in found.standing if one.unexpected]
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
         ("the recording is not whole", _of_recording(found)),
         ("the calibration does not hold as it is", against_calibration),
         ("something stands in for data that is missing", found.notes),
         ("not every stroke was flown as commanded", _of_strokes(found.strokes)),
-        ("a joint moved where it should stand", standing),
+        ("a joint moved where it should stand", moved),
         ("the fall was not as it should be", _of_fall(found)),
         (_of_model(found.explained), found.explained.withheld),
     )

@@ -118,6 +118,22 @@ class Calibration:
         """When the robot last hit the ground, as far as is known."""
         return self.landings[-1].at if self.landings else None
 
+    def widened(self, factor: float) -> Calibration:
+        """With all standard deviations of gyros and angle sensors so many times as great."""
+        square = factor**2
+        return replace(
+            self,
+            gyros=tuple(replace(gyro, covariance=square * gyro.covariance) for gyro in self.gyros),
+            joints=tuple(
+                replace(
+                    one,
+                    zero_covariance=square * one.zero_covariance,
+                    bend_covariance=square * one.bend_covariance,
+                )
+                for one in self.joints
+            ),
+        )
+
     def shortcomings(self, before: datetime | None = None) -> tuple[Shortcoming, ...]:
         """What is missing for a drop, or was measured before a landing.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -28,7 +29,8 @@ class Check:
         cause: The likely cause of a failure; begins with `unknown` where no hypothesis explains the data; None unless
             it failed.
         next_step: What to do about a failure; None unless it failed.
-        protects: The results that are wrong by more than they state, or worthless, where it fails.
+        protects: The results that are wrong by more than they state where it fails, of `rates`, `attitudes`, `strokes`,
+            `offsets` (the correction) and `micro-gravity`; empty where what it finds is in their uncertainty.
     """
 
     name: str
@@ -79,3 +81,8 @@ def z_limit(numbers: int) -> float:
 def rms_limit(numbers: float) -> float:
     """The root mean square of so many normal deviates is above it in `FALSE_ALARM` of all cases."""
     return float((chdtri(numbers, FALSE_ALARM) / numbers) ** 0.5)
+
+
+def withheld_by(checks: Iterable[Check]) -> dict[str, str]:
+    """The quantities that checks which failed protect, each with the first such check."""
+    return {name: check.name for check in reversed([*checks]) if check.failed for name in check.protects}

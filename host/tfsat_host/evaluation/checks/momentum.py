@@ -16,9 +16,8 @@ from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import Blocks
 
-_MODEL = ("offsets", "attitude error")
-CONSTANT = Kind("momentum throughout the fall", "deg/s", _MODEL)
-BEFORE_AFTER = Kind("momentum before and after the maneuver", "deg/s", _MODEL)
+CONSTANT = Kind("momentum throughout the fall", "deg/s", ("offsets",))
+BEFORE_AFTER = Kind("momentum before and after the maneuver", "deg/s", ("offsets",))
 QUIET_RAD_S = np.deg2rad(5.0)
 """A joint that turns slower stands."""
 LEAST_QUIET_S = 0.1

@@ -117,11 +117,10 @@ def _numbers(chosen: BoolArray) -> str:
     return ", ".join(str(b + 1) for b in np.flatnonzero(chosen))
 
 
-MANEUVER = Kind("maneuver as filed", "strokes", ("strokes", "attitude error", "offsets"))
-_ALL = ("rates", "joint angles", "attitudes", "strokes", "offsets")
-_FULL_SCALE = Kind("full scale in the fall", "readings", _ALL)
-_ANSWERS = Kind("answers in the fall", "%", _ALL)
-_HOLES = Kind("holes in the fall", "ms", _ALL)
+MANEUVER = Kind("maneuver as filed", "strokes", ())
+_FULL_SCALE = Kind("full scale in the fall", "readings", ())
+_ANSWERS = Kind("answers in the fall", "%", ())
+_HOLES = Kind("holes in the fall", "ms", ())
 OFF_TIME_S = 5e-3
 """Nothing on the board delays a stroke by so much; to this comes what clocks and a lost release edge leave open."""
 OTHER_JOINT_RAD = np.deg2rad(5.0)

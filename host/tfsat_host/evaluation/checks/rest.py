@@ -20,13 +20,13 @@ from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
-_FLOATING = ("micro-gravity", "release", "landing")
+_FLOATING = ("micro-gravity",)
 GRAVITY, DOWN = Kind("gravity at rest", "g", _FLOATING), Kind("down at rest", "deg", _FLOATING)
 BIAS = Kind("gyro bias at rest", "deg/s", ("rates", "attitudes", "offsets"))
-NOISE = Kind("gyro noise", "deg/s/sqrt(Hz)", ("rates", "attitudes", "offsets"))
+NOISE = Kind("gyro noise", "deg/s/sqrt(Hz)", ())
 NOISY = 4.0
 """Times the data sheet's density, which is typical and without a limit."""
-START_POSE = Kind("start pose", "deg", ("strokes", "reorientation"))
+START_POSE = Kind("start pose", "deg", ())
 TOLERANCE_DEG = START_POSE_TOLERANCE_CDEG / 100.0
 """What ARM and the preflight allow: an uncalibrated servo's scale, its play, and a joint that sags, as the paper's
 joint 1 by 6 deg, stay within it."""

@@ -21,11 +21,11 @@ from tfsat_host.robot import RobotModel
 
 STATED = "stated errors"
 """Unit of a root mean square that is counted in what calibration and data sheets allow."""
-_RATES, _ANGLES = ("rates", "attitudes", "offsets"), ("joint angles", "strokes", "offsets")
-LAG = Kind("lag of the gyros", "ms", ("rates", "joint angles", "attitudes"))
+_RATES, _ANGLES = ("rates", "attitudes", "offsets"), ("strokes", "offsets")
+LAG = Kind("lag of the gyros", "ms", ("rates", "attitudes", "strokes", "offsets"))
 LAG_STDS = 3.0
 """Of what a chip may be from its sheet, and its readings from their time stamps: settings are 1 to 5 ms apart."""
-ATTITUDES = Kind("attitude by each gyro", "deg", ("attitudes", "reorientation", "offsets"))
+ATTITUDES = Kind("attitude by each gyro", "deg", ("attitudes", "offsets"))
 ATTITUDE_FLOOR_RAD = np.deg2rad(0.1)
 """Of each axis: what frames give, and the 0.2 % by which a gyro's scale bends, over strokes of 70 deg and back."""
 

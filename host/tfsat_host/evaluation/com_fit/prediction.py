@@ -202,6 +202,11 @@ def difference_covariance(
     start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
     since = (flown.t_s - flown.t_s[0])[:, None, None]
     total = turned @ errors @ turned.swapaxes(1, 2) + np.cumsum(noise * steps**2, axis=0) + start * since**2
+    if fitted:
+        # Noise that the fit has followed is in both: the covariance of what a fit leaves over.
+        shared = np.cumsum((flown.attitude @ explained) * steps, axis=0)
+        both = turned @ errors @ shared.swapaxes(1, 2)
+        total = total - both - both.swapaxes(1, 2)
     # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
     total = total + flown.missed[:, None, None] * np.eye(3)
     return np.asarray(rotation[0].T @ total @ rotation[0])

@@ -160,6 +160,11 @@ class InitialRate:
     rate_rad_s: FloatArray
     std_rad_s: FloatArray
 
+    @classmethod
+    def withheld(cls) -> InitialRate:
+        """Not given: NaN."""
+        return cls(np.full(3, np.nan), np.full(3, np.nan))
+
 
 def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
     """(n,) after the release has settled and before the first stroke; at least a few."""

@@ -172,7 +172,7 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> Fl
 
 _BLOCK_S = 0.1
 """Means over so long are compared with their noise."""
-_LEAST_EXCESS = 4.0
+_LEAST_EXCESS = 1.3
 """Neighbours never count for more than with twice their noise: frames give, and what two moments leave of a low-pass
 hangs together over a servo's ramp. Emulated robots without a calibration had their offsets' errors understated by 1.6
 without it, and by 1.1 with it."""

@@ -14,6 +14,7 @@ from tfsat_host.calibration.apply import apply_calibration, weightless
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import FALL_US, SAMPLE_RATE_HZ
@@ -33,6 +34,9 @@ LANDING_GUARD_S = 0.05
 """The evaluation ends so long before the landing, as the release springs and the cushion are not the model's."""
 LEAST_S = 0.05
 """Less of a fall is not evaluated."""
+SATURATED_DELAYS = 3.0
+"""Times the low-pass's delay: what it holds of a rate is below a thousandth then. Its input is cut off before its
+output is at full scale, and no longer when that leaves it."""
 GREATEST_GAP_S = 0.1
 """Over a longer hole in all gyros nothing is carried: a stroke turns the robot by 20 deg meanwhile."""
 
@@ -121,7 +125,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         )
     first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s], side="right")
     part = rows_of(log, slice(int(first), int(last)))
-    answered = part.imu_valid & ~part.clipped
+    answered = part.imu_valid & ~_saturated(part)
     kept = np.flatnonzero(answered.any(axis=1))
     _require_no_hole(part.t_s[kept], until_s)
     counts = Counts.from_log(part)
@@ -140,6 +144,16 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         float(log.header.rate_hz or SAMPLE_RATE_HZ),
         until_s,
     )
+
+
+def _saturated(log: DropLog) -> BoolArray:
+    """(n, 4) the gyro was at full scale so lately or so soon that its low-pass still holds what was cut off."""
+    memory_s = SATURATED_DELAYS * LowPass.of(log.header).gyro_delay_s
+    out = log.clipped.copy()
+    for row in np.flatnonzero(log.clipped.any(axis=1)):
+        first, last = np.searchsorted(log.t_s, log.t_s[row] + np.array([-memory_s, memory_s]))
+        out[first:last] |= log.clipped[row]
+    return out
 
 
 def end_of_fall_s(log: DropLog) -> float:
