@@ -12,7 +12,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import fit_model, widened
 from tfsat_host.evaluation.com_fit.cross_validation import FittedDrop, combine, cross_validate, left_aside
 from tfsat_host.evaluation.com_fit.momentum import inertial_momentum, residual_rate
-from tfsat_host.evaluation.com_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
 
 ROBOT, OTHER_ROBOT = 7, 3
 SEEDS = (11, 12, 13)
@@ -175,6 +175,6 @@ def test_what_cannot_be_combined_is_refused() -> None:
         cross_validate([judged("a", one)])
     with pytest.raises(ValueError, match="no fit"):
         combine([])
-    other = replace(one, fit=fit_model(com_offsets(MODEL, masses=True), one.flown))
+    other = replace(one, fit=fit_model(model_offsets(MODEL), one.flown))
     with pytest.raises(ValueError, match="not of the same offsets"):
         cross_validate([judged("a", one), judged("b", other), judged("c", one)])

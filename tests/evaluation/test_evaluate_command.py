@@ -17,6 +17,7 @@ from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tfsat_host.maneuver import format_maneuver, four_stroke
 from tfsat_host.present.terminal import printable
+from tfsat_host.robot import load_robot
 
 FALL_END_S = 2.45
 
@@ -106,14 +107,19 @@ def test_a_maneuver_that_was_not_flown(run: Path) -> None:
     assert "instead of +30.0 deg" in said.words and "another maneuver was flown" in said.words
 
 
-def test_masses_and_inertias_can_be_freed(run: Path, good: Said) -> None:
-    few, many = good.json, evaluated("run", "--masses", "--inertias")
-    assert len(few["offsets"]) == 9 and len(many["offsets"]) == 9 + 4 + 24
-    assert (np.array(many["com_offset_mm_std"]) > np.array(few["com_offset_mm_std"])).all()
+def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said) -> None:
+    kinds = [row["name"].split()[2] for row in good.json["offsets"]]
+    assert [kinds.count(kind) for kind in ("CoM", "mass", "inertia", "point")] == [12, 4, 24, 6]
+    exact = load_robot().path.read_text().replace("mass_relative = 0.02", "mass_relative = 0.0")
+    (run.parent / "weighed.toml").write_text(exact)
+    weighed = evaluated("run", "--robot", "weighed.toml")
+    assert len(weighed["offsets"]) == len(kinds) - 4
+    assert (np.array(weighed["com_offset_mm_std"]) < np.array(good.json["com_offset_mm_std"])).all()
 
 
-def test_masses_are_shown(run: Path) -> None:
-    assert "body 4 mass" in evaluate("run", "--masses").out
+def test_a_hinge_that_trades_with_a_center_of_mass_is_said(run: Path) -> None:
+    shown = evaluate("run").words
+    assert "nothing that a drop measures changes" in shown and "body 1 CoM y - joint 1 point y: " in shown
 
 
 def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
@@ -123,12 +129,6 @@ def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     assert "swarm ± its spread" in shown and "10 swarms of 48 particles" in shown
     assert "The swarm's objective, the sum of |h - h0|" in shown
     assert "They did not converge" in shown
-
-
-def test_the_swarm_searches_for_centers_of_mass_alone(run: Path) -> None:
-    said = evaluate("run", "--swarm", "--masses")
-    assert said.code == 2
-    assert "--swarm searches for centers of mass alone" in said.err
 
 
 def test_video_and_lasers(run: Path) -> None:

@@ -31,8 +31,8 @@ def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
         assert judged["error_after_deg"] < 0.2 * judged["error_before_deg"]
     together = found["comparison"]["offsets"]
     assert [row["name"] for row in together] == [row["name"] for row in good.json["offsets"]]
-    off = np.array([row["value"] for row in together]) - made_drop().true_com_offsets_mm
-    assert (np.abs(off) < 4.5 * np.array([row["std"] for row in good.json["offsets"]])).all()
+    off = np.array([row["value"] for row in together[:9]]) - made_drop().true_com_offsets_mm
+    assert (np.abs(off) < 4.5 * np.array([row["std"] for row in good.json["offsets"][:9]])).all()
 
 
 def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:

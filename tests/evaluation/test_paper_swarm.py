@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MODEL, fitted
+from tests.evaluation.drops import fitted
 from tfsat_host.evaluation.com_fit.momentum import averaged_momentum
-from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.plan.swarm import SwarmSettings
 
@@ -32,11 +31,6 @@ def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
         strayed = (direct.values - direct.values[:, :1]).swapaxes(1, 2)
         np.testing.assert_allclose(polynomial.strayed(vectors), strayed, atol=1e-13 * reach_mm)
         np.testing.assert_allclose(polynomial.objective(vectors), direct.objective, rtol=1e-9)
-
-
-def test_masses_are_no_polynomial() -> None:
-    with pytest.raises(ValueError, match="body 1 mass"):
-        momentum_polynomial(com_offsets(MODEL, masses=True), fitted(1).flown)
 
 
 def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth() -> None:

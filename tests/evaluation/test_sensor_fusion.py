@@ -211,7 +211,10 @@ def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
         patched.setattr(
             sensor_fusion,
             "information_by_neighbours",
-            lambda _t, _f, _l, _v, errors, _k: (np.zeros((len(errors), len(errors))), np.zeros(len(errors))),
+            lambda _t, _f, _l, _v, errors, _k, _x: (
+                np.zeros((len(errors), len(errors))),
+                np.zeros(len(errors)),
+            ),
         )
         by_angles = moved(one.log, used, one.model)
     assert not found.contradicted

@@ -118,7 +118,7 @@ def test_a_release_that_is_not_permitted() -> None:
 
 def test_a_correction_at_its_bound() -> None:
     explained = good().explained
-    at_bound = np.zeros(9, bool)
+    at_bound = np.zeros_like(explained.fit.at_bound)
     at_bound[5] = True
     found = replace(good(), explained=replace(explained, fit=replace(explained.fit, at_bound=at_bound)))
     assert "its bound: body 2 CoM z." in reason(found, "The correction of the model cannot be used.")

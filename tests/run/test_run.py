@@ -47,7 +47,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     heard = Heard()
-    done = Run.open(run, EvaluationOptions(masses=True)).evaluate(heard)
+    done = Run.open(run, EvaluationOptions(swarm=True)).evaluate(heard)
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert any("knows of the landing" in said for said in heard.said) and "Evaluating run" in heard.said
     assert read_calibration(run / CERTIFICATE).landings

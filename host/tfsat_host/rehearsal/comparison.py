@@ -113,10 +113,9 @@ def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
 def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[Compared]:
     fit = found.explained.fit
     true = 1e3 * (truth.model.com_m - filed.com_m)
-    for name, kind, value, std in zip(fit.offsets.names, fit.offsets.kinds, fit.values, fit.std, strict=True):
-        if kind == "com":
-            body, axis = int(name.split()[1]) - 1, "xyz".index(name[-1])
-            yield Compared(name, "mm", float(value), float(std), float(true[body, axis]))
+    for one, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
+        if one.kind == "com":
+            yield Compared(one.name, "mm", float(value), float(std), float(one.shape @ true[one.of]))
 
 
 def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:

@@ -17,6 +17,7 @@ from tfsat_host.evaluation.checks.sensors import (
     pair_checks,
     scale_checks,
     sensed_checks,
+    stated_check,
 )
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
@@ -44,6 +45,7 @@ def checks_of(
     stated = stated_errors(data)
     rest = [*rest_checks(data, stated), noise_check(motion.densities_rad_s_rthz)]
     sensors = [
+        stated_check(motion),
         *neighbour_checks(data, stated),
         *pair_checks(data, stated),
         *sensed_checks(data, stated, motion.joints),

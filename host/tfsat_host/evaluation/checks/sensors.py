@@ -22,6 +22,7 @@ from tfsat_host.robot import RobotModel
 STATED = "stated errors"
 """Unit of a root mean square that is counted in what calibration and data sheets allow."""
 _RATES, _ANGLES = ("rates", "attitudes", "offsets"), ("strokes", "offsets")
+AS_STATED = Kind("gyros and axes as stated", STATED, ("rates", "attitudes", "strokes", "offsets"))
 LAG = Kind("lag of the gyros", "ms", ("rates", "attitudes", "strokes", "offsets"))
 LAG_STDS = 3.0
 """Of what a chip may be from its sheet, and its readings from their time stamps: settings are 1 to 5 ms apart."""
@@ -47,6 +48,16 @@ def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]
             f"{value:.2g} times what their stated errors allow."
         )
         yield kind.judged(value, rms_limit(count), sentence)
+
+
+def stated_check(motion: Motion) -> Check:
+    """What the fusion corrects gyros and axes by, against what certificate and robot file state of them."""
+    squares, determined = motion.solved.squares
+    value = float(np.sqrt(squares / determined))
+    sentence = (
+        f"Gyros and joint axes are off by {value:.2f} times what certificate and robot file state of them."
+    )
+    return AS_STATED.judged(value, rms_limit(determined), sentence)
 
 
 def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:

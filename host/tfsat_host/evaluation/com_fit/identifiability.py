@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics.multibody import across
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.momentum import Flown
 
@@ -137,6 +137,7 @@ def identifiability(fit: ModelFit) -> Identifiability:
 
 
 PARTNERS = 3
+ONE_TO_ONE = 0.2
 BETTER_SHARE = 0.8
 """A combination is shown if its standard deviation is so much smaller than the offset's alone."""
 _GYRO_GROUPS = ("gyro bias", "gyro mounting", "gyro scale")
@@ -147,7 +148,8 @@ _AXES = "hinge axes"
 _JOINTS = "joint angles"
 
 
-class Combination(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Combination:
     """Of an offset with hinge points: its name, value and standard deviation, in the offset's unit."""
 
     name: str
@@ -260,27 +262,22 @@ def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
 
 
 def _determined(fit: ModelFit, index: int) -> Combination | None:
-    """An offset less whole multiples of hinge points, next to those by which the fit would correct it."""
+    """An offset less the hinge points that it moves with one to one."""
     points = np.flatnonzero([kind == "point" for kind in fit.offsets.kinds])
     if not len(points):
         return None
     factors = np.zeros(len(fit.values))
     given = fit.covariance[np.ix_(points, points)]
-    factors[points] = -np.rint(np.linalg.solve(given, fit.covariance[points, index]))
+    together = np.linalg.solve(given, fit.covariance[points, index])
+    factors[points] = np.where(np.abs(np.abs(together) - 1.0) < ONE_TO_ONE, -np.sign(together), 0.0)
     factors[index] = 1.0
     p = len(factors)
     std = float(np.sqrt(factors @ fit.covariance[:p, :p] @ factors))
     if std > BETTER_SHARE * fit.std[index]:
         return None
     names = fit.offsets.names
-    parts = [_term(factors[k], names[k]) for k in points if factors[k]]
+    parts = [f" {'-' if factors[k] < 0.0 else '+'} {names[k]}" for k in points if factors[k]]
     return Combination(names[index] + "".join(parts), float(factors @ fit.values), std)
-
-
-def _term(factor: float, name: str) -> str:
-    """Such as ` - 2 joint 1 point z`."""
-    times = "" if abs(factor) == 1.0 else f"{abs(factor):.0f} "
-    return f" {'-' if factor < 0.0 else '+'} {times}{name}"
 
 
 def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
@@ -301,7 +298,11 @@ def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
             groups += [group] * 3
     names += ["gyro delay", "gyro delay's second moment"]
     groups += [_DELAY] * 2
-    tilts = [f"joint {j + 1} axis about {axis}" for j in range(offsets.body.n_joints) for axis in "uv"]
+    tilts = [
+        f"joint {j + 1} axis about {'xyz'[int(np.abs(side).argmax())]}"
+        for j, axis in enumerate(offsets.body.joint_axis)
+        for side in across(axis)
+    ]
     names += tilts
     groups += [_AXES] * len(tilts)
     # The joint angles' own errors have no names: starts and wander.

@@ -31,6 +31,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
@@ -226,10 +227,14 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
     by_angles = inverse @ _momentum_by_angles(body, flown)
     by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, flown), flown.tilt_errors, 2)
+    # An error that turns the attitude turns the momentum in base axes.
+    turned = cumulative_trapezoid(flown.attitude @ flown.rate_errors[:, :3], flown.t_s, axis=0, initial=0)
+    across = np.cross(momentum[:, None], turned, axisa=0, axisb=1, axisc=1)
+    by_attitude = -inverse @ flown.attitude.swapaxes(1, 2) @ across
     return Derivatives(
         inverse @ momentum_slopes(offsets, vector, moving),
         -inverse @ flown.attitude.swapaxes(1, 2),
-        both @ flown.rate_errors + by_angles @ flown.angle_errors + by_tilts,
+        both @ flown.rate_errors + by_angles @ flown.angle_errors + by_tilts + by_attitude,
         both @ flown.rate_covariance @ both.swapaxes(1, 2),
         rate,
     )

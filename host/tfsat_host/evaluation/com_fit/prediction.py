@@ -201,17 +201,27 @@ def difference_covariance(
     )
     start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
     since = (flown.t_s - flown.t_s[0])[:, None, None]
-    total = turned @ errors @ turned.swapaxes(1, 2) + np.cumsum(noise * steps**2, axis=0) + start * since**2
+    integrated = np.cumsum(noise * steps**2, axis=0)
+    total = turned @ errors @ turned.swapaxes(1, 2) + integrated + start * since**2
     if fitted:
-        # Noise that the fit has followed is in both: the covariance of what a fit leaves over.
+        # The fit has followed the noise: it is in both, and what a fit leaves over varies by less.
         shared = np.cumsum((flown.attitude @ explained) * steps, axis=0)
         both = turned @ errors @ shared.swapaxes(1, 2)
-        total = total - both - both.swapaxes(1, 2)
+        total = _at_least(total - both - both.swapaxes(1, 2), LEFT_LEAST * integrated)
     # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
     total = total + flown.missed[:, None, None] * np.eye(3)
     return np.asarray(rotation[0].T @ total @ rotation[0])
 
 
+def _at_least(covariance: FloatArray, least: FloatArray) -> FloatArray:
+    """(m, 3, 3) with no direction below the mean variance of `least` (m, 3, 3): differences of equal numbers round."""
+    values, axes = np.linalg.eigh(0.5 * (covariance + covariance.swapaxes(1, 2)))
+    values = np.maximum(values, np.trace(least, axis1=1, axis2=2)[:, None] / 3.0)
+    return np.asarray((axes * values[:, None, :]) @ axes.swapaxes(1, 2))
+
+
+LEFT_LEAST = 0.1
+"""Of the integrated noise, what no fit can follow."""
 EXPECTED_DISTANCE = 2.8
 """Of three angles that are as uncertain as stated, in their own uncertainty: 95 % lie within."""
 UNEXPLAINED = 4.6

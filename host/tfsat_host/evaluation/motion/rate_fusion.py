@@ -172,10 +172,6 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> Fl
 
 _BLOCK_S = 0.1
 """Means over so long are compared with their noise."""
-_LEAST_EXCESS = 1.3
-"""Neighbours never count for more than with twice their noise: frames give, and what two moments leave of a low-pass
-hangs together over a servo's ramp. Emulated robots without a calibration had their offsets' errors understated by 1.6
-without it, and by 1.1 with it."""
 
 
 def information_by_neighbours(
@@ -185,6 +181,7 @@ def information_by_neighbours(
     variance: FloatArray,
     errors: FloatArray,
     free: BoolArray,
+    least_excess: float,
 ) -> tuple[FloatArray, FloatArray]:
     """(r, r) information on the errors in the fall, and (r,) the right-hand side to go with it.
 
@@ -198,6 +195,7 @@ def information_by_neighbours(
         variance: (n, 4) of each axis of a gyro's sample.
         errors: (r,) as believed.
         free: (r,) which ones may be estimated.
+        least_excess: What is left counts as so many times its noise at least.
     """
     fall = t_s >= 0.0
     n, r = int(fall.sum()), len(errors)
@@ -210,6 +208,6 @@ def information_by_neighbours(
     if unexplained == 0.0:
         return np.zeros((r, r)), np.zeros(r)
     squares = Blocks.of(t_s[fall], _BLOCK_S).deviates(left) ** 2
-    excess = max(_LEAST_EXCESS, float(squares.sum(axis=1).mean()) / unexplained)
+    excess = max(least_excess, float(squares.sum(axis=1).mean()) / unexplained)
     information = rows.T @ rows / excess
     return information, information @ errors - rows.T @ left.ravel() / excess

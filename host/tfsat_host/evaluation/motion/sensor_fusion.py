@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -53,9 +54,16 @@ from tfsat_host.robot import ASSUMED, RobotModel
 _MOST_STEPS = 12
 _CLOSE_RAD = 1e-5
 """Far below the resolution of any sensor."""
-_PLAUSIBLE_SQUARES = 80.0
-"""Chi-square of the gyros' 36 errors by their calibration: exceeded by chance in one drop of 30,000. Beyond it no
-gyro's parameters are corrected."""
+_EXCESS, _EXCESS_UNCALIBRATED = 1.3, 4.0
+"""Neighbouring gyros never count for more: frames give under a servo's load, and mountings without a calibration
+are off by so much that products of errors count."""
+_CALIBRATED_RAD = np.deg2rad(0.5)
+_RAMP_S = 9e-3
+"""What two moments leave of a low-pass hangs together over a servo's ramp, and grows with the delay against the ramp's
+length. With it emulated strokes at 5 Hz have the errors that are stated."""
+_CHANCE_LEAST = 1 / 30_000
+"""Of the gyros' errors by their calibration and the axes' tilts by the robot file. Where they are less likely, none of
+them is corrected."""
 _BY_SLOPE = 0.5
 
 
@@ -72,6 +80,8 @@ class Solved:
         angles_rad: (n, 3) of the joints.
         jacobians: What the errors may still be.
         contradicted: See `Motion`.
+        squares: Chi-square of the gyros' errors and the axes' tilts by what was stated of them, as they were found
+            first, and of how many of them the drop tells.
     """
 
     errors: FloatArray
@@ -82,6 +92,7 @@ class Solved:
     angles_rad: FloatArray
     jacobians: ErrorJacobians
     contradicted: bool = False
+    squares: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,13 +169,16 @@ class SensorFusion:
             implausible_s = found.lag.delay_s
             free[self.prior.moments] = False
             found = self._gauss_newton(free)
-        contradicted = bool((found.errors[self.prior.gyro] ** 2).sum() > _PLAUSIBLE_SQUARES)
+        lasting = np.r_[self.prior.gyro, self.prior.tilts]
+        determined = float((1.0 - np.diag(found.jacobians.covariance)[lasting]).sum())
+        squares = float((found.errors[lasting] ** 2).sum())
+        contradicted = squares > chdtri(determined, _CHANCE_LEAST)
         if contradicted:
-            free[self.prior.gyro] = False
+            free[lasting] = False
             found = self._gauss_newton(free)
         measured = implausible_s is None and self._moved()
         lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
-        return replace(found, lag=lag, contradicted=contradicted)
+        return replace(found, lag=lag, contradicted=contradicted, squares=(squares, determined))
 
     def without(self, solved: Solved, errors: FloatArray) -> Solved:
         """The same with further lasting errors (r,) subtracted."""
@@ -174,6 +188,16 @@ class SensorFusion:
     def smoothing_rad(self, fused: Fused) -> FloatArray:
         """(n, 3) standard deviation of the angle sensors' smoothed noise, where a joint's rate is theirs."""
         return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
+
+    @property
+    def _least_excess(self) -> float:
+        """Of what neighbouring gyros leave over, by the low-pass and by how well their mountings are known."""
+        mounting = np.concatenate(
+            [9 * body + np.arange(3, 6) for body in range(len(self.samples.answered[0]))]
+        )
+        uncalibrated = float((self.prior.gyro_root[mounting] ** 2).sum()) > len(mounting) * _CALIBRATED_RAD**2
+        ramps = (self.sheet.delay_s / _RAMP_S) ** 2
+        return max(_EXCESS_UNCALIBRATED if uncalibrated else _EXCESS, ramps)
 
     def _moved(self) -> bool:
         """A joint with angle sensors moved far enough to measure the lag."""
@@ -191,7 +215,7 @@ class SensorFusion:
             columns = self._columns(here, covariance)
             left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
             known = information_by_neighbours(
-                self.samples.t_s, here.fused, left, self.variance, errors, no_lag
+                self.samples.t_s, here.fused, left, self.variance, errors, no_lag, self._least_excess
             )
             found, posterior = errors_by_sensors(
                 self.joints, here.angles, columns.angles, errors, free, known

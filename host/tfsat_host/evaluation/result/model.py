@@ -166,7 +166,9 @@ def offset_table(found: Evaluation) -> Table:
     fit, swarm = found.explained.fit, found.swarm
     rows, columns = offsets(fit), OFFSETS
     if swarm is not None:
-        by_name = dict(zip(fit.offsets.names, zip(swarm.values, swarm.spread, strict=True), strict=True))
+        by_name = dict(
+            zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
+        )
         columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
     sentences = [*correction_sentences(found), *_stuck(rows), *found.identifiability.sentences()]
     held = len(fit.offsets) - fit.offsets.sought
@@ -219,8 +221,13 @@ def combined_columns(
 
 def _of_fit(label: str, by_name: dict[str, tuple[float, float]]) -> Column:
     """Another correction than the row's own: value and standard deviation by the offset's name."""
+    unknown = (float("nan"), float("nan"))
     return Column(
-        "value", label, of=lambda row: by_name[row.name][0], std=lambda row: by_name[row.name][1], form="+.2f"
+        "value",
+        label,
+        of=lambda row: by_name.get(row.name, unknown)[0],
+        std=lambda row: by_name.get(row.name, unknown)[1],
+        form="+.2f",
     )
 
 
