@@ -149,13 +149,10 @@ class SensorFusion:
         fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
-        prior = Prior.of(
-            samples,
-            sheet,
-            (model.uncertainty or ASSUMED).joint_axis_rad,
-            np.where(answered, np.pi, UNSENSED_STD_RAD),
-            walks,
-        )
+        # Mountings that were never measured have the tilts of the axes in them.
+        axis_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad if _calibrated(samples) else 0.0
+        started = np.where(answered, np.pi, UNSENSED_STD_RAD)
+        prior = Prior.of(samples, sheet, axis_std_rad, started, walks)
         start = np.where(answered, 0.0, held)
         return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, prior)
 
@@ -192,12 +189,8 @@ class SensorFusion:
     @property
     def _least_excess(self) -> float:
         """Of what neighbouring gyros leave over, by the low-pass and by how well their mountings are known."""
-        mounting = np.concatenate(
-            [9 * body + np.arange(3, 6) for body in range(len(self.samples.answered[0]))]
-        )
-        uncalibrated = float((self.prior.gyro_root[mounting] ** 2).sum()) > len(mounting) * _CALIBRATED_RAD**2
         ramps = (self.sheet.delay_s / _RAMP_S) ** 2
-        return max(_EXCESS_UNCALIBRATED if uncalibrated else _EXCESS, ramps)
+        return max(_EXCESS if _calibrated(self.samples) else _EXCESS_UNCALIBRATED, ramps)
 
     def _moved(self) -> bool:
         """A joint with angle sensors moved far enough to measure the lag."""
@@ -262,6 +255,12 @@ class SensorFusion:
         return error_jacobians(
             self.prior, self.samples.t_s, here.fused, gyros, by_angles, by_tilts, covariance
         )
+
+
+def _calibrated(samples: Samples) -> bool:
+    """The gyros' mountings were measured."""
+    variance = np.diagonal(samples.parameter_covariance, axis1=1, axis2=2)[:, 3:6]
+    return bool(variance.mean() < _CALIBRATED_RAD**2)
 
 
 class _Step(NamedTuple):
