@@ -76,7 +76,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         **others: Any,
     ) -> Evaluation:
         certificate = None if calibration is None else format_calibration(_of_no_robot(calibration))
-        options = (others["recorded"], others["offsets"].names, others["swarm"], others["witnesses"])
+        options = (others["recorded"], others["swarm"], others["witnesses"])
         header = replace(log.header, board_serial=bytes(8), image_crc=0)
         samples = _sha256_of_samples(log.path)
         key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))

@@ -133,7 +133,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
     found = evaluated()
     assert worth_of(found) == "to be made" and significance(found) > 3.0
     explained = found.explained
-    fit = replace(explained.fit, values=0.2 * explained.fit.std)
+    fit = replace(explained.fit, values=0.02 * explained.fit.std)
     right = replace(found, explained=replace(explained, fit=fit, before=explained.after))
     assert worth_of(right) == "not called for"
     drop = drop_of(right)
@@ -166,12 +166,12 @@ def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(dro
     assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
     assert [row[-1] for row in beside["rows"]] == [
         _as_on_the_page(value, spread) for value, spread in zip(swarm.values, swarm.spread, strict=True)
-    ]
+    ] + ["–"] * (len(found.explained.fit.offsets) - len(swarm.values))
 
 
 def test_offset_at_its_bound_is_named() -> None:
     found = evaluated()
-    fit = replace(found.explained.fit, at_bound=np.arange(9) == 4)
+    fit = replace(found.explained.fit, at_bound=np.arange(len(found.explained.fit.values)) == 4)
     stuck = drop_of(replace(found, explained=replace(found.explained, fit=fit)))
     assert "Stopped at its bound: body 2 CoM y." in table(stuck, "Correction of the model")["caption"]
 

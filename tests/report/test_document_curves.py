@@ -99,10 +99,8 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
     corrected = offsets.corrected(found.explained.fit.values)
     ghost = replay["model"]
     assert ghost[0][0] == [None] * 7  # the release has not settled
-    filed_com = model.com_m
-    corrected_com = corrected.com_m - model.origin_m
-    share = model.mass_kg / model.mass_kg.sum()
-    for poses, com in ((replay["measured"], corrected_com), (ghost[20:], filed_com)):
+    for poses, body in ((replay["measured"], corrected), (ghost[20:], offsets.body)):
+        com, share = body.com_m - model.origin_m, body.mass_kg / body.mass_kg.sum()
         moved = np.array(poses, dtype=np.float64)
         rotation = (
             Rotation.from_quat(moved[..., 3:].reshape(-1, 4)).as_matrix().reshape(*moved.shape[:2], 3, 3)
@@ -112,7 +110,7 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
         # Neighbours keep their hinge: the same point by either body's frame.
         for joint in range(model.n_joints):
             ends = [
-                moved[:, b, :3] + rotation[:, b] @ (model.joint_point_m[joint] - model.origin_m[b])
+                moved[:, b, :3] + rotation[:, b] @ (body.joint_point_m[joint] - model.origin_m[b])
                 for b in (int(model.joint_inner[joint]), int(model.joint_outer[joint]))
             ]
             assert np.abs(ends[0] - ends[1]).max() < 1e-9

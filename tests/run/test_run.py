@@ -51,16 +51,10 @@ def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFix
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert any("knows of the landing" in said for said in heard.said) and "Evaluating run" in heard.said
     assert read_calibration(run / CERTIFICATE).landings
-    said = command("evaluate", run, "--masses").result
+    said = command("evaluate", run, "--swarm").result
     assert said["verdict"] == json.loads(json.dumps(done.verdict.as_dict()))
     assert said["calibration"] == done.calibration_facts
-    kinds = {name for name, kind in _names(done) if kind == "mass"}
-    assert kinds, "masses were to be corrected, too"
-
-
-def _names(done: Any) -> list[tuple[str, str]]:
-    offsets = done.found.explained.fit.offsets
-    return list(zip(offsets.names, offsets.kinds, strict=True))
+    assert said["swarm"]["particles"] == 48
 
 
 def test_options_of_one_drop_and_files_that_are_not_there_are_refused(run: Path) -> None:

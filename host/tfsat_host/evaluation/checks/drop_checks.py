@@ -45,7 +45,7 @@ def checks_of(
     stated = stated_errors(data)
     rest = [*rest_checks(data, stated), noise_check(motion.densities_rad_s_rthz)]
     sensors = [
-        stated_check(motion),
+        stated_check(motion, calibration),
         *neighbour_checks(data, stated),
         *pair_checks(data, stated),
         *sensed_checks(data, stated, motion.joints),

@@ -50,8 +50,12 @@ def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]
         yield kind.judged(value, rms_limit(count), sentence)
 
 
-def stated_check(motion: Motion) -> Check:
+def stated_check(motion: Motion, calibration: Calibration) -> Check:
     """What the fusion corrects gyros and axes by, against what certificate and robot file state of them."""
+    if not (_zeros_calibrated(calibration) and all(gyro.axes for gyro in calibration.gyros)):
+        return AS_STATED.not_possible(
+            "Not all mountings and zero points were measured: little is stated of them."
+        )
     squares, determined = motion.solved.squares
     value = float(np.sqrt(squares / determined))
     sentence = (

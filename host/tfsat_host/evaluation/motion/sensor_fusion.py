@@ -169,7 +169,7 @@ class SensorFusion:
         lasting = np.r_[self.prior.gyro, self.prior.tilts]
         determined = float((1.0 - np.diag(found.jacobians.covariance)[lasting]).sum())
         squares = float((found.errors[lasting] ** 2).sum())
-        contradicted = squares > chdtri(determined, _CHANCE_LEAST)
+        contradicted = bool(squares > chdtri(determined, _CHANCE_LEAST))
         if contradicted:
             free[lasting] = False
             found = self._gauss_newton(free)
