@@ -127,15 +127,15 @@ def test_a_recording_by_itself_takes_what_lies_beside_it(quick: Path) -> None:
 def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
     for name in (CERTIFICATE, "maneuver.toml"):
         (run / name).rename(tmp_path / name)
-    said = result("bundle", "run", "--maneuver", "maneuver.toml", "--masses")
+    said = result("bundle", "run", "--maneuver", "maneuver.toml", "--swarm")
     assert said["evaluated"] | {"robot": None, "facility": None} == {
         "recording": "run/SD.bin",
         "maneuver": "maneuver/maneuver.toml",
         "calibration": f"calibration/{CERTIFICATE}",
         **dict.fromkeys(("robot", "facility", "video", "laser", "session")),
-        "masses": True,
+        "masses": False,
         "inertias": False,
-        "swarm": False,
+        "swarm": True,
     }
     assert result("reproduce", "run.tfsat.zip")["same"] is True
 

@@ -86,7 +86,6 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
     ),
     "evaluate": (
         "evaluate run --out evaluation.json",
-        "evaluate run --masses --inertias",
         "evaluate nowhere",
     ),
     "report": (

@@ -14,7 +14,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison
-from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.evaluation import MOST_WIDENING, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
@@ -59,6 +59,8 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
     moved = [one.remark for one in found.standing if one.unexpected]
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
+        ("results are withheld", _withheld(found)),
+        (f"all ± are {found.widening:.1f} times what the certificate gives", _widened(found)),
         ("the recording is not whole", _of_recording(found)),
         ("the calibration does not hold as it is", against_calibration),
         ("something stands in for data that is missing", found.notes),
@@ -73,6 +75,25 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
         return Verdict("good", _good(found), ())
     reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
     return Verdict("doubtful", f"{sentence[:1].upper()}{sentence[1:]}.", reasons)
+
+
+def _withheld(found: Evaluation) -> Iterator[str]:
+    names = [name for name in found.withheld if name != "offsets"]
+    if names:
+        checks = ", ".join(dict.fromkeys(found.withheld[name] for name in names))
+        yield (
+            f"Withheld: {', '.join(names)}. What {checks} found is more than errors {MOST_WIDENING:g} times as great "
+            "as stated explain: no interval would hold."
+        )
+
+
+def _widened(found: Evaluation) -> Iterator[str]:
+    if found.widening > 1.0:
+        yield (
+            "The sensors contradict each other with the errors that their certificate states, and with "
+            f"{found.widening:.1f} times as great ones they do not: all standard deviations hold those. Calibrate again "
+            "before the next drop: tfsat-host calibrate show."
+        )
 
 
 def refused(error: TfsatError) -> Verdict:

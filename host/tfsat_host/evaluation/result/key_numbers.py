@@ -39,6 +39,8 @@ def key_numbers_of(found: Evaluation) -> list[Quantity]:
 def _reorientation(found: Evaluation) -> Quantity:
     turn, until_s = found.reorientation, found.motion.bodies[BODY_1].t_s[-1]
     note = f"of body 1, from the release to {until_s:.2f} s"
+    if "attitudes" in found.withheld:
+        note = f"withheld: the check of {found.withheld['attitudes']} failed"
     if turn.bridged:
         note += "; samples of its gyro are missing and were bridged"
     angle, std = np.rad2deg([turn.angle_rad, turn.std_rad])

@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
+from tfsat_host.evaluation.checks.check import withheld_by
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.cross_validation import Combined, LeftOut
 from tfsat_host.evaluation.com_fit.identifiability import couplings
@@ -33,7 +34,7 @@ def significance(found: Evaluation) -> float:
 
 def worth_of(found: Evaluation) -> Worth:
     """Of the correction that was found."""
-    if found.explained.withheld:
+    if found.explained.withheld or withheld_by(found.checks).get("offsets"):
         return "withheld"
     before = found.explained.before.error.mahalanobis
     if before <= EXPECTED_DISTANCE and significance(found) <= 1.0:
@@ -45,7 +46,9 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
     """For a person who has to decide what to change in the robot file."""
     worth = worth_of(found)
     if worth == "withheld":
-        return ("The correction is withheld: change nothing by it.", *found.explained.withheld)
+        against = withheld_by(found.checks).get("offsets")
+        failed = (f"The check of {against} failed.",) if against else ()
+        return ("The correction is withheld: change nothing by it.", *failed, *found.explained.withheld)
     if worth == "not called for":
         return (
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
@@ -139,10 +142,11 @@ def model(found: Evaluation) -> dict[str, Any]:
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
     centers = slice(fit.offsets.sought)
+    given = np.nan if "offsets" in found.withheld else 1.0
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
     return {
-        "com_offset_mm": fit.values[centers].reshape(shape).tolist(),
-        "com_offset_mm_std": fit.std[centers].reshape(shape).tolist(),
+        "com_offset_mm": given * fit.values[centers].reshape(shape),
+        "com_offset_mm_std": given * fit.std[centers].reshape(shape),
         "offsets": records((*OFFSETS[:2], *fields("value std prior_std bound at_bound")), offsets(fit)),
         "attitude_error_deg": {side: error["final_norm_deg"] for side, error in errors.items()},
         "attitude_error": errors,
@@ -327,12 +331,13 @@ def comparison_tables(
     fits = {name: one.explained.fit for name, one in found.items()}
     label = "all drops" if combined.agree else "all drops, DOUBTFUL"
     columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
+    first = next(iter(fits.values()))
     better = sum(one.improved for one in left_out)
     return [
         Table(
             "Correction of the model, by all drops together",
             columns,
-            offsets(next(iter(fits.values()))),
+            offsets(first)[: first.offsets.sought],
             " ".join([*remarks, INDEPENDENT]),
         ),
         Table(
