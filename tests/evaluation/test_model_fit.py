@@ -96,7 +96,7 @@ def test_nuisance_parameters_cost_certainty_and_no_truth() -> None:
 
 def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
     one, _ = explained(1)
-    tight = within(com_offsets(one.model), 5.0)
+    tight = model_offsets(one.model, bound_m=0.005)
     found = compare_model(motion(1), tight, 0.7).fit
     assert np.abs(found.values).max() <= 5.0 + 1e-9
     assert found.bounded and np.abs(one.true_com_offsets_mm[found.at_bound]).max() > 5.0

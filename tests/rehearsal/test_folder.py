@@ -148,9 +148,9 @@ def test_a_card_that_is_copied_while_the_rehearsal_goes_on_stays(
 ) -> None:
     begun = days.begun
 
-    def copied(*args: Any) -> Any:
+    def copied(*args: Any, **others: Any) -> Any:
         (run / "SD.bin").write_bytes(b"the real card")
-        return begun(*args)
+        return begun(*args, **others)
 
     monkeypatch.setattr(days, "begun", copied)
     assert "is not as the rehearsal made it" in command(*AGAIN, expect=2).err

@@ -91,8 +91,8 @@ def _widened(found: Evaluation) -> Iterator[str]:
     if found.widening > 1.0:
         yield (
             "The sensors contradict each other with the errors that their certificate states, and with "
-            f"{found.widening:.1f} times as great ones they do not: all standard deviations hold those. Calibrate again "
-            "before the next drop: tfsat-host calibrate show."
+            f"{found.widening:.1f} times as great ones they do not: all standard deviations hold those. Calibrate "
+            "again before the next drop: tfsat-host calibrate show."
         )
 
 
