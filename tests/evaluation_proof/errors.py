@@ -45,7 +45,7 @@ def errors_of(drop: Drop, found: Evaluation) -> dict[str, Errors]:
         "initial rate": _initial_rates(drop, found),
         "joint angle": _joint_angles(drop, found),
         "stroke": joined([_stroke(drop, stroke, found.strokes) for stroke in found.strokes]),
-        "CoM": Errors(fit.values - drop.true_com_offsets_mm, fit.std),
+        "CoM": Errors(fit.values[:9] - drop.true_com_offsets_mm, fit.std[:9]),
         "measured less predicted": Errors(np.rad2deg(after.final_rad), np.rad2deg(after.std_rad[-1])),
     }
 

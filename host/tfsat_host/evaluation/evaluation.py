@@ -58,8 +58,9 @@ from tfsat_host.sdlog import DropLog
 
 SENSED = frozenset({"rates", "attitudes", "strokes"})
 """What gyros and angle sensors tell without the model: wrong by what their certificate is wrong by."""
-LEAST_WIDENING, MOST_WIDENING = 1.5, 30.0
-"""Sensors that still contradict each other with errors so many times as stated are not badly calibrated, but broken."""
+LEAST_WIDENING, MOST_WIDENING = 3.0, 40.0
+"""Checks tell the factor roughly. Sensors that still contradict each other with errors so many times as stated are not
+badly calibrated, but broken."""
 LEFT_TO_SETTLE_S = 0.3
 """Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
 BODY_2 = 1
@@ -229,7 +230,7 @@ def evaluate(
     found = drop.evaluated(fallback.calibration)
     widening, more = 1.0, _excess(found.checks)
     while more > 1.0 and (widening := widening * max(more, LEAST_WIDENING)) <= MOST_WIDENING:
-        wider = drop.evaluated(fallback.calibration.widened(widening))
+        wider = drop.evaluated(fallback.calibration.widened(widening), diagnosed=False)
         if not SENSED.intersection(withheld_by(wider.checks)):
             withheld = withheld_by(wider.checks)
             wider = replace(wider, calibration=fallback.calibration, checks=found.checks, widening=widening)
@@ -251,8 +252,8 @@ class _Drop:
     offsets: Offsets | None
     swarm: bool
 
-    def evaluated(self, used: Calibration) -> Evaluation:
-        """With one calibration, nothing withheld."""
+    def evaluated(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
+        """With one calibration, nothing withheld; without a cause of what failed if not `diagnosed`."""
         log, model, schedule, seen = self.log, self.model, self.schedule, self.seen
         samples = samples_of(log, used, model)
         motion = motion_of(samples, used, model, self.rest.densities_rad_s_rthz, LowPass.of(log.header))
@@ -283,7 +284,7 @@ class _Drop:
             explained=explained,
             identifiability=identifiability(explained.fit),
             checks=(
-                *checks_of(motion, explained.fit, log, used, model),
+                *checks_of(motion, explained.fit, log, used, model, diagnosed=diagnosed),
                 start_pose_check(log, used, model),
                 maneuver_check(log, motion, strokes),
             ),

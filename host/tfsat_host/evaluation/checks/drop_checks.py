@@ -28,7 +28,13 @@ from tfsat_host.sdlog import DropLog
 
 
 def checks_of(
-    motion: Motion, fit: ModelFit | None, log: DropLog, calibration: Calibration, model: RobotModel
+    motion: Motion,
+    fit: ModelFit | None,
+    log: DropLog,
+    calibration: Calibration,
+    model: RobotModel,
+    *,
+    diagnosed: bool = True,
 ) -> tuple[Check, ...]:
     """Checks one drop; the order is that of the causes: readings, rest, sensors among each other, momentum.
 
@@ -38,6 +44,7 @@ def checks_of(
         log: The recording, with the time before the release.
         calibration: That `motion` was made with.
         model: Joints and sensors.
+        diagnosed: Look for the cause of what failed, which takes seconds.
     """
     complete = list(completeness_checks(log, motion, model))
     hanging = hanging_before_release(log, calibration, model)
@@ -57,7 +64,7 @@ def checks_of(
     contradictory = [
         check for check in (*rest, *sensors) if check.name not in (GRAVITY.name, DOWN.name, NOISE.name)
     ]
-    if any(check.failed for check in contradictory):
+    if diagnosed and any(check.failed for check in contradictory):
         cause, next_step = diagnose(data, stated)
         # Accelerometers and noise have causes of their own.
         rest = [check.caused_by(cause, next_step) if check.name == BIAS.name else check for check in rest]

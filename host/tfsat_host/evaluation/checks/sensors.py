@@ -21,9 +21,9 @@ from tfsat_host.robot import RobotModel
 
 STATED = "stated errors"
 """Unit of a root mean square that is counted in what calibration and data sheets allow."""
-_RATES, _ANGLES = ("rates", "attitudes", "offsets"), ("strokes", "offsets")
-AS_STATED = Kind("gyros and axes as stated", STATED, ("rates", "attitudes", "strokes", "offsets"))
-LAG = Kind("lag of the gyros", "ms", ("rates", "attitudes", "strokes", "offsets"))
+_RATES, _ANGLES = ("rates", "attitudes", "strokes", "offsets"), ("strokes", "offsets")
+AS_STATED = Kind("gyros and axes as stated", STATED, _RATES)
+LAG = Kind("lag of the gyros", "ms", _RATES)
 LAG_STDS = 3.0
 """Of what a chip may be from its sheet, and its readings from their time stamps: settings are 1 to 5 ms apart."""
 ATTITUDES = Kind("attitude by each gyro", "deg", ("attitudes", "offsets"))
@@ -112,7 +112,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """How far a joint turned by its gyros over how far by its angle sensors."""
     turned = np.sum([data.rate_part(b, rates, data.rotations) for b, rates in enumerate(data.rates)], axis=0)
     for joint in range(data.joints):
-        kind = Kind(f"gyro scale at joint {joint + 1}", "%", (*_RATES, "strokes"))
+        kind = Kind(f"gyro scale at joint {joint + 1}", "%", _RATES)
         rows = data.rows(data.along(joint, 0), data.along(joint, 1)) & stated.known
         if not rows.any():
             yield kind.not_possible(
