@@ -7,7 +7,7 @@ from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial
-from tfsat_host.evaluation.com_fit.prediction import Driven
+from tfsat_host.evaluation.com_fit.prediction import Driven, Sides
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""
@@ -15,7 +15,8 @@ _UNIT = 1e-2
 
 def least_of_objective(driven: Driven, start: FloatArray) -> FloatArray:
     """(9,) offsets in mm, downhill from `start`; it has one minimum, and every start leads there."""
-    polynomial, bounds = momentum_polynomial(driven.offsets, driven.flown), driven.offsets.bounds
+    offsets = driven.offsets.alone
+    polynomial, bounds = momentum_polynomial(offsets, driven.flown), offsets.bounds
 
     def objective(values: FloatArray) -> float:
         return float(polynomial.objective(values[None])[0]) / _UNIT
@@ -25,3 +26,8 @@ def least_of_objective(driven: Driven, start: FloatArray) -> FloatArray:
         objective, start, method="L-BFGS-B", bounds=within, tol=1e-13, options={"maxfun": 50_000}
     )
     return np.asarray(found.x)
+
+
+def with_centers(driven: Driven, values: FloatArray) -> Sides:
+    """The model with offsets (9,) of its centers of mass, in mm, and all else as filed."""
+    return driven.with_offsets(np.pad(values, (0, len(driven.offsets) - len(values))))

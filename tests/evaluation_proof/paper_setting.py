@@ -17,7 +17,7 @@ import numpy as np
 from tests.calibration_proof.robots import Errors
 from tests.evaluation.drops import DLPF_5_HZ, Drop
 from tests.evaluation_proof.flights import Difference, dropped
-from tests.evaluation_proof.objective import least_of_objective
+from tests.evaluation_proof.objective import least_of_objective, with_centers
 from tests.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -83,13 +83,13 @@ def _replay(robot: Robot, one: Drop) -> Replay:
         swarm.values - one.true_com_offsets_mm,
         least_of_objective(driven, swarm.values) - one.true_com_offsets_mm,
         _errors(one, found),
-        Difference.of(driven.with_offsets(one.true_com_offsets_mm)),
-        Difference.of(found.explained.driven.with_offsets(one.true_com_offsets_mm)),
+        Difference.of(with_centers(driven, one.true_com_offsets_mm)),
+        Difference.of(with_centers(found.explained.driven, one.true_com_offsets_mm)),
         Difference.of(taken.explained.before),
-        Difference.of(driven.with_offsets(swarm.values)),
+        Difference.of(with_centers(driven, swarm.values)),
         _errors(one, calibrated),
         Difference.of(calibrated.explained.before),
-        Difference.of(calibrated.explained.driven.with_offsets(swarm.values)),
+        Difference.of(with_centers(calibrated.explained.driven, swarm.values)),
     )
 
 
@@ -106,7 +106,7 @@ def _taken_for_one(calibration: Calibration) -> Calibration:
 
 def _errors(one: Drop, found: Evaluation) -> Errors:
     fit = found.explained.fit
-    return Errors(fit.values - one.true_com_offsets_mm, fit.std)
+    return Errors(fit.values[:9] - one.true_com_offsets_mm, fit.std[:9])
 
 
 def _sensed_at_first(log: DropLog) -> DropLog:
