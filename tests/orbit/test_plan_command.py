@@ -43,8 +43,19 @@ def test_a_quarter_turn(tfsat_host: RunCli) -> None:
 
 def test_text_tells_error_time_and_number(tfsat_host: RunCli) -> None:
     done = tfsat_host("plan", "--target", "z:-30", "--method", "greedy")
-    last = done.stdout.splitlines()[-2]
+    last = done.stdout.splitlines()[-3]
     assert last.startswith("Reached: ") and "primitives" in last and " s by " in last
+
+
+def test_the_whole_chain_is_as_short_as_it_can_be_and_a_bound_says_how_short(tfsat_host: RunCli) -> None:
+    """With the last loop alone solved for it took 38.9 s; SLSQP over the same three loops finds 34.08 s."""
+    found = tfsat_host.json("plan", "--target", "z:90")
+    assert found["reached"] and found["duration_s"] <= 34.1
+    assert found["primitives"] == 3
+    assert 31.0 < found["least_time_s"] < found["duration_s"]
+    shown = tfsat_host("plan", "--target", "z:90").stdout
+    assert f"No chain of such loops takes less than {found['least_time_s']:.1f} s" in shown
+    assert f"no loop tilts it by more than {found['least_time_rate_deg_s']:.3g} deg/s" in shown
 
 
 def test_euler_angles_are_z_y_x_in_whatever_order_they_are_written(tfsat_host: RunCli) -> None:

@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.planner import Route, TimeToGo, lookup, search, trimmed
+from tfsat_host.plan.flight import unit_quaternion
+from tfsat_host.plan.planner import Planner, Route, TimeToGo, lookup, remainder, search, trimmed
+from tfsat_host.plan.polish import least_time
 from tfsat_host.plan.primitives import PrimitiveTable
 
 GOAL_RAD = float(np.radians(1.0))
@@ -80,3 +82,47 @@ def test_a_trimmed_primitive_leaves_nothing_and_stays_within_limits(nimble_table
         left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
         assert quaternion.angle(left) == pytest.approx(remaining, abs=1e-12)
         assert np.degrees(np.abs(primitive.displacement_rad)).max() <= 90.0 + 1e-9
+
+
+FEW_TARGETS = ["z:90", "z:45,y:20", "z:5", "x:-2"]
+MORE_TARGETS = [
+    "z:180",
+    "x:30",
+    "y:30",
+    "x:30,y:-20,z:90",
+    "z:-120,x:60",
+    "y:-60,x:10",
+    "x:-15",
+    "z:-33,x:4,y:3",
+]
+TARGETS = [*FEW_TARGETS, *(pytest.param(target, marks=pytest.mark.prove) for target in MORE_TARGETS)]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_chain_is_never_slower_than_what_it_is_made_from_nor_faster_than_the_bound(
+    table: PrimitiveTable, monkeypatch: pytest.MonkeyPatch, target: str
+) -> None:
+    needed = unit_quaternion(target, None)
+    planner = Planner.of(table, "search", GOAL_RAD, share=1.0)
+    chain = planner.chain(needed)
+    left = remainder(chain.primitives, needed)
+    assert float(quaternion.angle(left)) <= GOAL_RAD
+    assert chain.remaining_rad == pytest.approx(float(quaternion.angle(left)), abs=1e-9)
+    assert least_time(table, planner.time_to_go.axes[0], needed, GOAL_RAD).seconds <= chain.duration_s
+    limits = table.limits_rad - table.start_rad[:, None]
+    for primitive in chain.primitives:
+        room = limits[list(primitive.shape.joints)]
+        assert (primitive.displacement_rad >= room[:, 0] - 1e-12).all()
+        assert (primitive.displacement_rad <= room[:, 1] + 1e-12).all()
+    monkeypatch.setattr("tfsat_host.plan.planner.shortened", lambda *_: None)
+    assert chain.duration_s < planner.chain(needed).duration_s + 1e-12
+
+
+def test_no_loop_is_faster_than_the_bound_has_it(table: PrimitiveTable) -> None:
+    needed = unit_quaternion("x:90", None)
+    bound = least_time(table, TimeToGo.of(table).axes[0], needed, GOAL_RAD)
+    assert bound.of == "tilt"
+    for index in range(0, len(table), 7):
+        moved = Rotation.from_quat(table.primitive(index).quaternion_xyzw).apply(bound.direction)
+        tilt = float(np.arccos(np.clip(moved @ bound.direction, -1.0, 1.0)))
+        assert tilt <= bound.rate_rad_s * table.duration_s[index] + 1e-7

@@ -83,7 +83,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     plant = drawn_robot(robot, args.model_error, args.seed) if args.model_error > 0.0 else None
     with out.progress("Planning"):
         table, tolerance = primitive_table(robot, args.grid), math.radians(args.tolerance)
-        planner = Planner.of(table, args.method, tolerance, trim=not args.table_only, most=args.most)
+        # Who flies the model itself may use up the tolerance; who does not keeps some of it for the errors.
+        exact = {"share": 1.0} if plant is None and args.noise == 0.0 else {}
+        planner = Planner.of(table, args.method, tolerance, trim=not args.table_only, most=args.most, **exact)
         flight = fly(planner, target, plant=plant, sensing=Sensing(math.radians(args.noise), args.seed))
         result = {"made_by": "tfsat-host plan", "robot_file": str(args.robot)}
         result |= document(robot, planner, flight, plant)

@@ -16,6 +16,7 @@ from tfsat_host.dynamics import Multibody, TimedMove, moved, servo_moves
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
+from tfsat_host.plan.polish import least_time
 from tfsat_host.plan.primitives import Primitive
 from tfsat_host.quantity import Column, Columns, Table, fields, record, records
 from tfsat_host.robot import RobotModel
@@ -57,6 +58,7 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
     possible = (
         None if flight.reached or flight.noise_rad > 0.0 else _possible_tolerance_deg(planner, flight, plant)
     )
+    least = least_time(planner.table, planner.time_to_go.axes[0], flight.target_xyzw, planner.tolerance_rad)
     open_loop = None if plant is None else open_loop_error_rad(planner, flight.target_xyzw, plant=plant)
     return {
         "robot": robot.name,
@@ -68,6 +70,11 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
         "table_size": len(planner.table),
         "axis_rate_deg_s": rate if rate > 0.0 else None,
         "axis_time_s": start_deg / rate if rate > 0.0 else None,
+        "least_time_s": least.seconds,
+        "least_time_of": least.of,
+        "least_time_angle_deg": math.degrees(least.angle_rad),
+        "least_time_rate_deg_s": math.degrees(least.rate_rad_s) if least.seconds > 0.0 else None,
+        "least_time_direction": least.direction.tolist(),
         "open_loop_error_deg": None if open_loop is None else math.degrees(open_loop),
         "target_quaternion_xyzw": flight.target_xyzw.tolist(),
         "target_euler_zyx_deg": np.degrees(
@@ -109,6 +116,8 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
             f"About the axis of this turn the best loop turns by {result['axis_rate_deg_s']:.2f} deg/s: the angle "
             f"alone takes {result['axis_time_s']:.1f} s by it."
         )
+    if result["least_time_s"] > 0.0:
+        yield _least_time_words(result)
     if result["open_loop_error_deg"] is not None:
         yield f"Without feedback {_shown(result['open_loop_error_deg'])} deg would be left."
     if not result["reached"]:
@@ -125,6 +134,20 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
             f"Joint angles written to {result['history']}: tfsat-host simulate --robot {result['robot_file']} "
             f"--history {result['history']}"
         )
+
+
+def _least_time_words(result: Mapping[str, Any]) -> str:
+    """The lower bound, and what it is a bound of."""
+    rate, angle = result["least_time_rate_deg_s"], result["least_time_angle_deg"]
+    if result["least_time_of"] == "turn":
+        why = f"{angle:.1f} deg are to be turned, and no loop turns by more than {rate:.3g} deg/s"
+    else:
+        axis = ", ".join(f"{component:.2f}" for component in result["least_time_direction"])
+        why = (
+            f"the body's direction ({axis}) is to be tilted by {angle:.1f} deg, and no loop tilts it by more than "
+            f"{rate:.3g} deg/s"
+        )
+    return f"No chain of such loops takes less than {result['least_time_s']:.1f} s: {why}."
 
 
 def _strokes_words(step: Mapping[str, Any]) -> str:

@@ -4,7 +4,8 @@ Robots of this kind are fast about one axis and slow about the others: the drop 
 axis some twenty times as fast as about any other. The angle that is left says little, then, and an estimate of the time
 leads the search. A rotation is either made of parts about three perpendicular axes, or the fast axis is turned into the
 right place for the second fastest, and back: R = R_1(a) R_2(b) R_1(c), as with z-x-z Euler angles. The last primitive
-need not lie on the grid: its displacements are solved for the rotation that is left.
+need not lie on the grid: its displacements are solved for the rotation that is left. At last the displacements of the
+whole chain are optimized for its time.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tfsat_host.angles import wrapped
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
+from tfsat_host.plan.polish import shortened
 from tfsat_host.plan.primitives import Primitive, PrimitiveTable
 
 # Slower than this is taken as this: a robot that cannot turn about an axis at all.
@@ -322,6 +324,7 @@ class Planner:
         tolerance_rad: What may be left at the end.
         trim: Solve the displacements of the last primitive instead of taking them from the grid.
         most: Most primitives in a chain.
+        share: Of the tolerance, that a chain may leave to save time; 1 suits a robot that is exactly the model.
     """
 
     table: PrimitiveTable
@@ -330,6 +333,7 @@ class Planner:
     tolerance_rad: float
     trim: bool = True
     most: int = 150
+    share: float = _SHARE_OF_TOLERANCE
 
     @classmethod
     def of(
@@ -340,9 +344,10 @@ class Planner:
         *,
         trim: bool = True,
         most: int = 150,
+        share: float = _SHARE_OF_TOLERANCE,
     ) -> Planner:
         """A planner with the table's own estimates."""
-        return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most)
+        return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most, share)
 
     def chain(self, needed: FloatArray, *, most: int | None = None, detour: bool = True) -> Chain:
         """The chain for a rotation `needed` (4,), body axes; empty if no primitive brings it nearer.
@@ -358,9 +363,12 @@ class Planner:
         most = self.most if most is None else most
         if self.method == "greedy" or not detour or quaternion.angle(needed) <= _NO_DETOUR_RAD:
             return self._chain(needed, most, direct=True)
-        forth = self._chain(needed, most, direct=False)
-        back = self._chain(quaternion.inverse(needed), most, direct=False).backwards
-        return min(forth, back, key=self._order)
+        undone = quaternion.inverse(needed)
+        forth, back = (self._chain(turn, most, direct=False) for turn in (needed, undone))
+        # Each is optimized the way it was found: a turn and its inverse then take exactly as long.
+        if min(forth, back, key=self._order) is forth:
+            return self._shortened(forth, needed)
+        return self._shortened(back, undone).backwards
 
     def to_go(self, needed: FloatArray) -> float:
         """A measure of how far a rotation (4,) is away: the angle for the lookup, the time for the search."""
@@ -381,6 +389,16 @@ class Planner:
         if chain.remaining_rad > self.tolerance_rad and coarse > self.tolerance_rad:
             finer = self._trimmed(self._found(needed, self.tolerance_rad, most, direct=direct), needed)
             chain = min(chain, finer, key=lambda chain: chain.remaining_rad)
+        return chain
+
+    def _shortened(self, chain: Chain, needed: FloatArray) -> Chain:
+        """The chain with all its displacements free, if that reaches the tolerance sooner."""
+        if not self.trim or chain.remaining_rad > self.tolerance_rad:
+            return chain
+        for share in (self.share, 0.5 * self.share):  # from some chains the last bit of time is not found
+            found = shortened(self.table, chain.primitives, needed, share * self.tolerance_rad)
+            if found is not None:
+                return Chain(*found)
         return chain
 
     def _found(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:

@@ -1,0 +1,264 @@
+"""A chain of loops made as short as it can be, and a time that no chain of such loops can beat.
+
+The search takes loops from a grid; here the displacements of the whole chain are free, for the least time that still
+leads to the target (sequential quadratic programming, SLSQP of scipy). Equal loops of a chain stay equal: a long chain
+repeats few of them, and a part of its turn that they share is best shared evenly.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy import optimize
+
+from tfsat_host.arrays import FloatArray, IntArray
+from tfsat_host.dynamics import quaternion
+from tfsat_host.plan.loops import Loops
+from tfsat_host.plan.primitives import Primitive, PrimitiveTable, Shape
+
+_DIFFERENCE_RAD = 1e-5
+# What is smaller cannot be commanded.
+_STILL_RAD = np.radians(0.005)
+# More free displacements than these would take longer than the search.
+_MOST_FREE = 60
+_ITERATIONS = 25
+# Short of what is allowed by a little, or rounding would leave more.
+_ALMOST = 0.999
+
+
+def shortened(
+    table: PrimitiveTable, primitives: Sequence[Primitive], needed: FloatArray, allowed_rad: float
+) -> tuple[tuple[Primitive, ...], float] | None:
+    """The chain with displacements of least time, and what it leaves in rad; None if that is no faster.
+
+    Args:
+        table: The robot, its start pose, limits and rates.
+        primitives: The chain to start from; which joints move in which order stays.
+        needed: (4,) the rotation that the chain is for, body axes.
+        allowed_rad: What the chain may leave of it.
+    """
+    chain = _Chain.of(table, primitives)
+    if not 0 < len(chain.start) <= _MOST_FREE:
+        return None
+    scale = max(allowed_rad, np.radians(0.01))
+
+    def missed(x: FloatArray) -> FloatArray:
+        return np.asarray(chain.left(x[:-3], needed)[0] / scale - x[-3:])
+
+    def missed_slopes(x: FloatArray) -> FloatArray:
+        return np.hstack([chain.left(x[:-3], needed)[1] / scale, -np.eye(3)])
+
+    times: FloatArray = np.append(chain.seconds, np.zeros(3))
+
+    def duration(x: FloatArray) -> tuple[float, FloatArray]:
+        return float(times @ x), times
+
+    room = (_ALMOST * allowed_rad / scale) ** 2
+    first, _ = chain.left(chain.start, needed)
+    result = optimize.minimize(
+        duration,
+        np.append(chain.start, first / scale),
+        jac=True,
+        method="SLSQP",
+        bounds=optimize.Bounds(np.append(chain.low, [-np.inf] * 3), np.append(chain.high, [np.inf] * 3)),
+        constraints=[
+            optimize.NonlinearConstraint(missed, 0.0, 0.0, jac=missed_slopes),
+            optimize.NonlinearConstraint(
+                lambda x: x[-3:] @ x[-3:],
+                -np.inf,
+                room,
+                jac=lambda x: np.append(np.zeros(len(x) - 3), 2.0 * x[-3:])[None],
+            ),
+        ],
+        options={"maxiter": _ITERATIONS, "ftol": 1e-4},
+    )
+    made = chain.primitives(np.clip(result.x[:-3], chain.low, chain.high))
+    left = needed
+    for primitive in made:
+        left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), left)
+    remaining = float(quaternion.angle(left))
+    faster = sum(p.duration_s for p in made) < sum(p.duration_s for p in primitives)
+    return (made, remaining) if faster and remaining <= allowed_rad else None
+
+
+class _Chain:
+    """Different loops, the order they are flown in, and the vector (f,) of all their displacements.
+
+    Attributes:
+        start: (f,) where they stand.
+        low, high: (f,) as far as the joints' limits let them go without a change of sign.
+        seconds: (f,) time that a rad of each takes in the whole chain.
+    """
+
+    def __init__(
+        self, table: PrimitiveTable, different: list[Primitive], order: IntArray, start: FloatArray
+    ) -> None:
+        self._table, self._order, self.start = table, order, start
+        self._shapes = [primitive.shape for primitive in different]
+        edges = np.cumsum([0, *(len(shape.joints) for shape in self._shapes)])
+        self._parts = [slice(a, b) for a, b in itertools.pairwise(edges)]
+        joints = np.concatenate([shape.joints for shape in self._shapes]).astype(int)
+        room = table.limits_rad[joints] - table.start_rad[joints, None]
+        self.low = np.where(start >= 0.0, 0.0, room[:, 0])
+        self.high = np.where(start >= 0.0, room[:, 1], 0.0)
+        flown = np.repeat(np.bincount(order), np.diff(edges))
+        self.seconds = 2.0 * np.sign(start + 1e-300) * flown / table.joint_rate_rad_s[joints]
+        self._loops = {shape: _loops(table, shape) for shape in self._shapes}
+        self._known: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
+
+    @classmethod
+    def of(cls, table: PrimitiveTable, primitives: Sequence[Primitive]) -> _Chain:
+        keys = [(p.shape, p.displacement_rad.tobytes()) for p in primitives]
+        numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+        different = [primitives[keys.index(key)] for key in numbers]
+        start = np.concatenate([p.displacement_rad for p in different]) if different else np.empty(0)
+        return cls(table, different, np.array([numbers[key] for key in keys], dtype=int), start)
+
+    def left(self, x: FloatArray, needed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotation vector (3,) that displacements (f,) leave, and its derivatives (3, f)."""
+        if self._known is not None and self._known[0] == x.tobytes():
+            return self._known[1]
+        turns, slopes = [], []
+        for shape, part in zip(self._shapes, self._parts, strict=True):
+            shift = _DIFFERENCE_RAD * np.eye(len(shape.joints))
+            columns = x[part, None] + np.hstack([np.zeros((len(shift), 1)), shift, -shift])
+            rotation = self._loops[shape].rotations(columns)[:, 0]
+            change = quaternion.logarithm(
+                quaternion.product(quaternion.inverse(rotation[:, :1]), rotation[:, 1:])
+            )
+            forward, backward = np.split(change, 2, axis=1)
+            turns.append(rotation[:, 0])
+            slopes.append((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+        of_each = np.zeros((3, len(x)))
+        after = quaternion.identity()
+        for number in self._order[::-1]:
+            part = self._parts[number]
+            # A loop's change, in the axes at the end of the chain.
+            of_each[:, part] += quaternion.to_matrix(after).T @ slopes[number]
+            after = quaternion.product(turns[number], after)
+        rest = quaternion.product(quaternion.inverse(after), needed)
+        vector = quaternion.logarithm(rest)
+        # The rest becomes exp(-change) rest: the differential of its logarithm, from the other side.
+        turned = -quaternion.to_matrix(rest).T @ of_each
+        derivative = quaternion.inverse_differential(np.repeat(vector[:, None], len(x), axis=1), turned)
+        self._known = x.tobytes(), (vector, derivative)
+        return vector, derivative
+
+    def primitives(self, x: FloatArray) -> tuple[Primitive, ...]:
+        """The chain with displacements (f,); a loop in which fewer than two joints still move is left out."""
+        made: list[Primitive | None] = []
+        for shape, part in zip(self._shapes, self._parts, strict=True):
+            displacement = np.where(np.abs(x[part]) < _STILL_RAD, 0.0, x[part])
+            rotation = self._loops[shape].rotations(displacement[:, None])[:, 0, 0]
+            duration = self._table.duration_of(shape, displacement)
+            moves = np.count_nonzero(displacement) > 1
+            made.append(Primitive(shape, displacement, rotation, duration) if moves else None)
+        return tuple(p for p in (made[number] for number in self._order) if p is not None)
+
+
+def _loops(table: PrimitiveTable, shape: Shape) -> Loops:
+    return Loops(
+        table.body, list(shape.joints), (shape.sequence,), start_rad=table.start_rad, steps=table.steps
+    )
+
+
+# A loop of the grid slower than this share of the fastest is not climbed from; nor are more than so many.
+_WORTH_CLIMBING = 0.9
+_CLIMBS = 12
+
+
+class LeastTime(NamedTuple):
+    """A time that no chain of loops of a table's shapes, within the joints' limits, can beat.
+
+    Rotations obey the triangle inequality: a chain turns by no more than its loops turn one by one, and tilts a
+    direction by no more than they tilt it. So it takes the turn (or the tilt) that is needed, divided by the greatest
+    turn (or tilt) a second of any single loop, at least.
+
+    Attributes:
+        seconds: The time.
+        of: Which of the two gives it.
+        angle_rad: What is needed at least of it: tolerance taken off.
+        rate_rad_s: The greatest of any loop: the highest of the maxima that are climbed from the table's best loops.
+        direction: (3,) the direction that is tilted, body axes; the one that gives the longest time by the table.
+    """
+
+    seconds: float
+    of: Literal["turn", "tilt"]
+    angle_rad: float
+    rate_rad_s: float
+    direction: FloatArray
+
+
+def least_time(
+    table: PrimitiveTable, fast_axis: FloatArray, needed: FloatArray, tolerance_rad: float
+) -> LeastTime:
+    """The bound for a rotation `needed` (4,); `fast_axis` (3,) is where the search for the direction begins."""
+    turns = table.rotation
+
+    def by_table(angles: tuple[float, FloatArray]) -> float:
+        return (angles[0] - tolerance_rad) / max(float((angles[1] / table.duration_s).max()), 1e-12)
+
+    def tilts(direction: FloatArray, rotation: FloatArray) -> FloatArray:
+        moved = np.tensordot(direction, quaternion.to_matrix(quaternion.inverse(rotation)), 1)
+        chord = np.sqrt(((moved.T - direction).T ** 2).sum(axis=0))
+        return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)))
+
+    def shorter(direction: FloatArray) -> float:
+        unit = direction / np.linalg.norm(direction)
+        return -by_table((float(tilts(unit, needed)), tilts(unit, turns)))
+
+    found = optimize.minimize(
+        shorter, fast_axis, method="Nelder-Mead", options={"maxiter": 200, "xatol": 1e-3}
+    )
+    direction = found.x / np.linalg.norm(found.x)
+
+    def tilt(rotation: FloatArray) -> FloatArray:
+        return tilts(direction, rotation)
+
+    def bound(of: Literal["turn", "tilt"], measure: Callable[[FloatArray], FloatArray]) -> LeastTime:
+        angle = max(float(measure(needed)) - tolerance_rad, 0.0)
+        rate = _greatest_rate(table, measure) if angle > 0.0 else np.inf
+        return LeastTime(angle / rate, of, angle, rate, direction)
+
+    return max(bound("turn", quaternion.angle), bound("tilt", tilt), key=lambda bound: bound.seconds)
+
+
+def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatArray]) -> float:
+    """The greatest measure a second of any loop, rad/s: the table's best loop of each shape, climbed."""
+    rates = measure(table.rotation) / table.duration_s
+    best = float(rates.max())
+    ranked = np.argsort(-rates, kind="stable")
+    _, first = np.unique(table.shape[ranked], return_index=True)
+    for index in ranked[np.sort(first)][:_CLIMBS]:
+        if rates[index] < _WORTH_CLIMBING * best:
+            break
+        best = max(best, _climbed_rate(table, table.primitive(int(index)), measure))
+    return best
+
+
+def _climbed_rate(
+    table: PrimitiveTable, primitive: Primitive, measure: Callable[[FloatArray], FloatArray]
+) -> float:
+    """The measure a second at the local maximum that is reached from a primitive."""
+    shape, start = primitive.shape, primitive.displacement_rad
+    loops, joints = _loops(table, shape), list(shape.joints)
+    seconds = 2.0 * np.where(start < 0.0, -1.0, 1.0) / table.joint_rate_rad_s[joints]
+    room = table.limits_rad[joints] - table.start_rad[joints, None]
+    shifts = _DIFFERENCE_RAD * np.hstack([np.zeros((len(start), 1)), np.eye(len(start)), -np.eye(len(start))])
+
+    def slower(x: FloatArray) -> tuple[float, FloatArray]:
+        columns = x[:, None] + shifts
+        values = -measure(loops.rotations(columns)[:, 0]) / (seconds @ columns)
+        forward, backward = np.split(values[1:], 2)
+        return float(values[0]), (forward - backward) / (2.0 * _DIFFERENCE_RAD)
+
+    # A loop that hardly moves hardly turns: no maximum is down there.
+    least, most = (
+        np.where(start > 0.0, 0.1 * start, room[:, 0]),
+        np.where(start < 0.0, 0.1 * start, room[:, 1]),
+    )
+    bounds = optimize.Bounds(least, most)
+    return -float(optimize.minimize(slower, start, jac=True, method="L-BFGS-B", bounds=bounds).fun)
