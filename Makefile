@@ -109,9 +109,14 @@ calibration-report: compiler venv  ## calibrate thirty emulated robots (minutes)
 
 # One core a process: the campaign has two of them.
 .PHONY: evaluation-report
-evaluation-report: compiler venv  ## evaluate a hundred emulated drops (a quarter of an hour) and write docs/evaluation-proof.md
+evaluation-report: compiler venv  ## evaluate a thousand emulated drops (an hour on two cores) and write docs/evaluation-proof.md
 	$(call say,how far evaluations are from the truth)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
+
+.PHONY: sbc-report
+sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarter of an hour) and write docs/simulation-based-calibration.md
+	$(call say,whether every ± of an evaluation is right)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.simulation_based_calibration
 
 .PHONY: prove
 prove: toolchain compiler venv firmware  ## bring proof pages up to date, plant defects that the suite must see (an hour or two)

@@ -11,6 +11,7 @@ _LISTED = 20
 _CHOSEN = {
     "asked for": "which was asked for",
     "time of day": "the newest by the time of day in the headers",
+    "header": "the first in the file that has a header, without which nothing can be decoded",
     "place": "the first in the file, because not every one of them tells its time of day",
 }
 

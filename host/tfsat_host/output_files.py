@@ -1,4 +1,4 @@
-"""Files that a command writes: never over somebody's work, and never half.
+"""Files that a command writes: never over a person's work, and never half.
 
 A file is overwritten only with `--force`, or when the same command made it; a recording or a certificate, which nothing
 can make again, not even then. A command knows its own by a marker: bytes near the start or the end of the file that
@@ -57,6 +57,14 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
         fill_whole(file.path, file.write)
 
 
+def write_text(path: Path, marker: bytes, text: str, *, force: bool) -> None:
+    """One file of text, whole. Raises likewise."""
+    write_all(
+        [OutputFile(path, marker, lambda to: to.write_text(text, encoding="utf-8", newline="\n"))],
+        force=force,
+    )
+
+
 def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = "") -> None:
     """Refuse a path that holds something this command did not make, or that nothing can be written to.
 
@@ -65,7 +73,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
     Args:
         path: Where.
         marker: Of the command's own files.
-        force: Whether somebody else's may be overwritten.
+        force: Whether another program's may be overwritten.
         elsewhere: What to do where nothing can be written, for a command without `--out`; a sentence.
 
     Raises:

@@ -132,7 +132,7 @@ def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
         "recording": "run/SD.bin",
         "maneuver": "maneuver/maneuver.toml",
         "calibration": f"calibration/{CERTIFICATE}",
-        **dict.fromkeys(("robot", "facility", "video", "laser", "session")),
+        **dict.fromkeys(("robot", "facility", "video", "video_rate", "laser", "session")),
         "masses": False,
         "inertias": False,
         "swarm": True,

@@ -22,16 +22,16 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, StepKind, rest, sweeps, swings, turn, zero
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import Hands, Leg, Motion
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
+from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.robot import RobotModel, load_robot
 
 MODEL = load_robot()
 TRUTH = draw_as_built(3)
-HANDS = replace(Hands.human(3), pace=0.8)
+HANDS = replace(Operator.human(3), pace=0.8)
 """A person who takes care, and who is quick."""
 STEPS = all_steps()
 REST, ZERO, TURN = rest(), zero(None), turn("z", 360.0)
@@ -47,7 +47,7 @@ class Doing(EmulatedOperator):
     """Who does something else than what the step says."""
 
     def __init__(
-        self, robot: EmulatedRobot, hands: Hands, motion: Callable[[EmulatedRobot], None], last_s: float
+        self, robot: EmulatedRobot, hands: Operator, motion: Callable[[EmulatedRobot], None], last_s: float
     ) -> None:
         super().__init__(robot, hands)
         self._motion, self._bench, self._last_s = motion, robot, last_s
@@ -63,7 +63,7 @@ def record(
     step: Step,
     *,
     truth: Imperfections = TRUTH,
-    hands: Hands = HANDS,
+    hands: Operator = HANDS,
     motion: Callable[[EmulatedRobot], None] | None = None,
     last_s: float = 0.0,
     seed: int = 7,
@@ -128,13 +128,13 @@ def hands_move(
 ) -> tuple[Callable[[EmulatedRobot], None], float]:
     """Through these stops from where the joint is, by steady hands; and how long that takes."""
     legs = tuple(Leg(float(np.deg2rad(stop)), leg_s, rest_s) for stop in stops_deg)
-    motion = Motion(legs, Hands.steady(), 1)
+    motion = Motion(legs, Operator.steady(), 1)
 
     def move(robot: EmulatedRobot) -> None:
         robot.hold((4,))
-        robot.hands.close_joint(joint)
+        robot.operator.close_joint(joint)
         robot.hold(tuple(held))
-        robot.hands.move_joint(joint, motion)
+        robot.operator.move_joint(joint, motion)
 
     return move, motion.duration_s + 1.0
 
@@ -144,14 +144,14 @@ def hands_turn(
 ) -> tuple[Callable[[EmulatedRobot], None], float]:
     """The closed robot through these angles by steady hands; and how long that takes."""
     legs = tuple(Leg(float(np.deg2rad(angle)), leg_s, rest_s) for angle in angles_deg)
-    motion = Motion(legs, Hands.steady(), 1)
+    motion = Motion(legs, Operator.steady(), 1)
 
     def move(robot: EmulatedRobot) -> None:
         robot.hold((4,))
         for joint in (1, 2, 3):
-            robot.hands.close_joint(joint)
+            robot.operator.close_joint(joint)
         robot.hold((1, 2, 3, 4))
-        robot.hands.turn(np.asarray(about, dtype=np.float64), motion)
+        robot.operator.turn(np.asarray(about, dtype=np.float64), motion)
 
     return move, motion.duration_s + 1.0
 

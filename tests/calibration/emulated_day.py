@@ -11,9 +11,9 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.limits import JOINT_COUNT
@@ -41,7 +41,7 @@ class CalibrationDay:
 
 
 def calibration_day(
-    model: RobotModel, truth: Imperfections, hands: Hands, seed: int, todo: Sequence[Step] = ()
+    model: RobotModel, truth: Imperfections, hands: Operator, seed: int, todo: Sequence[Step] = ()
 ) -> CalibrationDay:
     """Records the steps `todo`, all by default, through the logger's own firmware; `seed` is for noise."""
     with EmulatedRobot(model, imperfections=truth, seed=seed) as robot:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tfsat_host.calibration.steps.step import Step, swings
-from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import EmulatedRobot
 
 FILE = Path("calibration-emulated.toml")

@@ -19,9 +19,9 @@ from tfsat_host.cli.calibrate.bench import Bench, EmulatedPerson, origin_of
 from tfsat_host.cli.calibrate.jog import measure_servo
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, ideal
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.present.output import Output
@@ -77,7 +77,7 @@ class Rig:
 
 
 @contextmanager
-def rig(imperfections: Imperfections, hands: Hands | None = None, seed: int = 1) -> Iterator[Rig]:
+def rig(imperfections: Imperfections, hands: Operator | None = None, seed: int = 1) -> Iterator[Rig]:
     with EmulatedRobot(MODEL, imperfections=imperfections, seed=seed) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))

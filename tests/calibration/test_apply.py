@@ -22,8 +22,8 @@ from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import swings
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.messages import LiveSampleStream

@@ -31,7 +31,7 @@ from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
 from tfsat_host.cli.calibrate.operator import record
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import RefusedError
@@ -152,7 +152,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     def open_logger(_args: argparse.Namespace, _out: Output) -> Iterator[LoggerClient]:
         yield LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
 
-    monkeypatch.setattr("tfsat_host.cli.connection.open_logger", open_logger)
+    monkeypatch.setattr("tfsat_host.cli.boards.open_logger", open_logger)
     monkeypatch.setattr("sys.stdin", Terminal("\n"))
     before_us = robot.now_us
     assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0

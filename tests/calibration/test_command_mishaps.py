@@ -16,13 +16,12 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import LONGEST_S
 from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
+from tfsat_host.cli.calibrate.arguments import MOST_TURN_DEG, as_typed_here, resuming
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
-from tfsat_host.cli.calibrate.next_commands import as_typed_here, resuming
-from tfsat_host.cli.calibrate.options import MOST_TURN_DEG
 from tfsat_host.cli.main import main
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import draw, draw_as_built
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
 LONGEST_FILE_BYTES = 8192
@@ -155,7 +154,7 @@ def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
 
 def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
     with EmulatedRobot() as robot:
-        person = EmulatedOperator(robot, Hands.human(PERSON_SEED))
+        person = EmulatedOperator(robot, Operator.human(PERSON_SEED))
         assert person.duration_s(turn("z", MOST_TURN_DEG)) < LONGEST_S
 
 

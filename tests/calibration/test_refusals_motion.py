@@ -41,7 +41,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step
-from tfsat_host.emulated.hands import Hands
+from tfsat_host.emulated.manual_motion import Operator
 
 PAIRS = [(1, 2), (1, 3), (1, 4), (2, 3), (2, 4), (3, 4)]
 PROVE = pytest.mark.prove
@@ -93,12 +93,12 @@ def test_each_step_of_a_good_day_is_accepted(step: Step) -> None:
 @pytest.mark.parametrize("seed", [20, *(pytest.param(seed, marks=PROVE) for seed in (21, 22, 23))])
 @pytest.mark.parametrize("step", [SWINGS[1], pytest.param(SWINGS[3], marks=PROVE)])
 def test_people_who_take_care_are_not_refused(seed: int, step: Step) -> None:
-    accept(record(step, hands=Hands.human(seed)), known())
+    accept(record(step, hands=Operator.human(seed)), known())
 
 
 @pytest.mark.parametrize("pace", [pytest.param(0.8, marks=PROVE), 1.5])
 def test_shaky_hands_that_sway_quick_or_slow_are_not_refused(pace: float) -> None:
-    shaky = replace(Hands.human(1), tremor_deg_s=5.0, sway_deg_s=1.0, reaction=0.01, pace=pace)
+    shaky = replace(Operator.human(1), tremor_deg_s=5.0, sway_deg_s=1.0, reaction=0.01, pace=pace)
     for step in (SWINGS[2], SWEEPS[4]):
         accept(record(step, hands=shaky), known())
 

@@ -34,8 +34,8 @@ from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
 from tfsat_host.cli.calibrate.jog import TourInterrupted, sweep
 from tfsat_host.cli.main import main
 from tfsat_host.devices.jogging import JogError
-from tfsat_host.emulated.hands import Hands, Leg, Motion
 from tfsat_host.emulated.imperfections import draw_as_built, ideal
+from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
 from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.servo_settings import FACTORY
@@ -75,7 +75,7 @@ def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does(robots: 
     ratios = []
     for seed in range(robots):
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
-        with rig(built, Hands.human(seed), seed) as here:
+        with rig(built, Operator.human(seed), seed) as here:
             found = servo_map_of(here.measured(1), here.solution().joints, MODEL)
             gain, offset = gain_of(found), offset_of(found)
             ratios.append((gain.value - built.servo_gain[0]) / gain.std)
@@ -117,7 +117,7 @@ def test_the_joint_must_be_where_the_first_pulse_takes_it(monkeypatch: pytest.Mo
 
         def opened(_step: Step) -> None:
             here.robot.hold(servo(1).held)
-            here.robot.hands.move_joint(1, Motion((Leg(np.deg2rad(40.0), 0.5),), Hands.steady(), 1))
+            here.robot.operator.move_joint(1, Motion((Leg(np.deg2rad(40.0), 0.5),), Operator.steady(), 1))
             here.robot.advance(2_000_000)
 
         monkeypatch.setattr(here.bench.mover, "begin", opened)

@@ -40,7 +40,7 @@ from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.step import StepKind
-from tfsat_host.emulated.hands import Hands
+from tfsat_host.emulated.manual_motion import Operator
 
 X, Y, Z = np.eye(3)
 SOME = (SWINGS[0], SWINGS[2], SWEEPS[0], TURN)
@@ -124,8 +124,11 @@ def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None
     landing = steps[-1].taken + timedelta(minutes=10)
     before, after = (solve(steps, MODEL, when).gyros[0] for when in (None, landing))
     for axis in (X, Y):
-        assert along_std_rad(before, axis) < np.deg2rad(0.2)
-        assert along_std_rad(after, axis) == pytest.approx(LANDING_TILT_STD_RAD, rel=0.05)
+        # Next to the hinge's half a degree.
+        assert along_std_rad(before, axis) < np.deg2rad(0.6)
+        assert along_std_rad(after, axis) == pytest.approx(
+            np.hypot(LANDING_TILT_STD_RAD, np.deg2rad(0.5)), rel=0.1
+        )
     assert np.diag(after.covariance)[6:8] == pytest.approx(np.diag(before.covariance)[6:8], rel=0.2)
     assert after.scale[:2] == pytest.approx(before.scale[:2], abs=2e-4)
     assert set(before.axes) == set(after.axes) == {"x", "y"}
@@ -134,7 +137,7 @@ def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None
     assert half.axes["y"] < landing < half.axes["x"]
     again = solve([*steps, later(done(SWINGS[0]), 600), later(done(SWINGS[2]), 600)], MODEL, landing).gyros[0]
     assert min(again.axes.values()) > landing
-    assert along_std_rad(again, X) < np.deg2rad(0.2)
+    assert along_std_rad(again, X) < np.deg2rad(0.6)
 
 
 def test_a_landing_before_all_steps_changes_nothing() -> None:
@@ -163,7 +166,7 @@ def seen_axes_off_deg(found: Solution) -> list[float]:
 def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hands at three times their limits, gyros without scale errors, whose own share is another matter."""
     truth = replace(TRUTH, gyro_scale=np.ones((4, 3)))
-    shaky = replace(Hands.human(5), sway_deg_s=3.0, reaction=0.03, tremor_deg_s=5.0, pace=HANDS.pace)
+    shaky = replace(Operator.human(5), sway_deg_s=3.0, reaction=0.03, tremor_deg_s=5.0, pace=HANDS.pace)
     steps = [record(step, truth=truth, hands=shaky) for step in (REST, ZERO, *SWINGS)]
     compensated = max(seen_axes_off_deg(solve(steps, MODEL)))
 
@@ -172,7 +175,7 @@ def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Motion, "readings", untouched)
     plain = max(seen_axes_off_deg(solve(steps, MODEL)))
-    assert compensated < 0.02
+    assert compensated < 0.025
     assert plain > 0.5
 
 

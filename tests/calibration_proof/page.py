@@ -27,6 +27,9 @@ steps of [calibration](calibration.md), through the logger's own firmware. Each 
 - hands: tremor 1 to 5 deg/s rms, sway 0.2 to 1 deg/s rms of what they hold, which gives way by up to 1 %; swings up
   to 1.5 times slower than asked; turns 0.1 deg rms off their edge, about an axis 0.1 deg rms off.
 
+Mountings are measured against the hinges, which are here as the robot file has them, and the file says so. Where it
+says that they may lean, a mounting is known no better than they are: [evaluation-proof](evaluation-proof.md).
+
 | quantity | values | rms error | largest | wanted rms | stated std, median | 95 % intervals that hold the truth |
 | --- | --: | --: | --: | --: | --: | --: |
 """

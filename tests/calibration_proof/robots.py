@@ -14,8 +14,10 @@ from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel, load_robot
 
 QUANTITIES = ("bias", "misalignment", "scale", "zero")
@@ -39,6 +41,10 @@ class Errors:
         return float(np.sqrt((self.error**2).mean()))
 
 
+LEANING = "wrong-hinge-axes=0.5"
+"""One standard deviation, as `joint_axis_deg` of the robot file."""
+
+
 def design(seed: int) -> RobotModel:
     """The drop tower robot with each IMU turned by some of the 24 right-angled rotations, as its file says."""
     random = np.random.default_rng([seed, 24])
@@ -49,9 +55,22 @@ def design(seed: int) -> RobotModel:
 
 
 def recorded_day(seed: int) -> CalibrationDay:
-    """All steps on one robot, by a person who is no machine. Its clocks are exact: the page lists what is not."""
+    """All steps on one robot, by a person who is no machine. Its clocks are exact: the page lists what is not.
+
+    So are its hinges, and its file says so: a mounting is measured against them.
+    """
     truth = replace(draw_as_built(seed), sequencer_clock_ppm=0.0, logger_clock_ppm=0.0)
-    return calibration_day(design(seed), truth, Hands.human(seed), seed)
+    filed = design(seed)
+    assert filed.uncertainty is not None
+    exact = replace(filed, uncertainty=replace(filed.uncertainty, joint_axis_rad=0.0))
+    return calibration_day(exact, truth, Operator.human(seed), seed)
+
+
+def leaning_day(seed: int) -> CalibrationDay:
+    """The same with hinges that lean as its file says that they may."""
+    truth, filed = draw_as_built(seed), design(seed)
+    built = fault_named(LEANING).flown(Truth(seed, filed, truth, np.zeros(3)))
+    return replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=filed)
 
 
 def calibrated(day: CalibrationDay) -> Solution:

@@ -7,6 +7,8 @@ import importlib
 import json
 import os
 import pty
+import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +22,7 @@ from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import module_of
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
+from tfsat_host.robot import default_robot_path
 
 HEAVY = ("numpy", "scipy", "rich", "serial", "matplotlib", "hypothesis")
 _HELP_THEN_MODULES = """
@@ -302,3 +305,51 @@ def test_every_command_takes_a_negative_number_for_a_value(
     monkeypatch.setattr(module, "run", run)
     assert main([command, "--many", "-5,60,20", "-1e3"]) == 0
     assert taken == [["-5,60,20", "-1e3"]]
+
+
+@pytest.mark.parametrize(
+    "module", ["tfsat_host.cli.commands", "tfsat_host.errors", "argparse", "tfsat_host.cli.robot"]
+)
+def test_ctrl_c_while_a_module_is_imported_shows_no_traceback(module: str) -> None:
+    script = f"""
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+
+sys.modules.pop({module!r}, None)
+sys.meta_path.insert(0, Interrupting())
+from tfsat_host.cli.main import main
+sys.exit(main(["robot"]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.stdout == "" and "Interrupted." in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode in (130, -signal.SIGINT)
+
+
+def test_names_in_files_and_of_files_do_not_steer_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evil = "\x1b]0;owned\x07\u202e"
+    text = default_robot_path().read_text(encoding="utf-8")
+    file = tmp_path / f"robot{evil}.toml"
+    named = re.sub("^name = .*$", r'name = "\\u001b[31mred\\u202e"', text, count=1, flags=re.MULTILINE)
+    file.write_text(named, encoding="utf-8")
+    for argv in (
+        ["robot", str(file)],
+        ["simulate", "59", "70", "--robot", str(file)],
+        ["sensitivity", "59", "70", "--samples", "10", "--robot", str(file)],
+        ["evaluate", f"nothing{evil}"],
+        ["decode", f"nothing{evil}.bin"],
+        [f"no-command{evil}"],
+        ["report", f"nothing{evil}"],
+        ["simulate", "--file", f"nothing{evil}.toml"],
+    ):
+        main(argv)
+        shown = "".join(capsys.readouterr())
+        assert "\\x1b" in shown, argv
+        assert all(map(str.isprintable, shown.split("\n"))), argv

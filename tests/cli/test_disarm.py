@@ -13,7 +13,7 @@ import pytest
 from tests.cli.process import RunCli
 from tests.devices.scripted import hello, refusal, reply
 from tfsat_host.cli import ports
-from tfsat_host.cli.advice import interruptible
+from tfsat_host.cli.boards import interruptible
 from tfsat_host.cli.main import main
 from tfsat_host.errors import Interrupted
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState

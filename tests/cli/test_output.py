@@ -196,3 +196,25 @@ def test_a_table_too_wide_for_the_terminal_is_a_block_for_each_row(monkeypatch: 
         [["one" * 10, "a", "b"], ["two", "1"], ["three" * 4, "c"]],
         [["one" * 10, "d"], ["two", "2"], ["three" * 4, "e"]],
     ]
+
+
+def test_what_would_steer_the_terminal_is_written_as_escapes() -> None:
+    """In names of robots and files: ESC, BEL, the C1 form of CSI, and controls that turn the writing direction."""
+    evil = "a\x1b[2J\x07\x9b1m\u202eb\u2066c\r"
+    streams = io.StringIO(), io.StringIO()
+    out = Output(stdout=streams[0], stderr=streams[1], stdin=Terminal("n\n"))
+    out.line(evil)
+    out.note(evil)
+    out.warn(f"{evil}\nnext line")
+    out.error(TfsatError(what=evil, meaning=evil, next_step=f"{evil}\nnext line"))
+    out.table((evil,), [(evil,)], title=evil)
+    out.result({}, evil)
+    with pytest.raises(RefusedError):
+        out.confirm(evil, meaning="")
+    with out.progress(evil):
+        pass
+    for stream in streams:
+        text = stream.getvalue()
+        assert text.count("a\\x1b[2J\\x07\\x9b1m\\u202eb\\u2066c\\r") >= 4
+        assert all(map(str.isprintable, text.split("\n")))
+    assert "\nnext line" in streams[1].getvalue() and "\n  next line" in streams[1].getvalue()

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tfsat_host.config import format_config
-from tfsat_host.config.table import Path, line_of
+from tfsat_host.config.places import Path, line_of
 
 KEYS = st.text("abcdefghijklmnopqrstuvwxyz_", min_size=1, max_size=8)
 NUMBERS = st.floats(allow_nan=False) | st.integers(-(2**63), 2**63 - 1)

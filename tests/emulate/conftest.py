@@ -7,8 +7,8 @@ import pytest
 
 from tests.emulate.served import Served
 from tfsat_host.emulated.robot import EmulatedRobot
-from tfsat_host.emulated.served_folder import ServedFolder
 from tfsat_host.emulated.server import RobotServer
+from tfsat_host.emulated.state import ServedFolder
 
 
 @pytest.fixture(params=["native", "avr"])

@@ -18,7 +18,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import PortError, open_serial
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built
-from tfsat_host.emulated.served_folder import served_by_dead_process
+from tfsat_host.emulated.state import served_by_dead_process
 
 PAPER = [(0.70, 1, 59.0), (1.05, 2, 70.0), (1.47, 1, -59.0), (1.82, 2, -70.0)]
 

@@ -12,7 +12,7 @@ import pytest
 
 from tfsat_host.devices.ports import PortError, PortProblem, open_serial
 from tfsat_host.devices.transport import SerialTransport
-from tfsat_host.emulated.pty_port import PtyPort
+from tfsat_host.emulated.server import PtyPort
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import pytest
 
 from tfsat_host.cli.emulate import require_pseudo_terminals
 from tfsat_host.emulated.real_time import ControlSocket
-from tfsat_host.emulated.served_folder import ServedFolder, being_started, served_by_dead_process
 from tfsat_host.emulated.server import RobotServer
+from tfsat_host.emulated.state import ServedFolder, being_started, served_by_dead_process
 from tfsat_host.errors import TfsatError
 
 

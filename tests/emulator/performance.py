@@ -11,9 +11,9 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, ideal
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 
@@ -55,7 +55,7 @@ class Performance:
 
 
 def perform(
-    step: Step, hands: Hands | None = None, imperfections: Imperfections | None = None
+    step: Step, hands: Operator | None = None, imperfections: Imperfections | None = None
 ) -> Performance:
     """The step from its beginning until its motion has ended."""
     with EmulatedRobot(imperfections=imperfections or ideal(), seed=1) as robot:

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 from tests.emulator.performance import Performance, perform
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps, swings, turn, zero
 from tfsat_host.devices.jogging import Jog, JogClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.hands import LEAD_S, Hands
 from tfsat_host.emulated.imperfections import ideal
+from tfsat_host.emulated.manual_motion import LEAD_S, Operator
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.transport import EmulatedTransport
 
 STOPS_DEG = (30, 60, 90, 60, 30, 0) * 2
-PERSON = Hands(
+PERSON = Operator(
     tremor_deg_s=5.0,
     sway_deg_s=1.0,
     reaction=0.01,
@@ -104,7 +104,7 @@ def test_a_hand_gives_way_by_the_reaction_and_no_more(swept: Performance) -> Non
 
 
 def test_a_tremor_has_the_rate_that_was_asked_for() -> None:
-    still = replace(Hands.steady(), seed=3)
+    still = replace(Operator.steady(), seed=3)
     exact = perform(SWEEP, still).joints_deg[:, 0]
     shaken = perform(SWEEP, replace(still, tremor_deg_s=5.0)).joints_deg[:, 0]
     n = min(len(exact), len(shaken))
@@ -128,7 +128,7 @@ def test_a_turn_ends_where_the_edge_is_within_the_placing_error(turned: Performa
 
 
 def test_a_turns_axis_is_tilted_a_little_and_a_steady_ones_is_not() -> None:
-    tilted = perform(TURN, replace(Hands.steady(), tilt_deg=0.1, seed=4)).rates_deg_s[:, 0]
+    tilted = perform(TURN, replace(Operator.steady(), tilt_deg=0.1, seed=4)).rates_deg_s[:, 0]
     row = tilted[np.argmax(np.abs(tilted[:, 2]))]
     assert 0.01 < np.rad2deg(np.arccos(abs(row[2]) / np.linalg.norm(row))) < 0.4
     steady = perform(TURN)
@@ -194,7 +194,7 @@ def test_the_operators_figures_at_nominal_pace() -> None:
 
 
 def test_a_seed_repeats_everything_and_another_changes_it() -> None:
-    one, again, other = (perform(SWEEP, Hands.human(seed)) for seed in (1, 1, 2))
+    one, again, other = (perform(SWEEP, Operator.human(seed)) for seed in (1, 1, 2))
     assert np.array_equal(one.joints_deg, again.joints_deg)
     assert np.array_equal(one.rates_deg_s, again.rates_deg_s)
     assert np.array_equal(one.counts.imu_counts, again.counts.imu_counts)
@@ -265,9 +265,9 @@ def test_a_joint_that_its_servo_holds_is_not_moved_by_hand() -> None:
 
 
 def test_human_hands_differ_and_stay_human() -> None:
-    people = [Hands.human(seed) for seed in range(50)]
-    assert Hands.human(3) == people[3]
-    assert Hands.steady() == Hands()
+    people = [Operator.human(seed) for seed in range(50)]
+    assert Operator.human(3) == people[3]
+    assert Operator.steady() == Operator()
     for person in people:
         assert 1.0 <= person.tremor_deg_s <= 5.0 and 0.2 <= person.sway_deg_s <= 1.0
         assert 0.0 <= person.reaction <= 0.01 and 0.8 <= person.pace <= 1.5

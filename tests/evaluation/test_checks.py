@@ -42,7 +42,7 @@ def test_healthy_drops_pass(seed: int) -> None:
     assert [check.name for check in checks if check.verdict != "passed"] == ["gyro scale at joint 3"]
 
 
-AS_STATED = "gyros and axes as stated"
+AS_STATED = "sensors as stated"
 GYROS_12, GYROS_23, GYROS_34 = (f"gyros of bodies {b} and {b + 1}" for b in (1, 2, 3))
 SENSORS_1, SENSORS_2, SENSORS_3 = (f"angle sensors of joint {j}" for j in (1, 2, 3))
 BOTH_1, BOTH_2, BOTH_3 = (f"angle sensors and gyros of joint {j}" for j in (1, 2, 3))
@@ -176,7 +176,7 @@ CAUSES: list[tuple[str, Wrong, set[str], str]] = [
             axes_exchanged(log, 2, ((0, 1, 0), (1, 0, 0), (0, 0, -1))), 1, (1.03, 1.0, 1.0)
         ),
         {GYROS_12, GYROS_23},
-        "unknown; the data contradict each other",
+        "gyro of body 2: x and y exchanged, z reversed; with it the data still contradict each other",
     ),
 ]
 

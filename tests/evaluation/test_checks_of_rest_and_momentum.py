@@ -25,6 +25,7 @@ from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
+from tfsat_host.evaluation.checks.diagnosis import AS_FILED
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.rest import across_std
 from tfsat_host.evaluation.micro_gravity import AtRest
@@ -182,7 +183,7 @@ def pushed(healthy: Flown, log: DropLog) -> DropLog:
 
 def test_a_push_from_outside_changes_momentum_and_nothing_else(healthy: Flown) -> None:
     found = failed(healthy.checked(lambda log: pushed(healthy, log), fitted=True))
-    assert set(found) == {THROUGHOUT, BEFORE_AFTER}
+    assert set(found) == {THROUGHOUT, BEFORE_AFTER, AS_FILED.name}
     for check in found.values():
         assert check.cause == "a push from outside at 1.3 s: something touched the robot"
     assert found[BEFORE_AFTER].value > 0.5

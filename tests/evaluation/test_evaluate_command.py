@@ -11,10 +11,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
 from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
+from tfsat_host.evaluation.camera import LaserTracks
+from tfsat_host.evaluation.laser_identity import AS_FILED, Reading
+from tfsat_host.evaluation.laser_spots import LASERS, BodyTurning, equations_of
+from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.maneuver import format_maneuver, four_stroke
 from tfsat_host.present.terminal import printable
 from tfsat_host.robot import load_robot
@@ -139,13 +144,52 @@ def test_video_and_lasers(run: Path) -> None:
     assert "mm/s, downwards; within the facility's window" in said.words
 
 
-def write_witnesses(folder: Path) -> None:
-    """What a camera would have seen of a robot that sinks at 50 mm/s and does not turn; places read to 0.3 mm."""
+def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
+    """What a camera saw of the drop as it turned and sank at 50 mm/s; places read to 0.3 mm, spots as in `reading`."""
     (folder / "video.csv").write_text("event,t_s\nrelease,12.4\nlanding,14.9\n")
-    read = np.random.default_rng(3).normal(0.0, 0.3, (54, 2))
-    times = np.repeat(np.arange(0.16, 0.69, 0.02), 2)
-    rows = [f"{t},{1 + i % 2},{5 * t + read[i, 0]},{-50 * t + read[i, 1]}" for i, t in enumerate(times)]
+    drop = made_drop()
+    fall = drop.truth[(drop.truth[:, 0] >= 0.0) & (drop.truth[:, 0] <= 2.4)]
+    attitude = Rotation.from_quat(fall[:, 8:12])
+    com_m = np.array([com_in_bodies_m(drop.flown, angles)[1] for angles in fall[:, 1:4]])
+    turning = BodyTurning(fall[:, 0], (attitude[0].inv() * attitude).as_matrix(), np.zeros(3), com_m)
+    t_s = np.repeat(np.arange(0.16, 2.39, 0.02), 2)
+    spot = np.tile([1, 2], len(t_s) // 2)
+    none = np.zeros(len(t_s))
+    seen = equations_of(LaserTracks(folder, t_s, spot, none, none, none + 5e-4, False), turning, LASERS)
+    place_mm = 1e3 * (seen.toward @ [0.0, 0.0, -0.05] * seen.t_s - seen.place_m).reshape(2, -1)
+    along, up = place_mm + np.random.default_rng(3).normal(0.0, 0.3, place_mm.shape)
+    read = reading.of(LaserTracks(folder, t_s, spot, along, up, none, False))
+    there = turning.at(t_s)[:, 2, 2] > 0.8  # a ray that meets its wall
+    rows = [
+        f"{t:.3f},{n},{a:.2f},{u:.2f}"
+        for t, n, a, u in zip(t_s[there], read.spot[there], read.along_m[there], up[there], strict=True)
+    ]
     (folder / "laser.csv").write_text("\n".join(["t_s,spot,along_mm,up_mm", *rows]))
+
+
+@pytest.mark.parametrize("reading", [Reading(True, (False, False)), Reading(False, (True, False))])
+def test_laser_spots_that_are_not_what_the_file_says_give_no_velocity(run: Path, reading: Reading) -> None:
+    write_witnesses(run.parent, reading)
+    said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
+    assert said.code == 3 and "Release velocity" not in said.words
+    assert f"the spots move as body 2 turned only if {reading.words()}." in said.words
+
+
+def test_a_video_of_one_event_needs_its_rate(run: Path) -> None:
+    write_witnesses(run.parent)
+    laser = run.parent / "laser.csv"
+    header, *rows = laser.read_text().splitlines()
+    later = [f"{4 * float(row.split(',')[0]) + 7:.3f},{row.split(',', 1)[1]}" for row in rows]
+    laser.write_text("\n".join([header.replace("t_s", "video_t_s"), *later]))
+    (run.parent / "video.csv").write_text("event,t_s\nrelease,7.0\n")
+    without = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
+    assert without.code == 3 and "Release velocity" not in without.words
+    assert "of one event, release, no rate follows" in without.words and "--video-rate" in without.words
+    stated = evaluated("run", "--video", "video.csv", "--laser", "laser.csv", "--video-rate", "4")
+    down = stated["release_velocity"]["downward"]
+    assert down["mm_s"] == pytest.approx(50.0, abs=4 * down["mm_s_std"])
+    for args in (("--video-rate", "4"), ("--video", "video.csv", "--video-rate", "0")):
+        assert evaluate("run", *args).code == 2
 
 
 @pytest.mark.parametrize("columns", [80, 50, 44])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
@@ -15,6 +16,7 @@ from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import (
     CERTIFICATE,
     DROPPED,
+    change_headers,
     change_samples,
     remove_blocks,
     run_folder,
@@ -22,8 +24,10 @@ from tests.evaluation.run_folder import (
 )
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.evaluation import evaluation
+from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
+from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE, SWITCH_OPEN_BIT
 from tfsat_host.sdlog import load
 
 HOUR = timedelta(hours=1)
@@ -59,6 +63,25 @@ def cut(run: Path, after_release_s: float) -> None:
     card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])
 
 
+def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) -> None:
+    """Both switches open and close again together, so long before the release: in samples and events."""
+    zero_s = released_s(run)
+    edges = [(zero_s + at_s, is_open) for at in opened_s for at_s, is_open in ((-at, 1), (for_s - at, 0))]
+
+    def change(blocks: Any, t_s: np.ndarray[Any, Any]) -> None:
+        for at in opened_s:
+            jolted = (t_s >= zero_s - at) & (t_s < zero_s - at + for_s)
+            blocks["samples"]["flags"][jolted] |= np.uint16(0b11 << SWITCH_OPEN_BIT)
+        later = np.flatnonzero((t_s[:, 0] > zero_s) & (blocks["event_count"] == 0))
+        for row, (at_s, is_open) in zip(later, edges, strict=False):
+            blocks["event_count"][row] = 2
+            events = blocks["events"][row]
+            events["time_us"], events["code"] = round(1e6 * at_s), EventCode.SWITCH_EDGE
+            events["index"], events["arg"] = (0, 1), is_open
+
+    change_samples(run / "SD.bin", change)
+
+
 def reasons(found: Any) -> str:
     assert found["verdict"]["level"] == "doubtful"
     return "\n".join(found["verdict"]["reasons"])
@@ -69,6 +92,18 @@ def test_nothing_is_said_of_a_time_after_the_last_stroke_that_was_not_recorded(r
     said = reasons(evaluated("run", expect=3))
     assert "due after the end of what can be evaluated" in said
     assert "after the last stroke" not in said
+
+
+def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path, good: Said) -> None:
+    open_before_the_release(run, [0.024, 0.020, 0.016, 0.012, 0.008, 0.004], 0.001)
+    found = evaluated("run", expect=3)
+    assert "fit two releases" in reasons(found)
+    assert "the robot left between 24.000 ms before t = 0" in reasons(found)
+    assert good.json["release"]["std_s"] == 0.0
+    assert found["release"]["std_s"] == pytest.approx(0.024 / 3**0.5)
+    fallen = re.search(r"Fall: (\S+) ± (\S+) s, from the release", evaluate("run").words)
+    assert fallen is not None and float(fallen[2]) == pytest.approx(found["release"]["std_s"], rel=0.1)
+    assert float(fallen[1]) == pytest.approx(good.json["landing"]["felt"]["t_s"], abs=1e-3)
 
 
 def test_without_a_calibration(run: Path, good: Said) -> None:
@@ -222,3 +257,22 @@ def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
         said = evaluate("run", "--session", f"{session:08x}", "--json")
         assert f'"session": "{session:08x}"' in said.out
         assert "holds 2 recordings" in said.err and "tfsat-host evaluate" in said.err
+
+
+@pytest.mark.parametrize("header", [{"dlpf_cfg": 0}, {"rate_hz": 10, "angle_offset_us": [65535] * 6}])
+def test_a_header_of_other_settings_is_doubtful(run: Path, header: dict[str, Any]) -> None:
+    """It was a run with 42 Hz and 280 samples a second."""
+    change_headers(run / "SD.bin", **header)
+    said = evaluate("run")
+    assert said.code == 3 and said.out.startswith("Verdict     DOUBTFUL.")
+
+
+def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def singular(*_: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(evaluation, "motion_of", singular)
+    said = evaluate("run")
+    assert (
+        said.code == 1 and "no motion explains the readings" in said.err and "tfsat-host decode" in said.err
+    )

@@ -11,6 +11,7 @@ import pytest
 from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, few_of, flown, moved
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.evaluation.fallback_calibration import Fallback, with_fallbacks
+from tfsat_host.evaluation.motion.gyro_signal import LEAST_DENSITY_RAD_S_RTHZ, noise_densities
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.rest import rest_before_release
 
@@ -155,3 +156,12 @@ def test_a_joint_without_a_zero_point_hung_where_its_servo_starts() -> None:
     )
     for was, now in zip(filled(one, None).calibration.joints, started.calibration.joints, strict=True):
         assert was.zero_rad - now.zero_rad == pytest.approx(0.1 * was.direction)
+
+
+def test_readings_that_stand_still_are_not_without_noise() -> None:
+    """Their steps hide it, but for a rare one: a noise of nothing would be a weight without end."""
+    t_s = np.arange(0.0, 10.0, 1.0 / 280.0)
+    rates = np.full((len(t_s), 4, 3), 0.01)
+    rates[:100] += np.deg2rad(1.0 / 65.5)
+    densities = noise_densities(t_s, rates)
+    assert (densities == LEAST_DENSITY_RAD_S_RTHZ).all() and LEAST_DENSITY_RAD_S_RTHZ > 0.0

@@ -41,9 +41,9 @@ EACH = pytest.mark.parametrize("seed", few_of(*SEEDS))
 
 
 @cache
-def flown(seed: int) -> Drop:
+def flown(seed: int, times: float = 1.0) -> Drop:
     model, random = load_robot(), np.random.default_rng([seed, 60])
-    felt = np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
+    felt = times * np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
     robot = replace(draw_as_built(seed), gyro_g_sensitivity_rad_s_g=felt)
     with tempfile.TemporaryDirectory() as folder:
         return drop(Path(folder), model, model, robot, seed=seed, rate_rad_s=RATE_RAD_S)
@@ -79,6 +79,15 @@ def test_a_healthy_drop_is_good(seed: int) -> None:
     assert verdict_of(found).level == "good", verdict_of(found).reasons
     offsets = found.explained.fit
     assert (np.abs(offsets.values) < STDS * offsets.std).all(), "the robot is as its file says"
+
+
+def test_gyros_that_feel_five_times_as_much_are_named_and_tell_no_attitude() -> None:
+    one = flown(1, times=5.0)
+    found = evaluate(one.log, one.model, certificate(one, 1), one.schedule)
+    causes = [check.causes[0].kind for check in found.failed_checks]
+    assert causes and set(causes) == {"g-sensitivity"}
+    assert {"rates", "attitudes", "offsets"} <= {*found.withheld}
+    assert np.isnan(found.reorientation.angle_rad) and verdict_of(found).level == "doubtful"
 
 
 @EACH

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, read_tracks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
+from tfsat_host.evaluation.laser_spots import BodyTurning
 from tfsat_host.evaluation.laser_velocity import (
-    BodyTurning,
     LaserError,
     ReleaseVelocity,
     Velocity,
@@ -64,13 +64,13 @@ class Drop:
 
 def measured(tracks: LaserTracks, rate_rad_s: FloatArray, std_rad_s: float = 0.0) -> ReleaseVelocity:
     turning = steady(rate_rad_s, std_rad_s)
-    return release_velocity(tracks, COM_M, WINDOWS, first_stroke_s=PAUSE_S, turning=turning)
+    return release_velocity(tracks, WINDOWS, first_stroke_s=PAUSE_S, turning=turning)
 
 
 def steady(rate_rad_s: FloatArray, std_rad_s: float) -> BodyTurning:
     """At a constant rate until a second after the release."""
     turned = Rotation.from_rotvec(np.outer([0.0, 1.0], rate_rad_s))
-    return BodyTurning(np.array([0.0, 1.0]), turned.as_matrix(), np.full(3, std_rad_s))
+    return BodyTurning(np.array([0.0, 1.0]), turned.as_matrix(), np.full(3, std_rad_s), COM_M)
 
 
 def values(found: ReleaseVelocity) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,35 +10,32 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.evaluation.camera import LaserTracks, read_tracks
-from tfsat_host.evaluation.laser_velocity import (
-    LASERS,
-    UP,
-    BodyTurning,
-    release_velocity,
-    windows_of,
-)
+from tfsat_host.evaluation.laser_identity import Reading, _others
+from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyTurning
+from tfsat_host.evaluation.laser_velocity import LaserError, ReleaseVelocity, release_velocity, windows_of
 from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.evaluation.motion.attitude import integrate_rates
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 MODEL = load_robot()
-COM_M = com_in_bodies_m(MODEL, np.zeros(3))[1]
 PUSH_M_S = (0.006, -0.004, -0.045)
 RATE_RAD_S = tuple(np.deg2rad([-0.73, -0.48, -0.77]))
 FRAME_US = 16_667
 BODY_2_ATTITUDE = slice(8, 12)
 
 
-def cast(com_m: np.ndarray, attitude: Rotation, number: int) -> tuple[float, float]:
+def cast(com_m: np.ndarray, angles_rad: np.ndarray, attitude: Rotation, number: int) -> tuple[float, float]:
     """Where a laser's ray meets its wall, along and up, mm: from places in the world, less the capsule's fall."""
     laser = LASERS[number - 1]
-    start = com_m + attitude.apply(laser.exit_m - COM_M)
+    start = com_m + attitude.apply(laser.exit_m - com_in_bodies_m(MODEL, angles_rad)[1])
     ray = attitude.apply(laser.ray)
     wall = laser.ray @ (laser.exit_m + MODEL.origin_m[1]) + laser.wall_m
     spot = start + ray * (wall - laser.ray @ start) / (laser.ray @ ray)
@@ -52,8 +50,11 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
     with EmulatedRobot(seed=6) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        sequencer.upload(schedule_maneuver(four_stroke(59.0, 70.0)))
         logger.start_recording()
         robot.advance(3 * US_PER_S)
+        sequencer.arm()
         robot.record_truth(1000)
         let_go_s = robot.now_us / US_PER_S
         robot.drop(RATE_RAD_S, com_velocity_m_s=PUSH_M_S)
@@ -71,7 +72,7 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
     for now_s, com_m in frames:
         row = truth[np.argmin(np.abs(truth[:, 0] - now_s))]
         for number in (1, 2):
-            along, up = cast(com_m, Rotation.from_quat(row[BODY_2_ATTITUDE]), number)
+            along, up = cast(com_m, row[1:4], Rotation.from_quat(row[BODY_2_ATTITUDE]), number)
             lines.append(f"{now_s - released_s:.4f},{number},{round(2 * along) / 2},{round(2 * up) / 2}")
     (folder / "tracks.csv").write_text("\n".join(lines))
     return load(folder / "SD.bin"), read_tracks(folder / "tracks.csv")
@@ -79,15 +80,19 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
 
 def turning_by_gyro(log: DropLog) -> BodyTurning:
     """Body 2's, less its rest before; mounted as designed."""
-    rate, fall = log.rate_rad_s[:, 1], (log.t_s >= 0) & (log.t_s < 2.0)
+    rate, fall = log.rate_rad_s[:, 1], (log.t_s >= 0) & (log.t_s < 2.4)
     attitudes = integrate_rates(log.t_s[fall], rate[fall] - rate[log.t_s < -0.2].mean(axis=0))
-    return BodyTurning(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)))
+    angles_rad = log.sensor_angle_rad[fall][:, ::2] - log.sensor_angle_rad[log.t_s < -0.2][:, ::2].mean(
+        axis=0
+    )
+    com_m = np.array([com_in_bodies_m(MODEL, one)[1] for one in angles_rad])
+    return BodyTurning(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)), com_m)
 
 
 def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) -> None:
     log, tracks = drop
     windows = windows_of(load_tower())
-    found = release_velocity(tracks, COM_M, windows, first_stroke_s=0.7, turning=turning_by_gyro(log))
+    found = release_velocity(tracks, windows, first_stroke_s=0.7, turning=turning_by_gyro(log))
     parts = (found.transversal_x, found.transversal_y, found.downward)
     for part, true_m_s in zip(parts, (0.006, -0.004, 0.045), strict=True):
         assert part is not None
@@ -97,3 +102,46 @@ def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) 
     assert found.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
     assert found.downward_judged == found.transversal_judged == "within"
     assert found.notes == ()
+
+
+def released(log: DropLog, tracks: LaserTracks) -> ReleaseVelocity:
+    return release_velocity(
+        tracks, windows_of(load_tower()), first_stroke_s=0.7, turning=turning_by_gyro(log)
+    )
+
+
+@pytest.mark.parametrize("reading", list(_others()), ids=lambda one: one.words())
+def test_spots_that_are_exchanged_or_mirrored_give_no_velocity(
+    drop: tuple[DropLog, LaserTracks], reading: Reading
+) -> None:
+    """Tracked over the whole fall, body 2's turning tells which of the eight readings is right."""
+    log, tracks = drop
+    with pytest.raises(LaserError, match="the spots move as body 2 turned only if ") as refused:
+        released(log, reading.of(tracks))
+    undone = Reading(reading.exchanged, reading.mirrored[::-1] if reading.exchanged else reading.mirrored)
+    assert f"only if {undone.words()}." in refused.value.what
+
+
+def test_a_part_of_a_stroke_tells_which_spot_is_which(drop: tuple[DropLog, LaserTracks]) -> None:
+    log, tracks = drop
+    early = tracks.between(-1.0, 0.9)
+    with pytest.raises(LaserError, match="only if spots 1 and 2 are exchanged"):
+        released(log, Reading(True, (False, False)).of(early))
+    (note,) = released(log, early).notes
+    assert "exchanged" not in note and "mirrored" in note
+
+
+def test_where_the_turning_cannot_tell_it_is_said(drop: tuple[DropLog, LaserTracks]) -> None:
+    log, tracks = drop
+    found = released(log, tracks.between(-1.0, 0.7))
+    (note,) = found.notes
+    assert note.startswith("Body 2's turning cannot tell whether") and "mirrored" in note
+    assert found.transversal_speed is not None
+    assert found.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
+
+
+def test_places_that_are_wrong_now_and_then_hide_nothing(drop: tuple[DropLog, LaserTracks]) -> None:
+    log, tracks = drop
+    random, along = np.random.default_rng(1), tracks.along_m.copy()
+    along[random.random(len(along)) < 0.05] += 0.05
+    assert released(log, replace(tracks, along_m=along)).notes == ()

@@ -207,13 +207,14 @@ def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
     return float(np.rad2deg(np.sqrt(np.mean(np.square(errors_rad))))), 1e3 * found.lag.delay_s
 
 
-def test_the_offsets_are_told_and_taken_off(slow: Drop) -> None:
+def test_the_offsets_are_told_and_taken_off_or_else_found(slow: Drop) -> None:
     """The low-pass and half the age of a reading make 5.3 ms, whenever an IMU is read."""
     told = slow.log.header.imu_offset_us
     assert told == (0, 1560, 0, 1560)
     (right, delay_ms), (none, without_ms) = off_all_deg(slow, told), off_all_deg(slow, (0, 0, 0, 0))
     assert right < 0.06 and abs(delay_ms - 5.3) < 0.1
-    assert none > 2.0 * right and abs(without_ms - 5.3) > 0.4
+    # Untold they are in the mean delay, and in how much later than the others each gyro is.
+    assert none < 0.06 and abs(without_ms - 5.3) > 0.4
 
 
 def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(

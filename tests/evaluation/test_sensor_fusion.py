@@ -299,7 +299,7 @@ def test_a_standing_joints_bend_does_not_follow_the_sensors_noise(angle_deg: flo
     for seed in range(20):
         joint = standing(np.deg2rad(angle_deg), seed)
         begin = np.full((SAMPLES, 1), joint.mean_rad.mean())
-        errors, _ = errors_by_sensors(
+        errors, *_ = errors_by_sensors(
             [joint], begin, by_start, np.zeros(1), np.ones(1, bool), (np.zeros((1, 1)), np.zeros(1))
         )
         found_rad = begin[0, 0] + START_STD_RAD * errors[0]

@@ -17,6 +17,7 @@ from tests.evaluation_proof.flights import (
     with_dead_gyro,
     without_calibration,
 )
+from tests.evaluation_proof.mismatches import ROWS, Judged, judged
 from tests.evaluation_proof.paper_setting import Replay, replays_of
 from tests.evaluation_proof.robots import robot_of
 from tests.proof.sources import REPOSITORY, code_sha256
@@ -45,12 +46,20 @@ class Proof:
 
 def prove(seed: int) -> Proof:
     """Calibrates a robot, drops it, and evaluates; half a minute, or none if that was done before."""
-    found: Proof = _kept(f"proof-{seed}", "tests.evaluation_proof.campaign", lambda: _proven(seed))
+    found: Proof = kept(f"proof-{seed}", "tests.evaluation_proof.campaign", lambda: _proven(seed))
+    return found
+
+
+def mismatched(row: str, seed: int) -> Judged:
+    """One drop of a robot or of sensors that are not as filed, or what it was before."""
+    (flown,) = (one for one in ROWS if one.name == row)
+    module = "tests.evaluation_proof.mismatches"
+    found: Judged = kept(f"mismatch-{ROWS.index(flown)}-{seed}", module, lambda: judged(flown, seed))
     return found
 
 
 def _proven(seed: int) -> Proof:
-    robot = _kept(f"robot-{seed}", "tests.evaluation_proof.robots", lambda: robot_of(seed))
+    robot = kept(f"robot-{seed}", "tests.evaluation_proof.robots", lambda: robot_of(seed))
     drops = drops_of(robot)
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
@@ -61,8 +70,8 @@ def _proven(seed: int) -> Proof:
     )
 
 
-def _kept(name: str, module: str, made: Callable[[], Any]) -> Any:
-    """What the same code made before, or else is made now."""
+def kept(name: str, module: str, made: Callable[[], Any]) -> Any:
+    """What the same code, that a module imports, made before, or else is made now."""
     file = KEPT / _code_of(module) / f"{name}.pickle"
     if file.exists():
         return pickle.loads(file.read_bytes())

@@ -1,4 +1,4 @@
-"""The part of the page about the paper's setting: what it could conclude, and what not."""
+"""docs/paper-setting.md: what the paper's setting could conclude, and what not."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from tfsat_host.arrays import FloatArray
 
 PAPER_BODY_2_Z_MM, PAPER_BEFORE_DEG, PAPER_AFTER_DEG = 7.10, 0.31, 0.24
 
-_HEAD = """
-## The paper's setting replayed
+_HEAD = """# The paper's setting replayed
+
+Written by `make evaluation-report`; do not edit. The {robots} robots are those of
+[evaluation-proof.md](evaluation-proof.md).
 
 The paper calibrates biases, zero points and misalignments, no scale factors; its low-pass is at 5 Hz; a swarm searches
 nine offsets on the averaged momentum (N = 25; here that of its maneuver design, once a drop). The same robots, with
@@ -63,7 +65,7 @@ def paper_page(proofs: Proofs) -> str:
     replays = {name: _replays(proofs, name) for name in next(iter(proofs.values())).replays}
     return "".join(
         [
-            _HEAD,
+            _HEAD.format(robots=len(proofs)),
             _conclusions(replays["10 mm off"], replays["exact"]),
             _OFFSETS,
             _MODEL,

@@ -1,7 +1,7 @@
 """An evaluation finds what a drop's hidden truth was, and how sure it is.
 
-The full campaign of fifty robots is `make evaluation-report`; `make prove` has some of its drops again, `make test` one
-drop that the other tests fly too.
+The full campaign of twenty robots is `make evaluation-report`; `make prove` has some of its drops again, `make test`
+one drop that the other tests fly too.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.drops import DROPPED, Drop, certificate, flown
+from tests.evaluation_proof.causes import named
 from tests.evaluation_proof.errors import BODY_2_Z, errors_of
 from tests.evaluation_proof.flights import LOW_PASSES, drops_of, flights_of, with_dead_gyro
 from tests.evaluation_proof.page import row_of
@@ -22,6 +23,7 @@ from tests.evaluation_proof.paper_setting import replays_of
 from tests.evaluation_proof.robots import Robot, robot_of
 from tests.evaluation_proof.summary import BODY_2_Z_MM, COM_MM, TARGETS
 from tests.evaluation_proof.tables import rms
+from tfsat_host.evaluation.checks.evidence import SOUND
 from tfsat_host.evaluation.evaluation import evaluate
 
 TABLES = Path(__file__).parents[2] / "docs" / "evaluation-proof"
@@ -87,3 +89,24 @@ def proved(table: str, seed: int, name: str) -> list[float]:
     with (TABLES / f"{table}.csv").open(newline="", encoding="utf-8") as file:
         (row,) = [row for row in csv.reader(file) if row[:2] == [str(seed), name]]
     return [float(cell) for cell in row[2:]]
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [
+        ("slipped sensor", 0),
+        ("timing", 0),
+        (SOUND, 0),
+        *(
+            pytest.param(kind, 0, marks=pytest.mark.prove)
+            for kind in ("saturation", "joint axis", "certificate")
+        ),
+    ],
+)
+def test_the_cause_of_a_drop_of_the_proof(kind: str, number: int) -> None:
+    found = named(kind, number)
+    assert found.first == kind
+    assert not found.tied
+    assert sum(one.probability for one in found.causes) == pytest.approx(
+        0.0 if kind == SOUND else 1.0, abs=0.05
+    )

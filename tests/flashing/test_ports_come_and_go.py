@@ -9,9 +9,8 @@ import pytest
 from tests.devices.scripted import ScriptedTransport, hello, reply
 from tfsat_host.devices.ports import PortError, PortInfo, open_error
 from tfsat_host.devices.transport import Transport
-from tfsat_host.flashing.computer import Computer
 from tfsat_host.flashing.flash import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
-from tfsat_host.flashing.loader import FlashError
+from tfsat_host.flashing.loader import Computer, FlashError
 from tfsat_host.protocol.enums import Board
 
 SKETCH, BOOTLOADER, NEWER, TEENSY = (0x2341, 0x8037), (0x2341, 0x0037), (0x2A03, 0x0037), (0x16C0, 0x0483)

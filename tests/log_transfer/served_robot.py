@@ -59,7 +59,8 @@ def robot_here(monkeypatch: pytest.MonkeyPatch) -> Iterator[RobotHere]:
         return EmulatedTransport(robot, BoardIndex[Path(path).name.upper()])
 
     with EmulatedRobot(seed=1) as robot:
-        monkeypatch.setattr("tfsat_host.devices.transport.SerialTransport", opened)
+        for user in ("cli.boards", "devices.transport"):
+            monkeypatch.setattr(f"tfsat_host.{user}.SerialTransport", opened)
         yield RobotHere(robot)
 
 

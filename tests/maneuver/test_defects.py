@@ -71,9 +71,9 @@ STROKE = "schema = 1\n[[strokes]]\njoint = 1\nangle_deg = 10\n"
     ("text", "words"),
     [
         (STROKE + 't_s = "0.7"', "maneuver:5: strokes 1, t_s: '0.7' is not a number"),
-        (STROKE + "t_s = 1e300", "1e+300 s"),
-        (STROKE + f"t_s = {HUGE}", "1e+300 s"),
-        (STROKE.replace("10", "1e300"), "1e+300 deg"),
+        (STROKE + "t_s = 1e300", "t_s: 1e+300 is beyond 1e+12"),
+        (STROKE + f"t_s = {HUGE}", "… is beyond 1e+12"),
+        (STROKE.replace("10", "1e300"), "angle_deg: 1e+300 is beyond 1e+12"),
         (STROKE.replace("joint = 1", f"joint = {HUGE}"), "moves joint 1000"),
         (f"schema = {HUGE}\n", "maneuver:1: schema: 1000"),
     ],

@@ -7,6 +7,7 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tfsat_host.config.table import GREATEST
 from tfsat_host.maneuver import (
     Maneuver,
     ManeuverError,
@@ -18,7 +19,7 @@ from tfsat_host.maneuver import (
     write_maneuver,
 )
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-GREATEST, GREATEST)
 untimed = st.builds(Stroke, st.integers(-(2**63), 2**63 - 1), finite)
 timed = st.builds(Stroke, st.integers(1, 3), finite, finite)
 names = st.text(st.characters(codec="utf-8"), max_size=40)

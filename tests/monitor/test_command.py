@@ -237,7 +237,7 @@ def test_without_any_board(tfsat_host: RunCli) -> None:
 
 
 def test_a_port_that_is_not_there(tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfsat_host.cli.connection.APPEARANCE_S", 0.0)
+    monkeypatch.setattr("tfsat_host.cli.boards.APPEARANCE_S", 0.0)
     done = tfsat_host("monitor", "--for", "1", "--port", "nope", "--json", expect=1)
     assert json.loads(done.stdout)["error"]["code"] == "missing"
 

@@ -21,8 +21,8 @@ def sections(*, quick: bool = False) -> list[str]:
     """The page's sections in order; `quick` without those that take long, the design and the orbit."""
     robot, tower = load_robot(), load_tower()
     swarms = (
-        "The robot's model, the optimization of its maneuver, and the particle swarm with the paper's coefficients, 48 "
-        f"particles and 50 iterations, from {SEEDS} seeds."
+        f"The optimum, and {SEEDS} seeds of the particle swarm with the paper's coefficients, 48 particles and 50 "
+        "iterations."
     )
     rule = "Each stroke starts when the one before has ended at 170 deg/s, rounded up to 10 ms."
     orbit = (

@@ -37,7 +37,7 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "100",
             envelope.max_radius_mm,
             unit="mm",
-            why="The paper names neither the robot's outlines nor the line that it measures from. Ours is the farthest "
+            why="The paper names neither outlines nor the line that it measures from. Ours is the farthest "
             "corner of the boxes in drop_tower.toml (assumed) from the line of fall of the center of mass, "
             f"{envelope.max_radius_body} at {envelope.max_radius_t_s:.2f} s; folded it is "
             f"{envelope.folded_radius_mm:.0f} mm. With ours the permissible velocity is "
@@ -49,9 +49,9 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "2.35",
             low_mj,
             unit="mJ",
-            why="The paper prints no formula. Both numbers result from this reading of its figure: from total travel "
-            "to the releasing position the force falls linearly from OF to RF, from there to the free position it "
-            "follows the pressing line.",
+            why="The paper prints no formula. Both numbers result from its figure if the force falls linearly from OF "
+            "to RF between total travel and releasing position, and follows the pressing line from there to the "
+            "free one.",
         ),
         row("greatest energy of both switches", "3.12", high_mj, unit="mJ"),
         row(
@@ -71,9 +71,9 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
         Row(
             "detaching force of the spring",
             "11.1 N",
-            f"{tower.spring_force_n:.1f} N",
+            f"{tower.spring_force_n:.1f}",
             "given",
-            "Neither its rate nor its preload is printed. It exceeds the residual force by 1.1 N.",
+            "Neither rate nor preload is printed. It exceeds the residual force by 1.1 N.",
         ),
         row(
             "pause before the first stroke",

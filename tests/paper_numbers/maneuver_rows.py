@@ -41,7 +41,7 @@ def maneuver_rows(robot: RobotModel) -> list[Row]:
             "26.11",
             papers.reorientation_deg,
             unit="deg",
-            why=f"No independent test: the paper gives only the total mass, and the bodies' masses in drop_tower.toml "
+            why="No independent test: the bodies' masses in drop_tower.toml, of which the paper gives only the sum, "
             f"were chosen so that this number results (before: {_untuned(robot):.2f} deg). The rotation vector is "
             f"({', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)}) deg, about -z as in the paper.",
         ),
@@ -74,7 +74,7 @@ def _time_rows() -> list[Row]:
             unit="s",
             why=f"1.50 s needs {needed:.2f} deg/s. With P = 1e11 the paper's objective would charge "
             f"{1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2:.1e} deg for the overtime: its optimization must have had "
-            "another speed or time. The rows below use the time that the displacements take.",
+            "another speed or time. Below it is the time that the displacements take.",
         )
     ]
 
@@ -139,5 +139,5 @@ def _rounded_row(problem: Problem) -> Row:
         "not printed",
         f"{flown.reorientation_deg:.3f} deg",
         "",
-        "Rounded to whole degrees for the microprocessor.",
+        "Whole degrees for the microprocessor.",
     )

@@ -60,7 +60,8 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
             "1.21",
             expected_error_deg(90.0, DROP_TEST_ERROR_DEG),
             unit="deg",
-            why="In proportion to the 0.314 deg and 0.237 deg for 23.3 deg that the drop test showed.",
+            why="In proportion to the 0.314 and 0.237 deg for 23.3 deg of the drop test, as the paper does; errors of "
+            "a path need not grow so.",
         ),
         row(
             "accuracy for 90 deg, corrected model",
@@ -76,6 +77,6 @@ def _all_axes(robot: RobotModel) -> str:
     planner = Planner.of(primitive_table(robot, 5.0), "search", math.radians(1.0))
     flight = fly(planner, Rotation.from_euler("z", 90.0, degrees=True).as_quat())
     return (
-        "For the angle alone, with the best loop again and again. The loops tilt the axis a little: z:90 within 1 deg "
+        "For the angle alone, with the best loop again and again. The loops tilt the axis: z:90 within 1 deg "
         f"in all axes takes {flight.duration_s:.1f} s by {len(flight.steps)} loops (`tfsat-host plan --target z:90`)."
     )

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 HEAD = """\
 # The paper's numbers, and ours
 
-Written by `make paper-numbers`; do not edit. The paper is Kubo et al., *Model Evaluation of a Transformable CubeSat for
-Nonholonomic Attitude Reorientation Using a Drop Tower* (preprint doi:10.48550/arXiv.2501.17173). Ours are computed from
-the files of `robots/`. A difference is ours less the paper's. *Same*: equal in every digit that the paper
-prints. *Given*: not determined by the paper's inputs, only used.
+Written by `make paper-numbers`; do not edit. [The paper](../README.md#where-things-are) is that of the README; ours are
+computed from the files of `robots/`, in the same units. A difference is ours less the paper's. *Same*: equal in every
+digit that the paper prints. *Given*: not determined by the paper's inputs, only used.
 """
 
 
@@ -22,7 +21,7 @@ class Row:
     Attributes:
         what: What it is, and where in the paper.
         paper: As printed.
-        ours: With one digit more where that says something.
+        ours: With one digit more where that says something; in the unit of `paper`, or with its own.
         verdict: "same", a difference, or "given".
         why: Where it is not the same, why; how it was computed, where that is not plain.
     """
@@ -42,7 +41,7 @@ def row(
     same = f"{ours:.{printed}f}" == paper
     verdict = "same" if same else f"{ours - float(paper):+.{printed + 1}f}"
     space = f" {unit}" if unit else ""
-    return Row(what, f"{paper}{space}", f"{ours:.{printed + 1}f}{space}", verdict, why)
+    return Row(what, f"{paper}{space}", f"{ours:.{printed + 1}f}", verdict, why)
 
 
 def section(title: str, text: str, rows: list[Row]) -> str:

@@ -127,5 +127,5 @@ def ready_robot(
                 ready.links or {}
             )
 
-        monkeypatch.setattr("tfsat_host.cli.preflight_boards.transports", transports)
+        monkeypatch.setattr("tfsat_host.cli.preflight_report.transports", transports)
         yield ready

@@ -162,7 +162,7 @@ def test_the_loggers_clock_beside_the_computers(
     def computers_s() -> float:
         return ready.logger().status().unix_us / 1e6 - apart_s
 
-    monkeypatch.setattr("tfsat_host.cli.preflight_boards.time", SimpleNamespace(time=computers_s))
+    monkeypatch.setattr("tfsat_host.cli.preflight_report.time", SimpleNamespace(time=computers_s))
     assert words in check(ready.preflight(expect=0), "clock")["sentence"]
 
 

@@ -17,7 +17,7 @@ from tests.preflight.ready_robot import MANEUVER, ReadyRobot, check, found_wrong
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.devices.logger_settings import FACTORY
 from tfsat_host.emulated.faults import CardDefect
-from tfsat_host.emulated.hands import Hands, Leg, Motion
+from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
 from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.servo_settings import FACTORY as SERVOS
@@ -59,8 +59,8 @@ def of_another_kind_of_imu(ready: ReadyRobot) -> None:
 def move_joint(joint: int, degrees: float) -> Break:
     def act(ready: ReadyRobot) -> None:
         leg = Leg(np.deg2rad(degrees), 1.0)
-        motion = Motion((leg,), Hands.steady(), 1)
-        ready.robot.hands.move_joint(joint, motion)
+        motion = Motion((leg,), Operator.steady(), 1)
+        ready.robot.operator.move_joint(joint, motion)
         ready.robot.advance(round(1e6 * motion.duration_s) + 500_000)
 
     return act

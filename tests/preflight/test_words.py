@@ -13,8 +13,7 @@ import pytest
 from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
-from tfsat_host.cli.preflight_boards import transports
-from tfsat_host.cli.preflight_words import typed_here
+from tfsat_host.cli.preflight_report import transports, typed_here
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.preflight.check import no_go
 from tfsat_host.present.output import Output
@@ -65,7 +64,7 @@ def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> No
 
     from contextlib import ExitStack
 
-    monkeypatch.setattr("tfsat_host.cli.connection.open_port", no_port)
+    monkeypatch.setattr("tfsat_host.cli.boards.open_port", no_port)
     for given, expected in (
         ({}, [("sequencer", None), ("logger", None)]),
         ({"port": "/dev/s"}, [("sequencer", "/dev/s")]),

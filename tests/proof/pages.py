@@ -21,6 +21,9 @@ PROVED: dict[str, Callable[[], str]] = {
     "logger-proof": core_sha256,
     "calibration-proof": partial(code_sha256, "tests.calibration_proof.robots"),
     "evaluation-proof": partial(code_sha256, "tests.evaluation_proof.campaign"),
+    "paper-setting": partial(code_sha256, "tests.evaluation_proof.campaign"),
+    "causes": partial(code_sha256, "tests.evaluation_proof.campaign"),
+    "simulation-based-calibration": partial(code_sha256, "tests.simulation_based_calibration.drops"),
     "paper-numbers": partial(code_sha256, "tests.paper_numbers.__main__"),
 }
 """By page: the hash of the flashed HEX, of the logger's core, or of all code that the numbers come from.

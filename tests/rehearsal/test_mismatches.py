@@ -23,11 +23,10 @@ from tfsat_host.emulated.robot import EmulatedRobot
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import CALIBRATED
 from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.faults import FAULTS, GROUPS, fault_named
+from tfsat_host.rehearsal.faults import FAULTS, GROUPS, STRIKES, fault_named
 from tfsat_host.rehearsal.hidden import HiddenDrop, draw_hidden, hidden_drop
 from tfsat_host.rehearsal.mismatches import BUILT as BUILDING
 from tfsat_host.rehearsal.mismatches import SIZED_STRIKES, strained_inertia
-from tfsat_host.rehearsal.strikes import STRIKES
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 
 SEED = 5

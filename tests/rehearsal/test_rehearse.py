@@ -30,6 +30,12 @@ def faulty(rehearsed: Rehearsing, *names: str, expect: int = 3) -> Rehearsed:
     return rehearsed("59", "70", *(word for name in names for word in ("--fault", name)), expect=expect)
 
 
+def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
+    said = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
+    assert "unknown deg from the release" in said
+    assert "results are withheld" in said
+
+
 @pytest.mark.parametrize("sequencer", ["native", "avr"])
 def test_59_70_comes_back_from_the_card(rehearsed: Rehearsing, tfsat_host: RunCli, sequencer: str) -> None:
     done = rehearsed("59", "70", "--sequencer", sequencer, "--as-filed")

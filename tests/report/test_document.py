@@ -109,6 +109,15 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
     assert drop["verdict"]["level"] == "doubtful" and reason in drop["verdict"]["reasons"]
 
 
+def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
+    found = evaluated()
+    bad = Kind("the earth is flat", "sigma", ()).judged(3.0, 1.0, "It is not.")
+    caption = table(drop_of(replace(found, checks=(*found.checks, bad))), "Correction of the model")[
+        "caption"
+    ]
+    assert "change nothing by it" in caption and "The check of the earth is flat failed." in caption
+
+
 def test_passed_checks_are_folded(drop: Any) -> None:
     checks = table(drop, "Integrity checks")
     passed = [row[1] for row in checks["rows"]].count("passed")

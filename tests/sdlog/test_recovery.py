@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -276,3 +277,27 @@ def test_any_loss_gives_right_values_and_right_counts(
     whole = not log.blocks_lost and not log.samples_lost
     both_ends = has_footer and before is None
     assert log.verdict == (("complete" if both_ends else "truncated") if whole else "damaged")
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"dlpf_cfg": 77}, r"low-pass setting 77 \(possible: 0, 1, 2, 3, 4, 5, 6\)"),
+        ({"dlpf_cfg": 7}, "low-pass setting 7 "),
+        ({"gyro_range_deg_s": 1024, "gyro_lsb_per_deg_s": 32.0}, "gyro range in deg/s 1024 "),
+        ({"accel_range_g": 3, "accel_lsb_per_g": 10922.7}, "accelerometer range in g 3 "),
+        ({"bus_khz": 0}, "bus clock in kHz 0 "),
+        (
+            {"imu_offset_us": (0, 0, 0, 65535)},
+            "a sensor read 65535 us after its sample, at 280 samples a second",
+        ),
+        ({"angle_offset_us": (5000, 0, 0, 0, 0, 0)}, "a sensor read 5000 us after its sample"),
+    ],
+)
+def test_a_header_with_settings_that_no_logger_has_is_not_believed(
+    tmp_path: Path, changed: dict[str, Any], words: str
+) -> None:
+    recorder = Recorder(header=replace(HEADER, **changed))
+    recorder.data()
+    with pytest.raises(LogError, match="makes no sense: " + words):
+        load(write(tmp_path / "SD.bin", recorder.image()))

@@ -11,6 +11,7 @@ from tests.sdlog.encoder import HEADER, Recorder
 from tests.sdlog.test_decode_command import decode, decode_json
 from tests.sdlog.test_values import assert_values, write
 from tfsat_host.sdlog import load
+from tfsat_host.sdlog.errors import LogError
 
 STARTED_US = 1_790_000_000_000_000
 HOUR_US = 3_600_000_000
@@ -196,3 +197,26 @@ def test_a_part_that_ram_could_not_hold_is_not_said_to_come_from_it(tmp_path: Pa
     shown = decode(path, expect=3)
     assert "what came before it is not in this file" in shown.stderr
     assert "RAM" not in shown.stderr
+
+
+def test_remains_without_a_header_do_not_hide_a_recording_that_can_be_decoded(tmp_path: Path) -> None:
+    """Without a header nothing of them has a scale; the other recording is told of the choice."""
+    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, 0)
+    remains = b"".join(old.blocks[1:4])
+    card = write(tmp_path / "card.img", remains + new.image())
+    log = load(card)
+    assert (log.session, log.chosen_by, log.other_sessions) == (NEW, "header", (OLD,))
+    assert_values(log)
+    assert "the first in the file that has a header" in decode(card).stderr
+    with pytest.raises(LogError, match="has lost its header"):
+        load(card, session=OLD)
+    alone = write(tmp_path / "remains.bin", remains)
+    with pytest.raises(LogError, match="has lost its header"):
+        load(alone)
+
+
+@pytest.mark.parametrize("front", range(1, 9))
+def test_remains_of_any_length_in_front_leave_the_recording_behind_them(tmp_path: Path, front: int) -> None:
+    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, STARTED_US + HOUR_US)
+    image = b"".join([*old.blocks[30 : 30 + front], *new.blocks])
+    assert load(write(tmp_path / "card.img", image)).session == NEW

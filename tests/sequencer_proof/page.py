@@ -10,7 +10,7 @@ from tests.proof.campaign import Campaign, Found, csv_text, declared, output, re
 from tests.sequencer_proof.blocking import blocked_paths, path_rows
 from tests.sequencer_proof.campaigns import DATES, least_never_used
 from tests.sequencer_proof.damage import TOLD, Damaged, Place
-from tests.sequencer_proof.jolts import jolt_rows
+from tests.sequencer_proof.jolts import TOLERANCE_US, jolt_rows
 from tests.sequencer_proof.link import STATES, Abuse, Noise, Noisy
 from tests.sequencer_proof.power_cuts import Cuts, Record, Tear
 from tests.sequencer_proof.releases import all_releases, date_row, errors_us, signal_row, stroke_rows
@@ -115,6 +115,7 @@ def _figures(found: Found) -> dict[str, object]:
             ),
             [date_row(chatter, found[name]) for chatter, (name, _, _) in DATES.items()],
         ),
+        "jolt_tolerance_ms": TOLERANCE_US / 1000,
         "jolt_worst_ms": max(float(str(row[2])) for row in jolt_rows(found["jolted"])[:2]),
         "knocks_one": sum(part.one_switch for part in found["knocks"]),
         "knocks_both": sum(part.both_switches for part in found["knocks"]),

@@ -15,6 +15,7 @@ from tests.wiring.wirings import ROOT
 FLASHING = (ROOT / "docs" / "guide" / "flashing.md").read_text(encoding="utf-8")
 SEQUENCER_MK = (ROOT / "tools" / "firmware" / "sequencer.mk").read_text(encoding="utf-8")
 LOGGER_MK = (ROOT / "tools" / "firmware" / "logger.mk").read_text(encoding="utf-8")
+SKETCHES = ("arduino_sequencer", "teensy_logger")
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")
 
 # Arduino's description of the sketch project file, docs/sketch-project-file.md of arduino-cli.
@@ -42,15 +43,16 @@ def _platformio() -> configparser.ConfigParser:
     return parser
 
 
-@pytest.mark.parametrize("name", ["arduino_sequencer", "teensy_logger"])
+@pytest.mark.parametrize("name", SKETCHES)
 def test_a_sketch_project_file_has_the_documented_keys_alone(name: str) -> None:
     sketch = _sketch(name)
     assert set(sketch) <= TOP_KEYS
     for profile in sketch.get("profiles", {}).values():
         assert {"fqbn", "platforms"} <= set(profile) <= PROFILE_KEYS
         for platform in profile["platforms"]:
+            maker = re.fullmatch(r"(\w+):\w+ \(\d+\.\d+\.\d+\)", platform["platform"])
             # Without an address only Arduino's own platforms are found.
-            assert re.fullmatch(r"arduino:\w+ \(\d+\.\d+\.\d+\)", platform["platform"])
+            assert maker and (maker[1] == "arduino") == ("platform_index_url" not in platform)
     if "default_profile" in sketch:
         assert sketch["default_profile"] in sketch["profiles"]
 
@@ -64,7 +66,9 @@ def test_the_sequencers_profile_is_the_board_and_the_core_that_the_image_is_buil
 
 
 def test_the_loggers_board_options_are_those_it_is_compiled_with() -> None:
-    package, architecture, board, options = _sketch("teensy_logger")["default_fqbn"].split(":")
+    profile = _sketch("teensy_logger")["profiles"]["teensy41"]
+    assert [one["platform"] for one in profile["platforms"]] == ["teensy:avr (1.59.0)"]
+    package, architecture, board, options = profile["fqbn"].split(":")
     assert (package, architecture, board) == ("teensy", "avr", "teensy41")
     assert dict(option.split("=") for option in options.split(",")) == {"usb": "serial", "speed": "600"}
     for flag in ("-DARDUINO_TEENSY41", "-DF_CPU=600000000", "-DUSB_SERIAL"):
@@ -86,7 +90,8 @@ def test_platformio_builds_the_sketch_folders_with_their_flags() -> None:
 
 
 def test_the_flashing_page_types_profiles_environments_and_folders_that_exist() -> None:
-    assert set(re.findall(r"--profile (\w+)", FLASHING)) == set(_sketch("arduino_sequencer")["profiles"])
+    profiles = {name for sketch in SKETCHES for name in _sketch(sketch)["profiles"]}
+    assert set(re.findall(r"--profile (\w+)", FLASHING)) == profiles
     environments = re.findall(r"pio run -e (\w+)", FLASHING)
     assert {f"env:{name}" for name in environments} == set(_platformio().sections()) - {"platformio"}
     folders = re.findall(r"(?:\$PWD/|compile .*)(firmware/\w+)", FLASHING)

@@ -71,16 +71,16 @@ def _parts(wiring: Wiring) -> str:
     rows = []
     for (_, value), group in groupby(sorted(wiring.parts.values(), key=key), key=key):
         refs = sorted((part.ref for part in group), key=lambda ref: (ref[0], int(re.sub(r"\D", "", ref))))
-        rows.append(f"| {len(refs)} | {value} | {', '.join(refs)} |")
-    return _table("| n | part | in the drawing |", rows)
+        rows.append(f"| {value} | {', '.join(refs)} |")
+    return _table("| part | in the drawing |", rows)
 
 
 def _checks(wiring: Wiring, checks: list[Check]) -> str:
     return _table(
-        "| what | set by | least to most | limit | of |",
+        "| what | set by | least to most | limit |",
         [
-            f"| {check.what} | {check.how} | {_span(check)} {check.unit} | {check.side} {check.limit:g} {check.unit} "
-            f"| {_name(wiring, check.source)} |"
+            f"| {check.what} | {check.how} | {_span(check)} | {check.side} {check.limit:g} {check.unit} "
+            f"{_name(wiring, check.source)} |"
             for check in checks
         ],
     )

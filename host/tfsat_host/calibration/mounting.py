@@ -3,7 +3,8 @@
 Unknown are the rotation M from sensor to body axes and the scale factors s; a response about the body axis a is
 s * (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and is then found together with
 the scale factors by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and of the data
-sheet.
+sheet. The joints' axes lean by what the robot file's `[uncertainty]` says: two of them that a gyro sees askew are so,
+or its scale factors make it so, or both.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -22,7 +24,7 @@ from tfsat_host.calibration.response import Response, across, direction, turn_ax
 from tfsat_host.calibration.sensors.gyro import MOUNTING_STD_RAD, SCALE_STD, GyroCalibration
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import AXES, Step
-from tfsat_host.robot import RobotModel
+from tfsat_host.robot import ASSUMED, RobotModel
 
 LANDING_TILT_STD_RAD = np.deg2rad(1.0)
 """About each axis: so far may a landing have turned a sensor on its body."""
@@ -30,14 +32,17 @@ FORGOTTEN_STD_RAD = np.deg2rad(20.0)
 """Of a direction from before a landing, once newer ones determine the mounting: it weighs no more."""
 SCALE_KNOWN = 0.005
 _ALONG = 0.9
+NO_HINGES = np.zeros((0, 3))
 _STEPS = 50
 _CONVERGED = 1e-13
 MOST_OFF_RAD = np.deg2rad(15.0)
 """Three standard deviations of a mounting by hand: beyond it, another one was meant."""
 MOST_OFF_TURN_RAD = np.deg2rad(20.0)
 """A sensor that is mounted by hand, on a robot that is laid by hand."""
-MOST_SKEW_RAD = np.deg2rad(2.0)
-"""Between two axes: scale factors make 0.2 deg of it, brackets 0.5."""
+SKEW_RAD, MOST_SKEW_RAD = np.deg2rad(0.7), np.deg2rad(2.0)
+"""Between two axes: scale factors make 0.2 deg of it, brackets 0.5; at least so much is allowed."""
+LEAN_STDS = 4.0
+"""Besides, of what the robot file says that two hinges may lean: chance does that once in 16,000."""
 MOST_APART_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
 _PARALLEL = 0.99
@@ -66,25 +71,34 @@ class Mounting:
     degrees_of_freedom: int
 
 
-def solve_mounting(responses: Sequence[Response], nominal: FloatArray) -> Mounting:
+def solve_mounting(
+    responses: Sequence[Response],
+    nominal: FloatArray,
+    hinges: FloatArray = NO_HINGES,
+    lean_std_rad: float = 0.0,
+) -> Mounting:
     """The mounting that fits responses about any number of axes best, and the design.
 
     Args:
         responses: Of one gyro.
         nominal: (3, 3) from sensor to body axes by design, `MOUNTING_STD_RAD` off about each axis.
+        hinges: (h, 3) axes of joints; all motions about one are off by the same, as far as it leans.
+        lean_std_rad: Standard deviation of that, about each of two directions across the axis.
     """
     rotation = wahba(responses) if spans_two_axes(responses) else nominal
-    scale = np.ones(3)
+    scale, leans = np.ones(3), np.zeros((len(hinges), 2))
+    prior = _Prior(nominal, hinges, lean_std_rad)
     for _ in range(_STEPS):
-        normal, right, _ = _linearized(responses, rotation, scale, nominal)
+        normal, right, _ = _linearized(responses, rotation, scale, leans, prior)
         step = np.linalg.solve(normal, right)
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
-        scale = scale + step[3:]
+        scale = scale + step[3:6]
+        leans = leans + step[6:].reshape(leans.shape)
         if np.abs(step).max() < _CONVERGED:
             break
-    normal, _, misfit = _linearized(responses, rotation, scale, nominal)
+    normal, _, misfit = _linearized(responses, rotation, scale, leans, prior)
     freedom = sum(3 if response.has_length else 2 for response in responses)
-    return Mounting(rotation, scale, np.asarray(np.linalg.inv(normal)), misfit, freedom)
+    return Mounting(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
@@ -100,18 +114,42 @@ def wahba(responses: Sequence[Response]) -> FloatArray:
     return np.asarray(left @ np.diag([1.0, 1.0, np.linalg.det(left) * np.linalg.det(right)]) @ right)
 
 
+class _Prior(NamedTuple):
+    """See `solve_mounting`."""
+
+    nominal: FloatArray
+    hinges: FloatArray
+    lean_std_rad: float
+
+    def leaning(self, axis: FloatArray) -> tuple[int, FloatArray] | None:
+        """Which hinge a motion was about, and (3, 2) what its two leans do to the axis; None: about none of them."""
+        along = self.hinges @ axis
+        if self.lean_std_rad == 0.0 or not np.abs(along).max(initial=0.0) > _ALONG:
+            return None
+        hinge = int(np.abs(along).argmax())
+        return hinge, np.linalg.svd(self.hinges[hinge][None])[2][1:].T * np.sign(along[hinge])
+
+
 def _linearized(
-    responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, nominal: FloatArray
+    responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, leans: FloatArray, prior: _Prior
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Normal matrix (6, 6), right side (6,) and misfit about a rotation and scale factors."""
-    off = Rotation.from_matrix(rotation.T @ nominal).as_rotvec()
-    prior = np.concatenate([off / MOUNTING_STD_RAD, (1.0 - scale) / SCALE_STD])
-    std = np.repeat([MOUNTING_STD_RAD, SCALE_STD], 3)
-    normal, right, misfit = np.diag(1.0 / std**2), prior / std, float(prior @ prior)
+    """Normal matrix (6 + 2 h, 6 + 2 h), right side and misfit about a rotation, scale factors and leans (h, 2)."""
+    off = Rotation.from_matrix(rotation.T @ prior.nominal).as_rotvec()
+    std = np.concatenate(
+        [np.repeat([MOUNTING_STD_RAD, SCALE_STD], 3), np.full(leans.size, prior.lean_std_rad or 1.0)]
+    )
+    left_of_prior = np.concatenate([off, 1.0 - scale, -leans.ravel()]) / std
+    normal, right = np.diag(1.0 / std**2), left_of_prior / std
+    misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
-        axis = rotation.T @ response.axis_body
+        found = prior.leaning(response.axis_body)
+        axis = response.axis_body if found is None else response.axis_body + found[1] @ leans[found[0]]
+        axis = rotation.T @ axis
         # M exp(d): the axis is then at axis + axis x d.
-        jacobian = np.hstack([scale[:, None] * np.cross(np.eye(3), axis), np.diag(axis)])
+        jacobian = np.zeros((3, len(std)))
+        jacobian[:, :6] = np.hstack([scale[:, None] * np.cross(np.eye(3), axis), np.diag(axis)])
+        if found is not None:
+            jacobian[:, 6 + 2 * found[0] : 8 + 2 * found[0]] = scale[:, None] * (rotation.T @ found[1])
         expected = scale * axis
         if not response.has_length:
             size = np.linalg.norm(expected)
@@ -132,11 +170,13 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     """
     nominal = model.imus[gyro.body - 1].sensor_to_body
     weighed = _weighed(responses)
-    found = solve_mounting(weighed, nominal)
+    hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
+    lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
+    found = solve_mounting(weighed, nominal, hinges, lean_std_rad)
     ratio = found.misfit / max(1, found.degrees_of_freedom)
     if ratio > 1.0:
         weighed = [replace(one, covariance=ratio * one.covariance) for one in weighed]
-        found = solve_mounting(weighed, nominal)
+        found = solve_mounting(weighed, nominal, hinges, lean_std_rad)
     covariance = gyro.covariance.copy()
     covariance[3:, 3:] = found.covariance
     if responses and not any(one.fresh for one in responses):
@@ -190,7 +230,7 @@ def check_mounting(body: int, responses: Sequence[Response], model: RobotModel) 
         first, expected = responses[0], nominal.T @ responses[0].axis_body
         if angle_between(first.reading, expected) > MOST_OFF_RAD:
             raise _mounted_otherwise(body, first.axis_body, first.reading, expected)
-    _check_angles_between(body, responses)
+    _check_angles_between(body, responses, model)
 
 
 def check_sense(step: Step, responses: Sequence[Response], model: RobotModel) -> None:
@@ -309,13 +349,15 @@ def _right_angles() -> tuple[FloatArray, ...]:
     return tuple(np.rint(turn) for turn in Rotation.create_group("O").as_matrix())
 
 
-def _check_angles_between(body: int, responses: Sequence[Response]) -> None:
+def _check_angles_between(body: int, responses: Sequence[Response], model: RobotModel) -> None:
+    lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
+    most_skew_rad = max(MOST_SKEW_RAD, SKEW_RAD + LEAN_STDS * 2.0**0.5 * lean_std_rad)
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)
         doubt = 3.0 * np.sqrt(sum(np.trace(one.covariance) / one.length**2 for one in (first, second)))
         parallel = abs(first.axis_body @ second.axis_body) > _PARALLEL
-        if abs(measured - on_robot) > (MOST_APART_RAD if parallel else MOST_SKEW_RAD) + doubt:
+        if abs(measured - on_robot) > (MOST_APART_RAD if parallel else most_skew_rad) + doubt:
             joints = (2, 3) if body == 4 else (1, 2)
             raise CalibrationError(
                 what=f"The gyro on body {body} measured two axes {np.rad2deg(measured):.1f} deg apart that are "

@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 
-from tfsat_host.cli.advice import device_option, refuse_emulated
-from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
-from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
+from tfsat_host.cli.boards import device_option, open_any_sequencer, open_sequencer, refuse_emulated
+from tfsat_host.cli.usage import add_options, device, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
-from tfsat_host.protocol.limits import JOINT_COUNT
 
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
 _EMULATED_DISARMED = (
@@ -21,31 +19,19 @@ _LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear a
 _TYPED = re.compile(r"tfsat-host (?:arm --unrecorded|status(?= shows why))")
 
 
+_USAGE = f"""
+--unrecorded        arm even if the logger's recording does not reach its card
+--joints A1 A2 A3   measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming
+--calibration FILE  certificate to hold against the drop; it never refuses an arming (default: calibration.toml here,
+                    of an emulated robot calibration-emulated.toml)
+{device("sequencer")}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The device; for arm, the joints' measured angles."""
-    add_device_options(parser, "sequencer")
-    if parser.prog.endswith(" disarm"):
-        return
-    parser.add_argument(
-        "--unrecorded",
-        action="store_true",
-        help="arm even if the logger's recording does not reach its card",
-    )
-    parser.add_argument(
-        "--joints",
-        metavar=("A1", "A2", "A3"),
-        nargs=JOINT_COUNT,
-        type=joint_angle_cdeg,
-        dest="joints_cdeg",
-        help="measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming",
-    )
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=file_name,
-        help="certificate to hold against the drop; it never refuses an arming (default: calibration.toml here, of an "
-        "emulated robot calibration-emulated.toml)",
-    )
+    arms = parser.prog.endswith(" arm")
+    joints = {"type": joint_angle_cdeg, "dest": "joints_cdeg"}
+    add_options(parser, _USAGE if arms else device("sequencer"), joints=joints)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -7,8 +7,8 @@ import shlex
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_output_options
-from tfsat_host.cli.run_options import add_out, add_run_arguments, options_of
+from tfsat_host.cli.run_options import RUNS, options_of
+from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.present.output import Output
 
@@ -16,16 +16,21 @@ if TYPE_CHECKING:
     from tfsat_host.run.bundle.making import Bundled
 
 
+_USAGE = f"""
+Put a drop into one archive: raw log, maneuver, certificate with its raw recordings, preflight, record, robot and
+facility, its evaluation and report as computed now, and with what. What is missing is named. The same run gives the
+same bytes. `tfsat-host reproduce` recomputes it. Ends with 3 if something was lost.
+
+{RUNS}
+options:
+--out FILE  the archive (default: NAME.tfsat.zip in the current folder)
+{FORCE}
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """What `evaluate` takes of one drop, and where to write."""
-    parser.description = (
-        "Put a drop into one archive: raw log, maneuver, certificate with its raw recordings, preflight, record, robot "
-        "and facility, its evaluation and report as computed now, and with what. What is missing is named. The same "
-        "run gives the same bytes. `tfsat-host reproduce` recomputes it. Ends with 3 if something was lost."
-    )
-    add_run_arguments(parser)
-    add_out(parser, "the archive (default: NAME.tfsat.zip in the current folder)")
-    add_output_options(parser)
+    add_options(parser, _USAGE, out=output_file_name)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

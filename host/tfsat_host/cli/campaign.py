@@ -7,9 +7,7 @@ import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, drop_number, file_name
-from tfsat_host.cli.run_options import add_out
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.usage import FORCE, OUTPUT, add_actions, drop_number, output_file_name
 from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
@@ -17,35 +15,31 @@ from tfsat_host.present.terminal import printable, show_rows
 if TYPE_CHECKING:
     from tfsat_host.run.campaign.reporting import CampaignReport
 
-_ACTIONS = {
-    "init": "make a folder a campaign, without drops",
-    "add": "copy a run into it as the next drop",
-    "list": "all drops with their notes, and whether their recordings are as they came",
-    "note": "write something about a drop",
-    "void": "take a drop out of the count; its number and its folder stay",
-    "next": "the number of the next drop",
-    "report": "evaluate all drops, compare them, and lay them over each other in one page",
-}
+_ACTIONS = f"""
+init    make a folder a campaign, without drops
+add     copy a run into it as the next drop
+    RUN          a folder with a recording, or a recording
+    --note TEXT  what is to be remembered of it
+    --move       remove the folder RUN when its copy is in its place
+list    all drops with their notes, and whether their recordings are as they came
+note    write something about a drop
+    N     of the drop
+    TEXT  what is to be remembered: one line, in quotes
+void    take a drop out of the count; its number and its folder stay
+    N     of the drop
+    TEXT  why it does not count: one line, in quotes
+next    the number of the next drop
+report  evaluate all drops, compare them, and lay them over each other in one page
+    --robot FILE  a robot file, or a shipped robot's name (default: robot.toml of the drops, else drop_tower)
+    --out FILE    the page (default: report.html in DIR)
+    {FORCE}
+"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The action, the campaign's folder, and what each needs."""
-    actions = add_subcommands(parser, _ACTIONS)
-    for action in actions.values():
-        action.add_argument("dir", metavar="DIR", type=file_name, help="the campaign's folder")
-        add_output_options(action)
-    add, report = actions["add"], actions["report"]
-    add.add_argument("run", metavar="RUN", type=file_name, help="a folder with a recording, or a recording")
-    add.add_argument("--note", metavar="TEXT", help="what is to be remembered of it")
-    add.add_argument(
-        "--move", action="store_true", help="remove the folder RUN when its copy is in its place"
-    )
-    for name, what in (("note", "what is to be remembered"), ("void", "why it does not count")):
-        actions[name].add_argument("number", metavar="N", type=drop_number, help="of the drop")
-        actions[name].add_argument("text", metavar="TEXT", help=f"{what}: one line, in quotes")
-    robot = "a robot file, or a shipped robot's name (default: robot.toml of the drops, else drop_tower)"
-    report.add_argument("--robot", metavar="FILE", type=file_name, help=robot)
-    add_out(report, "the page (default: report.html in DIR)")
+    number = {"type": drop_number, "dest": "number"}
+    add_actions(parser, _ACTIONS, "DIR  the campaign's folder", OUTPUT, n=number, out=output_file_name)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

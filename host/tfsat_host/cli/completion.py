@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Mapping
 
-from tfsat_host.cli.options import add_output_options
+from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.present.output import Output
 
 SHELLS = ("bash", "zsh", "fish")
@@ -48,14 +48,17 @@ _PORT_COMPLETION: Mapping[str, str | dict[str, str]] = {
 }
 
 
+_USAGE = f"""
+Print a script that completes the commands, options and files of tfsat-host in a shell. docs/guide/computer.md says
+where it belongs.
+
+shell {{bash,zsh,fish}}  which shell will read it
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The shell."""
-    parser.description = (
-        "Print a script that completes the commands, options and files of tfsat-host in a shell. "
-        "docs/guide/computer.md says where it belongs."
-    )
-    parser.add_argument("shell", choices=SHELLS, help="which shell will read it")
-    add_output_options(parser)
+    add_options(parser, _USAGE)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, file_name, session_id
+from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
 from tfsat_host.run.exports import FORMATS
@@ -28,40 +27,24 @@ class NotWrittenError(TfsatError):
         self.details = {"decoded": facts}
 
 
+_USAGE = f"""
+Decode a recording (DROP0001.BIN off the card, a copy such as SD.bin, or an image of the whole card) to engineering
+units, say what was recorded and what is missing. Ends with 3 if anything was lost or is doubtful.
+
+FILE                the recording off the card, such as DROP0001.BIN
+--format LIST       what to write, separated by commas: {", ".join(FORMATS)} (default csv)
+--out DIR           folder to write to (default: next to FILE)
+--session ID        which recording of the file, 8 hex digits (default: the newest by the time of day in the headers;
+                    where an unbroken one has none, the first in the file)
+--calibration FILE  certificate to hold against the recording; it learns of the landing (default: calibration.toml next
+                    to FILE or here, of an emulated robot calibration-emulated.toml)
+--force             overwrite files that this command did not make
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The file, the formats, where to write."""
-    parser.description = (
-        "Decode a recording (DROP0001.BIN off the card, a copy such as SD.bin, or an image of the whole "
-        "card) to engineering units, say what was recorded and what is missing. "
-        "Ends with 3 if anything was lost or is doubtful."
-    )
-    parser.add_argument(
-        "file", metavar="FILE", type=Path, help="the recording off the card, such as DROP0001.BIN"
-    )
-    parser.add_argument(
-        "--format",
-        metavar="LIST",
-        type=_formats,
-        default=("csv",),
-        help=f"what to write, separated by commas: {', '.join(FORMATS)} (default csv)",
-    )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: next to FILE)")
-    parser.add_argument(
-        "--session",
-        metavar="ID",
-        type=session_id,
-        help="which recording of the file, 8 hex digits (default: the newest by the time of day in the headers; "
-        "where an unbroken one has none, the first in the file)",
-    )
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=file_name,
-        help="certificate to hold against the recording; it learns of the landing (default: calibration.toml next to "
-        "FILE or here, of an emulated robot calibration-emulated.toml)",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
-    add_output_options(parser)
+    add_options(parser, _USAGE, format={"type": _formats, "default": ("csv",)})
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.maneuver_argument import add_robot_option
-from tfsat_host.cli.options import add_output_options, file_name, number, seed, whole_number
+from tfsat_host.cli.usage import OUTPUT, ROBOT, add_options, number, seed, whole_number
 from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -20,45 +19,44 @@ _DEFAULT_FILE = Path("maneuver.toml")
 _MARKER = b'name = "designed: '
 
 
+_USAGE = f"""
+Design the closed loop of strokes that turns the robot farthest in the given time: the paper's particle swarm over all
+sequences, and the true optimum. Writes the optimum as a maneuver file for upload-sequence --file. Exit code 3 if a
+check against the drop tower fails.
+
+what is asked for:
+{ROBOT}
+--joints N,N     joints that may move (default: all)
+--time-limit S   time of all strokes together, s (default 1.5)
+--speed DEG_S    average joint speed, deg/s (default: the servos')
+--limit DEG,DEG  greatest displacement of each of the joints, deg
+--robust K       the greatest mean less K standard deviations over the file's [uncertainty]
+--penalty P      P, deg/s^2 of overtime (default 1e11)
+particle swarm:
+--seed N                  seed of its random numbers (default 1)
+--particles N             how many (default 48)
+--iterations N            how many (default 50)
+--inertia FIRST,LAST      coefficient w at first and last (default 0.9,0.4)
+--own-best FIRST,LAST     coefficient c1 (default 3.5,2.5)
+--best-of-all FIRST,LAST  coefficient c2 (default 0.5,3.5)
+--alternating             optimize displacements and sequence in turns, instead of the best sequence of every particle
+result:
+--swarm        take the swarm's maneuver instead of the optimum
+--out FILE     the maneuver file (default {_DEFAULT_FILE}); with --grid, the CSV
+--force        let --out overwrite a file that this command did not make
+--grid DEG     instead: the distribution of all four-stroke loops on a grid of displacements
+--figure FILE  with --grid, a picture of it (PNG, PDF, SVG)
+--learn WHAT   instead: the maneuver, and the pair, after which a drop leaves the least uncertainty of com, masses,
+               inertias, hinge-points
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """What is asked for, how it is searched, and where the maneuver goes."""
-    parser.description = (
-        "Design the closed loop of strokes that turns the robot farthest in the given time: the paper's particle "
-        "swarm over all sequences, and the true optimum. Writes the optimum as a maneuver file for "
-        "upload-sequence --file. Exit code 3 if a check against the drop tower fails."
-    )
-    asked = parser.add_argument_group("what is asked for")
-    add_robot_option(asked)
-    swarm = parser.add_argument_group("particle swarm")
-    swarm.add_argument("--seed", metavar="N", type=seed, help="seed of its random numbers (default 1)")
-    for group, option, metavar, kind, shown in (
-        (asked, "joints", "N,N", _joints, "joints that may move (default: all)"),
-        (asked, "time-limit", "S", number, "time of all strokes together, s (default 1.5)"),
-        (asked, "speed", "DEG_S", number, "average joint speed, deg/s (default: the servos')"),
-        (asked, "limit", "DEG,DEG", _numbers, "greatest displacement of each of the joints, deg"),
-        (asked, "penalty", "P", number, "P, deg/s^2 of overtime (default 1e11)"),
-        (swarm, "particles", "N", whole_number("particles", 1, 1_000_000), "how many (default 48)"),
-        (swarm, "iterations", "N", whole_number("iterations", 1, 1_000_000), "how many (default 50)"),
-        (swarm, "inertia", "FIRST,LAST", _numbers, "coefficient w at first and last (default 0.9,0.4)"),
-        (swarm, "own-best", "FIRST,LAST", _numbers, "coefficient c1 (default 3.5,2.5)"),
-        (swarm, "best-of-all", "FIRST,LAST", _numbers, "coefficient c2 (default 0.5,3.5)"),
-    ):
-        group.add_argument(f"--{option}", metavar=metavar, type=kind, help=shown)
-    shown = "optimize displacements and sequence in turns, instead of the best sequence of every particle"
-    swarm.add_argument("--alternating", action="store_true", help=shown)
-    result = parser.add_argument_group("result")
-    shown = "take the swarm's maneuver instead of the optimum"
-    result.add_argument("--swarm", action="store_true", help=shown)
-    shown = f"the maneuver file (default {_DEFAULT_FILE}); with --grid, the CSV"
-    result.add_argument("--out", metavar="FILE", type=file_name, help=shown)
-    result.add_argument(
-        "--force", action="store_true", help="let --out overwrite a file that this command did not make"
-    )
-    shown = "instead: the distribution of all four-stroke loops on a grid of displacements"
-    result.add_argument("--grid", metavar="DEG", type=number, help=shown)
-    shown = "with --grid, a picture of it (PNG, PDF, SVG)"
-    result.add_argument("--figure", metavar="FILE", type=file_name, help=shown)
-    add_output_options(parser)
+    pairs = dict.fromkeys(("limit", "inertia", "own_best", "best_of_all"), _numbers)
+    counts = {name: whole_number(name, 1, 1_000_000) for name in ("particles", "iterations")}
+    learn = {"choices": ("com", "masses", "inertias", "hinge-points")}
+    add_options(parser, _USAGE, joints=_joints, seed=seed, learn=learn, **pairs, **counts)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -67,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.robot import load_robot
 
     if args.grid is not None:
-        from tfsat_host.cli.grid import show_grid
+        from tfsat_host.cli.design_studies import show_grid
 
         return show_grid(args, load_robot(args.robot), out)
     if args.figure is not None:
@@ -77,6 +75,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
             next_step="tfsat-host design --grid 5 --figure distribution.png",
         )
     path = args.out or _DEFAULT_FILE
+    if args.learn is not None:
+        from tfsat_host.cli.design_studies import show_learning
+
+        return show_learning(args, path, out)
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
 
@@ -104,7 +106,7 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
         pair = getattr(args, name)
         swarm[name] = None if pair is None else coefficient(name, pair)
     asked = {"joints": args.joints, "speed_deg_s": args.speed, "time_limit_s": args.time_limit}
-    asked |= {"limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
+    asked |= {"robust": args.robust, "limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
     return DesignSettings(**_given(asked), alternating=args.alternating, swarm=SwarmSettings(**_given(swarm)))
 
 

@@ -5,25 +5,25 @@ from __future__ import annotations
 import argparse
 
 from tfsat_host.cli import maneuver_argument as given
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.usage import INITIAL_RATE, OUTPUT, ROBOT
 from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
 
+_USAGE = f"""
+Check a maneuver against the drop tower before it is uploaded: the time it takes, how far the moving robot reaches and
+may drift, the release and the pause after it. It starts from the robot's start pose. Exit code 3 if a check fails.
+
+{ROBOT}
+--facility FILE  a facility file (default: COSMOTORRE's)
+{INITIAL_RATE}
+{given.maneuver_usage(given.SERVOS_SPEED)}
+{OUTPUT}"""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The maneuver, the robot and the facility."""
-    parser.description = (
-        "Check a maneuver against the drop tower before it is uploaded: the time it takes, how far the moving "
-        "robot reaches and may drift, the release and the pause after it. It starts from the robot's start pose. "
-        "Exit code 3 if a check fails."
-    )
-    given.add_maneuver_arguments(parser, default_speed=given.SERVOS_SPEED)
-    given.add_robot_option(parser)
-    shown = "a facility file (default: COSMOTORRE's)"
-    parser.add_argument("--facility", metavar="FILE", type=file_name, help=shown)
-    given.add_initial_rate_option(parser)
-    add_output_options(parser)
+    given.add_maneuver_options(parser, _USAGE)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -7,47 +7,66 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host import __version__
-from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.run_options import add_out, add_run_arguments, options_of
-from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.cli.run_options import RUNS, options_of
+from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
+from tfsat_host.errors import DataLossError, TfsatError, UsageError
 from tfsat_host.json_values import jsonable
-from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, printable, show_rows
-from tfsat_host.run.files import EVALUATION_MARKER
+from tfsat_host.run.files import CORRECTED_MARKER, EVALUATION_MARKER, MADE_BY_EVALUATE
 
 if TYPE_CHECKING:
     from tfsat_host.run.drop_comparison import Comparison, Tried
     from tfsat_host.run.drop_evaluation import EvaluatedRun
 
 
+_USAGE = f"""
+Evaluate a drop: strokes, joint angles and attitudes with standard deviations, the model next to them before and after
+its correction, and whether the data agree with themselves. docs/evaluation.md explains every number. Ends with 3 if
+anything is doubtful.
+
+{RUNS}
+options:
+--out FILE              write the object of --json to a file, such as evaluation.json
+{FORCE}
+--corrected-robot FILE  write the robot file as the drop corrects it, each change with its ±: for `simulate --robot
+                        FILE`
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The drops, what belongs to them, where to write."""
-    parser.description = (
-        "Evaluate a drop: strokes, joint angles and attitudes with standard deviations, the model next to them before "
-        "and after its correction, and whether the data agree with themselves. docs/evaluation.md explains every "
-        "number. Ends with 3 if anything is doubtful."
-    )
-    add_run_arguments(parser)
-    add_out(parser, "write the object of --json to a file, such as evaluation.json", file_name)
-    add_output_options(parser)
+    add_options(parser, _USAGE, corrected_robot=output_file_name)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop; several are compared."""
     from tfsat_host.run.drop_evaluation import evaluate_run, robot_of
 
-    options = options_of(args)
+    options, robot_file = options_of(args), args.corrected_robot
     options.check(args.runs)
-    if args.out is not None:
-        check_may_write(args.out, marker=EVALUATION_MARKER, force=args.force)
+    if robot_file is not None and len(args.runs) > 1:
+        raise UsageError(
+            what=f"--corrected-robot is of one drop, and {len(args.runs)} were named.",
+            meaning="Nothing was evaluated.",
+            next_step="Correct the robot by one drop, then evaluate the next one with --robot FILE.",
+        )
+    for path, marker in ((args.out, EVALUATION_MARKER), (robot_file, CORRECTED_MARKER)):
+        if path is not None:
+            check_may_write(path, marker=marker, force=args.force)
     if len(args.runs) > 1:
         return _run_several(args, out)
     done = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
-    result = _made(done.as_dict())
+    result = {**MADE_BY_EVALUATE, **done.as_dict()}
     out.result(result, lambda: _show(done, out))
     _write(args, result, out)
+    if robot_file is not None:
+        from tfsat_host.run.corrected_robot import corrected_robot
+
+        text, shown = corrected_robot(done.found, done.recorded), printable(robot_file)
+        write_text(robot_file, CORRECTED_MARKER, text, force=args.force)
+        out.note(f"Robot written to {shown}. The next drop by it: tfsat-host simulate 59 70 --robot {shown}")
     return DataLossError.exit_code if done.verdict.level != "good" else 0
 
 
@@ -58,7 +77,7 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     done = [one for one in tried if not isinstance(one, Refused)]
     compared = Comparison.of(done)
     comparison = None if compared is None else compared.as_dict()
-    result = _made({"drops": [one.as_dict() for one in tried], "comparison": comparison})
+    result = {**MADE_BY_EVALUATE, "drops": [one.as_dict() for one in tried], "comparison": comparison}
     out.result(result, lambda: _show_several(tried, compared, out))
     _write(args, result, out)
     if len(done) < len(tried):
@@ -99,15 +118,8 @@ def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Outp
         show_comparison(compared.tables(names), compared.remarks, out)
 
 
-def _made(result: dict[str, Any]) -> dict[str, Any]:
-    """With the mark by which the command knows a file of its own."""
-    return {"made_by": f"tfsat-host evaluate {__version__}", **result}
-
-
 def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> None:
-    if args.out is None:
-        return
-    text = json.dumps(jsonable(result), indent=1, allow_nan=False) + "\n"
-    file = OutputFile(args.out, EVALUATION_MARKER, lambda path: path.write_text(text, encoding="utf-8"))
-    write_all([file], force=args.force)
-    out.note(f"Written to {printable(args.out)}.")
+    if args.out is not None:
+        text = json.dumps(jsonable(result), indent=1, allow_nan=False) + "\n"
+        write_text(args.out, EVALUATION_MARKER, text, force=args.force)
+        out.note(f"Written to {printable(args.out)}.")

@@ -8,21 +8,26 @@ import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.boards import device_option
+from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.present.output import Output
 
-_BOARDS = {
-    "sequencer": "flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards",
-    "logger": "flash the Teensy 4.1 with teensy_loader_cli, and ask it what it runs afterwards",
-}
-_REFUSALS = {"sequencer": "while the board is not safe", "logger": "while it records or its RAM holds a drop"}
-_IMAGES = {
-    "sequencer": "(default: build/sequencer/arduino_sequencer.hex of this checkout, by make firmware)",
-    "logger": "(what arduino-cli or the Arduino IDE exports; make firmware's is none)",
-}
+_BOARDS = """
+sequencer  flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards
+    Flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards. Refuses while the
+    board is not safe, and where it runs the image already.
+
+    --hex FILE  image to flash (default: build/sequencer/arduino_sequencer.hex of this checkout, by make firmware)
+logger     flash the Teensy 4.1 with teensy_loader_cli, and ask it what it runs afterwards
+    Flash the Teensy 4.1 with teensy_loader_cli, and ask it what it runs afterwards. Refuses while it records or its RAM
+    holds a drop, and where it runs the image already.
+
+    * --hex FILE  image to flash (what arduino-cli or the Arduino IDE exports; make firmware's is none)
+"""
+_HOW = """\
+--dry-run   check everything, say what would be done
+--force     flash although the image runs already, or although the board does not answer"""
 _NOT_FLASHED = "Nothing was flashed."
 _AFTERWARDS = {
     "sequencer": "What was uploaded before is in its EEPROM still: tfsat-host status",
@@ -34,29 +39,15 @@ _TYPED = re.compile(r"tfsat-host (?:flash (?:sequencer|logger)|status|disarm)")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One subcommand a board."""
-    for board, options in add_subcommands(parser, _BOARDS, title="boards", dest="board").items():
-        refused = f"Refuses {_REFUSALS[board]}, and where it runs the image already."
-        options.description = f"{options.description} {refused}"
-        needed = board == "logger"
-        options.add_argument(
-            "--hex", metavar="FILE", type=file_name, required=needed, help=f"image to flash {_IMAGES[board]}"
-        )
-        options.add_argument(
-            "--dry-run", action="store_true", help="check everything, say what would be done"
-        )
-        options.add_argument(
-            "--force",
-            action="store_true",
-            help="flash although the image runs already, or although the board does not answer",
-        )
-        add_device_options(options, "logger" if needed else "sequencer")
+    boards = add_actions(parser, _BOARDS, after=_HOW, title="boards", dest="board")
+    add_options(boards["sequencer"], device("sequencer"))
+    add_options(boards["logger"], device("logger"))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
-    from tfsat_host.flashing.computer import Computer
     from tfsat_host.flashing.flash import BOOTLOADER, FLASHERS
-    from tfsat_host.flashing.loader import MARKS
+    from tfsat_host.flashing.loader import MARKS, Computer
     from tfsat_host.present.terminal import Narration
 
     if args.emulated:

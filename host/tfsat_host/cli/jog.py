@@ -5,16 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.connection import open_jog_client
-from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
+from tfsat_host.cli.boards import device_option, open_jog_client
 from tfsat_host.cli.stopping import stop_wish, suspend_now
+from tfsat_host.cli.usage import JOINT, add_options, device, joint_angle_cdeg, number
 from tfsat_host.errors import Interrupted
 from tfsat_host.present.output import Output
-from tfsat_host.protocol.limits import JOINT_COUNT
 
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import Jog, JogClient
@@ -25,24 +22,19 @@ LINE_CDEG = 1000
 """Where there is no terminal, progress is a line each 10 deg."""
 
 
+_USAGE = f"""
+* --joint         joint to move
+* --from DEG      where the joint is now: its servo's first pulse takes it there at full speed
+* --to DEG        where it shall go
+--hold SECONDS    hold it there so long before it is let go (default: 0)
+{device("sequencer")}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """Which joint, from where, where to, how long to stay."""
-    parser.add_argument(
-        "--joint", type=int, required=True, choices=range(1, JOINT_COUNT + 1), help="joint to move"
-    )
-    add_angle = partial(parser.add_argument, metavar="DEG", type=joint_angle_cdeg, required=True)
-    here = "where the joint is now: its servo's first pulse takes it there at full speed"
-    add_angle("--from", dest="from_cdeg", help=here)
-    add_angle("--to", dest="to_cdeg", help="where it shall go")
-    parser.add_argument(
-        "--hold",
-        metavar="SECONDS",
-        type=_hold_s,
-        default=0.0,
-        dest="hold_s",
-        help="hold it there so long before it is let go (default: 0)",
-    )
-    add_device_options(parser, "sequencer")
+    hold = {"type": _hold_s, "default": 0.0, "dest": "hold_s"}
+    ends = {end: {"type": joint_angle_cdeg, "dest": f"{end}_cdeg"} for end in ("from", "to")}
+    add_options(parser, _USAGE, joint=JOINT, hold=hold, **ends)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

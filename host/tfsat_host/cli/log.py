@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.boards import device_option
+from tfsat_host.cli.usage import add_actions, device, file_name
 from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
 
@@ -15,32 +14,24 @@ if TYPE_CHECKING:
     from tfsat_host.run.fetched_log import Copy
 
 _RAM = 0
-_ACTIONS = {
-    "list": "what is on the logger's card, and in its RAM",
-    "fetch": "copy a recording to this computer, each block checked; goes on where it was interrupted",
-    "erase": "remove a recording that was fetched from the card",
-}
+_ACTIONS = """
+list   what is on the logger's card, and in its RAM
+fetch  copy a recording to this computer, each block checked; goes on where it was interrupted
+    N|ram|all   number as listed, what RAM holds, or all
+    --out PATH  file, or folder; a name that ends with / is a new one (default: the recording's own name in the current
+                folder)
+    --force     overwrite another file of that name
+erase  remove a recording that was fetched from the card
+    N|ram    number as listed, or what RAM holds
+    --force  even if this computer has no copy of it: it is lost then
+"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """List, fetch or erase; the device."""
-    actions = add_subcommands(parser, _ACTIONS)
-    fetch, erase = actions["fetch"], actions["erase"]
-    which = "number as listed, what RAM holds, or all"
-    fetch.add_argument("which", metavar="N|ram|all", type=_which_or_all, help=which)
-    fetch.add_argument(
-        "--out",
-        metavar="PATH",
-        type=_place,
-        help="file, or folder; a name that ends with / is a new one "
-        "(default: the recording's own name in the current folder)",
-    )
-    fetch.add_argument("--force", action="store_true", help="overwrite another file of that name")
-    erase.add_argument("which", metavar="N|ram", type=_which, help="number as listed, or what RAM holds")
-    lost = "even if this computer has no copy of it: it is lost then"
-    erase.add_argument("--force", action="store_true", help=lost)
-    for action in actions.values():
-        add_device_options(action, "logger")
+    which = {"n|ram": _which, "n|ram|all": _which_or_all}
+    kinds: dict[str, Any] = {name: {"type": kind, "dest": "which"} for name, kind in which.items()}
+    add_actions(parser, _ACTIONS, after=device("logger"), out=_place, **kinds)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -49,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.boards import open_logger
     from tfsat_host.run.logger_recordings import LoggerRecordings, ram_warning
 
     with open_logger(args, out) as logger:
@@ -64,7 +55,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
-    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.boards import open_logger
     from tfsat_host.run.fetched_log import fetch, listing_after_the_drop, release_ram, target_of, wanted
     from tfsat_host.run.logger_recordings import ram_warning
 
@@ -104,7 +95,7 @@ def _show(copies: list[Copy], released: bool, out: Output) -> None:
 
 
 def _erase(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.boards import open_logger
     from tfsat_host.run.logger_recordings import erase
 
     with open_logger(args, out) as logger:

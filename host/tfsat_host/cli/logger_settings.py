@@ -7,8 +7,7 @@ import time
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_device_options
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 
@@ -16,48 +15,48 @@ if TYPE_CHECKING:
     from tfsat_host.devices.logger_settings import StoredLoggerSettings
     from tfsat_host.protocol.messages import LoggerSettings
 
-_ACTIONS = {"show": "what is in force", "set": "change what is named, keep the rest"}
-_RATES = "full scale of the gyros: 250, 500, 1000 or 2000"
-_FORCES = "full scale of the accelerometers: 2, 4, 8 or 16"
-_FILTER = "low-pass filter, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz"
-_CLOSES = "a recording closes automatically this long after the landing, 5 to 600"
-_ROOM = "room that a recording takes on the card, 1 to 1024"
 _SETTINGS = (
-    ("--rate", "rate_hz", "HZ", "sampling rate, 10 to 1000", "sampling rate", "Hz"),
-    ("--gyro-range", "gyro_range_deg_s", "DEG_S", _RATES, "gyro range", "deg/s, ±"),
-    ("--accel-range", "accel_range_g", "G", _FORCES, "accelerometer range", "g, ±"),
-    ("--dlpf", "dlpf_cfg", "N", _FILTER, "low-pass filter", ""),
-    ("--bus-khz", "bus_khz", "KHZ", "clock of the I2C buses: 100 or 400", "I2C bus clock", "kHz"),
-    ("--after-landing", "after_landing_s", "S", _CLOSES, "after the landing", "s"),
-    ("--file-mib", "file_mib", "MIB", _ROOM, "file", "MiB"),
+    ("rate", "rate_hz", "sampling rate", "Hz"),
+    ("gyro_range", "gyro_range_deg_s", "gyro range", "deg/s, ±"),
+    ("accel_range", "accel_range_g", "accelerometer range", "g, ±"),
+    ("dlpf", "dlpf_cfg", "low-pass filter", ""),
+    ("bus_khz", "bus_khz", "I2C bus clock", "kHz"),
+    ("after_landing", "after_landing_s", "after the landing", "s"),
+    ("file_mib", "file_mib", "file", "MiB"),
 )
-"""Option, name, what it takes, its help; label and unit in the table."""
+"""Option, name; label and unit in the table."""
+
+
+_ACTIONS = """
+show  what is in force
+set   change what is named, keep the rest
+    --rate HZ           sampling rate, 10 to 1000
+    --gyro-range DEG_S  full scale of the gyros: 250, 500, 1000 or 2000
+    --accel-range G     full scale of the accelerometers: 2, 4, 8 or 16
+    --dlpf N            low-pass filter, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz
+    --bus-khz KHZ       clock of the I2C buses: 100 or 400
+    --after-landing S   a recording closes automatically this long after the landing, 5 to 600
+    --file-mib MIB      room that a recording takes on the card, 1 to 1024
+    --factory           take the factory's values for all that is not named
+    --clock             also set the logger's time of day to this computer's, until power goes
+"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Show, or set what is named; the device."""
-    actions = add_subcommands(parser, _ACTIONS, required=False)
-    set_ = actions["set"]
-    for option, name, metavar, meaning, _, _ in _SETTINGS:
-        set_.add_argument(option, dest=name, metavar=metavar, type=_whole, help=meaning)
-    factory = "take the factory's values for all that is not named"
-    set_.add_argument("--factory", action="store_true", help=factory)
-    clock = "also set the logger's time of day to this computer's, until power goes"
-    set_.add_argument("--clock", action="store_true", help=clock)
+    kinds: dict[str, Any] = {option: {"type": _whole, "dest": name} for option, name, *_ in _SETTINGS}
+    actions = add_actions(parser, _ACTIONS, after=device("logger"), required=False, **kinds)
     # Without an action it shows: these options then stand behind the command itself.
-    add_device_options(parser, "logger")
-    for action in actions.values():
-        add_device_options(action, "logger")
-        # An action's defaults would replace options that were typed before its name.
-        for argument in action._actions:
-            if argument.dest in ("port", "emulated", "json", "yes"):
-                argument.default = argparse.SUPPRESS
+    add_options(parser, device("logger"))
+    # An action's defaults would replace options that were typed before its name.
+    for argument in (argument for action in actions.values() for argument in action._actions):
+        if argument.dest in ("port", "emulated", "json", "yes"):
+            argument.default = argparse.SUPPRESS
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows or sets."""
-    from tfsat_host.cli.advice import offering_emulated
-    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.boards import offering_emulated, open_logger
     from tfsat_host.devices.logger_settings import check
 
     sets = args.action == "set"
@@ -112,7 +111,7 @@ def _show(stored: StoredLoggerSettings, before: LoggerSettings, out: Output) -> 
     columns = ["setting", "value", "unit", *(["before"] if before != now else [])]
     rows = [
         (label, getattr(now, name), unit or f"{DLPF_HZ[now.dlpf_cfg]} Hz", getattr(before, name))
-        for _, name, _, _, label, unit in _SETTINGS
+        for _, name, label, unit in _SETTINGS
     ]
     out.table(columns, [row[: len(columns)] for row in rows])
     origin = "the firmware's own" if stored.origin == Origin.FACTORY else "stored on the logger"

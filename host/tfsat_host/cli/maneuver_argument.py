@@ -6,9 +6,9 @@ import argparse
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import file_name, number
+from tfsat_host.cli.usage import add_options
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -21,43 +21,28 @@ SERVOS_SPEED = "what the robot file says of its servos"
 _FASTEST_DEG_S = 100_000.0
 
 
-def add_maneuver_arguments(
-    parser: argparse.ArgumentParser,
-    *,
-    default_speed: str = "170",
-    nothing_done: str = "Nothing was computed.",
-) -> argparse._ArgumentGroup:
-    """`A B`, `--file` and `--speed`; gives the group, for what else a command wants to know of the maneuver.
+def maneuver_usage(default_speed: str = "170") -> str:
+    """`A B`, `--file` and `--speed`, whose default it says: the beginning of the group of options of the maneuver."""
+    return f"""\
+maneuver:
+[A]            angle of joint 1, deg, to 0.01
+[B]            angle of joint 2, deg, to 0.01
+--file FILE    take the strokes from a maneuver file (TOML)
+--speed DEG_S  average joint speed of A B, deg/s (default {default_speed})"""
+
+
+def add_maneuver_options(
+    parser: argparse.ArgumentParser, usage: str, nothing_done: str = "Nothing was computed.", **kinds: Any
+) -> None:
+    """Adds what a usage with `maneuver_usage` declares.
 
     Args:
         parser: Of the command.
-        default_speed: For the help.
+        usage, kinds: See `add_options`.
         nothing_done: What a maneuver that is refused means for this command, one sentence.
     """
     parser.set_defaults(nothing_done=nothing_done)
-    group = parser.add_argument_group("maneuver")
-    group.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
-    group.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
-    speed = f"average joint speed of A B, deg/s (default {default_speed})"
-    group.add_argument(
-        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
-    )
-    group.add_argument("--speed", metavar="DEG_S", type=number, help=speed)
-    return group
-
-
-def add_robot_option(group: argparse._ActionsContainer) -> None:
-    """`--robot`: a file or a name."""
-    shown = "a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"
-    group.add_argument("--robot", metavar="FILE", type=file_name, help=shown)
-
-
-def add_initial_rate_option(group: argparse._ActionsContainer) -> None:
-    """`--initial-rate X Y Z`."""
-    shown = (
-        "angular rate of the base body at the release, in its own axes, deg/s (default: no angular momentum)"
-    )
-    group.add_argument("--initial-rate", metavar=("X", "Y", "Z"), nargs=3, type=number, help=shown)
+    add_options(parser, usage, a={"dest": "a_deg"}, b={"dest": "b_deg"}, **kinds)
 
 
 def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
@@ -85,7 +70,7 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
     """The maneuver that the arguments name: a file or two angles, never both.
 
     Args:
-        args: Of a parser with `add_maneuver_arguments`.
+        args: Of a parser with `add_maneuver_options`.
         robot: A B without `--speed` move as fast as its servos do on average; as in the drop experiment if None.
 
     Raises:

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.board_selection import absent, add_place_options, most_telling, places
-from tfsat_host.cli.options import duration_s, file_name
+from tfsat_host.cli.boards import PLACE, absent, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
+from tfsat_host.cli.usage import add_options
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
@@ -26,22 +26,15 @@ LINE_S = 1.0
 """Where there is no terminal, a line a second."""
 
 
+_USAGE = f"""
+--for SECONDS  end automatically after so long (default: Ctrl-C)
+--robot FILE   robot file with the angle sensors' zeros and directions (default: the drop tower robot)
+{PLACE}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """Which boards, how long, whose zeros."""
-    parser.add_argument(
-        "--for",
-        metavar="SECONDS",
-        type=duration_s,
-        dest="for_s",
-        help="end automatically after so long (default: Ctrl-C)",
-    )
-    parser.add_argument(
-        "--robot",
-        metavar="FILE",
-        type=file_name,
-        help="robot file with the angle sensors' zeros and directions (default: the drop tower robot)",
-    )
-    add_place_options(parser)
+    add_options(parser, _USAGE, **{"for": {"dest": "for_s"}})
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

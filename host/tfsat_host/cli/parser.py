@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from tfsat_host import __version__
 from tfsat_host.cli.commands import HELPS, overview
-from tfsat_host.cli.options import accept_negative_numbers
+from tfsat_host.cli.usage import accept_negative_numbers
 from tfsat_host.errors import UsageError
 
 _MODULES = {"calibrate": "calibrate.command", "arm": "arming", "disarm": "arming"}

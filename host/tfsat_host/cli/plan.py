@@ -8,7 +8,7 @@ import math
 from functools import partial
 from pathlib import Path
 
-from tfsat_host.cli.options import add_output_options, file_name, number, seed, whole_number
+from tfsat_host.cli.usage import OUTPUT, add_options, number, seed, whole_number
 from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -18,47 +18,40 @@ _MARKER = b'"made_by": "tfsat-host plan"'
 _HISTORY_MARKER = b"_deg,primitive"  # the end of its line of column names
 
 
+_USAGE = f"""
+Chain closed loops of the joints to turn the robot to a target attitude, with a measurement after each. Exit code 3 if
+the error at the end is above the tolerance.
+
+what is asked for:
+! --target z:DEG               z-y-x Euler angles of the attitude, such as z:90 or x:30,y:-20,z:90: about z first, then
+                               about the new y, then about the newest x, in whatever order they are written
+! --target-quaternion X Y Z W  the same as a quaternion, scalar last, from body to inertial axes
+--robot FILE                   a robot file, or the name of a robot that tfsat brings along (default: cubesat_3u)
+--tolerance DEG                error that may be left (default 1)
+how:
+--method {{greedy,search}}  greedy: always the loop that leaves least; search: the fastest chain found (default)
+--grid DEG                step of the primitives' displacements; loops of three joints have three times this (default 5)
+--table-only              take the last loop from the table, too, instead of solving its displacements
+--most N                  most primitives (default 150)
+what may be wrong:
+--model-error SCALE  fly a robot drawn from the robot file's uncertainties times this (default 0: the model)
+--noise DEG          standard deviation of the measured attitude about each axis (default 0)
+--seed N             seed of what is drawn (default 1)
+result:
+--out FILE      write the plan here (JSON)
+--history FILE  write the joints' angles over time here (CSV), for simulate --history to check the plan
+--force         let --out and --history overwrite a file that this command did not make
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The target, how it is approached, what may be wrong, where the plan goes."""
-    parser.description = (
-        "Chain closed loops of the joints to turn the robot to a target attitude, with a measurement after each. "
-        "Exit code 3 if the error at the end is above the tolerance."
-    )
-    asked = parser.add_argument_group("what is asked for")
-    target = asked.add_mutually_exclusive_group(required=True)
-    shown = (
-        "z-y-x Euler angles of the attitude, such as z:90 or x:30,y:-20,z:90: about z first, then about "
-        "the new y, then about the newest x, in whatever order they are written"
-    )
-    target.add_argument("--target", metavar="z:DEG", help=shown)
-    shown = "the same as a quaternion, scalar last, from body to inertial axes"
-    target.add_argument("--target-quaternion", metavar=("X", "Y", "Z", "W"), nargs=4, type=number, help=shown)
-    shown = "a robot file, or the name of a robot that tfsat brings along (default: cubesat_3u)"
-    asked.add_argument("--robot", metavar="FILE", type=file_name, default=Path("cubesat_3u"), help=shown)
-    shown = "error that may be left (default 1)"
-    asked.add_argument("--tolerance", metavar="DEG", type=_above_zero, default=1.0, help=shown)
-    how = parser.add_argument_group("how")
-    shown = "greedy: always the loop that leaves least; search: the fastest chain found (default)"
-    how.add_argument("--method", choices=("greedy", "search"), default="search", help=shown)
-    shown = "step of the primitives' displacements; loops of three joints have three times this (default 5)"
-    how.add_argument("--grid", metavar="DEG", type=_above_zero, default=5.0, help=shown)
-    shown = "take the last loop from the table, too, instead of solving its displacements"
-    how.add_argument("--table-only", action="store_true", help=shown)
-    shown, count = "most primitives (default 150)", whole_number("primitives", 1, 9999)
-    how.add_argument("--most", metavar="N", type=count, default=150, help=shown)
-    wrong = parser.add_argument_group("what may be wrong")
-    shown = "fly a robot drawn from the robot file's uncertainties times this (default 0: the model)"
-    wrong.add_argument("--model-error", metavar="SCALE", type=_not_negative, default=0.0, help=shown)
-    shown = "standard deviation of the measured attitude about each axis (default 0)"
-    wrong.add_argument("--noise", metavar="DEG", type=_not_negative, default=0.0, help=shown)
-    wrong.add_argument("--seed", metavar="N", type=seed, default=1, help="seed of what is drawn (default 1)")
-    result = parser.add_argument_group("result")
-    result.add_argument("--out", metavar="FILE", type=file_name, help="write the plan here (JSON)")
-    shown = "write the joints' angles over time here (CSV), for simulate --history to check the plan"
-    result.add_argument("--history", metavar="FILE", type=file_name, help=shown)
-    shown = "let --out and --history overwrite a file that this command did not make"
-    result.add_argument("--force", action="store_true", help=shown)
-    add_output_options(parser)
+    above = dict.fromkeys(("tolerance", "grid"), _above_zero)
+    errors = dict.fromkeys(("model_error", "noise"), _not_negative)
+    most = whole_number("primitives", 1, 9999)
+    add_options(parser, _USAGE, most=most, seed=seed, **above, **errors)
+    parser.set_defaults(robot=Path("cubesat_3u"), method="search", most=150, seed=1)
+    parser.set_defaults(tolerance=1.0, grid=5.0, model_error=0.0, noise=0.0)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

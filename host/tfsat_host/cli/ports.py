@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from tfsat_host.cli.options import add_output_options
+from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.devices.ports import PortInfo, identify, system_ports
 from tfsat_host.present.output import Output
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """No arguments but the common ones."""
-    add_output_options(parser)
+    add_options(parser, OUTPUT)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:  # noqa: ARG001

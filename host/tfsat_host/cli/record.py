@@ -6,10 +6,8 @@ import argparse
 import time
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import device_option, refuse_emulated
-from tfsat_host.cli.connection import open_logger
-from tfsat_host.cli.options import add_device_options
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.boards import device_option, open_logger, refuse_emulated
+from tfsat_host.cli.usage import add_actions, device
 from tfsat_host.errors import DataLossError, RefusedError
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
@@ -20,16 +18,15 @@ if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import RecordStartReply
 
-_ACTIONS = {
-    "start": "start a recording and wait until the card really takes it",
-    "stop": "end the recording and wait until the card holds all of it",
-}
+_ACTIONS = """
+start  start a recording and wait until the card really takes it
+stop   end the recording and wait until the card holds all of it
+"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Start or stop; the device."""
-    for action in add_subcommands(parser, _ACTIONS).values():
-        add_device_options(action, "logger")
+    add_actions(parser, _ACTIONS, after=device("logger"))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -7,9 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.emulate import SEQUENCER
-from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
-from tfsat_host.cli.options import add_output_options, file_name, seed
+from tfsat_host.cli.maneuver_argument import (
+    add_maneuver_options,
+    maneuver_from,
+    maneuver_usage,
+    schedule_from,
+)
 from tfsat_host.cli.stopping import stop_wish
+from tfsat_host.cli.usage import OUTPUT, seed, whole_number
 from tfsat_host.errors import Interrupted
 from tfsat_host.present.output import Output
 
@@ -19,33 +24,35 @@ if TYPE_CHECKING:
 MOST_RUNS = 100_000
 
 
+_USAGE = f"""
+Rehearse a drop on a desk: upload, preflight, recording, arming, crane lift with a knock, release with contact bounce,
+strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden truth. The firmware is the
+one that is flashed. Each seed is another robot: sensors, servos, clocks and centers of mass are off as real ones are.
+
+{maneuver_usage()}
+drop:
+--sequencer {{native,avr}}      {SEQUENCER}
+--robot FILE                  robot file, or the name of a shipped one (drop_tower)
+--imu NAME                    another IMU than the mpu6050: adis16465_2, or a file like theirs
+--as-filed                    exactly as in its file: `simulate` computes the same drop
+--despite-preflight           drop the robot even if the preflight says NO-GO
+--list-faults                 what may go wrong, and what must then happen
+--seed N                      of the robot, of noise and bounce (default 1)
+--fault NAME[=SIZE][@MOMENT]  a fault, of its own or another size, at its own or another moment; may be given more than
+                              once
+--runs N                      as many drops, each of another robot; prints how their results are distributed
+options:
+--out DIR  folder of results (run)
+--force    overwrite files that are something else
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """What to fly, on which robot, and where the results go."""
-    parser.description = (
-        "Rehearse a drop on a desk: upload, preflight, recording, arming, crane lift with a knock, release with "
-        "contact bounce, strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden "
-        "truth. The firmware is the one that is flashed. Each seed is another robot: sensors, servos, clocks and "
-        "centers of mass are off as real ones are."
-    )
-    add_maneuver_arguments(parser, nothing_done="Nothing was flown.")
-    drop = parser.add_argument_group("drop")
-    add = drop.add_argument
-    add("--sequencer", choices=("native", "avr"), default="native", help=SEQUENCER)
-    add("--robot", metavar="FILE", help="robot file, or the name of a shipped one (drop_tower)")
-    add("--imu", metavar="NAME", help="another IMU than the mpu6050: adis16465_2, or a file like theirs")
-    add("--as-filed", action="store_true", help="exactly as in its file: `simulate` computes the same drop")
-    add("--despite-preflight", action="store_true", help="drop the robot even if the preflight says NO-GO")
-    add("--list-faults", action="store_true", help="what may go wrong, and what must then happen")
-    add("--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)")
-    faults = "a fault, of its own or another size, at its own or another moment; may be given more than once"
-    add("--fault", metavar="NAME[=SIZE][@MOMENT]", action="append", default=[], help=faults)
-    runs = "as many drops, each of another robot; prints how their results are distributed"
-    add("--runs", metavar="N", type=_runs, default=1, help=runs)
-    parser.add_argument(
-        "--out", metavar="DIR", type=file_name, default=Path("run"), help="folder of results (run)"
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite files that are something else")
-    add_output_options(parser)
+    faults = {"action": "append", "default": []}
+    kinds = {"robot": str, "seed": seed, "runs": whole_number("runs", 1, MOST_RUNS), "fault": faults}
+    add_maneuver_options(parser, _USAGE, nothing_done="Nothing was flown.", **kinds)
+    parser.set_defaults(sequencer="native", seed=1, runs=1, out=Path("run"))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -95,9 +102,3 @@ def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
             next_step=f"For all of them run the same command again; {args.out} is then replaced.",
         )
     return done.exit_code
-
-
-def _runs(text: str) -> int:
-    if not text.isdigit() or not 1 <= int(text) <= MOST_RUNS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of runs from 1 to {MOST_RUNS}")
-    return int(text)

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_output_options, file_name, output_file_name
-from tfsat_host.cli.run_options import add_run_arguments, options_of
+from tfsat_host.cli.run_options import RUNS, options_of
+from tfsat_host.cli.usage import OUTPUT, add_options, output_file_name
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
 
@@ -15,38 +15,24 @@ if TYPE_CHECKING:
     from tfsat_host.run.reporting import Report
 
 
+_USAGE = f"""
+Evaluate a drop as `evaluate` does and write one HTML page that needs no network: verdict, numbers with standard
+deviations, linked plots, a replay of the robot next to the model's prediction, tables. Several drops lie over each
+other in one page. Ends with 3 if anything is doubtful.
+
+{RUNS}
+files:
+--out FILE     the page (default: report.html in the folder of the recording; of several drops, here)
+--figures DIR  also write the figures of a paper, as PDF and PNG, into this folder (needs the extra `figures`)
+--mcap [FILE]  also write the evaluated drop for Foxglove, PlotJuggler and Rerun (needs the extra `mcap`; without FILE:
+               a file next to each recording, such as SD.evaluated.mcap). Give RUN first, or --mcap=FILE
+--force        overwrite files that this command did not make
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """What `evaluate` takes, and what to write."""
-    parser.description = (
-        "Evaluate a drop as `evaluate` does and write one HTML page that needs no network: verdict, numbers with "
-        "standard deviations, linked plots, a replay of the robot next to the model's prediction, tables. Several "
-        "drops lie over each other in one page. Ends with 3 if anything is doubtful."
-    )
-    add_run_arguments(parser)
-    files = parser.add_argument_group("files")
-    files.add_argument(
-        "--out",
-        metavar="FILE",
-        type=output_file_name,
-        help="the page (default: report.html in the folder of the recording; of several drops, here)",
-    )
-    files.add_argument(
-        "--figures",
-        metavar="DIR",
-        type=file_name,
-        help="also write the figures of a paper, as PDF and PNG, into this folder (needs the extra `figures`)",
-    )
-    files.add_argument(
-        "--mcap",
-        metavar="FILE",
-        nargs="?",
-        const=Path(),
-        type=file_name,
-        help="also write the evaluated drop for Foxglove, PlotJuggler and Rerun (needs the extra `mcap`; without FILE: "
-        "a file next to each recording, such as SD.evaluated.mcap). Give RUN first, or --mcap=FILE",
-    )
-    files.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
-    add_output_options(parser)
+    add_options(parser, _USAGE, out=output_file_name, mcap={"const": Path()})
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
@@ -18,24 +18,19 @@ if TYPE_CHECKING:
 _SHOWN = 20
 
 
+_USAGE = f"""
+Unpack a bundle into a new folder, check every file's hash, recompute calibration, evaluation and report from the raw
+data, and say what differs, number by number. Ends with 0 if nothing does; with 3 if something does, was lost, was
+changed, or could not be computed; with 1 if the archive is damaged or not safe: then nothing is unpacked.
+
+BUNDLE     a file that `tfsat-host bundle` made
+--out DIR  a new folder to unpack into (default: NAME-reproduced here, for NAME.tfsat.zip)
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The bundle, and where to unpack."""
-    parser.description = (
-        "Unpack a bundle into a new folder, check every file's hash, recompute calibration, evaluation and report "
-        "from the raw data, and say what differs, number by number. Ends with 0 if nothing does; with 3 if something "
-        "does, was lost, was changed, or could not be computed; with 1 if the archive is damaged or not safe: then "
-        "nothing is unpacked."
-    )
-    parser.add_argument(
-        "bundle", metavar="BUNDLE", type=file_name, help="a file that `tfsat-host bundle` made"
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        type=file_name,
-        help="a new folder to unpack into (default: NAME-reproduced here, for NAME.tfsat.zip)",
-    )
-    add_output_options(parser)
+    add_options(parser, _USAGE)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
+
+_USAGE = f"""
+Check a robot file and show its bodies, joints, servos and sensors, and the mass properties of the whole.
+docs/robot-files.md explains the format.
+
+[FILE]  a robot file, or the name of a robot that tfsat brings along (default: drop_tower)
+{OUTPUT}"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The robot, and how to print it."""
-    parser.description = (
-        "Check a robot file and show its bodies, joints, servos and sensors, and the mass properties of the whole. "
-        "docs/robot-files.md explains the format."
-    )
-    shown = "a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"
-    parser.add_argument("robot", metavar="FILE", nargs="?", type=file_name, help=shown)
-    add_output_options(parser)
+    add_options(parser, _USAGE, file={"dest": "robot"})
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -6,44 +6,39 @@ import argparse
 import math
 
 from tfsat_host.cli import maneuver_argument as given
-from tfsat_host.cli.options import add_output_options, file_name, number, seed, whole_number
+from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, number, seed, whole_number
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
+
+_USAGE = f"""
+Derivatives of a maneuver's rotation by every parameter of the robot model, and a Monte Carlo study over the
+uncertainties that the robot file states. {given.WHAT_A_B_MEANS} docs/sensitivity.md explains it.
+
+{given.maneuver_usage(given.SERVOS_SPEED)}
+robot, release and facility:
+{ROBOT}
+{INITIAL_RATE}
+--facility FILE    a facility file, whose times the maneuver must keep (default: COSMOTORRE's, for a robot that the
+                   sequencer commands)
+Monte Carlo:
+--samples N        robots to draw (default 10000)
+--seed N           seed of the draws (default 0)
+--sigma KEY=VALUE  another standard deviation than the robot file's, such as com_mm=2 or stroke_relative=0; once for
+                   each
+| --workers N      processes at most (default: one a core)
+| --dask ADDRESS   compute on the Dask cluster whose scheduler is there, such as tcp://127.0.0.1:8786 (extra dask)
+samples:
+--out FILE         write every sample to a CSV file, a row each
+{FORCE}
+{OUTPUT}"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The maneuver, the robot, what is uncertain, and where to compute."""
-    parser.description = (
-        "Derivatives of a maneuver's rotation by every parameter of the robot model, and a Monte Carlo study over "
-        f"the uncertainties that the robot file states. {given.WHAT_A_B_MEANS} docs/sensitivity.md explains it."
-    )
-    given.add_maneuver_arguments(parser, default_speed=given.SERVOS_SPEED)
-    robot = parser.add_argument_group("robot, release and facility")
-    given.add_robot_option(robot)
-    given.add_initial_rate_option(robot)
-    shown = (
-        "a facility file, whose times the maneuver must keep (default: COSMOTORRE's, for a robot that the sequencer "
-        "commands)"
-    )
-    robot.add_argument("--facility", metavar="FILE", type=file_name, help=shown)
-    study = parser.add_argument_group("Monte Carlo")
-    samples = whole_number("samples", 2, 1_000_000)
-    study.add_argument(
-        "--samples", metavar="N", type=samples, default=10_000, help="robots to draw (default 10000)"
-    )
-    study.add_argument("--seed", metavar="N", type=seed, default=0, help="seed of the draws (default 0)")
-    shown = "another standard deviation than the robot file's, such as com_mm=2 or stroke_relative=0; once for each"
-    study.add_argument("--sigma", metavar="KEY=VALUE", type=_sigma, action="append", default=[], help=shown)
-    where = study.add_mutually_exclusive_group()
-    shown, processes = "processes at most (default: one a core)", whole_number("processes", 1, 256)
-    where.add_argument("--workers", metavar="N", type=processes, help=shown)
-    shown = "compute on the Dask cluster whose scheduler is there, such as tcp://127.0.0.1:8786 (extra dask)"
-    where.add_argument("--dask", metavar="ADDRESS", help=shown)
-    files = parser.add_argument_group("samples")
-    shown = "write every sample to a CSV file, a row each"
-    files.add_argument("--out", metavar="FILE", type=file_name, help=shown)
-    files.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
-    add_output_options(parser)
+    samples, workers = whole_number("samples", 2, 1_000_000), whole_number("processes", 1, 256)
+    sigma = {"type": _sigma, "action": "append", "default": []}
+    given.add_maneuver_options(parser, _USAGE, samples=samples, seed=seed, sigma=sigma, workers=workers)
+    parser.set_defaults(samples=10_000, seed=0)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument as given
-from tfsat_host.cli.options import add_output_options, duration_s, file_name, number
+from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, duration_s
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
@@ -22,36 +22,32 @@ _SLOW_STEPS = 5_000  # about a second
 _SLOW_TURNS = 5.0  # so many take as long
 
 
+_USAGE = f"""
+Compute the attitude of a free-floating robot from the motion of its joints, by conservation of angular momentum.
+{given.WHAT_A_B_MEANS} docs/simulate.md explains conventions and columns.
+
+{given.maneuver_usage(given.SERVOS_SPEED)}
+--history FILE            take measured joint angles instead of strokes: a CSV file with t_s, theta1_deg, theta2_deg, …
+--between {{cubic,linear}}  what lies between two samples of --history: a cubic spline or straight lines (default cubic)
+robot and release:
+{ROBOT}
+--base BODY               the body whose attitude is computed, by name or number (default: the robot file's base)
+{INITIAL_RATE}
+time:
+--until S      follow the robot until this time after the release (default: 2.5, or as long as the joints move)
+--step S       longest step of the integration (default: as short as an error of 1e-4 deg needs)
+--order {{4,6}}  order of the integration (default 6)
+histories:
+--out PATH     write the motion to a file .csv or .npz, or to simulation.csv in a folder
+{FORCE}
+{OUTPUT}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """The motion of the joints, the robot, the release, and where histories go."""
-    parser.description = (
-        "Compute the attitude of a free-floating robot from the motion of its joints, by conservation of angular "
-        f"momentum. {given.WHAT_A_B_MEANS} docs/simulate.md explains conventions and columns."
-    )
-    motion = given.add_maneuver_arguments(
-        parser, default_speed=given.SERVOS_SPEED, nothing_done="Nothing was simulated."
-    )
-    shown = "take measured joint angles instead of strokes: a CSV file with t_s, theta1_deg, theta2_deg, …"
-    motion.add_argument("--history", metavar="FILE", type=file_name, help=shown)
-    shown = "what lies between two samples of --history: a cubic spline or straight lines (default cubic)"
-    motion.add_argument("--between", choices=("cubic", "linear"), default="cubic", help=shown)
-    robot = parser.add_argument_group("robot and release")
-    given.add_robot_option(robot)
-    shown = "the body whose attitude is computed, by name or number (default: the robot file's base)"
-    robot.add_argument("--base", metavar="BODY", help=shown)
-    given.add_initial_rate_option(robot)
-    time = parser.add_argument_group("time")
-    shown = "follow the robot until this time after the release (default: 2.5, or as long as the joints move)"
-    time.add_argument("--until", metavar="S", type=number, help=shown)
-    shown = "longest step of the integration (default: as short as an error of 1e-4 deg needs)"
-    time.add_argument("--step", metavar="S", type=duration_s, help=shown)
-    shown = "order of the integration (default 6)"
-    time.add_argument("--order", type=int, choices=(4, 6), default=6, help=shown)
-    files = parser.add_argument_group("histories")
-    shown = "write the motion to a file .csv or .npz, or to simulation.csv in a folder"
-    files.add_argument("--out", metavar="PATH", type=file_name, help=shown)
-    files.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
-    add_output_options(parser)
+    order = {"type": int, "default": 6}
+    given.add_maneuver_options(parser, _USAGE, "Nothing was simulated.", step=duration_s, order=order)
+    parser.set_defaults(between="cubic")
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

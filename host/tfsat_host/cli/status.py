@@ -6,8 +6,8 @@ import argparse
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.advice import device_option, interruptible
-from tfsat_host.cli.board_selection import Place, absent, add_place_options, most_telling, places
+from tfsat_host.cli.boards import PLACE, Place, absent, device_option, interruptible, most_telling, places
+from tfsat_host.cli.usage import add_options
 from tfsat_host.devices.ports import BOARDS, BoardName
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Which boards: those that are found, one port, or the emulated ones."""
-    add_place_options(parser)
+    add_options(parser, PLACE)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from types import FrameType
 
-_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+SIGNALS: list[signal.Signals] = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 """Windows has no SIGHUP."""
 _SUSPEND: signal.Signals | None = getattr(signal, "SIGTSTP", None)
 """Ctrl-Z; Windows has none."""
@@ -39,6 +41,19 @@ class StopWish:
 
 
 @contextlib.contextmanager
+def handled(
+    signals: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], object]
+) -> Iterator[None]:
+    """While the block runs these signals go to the handler."""
+    before = {number: signal.signal(number, handler) for number in signals}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
+
+
+@contextlib.contextmanager
 def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
     """Gives the user's wish to stop.
 
@@ -46,13 +61,9 @@ def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
         before_suspension: Ctrl-Z is such a wish as well, for what must not go on unattended.
     """
     wish = StopWish()
-    numbers = [*_SIGNALS, _SUSPEND] if before_suspension and _SUSPEND is not None else _SIGNALS
-    before = {number: signal.signal(number, wish.heard) for number in numbers}
-    try:
+    suspension = [_SUSPEND] if before_suspension and _SUSPEND is not None else []
+    with handled([*SIGNALS, *suspension], wish.heard):
         yield wish
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def suspend_now() -> None:

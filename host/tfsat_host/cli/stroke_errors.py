@@ -8,7 +8,6 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tfsat_host.cli.options import file_name
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
@@ -50,15 +49,6 @@ class Expectation(NamedTuple):
             if row["stroke"] == stroke:
                 return f"{row['error_deg']:+.2f}", f"{row['std_deg']:.2f}"
         return None, None
-
-
-def add_calibration_option(group: argparse._ArgumentGroup) -> None:
-    """`--calibration`, the certificate whose servo maps are used."""
-    shown = (
-        "also show how far each stroke will miss, by this calibration's servo maps "
-        f"(default: {CERTIFICATE}, with --emulated {EMULATED_CERTIFICATE}, where it is there)"
-    )
-    group.add_argument("--calibration", metavar="FILE", type=file_name, help=shown)
 
 
 def find_servo_maps(args: argparse.Namespace) -> tuple[ServoMaps | None, list[str]]:

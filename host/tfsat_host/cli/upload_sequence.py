@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
-from tfsat_host.cli.advice import device_option, offering_emulated
-from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
+from tfsat_host.cli.boards import device_option, offering_emulated
+from tfsat_host.cli.usage import device, refuse_existing
 from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
@@ -17,18 +17,21 @@ if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
 
 
+_USAGE = f"""
+Put a maneuver on the sequencer: checked whole, sent, read back and compared. {maneuver_argument.WHAT_A_B_MEANS}
+
+{maneuver_argument.maneuver_usage()}
+--out FILE          also write the maneuver to a file
+--force             let --out overwrite a file
+--dry-run           check and show the schedule; touch no board
+--calibration FILE  also show how far each stroke will miss, by this calibration's servo maps (default:
+                    calibration.toml, with --emulated calibration-emulated.toml, where it is there)
+{device("sequencer")}"""
+
+
 def configure(parser: argparse.ArgumentParser) -> None:
     """Two angles, or a file; what else concerns the maneuver; the device."""
-    what = "Put a maneuver on the sequencer: checked whole, sent, read back and compared."
-    parser.description = f"{what} {maneuver_argument.WHAT_A_B_MEANS}"
-    maneuver = maneuver_argument.add_maneuver_arguments(parser, nothing_done="Nothing was sent to the robot.")
-    maneuver.add_argument("--out", metavar="FILE", type=file_name, help="also write the maneuver to a file")
-    maneuver.add_argument("--force", action="store_true", help="let --out overwrite a file")
-    maneuver.add_argument(
-        "--dry-run", action="store_true", help="check and show the schedule; touch no board"
-    )
-    stroke_errors.add_calibration_option(maneuver)
-    add_device_options(parser, "sequencer")
+    maneuver_argument.add_maneuver_options(parser, _USAGE, nothing_done="Nothing was sent to the robot.")
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -66,7 +69,7 @@ def _upload(
     schedule: Schedule, args: argparse.Namespace, out: Output
 ) -> tuple[dict[str, object], ServoSettings]:
     """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
-    from tfsat_host.cli.connection import open_sequencer
+    from tfsat_host.cli.boards import open_sequencer
 
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings

@@ -6,33 +6,32 @@ import argparse
 from typing import Any
 
 from tfsat_host import servo_settings
-from tfsat_host.cli.advice import device_option, offering_emulated
-from tfsat_host.cli.connection import open_sequencer
-from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
+from tfsat_host.cli.boards import device_option, offering_emulated, open_sequencer, warn_of_misfit
+from tfsat_host.cli.usage import add_options, device, refuse_existing
 from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 from tfsat_host.present.stored_settings import comparison, origin_words, settings_as_dict
 from tfsat_host.whole_file import write_whole
 
+_USAGE = f"""
+Put servo settings on the sequencer: for each joint the pulse at 0 deg, the change for each degree, the direction and
+the limits. Checked, shown with the old ones, stored, read back and compared. docs/servos.md describes the file and how
+to find the numbers.
+
+settings:
+[FILE]      settings' file (TOML)
+--factory   the firmware's own values instead of a file
+--show      only show what is on the board
+--out FILE  with --show: also write what is on the board to a file
+--force     let --out overwrite a file
+--dry-run   check and show the new settings; touch no board
+{device("sequencer")}"""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """A file, or the factory's; or only a look at what is there; the device."""
-    parser.description = (
-        "Put servo settings on the sequencer: for each joint the pulse at 0 deg, the change for each degree, "
-        "the direction and the limits. Checked, shown with the old ones, stored, read back and compared. "
-        "docs/servos.md describes the file and how to find the numbers."
-    )
-    group = parser.add_argument_group("settings")
-    group.add_argument("file", metavar="FILE", nargs="?", type=file_name, help="settings' file (TOML)")
-    group.add_argument("--factory", action="store_true", help="the firmware's own values instead of a file")
-    group.add_argument("--show", action="store_true", help="only show what is on the board")
-    kept = "with --show: also write what is on the board to a file"
-    group.add_argument("--out", metavar="FILE", type=file_name, help=kept)
-    group.add_argument("--force", action="store_true", help="let --out overwrite a file")
-    check = "check and show the new settings; touch no board"
-    group.add_argument("--dry-run", action="store_true", help=check)
-    add_device_options(parser, "sequencer")
+    add_options(parser, _USAGE)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -40,16 +39,17 @@ def run(args: argparse.Namespace, out: Output) -> int:
     _check_usage(args)
     if args.show:
         return _show(args, out)
-    factory = servo_settings.FACTORY, list[str]()
-    settings, notices = factory if args.factory else servo_settings.read_settings_file(args.file)
+    settings, notices = servo_settings.FACTORY, list[str]()
+    if args.file is not None:
+        settings, notices = servo_settings.read_settings_file(args.file)
     for notice in notices:
         out.warn(notice)
     if not args.dry_run:
         return _upload(settings, notices, args, out)
 
-    line = "Dry run: the board would accept these settings; nothing was sent."
     result = {"verified": False, "device": None, "dry_run": True, "notices": notices}
-    out.result({**settings_as_dict(settings), **result}, lambda: _show_table(settings, line, out))
+    dry = "Dry run: the board would accept these settings; nothing was sent."
+    out.result({**settings_as_dict(settings), **result}, lambda: _show_table(settings, dry, out))
     return 0
 
 
@@ -100,17 +100,13 @@ def _upload(
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
             done = sequencer.write_settings(settings)
-        if misfit := servo_settings.find_misfit(sequencer.read_back().moves, settings):
-            out.warn(
-                f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
-                f"Upload one that fits: tfsat-host upload-sequence A B{device_option(args)}"
-            )
+        fits = warn_of_misfit(sequencer, settings, device_option(args), out)
         result = {
             **_as_dict(done.stored),
             "before": settings_as_dict(before.settings),
             "verified": True,
             "written": done.written,
-            "maneuver_fits": misfit is None,
+            "maneuver_fits": fits,
             "device": sequencer.device(),
             "notices": notices,
         }

@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, NoReturn, TypeVar, cast
 
+from tfsat_host.config.places import Path, line_of
 from tfsat_host.errors import TfsatError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Path = tuple[str | int, ...]
-"""Keys from the outermost table inwards, and indices from 0 in lists of tables: `("body", 1, "mass_kg")`."""
 _SHOWN_CHARACTERS = 60
-# All that may hold a bracket or a line feed without opening anything or ending a statement, and what does.
-_TOKEN = re.compile(
-    r'"""(?:\\.|[^\\])*?"{3,5}'
-    r"|'''.*?'{3,5}"
-    r'|"(?:\\.|[^"\\\n])*"'
-    r"|'[^'\n]*'"
-    r"|\#[^\n]*"
-    r"|[\[\]{}\n]",
-    re.DOTALL,
-)
+GREATEST = 1e12
+"""In magnitude, of any number in a file, in the file's units: nothing that a lab has is greater, and squares of it and
+products stay far inside the range of floats."""
 _Choice = TypeVar("_Choice", str, int)
 
 
@@ -258,7 +248,11 @@ class Table:
         return table
 
     def _wrong(self, key: str, wanted: str) -> NoReturn:
-        self.fail(key, f"{shown(self._values[key])} is not {wanted}", self._cure(f"Give `{key}` {wanted}."))
+        value = self._values[key]
+        problem = (
+            f"is beyond {GREATEST:g}: no number here is so large" if _is_huge(value) else f"is not {wanted}"
+        )
+        self.fail(key, f"{shown(value)} {problem}", self._cure(f"Give `{key}` {wanted}."))
 
     def _cure(self, cure: str) -> str:
         return "" if self._kind.computed else cure
@@ -272,14 +266,18 @@ def _in_words(path: Path) -> str:
     return words.replace(", .", ", ").removeprefix(".")
 
 
+def _is_huge(value: object) -> bool:
+    """A number that is, or a list with one somewhere."""
+    if isinstance(value, list):
+        return any(map(_is_huge, value))
+    return isinstance(value, int | float) and GREATEST < abs(value) < math.inf
+
+
 def _number(value: object) -> float | None:
-    """None if it is none, or too large for one."""
+    """None if it is none, or so great that it cannot be meant; infinite numbers are left to the caller."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    try:
-        return float(value)
-    except OverflowError:
-        return None
+    return float(value) if abs(value) <= GREATEST or value != value or abs(value) == math.inf else None
 
 
 def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:
@@ -310,50 +308,3 @@ def shown(value: object) -> str:
 
 def _shortened(text: str) -> str:
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"
-
-
-def line_of(text: str, path: Path) -> int:
-    """Line (from 1) of an entry; of the nearest that holds it if it has none of its own: `body = [`, a header.
-
-    Args:
-        text: A whole file that the parser took, its lines ended by line feeds.
-        path: Of the entry; what lies above all tables and is not there counts as line 1.
-    """
-    places: dict[Path, int] = {}
-    counts: dict[Path, int] = {}
-    table: Path = ()
-    for line, statement in _statements(text):
-        is_header = statement.lstrip().startswith("[")
-        names, is_list = _names(tomllib.loads(statement))
-        place = () if is_header else table
-        for number, name in enumerate(names, 1):
-            place = (*place, name)
-            places.setdefault(place, line)
-            if is_header and is_list and number == len(names):
-                counts[place] = counts.get(place, -1) + 1
-            if place in counts:
-                place = (*place, counts[place])
-                places.setdefault(place, line)
-        if is_header:
-            table = place
-    return next((places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in places), 1)
-
-
-def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """Each header or entry with the line on which it begins; neither rows of an array nor lines of a text are any."""
-    depth, start, line = 0, 0, 1
-    for token in _TOKEN.finditer(text + "\n"):
-        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)
-        if token[0] == "\n" and depth == 0:
-            yield line, text[start : token.start()]
-            line += text.count("\n", start, token.start()) + 1
-            start = token.end()
-
-
-def _names(parsed: object) -> tuple[list[str], bool]:
-    """The keys from the outermost to the innermost of nested tables with one entry each; whether a list ends them."""
-    names = []
-    while isinstance(parsed, dict) and len(parsed) == 1:
-        ((name, parsed),) = parsed.items()
-        names.append(name)
-    return names, isinstance(parsed, list)

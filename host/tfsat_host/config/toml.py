@@ -9,6 +9,8 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tfsat_host.config.places import Path as Entry
+from tfsat_host.config.places import places_of
 from tfsat_host.config.table import ConfigKind, Fault, Table, shown
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
@@ -68,13 +70,41 @@ def format_config(
 
     Args:
         values: By key, in their order; what is None is left out. Tables and lists of tables have headers, to the
-            second level; deeper ones stand in braces.
+            second level; deeper ones are in braces.
         heading: Comments above all, a line each.
         comments: What to write behind the entries of these keys, wherever they are.
     """
     top, *tables = _blocks("", values, comments or {})
     top = [*(f"# {line}" for line in heading.splitlines()), *top]
     return "\n\n".join("\n".join(block) for block in (top, *tables)) + "\n"
+
+
+def with_entry(text: str, path: Entry, value: object, comment: str) -> str:
+    """The text of a file with another value of an entry; what stood there stays above it as a comment.
+
+    Args:
+        text: A whole file that the parser took, its lines ended by line feeds.
+        path: Of the entry.
+        value: A table's entries where the old ones stand on lines of their own: those are changed.
+        comment: To stand above the old value; a line.
+
+    Raises:
+        KeyError: the entry stands on a line with others.
+    """
+    place = places_of(text).get(path)
+    if (place is None or not place.whole) and isinstance(value, Mapping):
+        for key, item in value.items():
+            text = with_entry(text, (*path, key), item, comment)
+        return text
+    if place is None or not place.whole:
+        raise KeyError(path)
+    old = text[place.start : place.end]
+    rows = [
+        f"# {comment}",
+        *(f"# {row}" for row in old.splitlines()),
+        f"{old.partition('=')[0]}= {_text(value)}",
+    ]
+    return text[: place.start] + "\n".join(rows) + text[place.end :]
 
 
 def _blocks(name: str, values: Mapping[str, object], comments: _Comments) -> Iterator[list[str]]:

@@ -8,7 +8,15 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from tfsat_host.devices.client import BoardClient, BoardError, VerifyError
-from tfsat_host.devices.log_transfer import Listing, Outcome, Put, Span, erase_log, fetch_blocks, list_logs
+from tfsat_host.devices.log_transfer import (
+    Listing,
+    Outcome,
+    Put,
+    Span,
+    erase_log,
+    fetch_blocks,
+    list_logs,
+)
 from tfsat_host.devices.logger_settings import StoredLoggerSettings
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol import messages as msg
@@ -195,6 +203,12 @@ class LoggerClient(BoardClient):
     def fetch_blocks(self, entry: msg.LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
         """See `log_transfer.fetch_blocks`."""
         return fetch_blocks(self._client, entry, wanted, put)
+
+    def fetch_whole(self, entry: msg.LogEntry) -> bytes:
+        """A recording in memory; zeros where the card does not read it. Raises as `fetch_blocks`."""
+        blocks: dict[int, bytes] = {}
+        self.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
+        return b"".join(blocks[index] for index in range(entry.blocks))
 
     def erase_log(self, entry: msg.LogEntry) -> None:
         """Removes a recording from the card; of RAM: gives up what it holds. Raises BoardError."""

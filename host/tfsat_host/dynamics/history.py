@@ -38,6 +38,15 @@ class TimedMove:
     end_s: float
 
 
+def shortest_s(
+    size_rad: FloatArray, max_rate_rad_s: FloatArray, acceleration_rad_s2: FloatArray
+) -> FloatArray:
+    """(...) time that servos need to turn joints from rest to rest."""
+    rate, acceleration = max_rate_rad_s, acceleration_rad_s2
+    cruising = size_rad * acceleration > rate * rate
+    return np.where(cruising, size_rad / rate + rate / acceleration, 2.0 * np.sqrt(size_rad / acceleration))
+
+
 class ServoMotion(NamedTuple):
     """What servos make of k moves; trailing axes are a batch of robots.
 
@@ -71,9 +80,8 @@ class ServoMotion(NamedTuple):
         A move that starts while its own joint is still on the way starts when the joint has arrived, and none is
         shorter than its servo can.
         """
-        size, rate, acceleration = np.abs(delta_rad), max_rate_rad_s, acceleration_rad_s2
-        cruising = size * acceleration > rate * rate
-        shortest = np.where(cruising, size / rate + rate / acceleration, 2.0 * np.sqrt(size / acceleration))
+        size, acceleration = np.abs(delta_rad), acceleration_rad_s2
+        shortest = shortest_s(size, max_rate_rad_s, acceleration)
         duration = np.maximum(np.maximum(duration_s, shortest), SAME_INSTANT_S)
         fullness = np.minimum(1.0, 4.0 * size / (acceleration * duration * duration))
         start, end = np.broadcast_to(start_s, duration.shape).copy(), np.empty_like(duration)

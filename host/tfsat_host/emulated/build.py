@@ -234,12 +234,12 @@ def sequencer_hex(progress: Progress = lambda _: None) -> Path:
     return hex_path
 
 
-def _refused(said: str) -> BuildError:
-    if "install-toolchain.sh" in said:
-        missing = said.partition("***")[2].partition(":")[0].removesuffix(" is missing").strip()
+def _refused(printed: str) -> BuildError:
+    if "install-toolchain.sh" in printed:
+        missing = printed.partition("***")[2].partition(":")[0].removesuffix(" is missing").strip()
         return _toolchain_missing(missing or "a part of the toolchain")
     return BuildError(
-        what=f"The sequencer's firmware does not compile:\n{said.strip()[-2000:]}",
+        what=f"The sequencer's firmware does not compile:\n{printed.strip()[-2000:]}",
         meaning=_MEANING,
         next_step="Correct the sketch, then: make firmware",
     )

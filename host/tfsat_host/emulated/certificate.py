@@ -129,7 +129,7 @@ def _sensors(
     )
 
 
-_SEEN_STD_RAD = np.deg2rad(0.01)
+_REST_STD_RAD = np.deg2rad(0.01)
 """Of a rest's mean by both angle sensors."""
 
 
@@ -165,7 +165,7 @@ def _visits(
     setting: ServoSetting = FACTORY.of(index + 1)
     plan = servo_plan(setting)
     scatter = truth.servo_repeat_rad[index] * random.standard_normal(len(plan))
-    seen = _SEEN_STD_RAD * random.standard_normal(len(plan))
+    noise = _REST_STD_RAD * random.standard_normal(len(plan))
     points = []
     for number, (angle_cdeg, direction) in enumerate(zip(plan, arrivals(plan), strict=True)):
         if direction and setting.min_cdeg < angle_cdeg < setting.max_cdeg:
@@ -176,6 +176,6 @@ def _visits(
             centred = truth.servo_offset_rad[index] + truth.servo_gain[index] * nominal
             reached = centred - direction * truth.servo_backlash_rad[index] / 2.0
             points.append(
-                ServoPoint(pulse_us, direction, reached + scatter[number] + seen[number], _SEEN_STD_RAD)
+                ServoPoint(pulse_us, direction, reached + scatter[number] + noise[number], _REST_STD_RAD)
             )
     return points

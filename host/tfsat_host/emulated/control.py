@@ -14,7 +14,8 @@ import numpy as np
 
 from tfsat_host.calibration.steps.step import TURN_ROUNDS, Axis
 from tfsat_host.emulated.faults import CardDefect
-from tfsat_host.emulated.hands import Hands, sweep_motion, turn_axis, turn_motion
+from tfsat_host.emulated.manual_motion import Operator
+from tfsat_host.emulated.operator import sweep_motion, turn_axis, turn_motion
 from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.emulated.server import RobotServer
 from tfsat_host.errors import TfsatError
@@ -80,7 +81,7 @@ class _Verb:
 def execute(line: str, server: RobotServer) -> Reply | None:
     """Does what one line asks; an empty line or a comment (#) gets no reply.
 
-    The reply is `ok`, perhaps with values after it, or `error` and a reason. Never raises for what stands in the line.
+    The reply is `ok`, perhaps with values after it, or `error` and a reason. Never raises for what the line says.
     """
     try:
         words = shlex.split(line, comments=True)
@@ -137,7 +138,7 @@ def _us(seconds: float | None) -> int | None:
 
 
 def _held(server: RobotServer) -> EmulatedRobot:
-    """The robot while hands can reach it."""
+    """The robot while an operator can reach it."""
     if server.robot.falling:
         raise ControlError("The robot is falling. Wait for the landing: wait still")
     return server.robot
@@ -155,8 +156,8 @@ def _sweep(server: RobotServer, joint: int) -> str:
     ranges = robot.model.joint_limits_rad
     if not 1 <= joint <= len(ranges):
         raise ControlError(f"There is no joint {joint}.")
-    motion = sweep_motion(ranges[joint - 1], Hands.steady(), np.random.default_rng(0))
-    robot.hands.move_joint(joint, motion)
+    motion = sweep_motion(ranges[joint - 1], Operator.steady(), np.random.default_rng(0))
+    robot.operator.move_joint(joint, motion)
     return f"for {motion.duration_s:g} s"
 
 
@@ -167,9 +168,9 @@ def _turn(server: RobotServer, axis: Axis, angle_deg: float, rounds: int = TURN_
     if not 1 <= rounds <= 100:
         raise ControlError("Turn 1 to 100 rounds.")
     random = np.random.default_rng(0)
-    motion = turn_motion(angle_deg, rounds, Hands.steady(), random)
+    motion = turn_motion(angle_deg, rounds, Operator.steady(), random)
     robot.hold(range(1, robot.model.n_bodies + 1))
-    robot.hands.turn(turn_axis(axis, Hands.steady(), random), motion)
+    robot.operator.turn(turn_axis(axis, Operator.steady(), random), motion)
     return f"for {motion.duration_s:g} s"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from hashlib import sha256
 
 import numpy as np
@@ -22,7 +22,7 @@ _CRYSTAL_MOST_PPM = 50.0
 
 @dataclass(frozen=True, eq=False)
 class Imperfections:
-    """The hidden truth of one robot's sensors, servos and clocks. `draw` leaves out what is zero by default.
+    """The hidden truth of one robot's sensors, servos and clocks; by default all is exact.
 
     Attributes:
         mounting: (4, 3, 3) rotation of each IMU from where the design puts it, in body axes.
@@ -45,7 +45,7 @@ class Imperfections:
             as the square of the rate they get to; its farthest comes when the braking is over, and after as long
             again the joint is back. A mechanical stop ends it. The joint stands, play and all, where it would without.
         sequencer_clock_ppm: By how much the sequencer's time runs faster than true time, up to 20,000 either way.
-            Its strokes come as much earlier, and its servo pulses are as much shorter.
+            Its strokes come earlier and its servo pulses are shorter by that.
         logger_clock_ppm: The same of the logger: its samples, and the times that it notes.
         gyro_g_sensitivity_rad_s_g: (4, 3, 3) rate that a specific force of 1 g makes a gyro show, all in sensor axes.
         gyro_bias_slope_rad_s_c: (4, 3) by how much the bias changes with each deg C that the die gets warmer.
@@ -67,18 +67,18 @@ class Imperfections:
         logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
 
-    mounting: FloatArray
-    gyro_bias_rad_s: FloatArray
-    gyro_scale: FloatArray
-    gyro_noise_rad_s_rthz: float
-    accel_noise_m_s2_rthz: float
-    angle_zero_rad: FloatArray
-    angle_nonlinearity_rad: FloatArray
-    angle_noise_rad: float
-    servo_gain: FloatArray
-    servo_offset_rad: FloatArray
-    servo_backlash_rad: FloatArray
-    servo_repeat_rad: FloatArray
+    mounting: FloatArray = field(default_factory=lambda: np.tile(np.eye(3), (4, 1, 1)))
+    gyro_bias_rad_s: FloatArray = field(default_factory=lambda: np.zeros((4, 3)))
+    gyro_scale: FloatArray = field(default_factory=lambda: np.ones((4, 3)))
+    gyro_noise_rad_s_rthz: float = 0.0
+    accel_noise_m_s2_rthz: float = 0.0
+    angle_zero_rad: FloatArray = field(default_factory=lambda: np.zeros(6))
+    angle_nonlinearity_rad: FloatArray = field(default_factory=lambda: np.zeros((6, 4)))
+    angle_noise_rad: float = 0.0
+    servo_gain: FloatArray = field(default_factory=lambda: np.ones(3))
+    servo_offset_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
+    servo_backlash_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
+    servo_repeat_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     servo_overshoot_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     sequencer_clock_ppm: float = 0.0
     logger_clock_ppm: float = 0.0
@@ -99,20 +99,7 @@ class Imperfections:
 
 def ideal() -> Imperfections:
     """Sensors without any error but their resolution, exact servos and exact clocks."""
-    return Imperfections(
-        mounting=np.tile(np.eye(3), (4, 1, 1)),
-        gyro_bias_rad_s=np.zeros((4, 3)),
-        gyro_scale=np.ones((4, 3)),
-        gyro_noise_rad_s_rthz=0.0,
-        accel_noise_m_s2_rthz=0.0,
-        angle_zero_rad=np.zeros(6),
-        angle_nonlinearity_rad=np.zeros((6, 4)),
-        angle_noise_rad=0.0,
-        servo_gain=np.ones(3),
-        servo_offset_rad=np.zeros(3),
-        servo_backlash_rad=np.zeros(3),
-        servo_repeat_rad=np.zeros(3),
-    )
+    return Imperfections()
 
 
 def draw(seed: int) -> Imperfections:
@@ -121,8 +108,7 @@ def draw(seed: int) -> Imperfections:
     Scale factors stay exact here: the paper does not calibrate them, and its evaluation starts from that.
     """
     random = np.random.default_rng(seed)
-    return replace(
-        ideal(),
+    return Imperfections(
         mounting=_rotations(np.deg2rad(1.5) * random.standard_normal((4, 3))),
         gyro_bias_rad_s=np.deg2rad(1.0) * random.standard_normal((4, 3)),
         gyro_noise_rad_s_rthz=np.deg2rad(_GYRO_NOISE_DEG_S_RTHZ),
@@ -167,20 +153,8 @@ def _rotations(vectors_rad: FloatArray) -> FloatArray:
     As scipy's `Rotation` to the last bit, whose import takes twice as long as `status --emulated` otherwise.
     """
     angle = np.sqrt((vectors_rad**2).sum(axis=1))
-    x, y, z = (np.sin(angle / 2) / angle)[:, None].T * vectors_rad.T
-    w = np.cos(angle / 2)
-    xx, yy, zz, ww, xy, xz, yz, xw, yw, zw = (
-        x * x,
-        y * y,
-        z * z,
-        w * w,
-        x * y,
-        x * z,
-        y * z,
-        x * w,
-        y * w,
-        z * w,
-    )
+    xyzw = np.vstack([np.sin(angle / 2) / angle * vectors_rad.T, np.cos(angle / 2)])
+    (xx, xy, xz, xw), (_, yy, yz, yw), (*_, zz, zw), (*_, ww) = xyzw[:, None] * xyzw
     rows = (
         (xx - yy - zz + ww, 2 * (xy - zw), 2 * (xz + yw)),
         (2 * (xy + zw), -xx + yy - zz + ww, 2 * (yz - xw)),

@@ -14,12 +14,12 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import Progress, Variant, ensure_built
 from tfsat_host.emulated.faults import CardSlot, Faults
-from tfsat_host.emulated.hands import HandsOn
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library, require_the_boards_numbers, robot_config
 from tfsat_host.emulated.library import BoardIndex as BoardIndex
 from tfsat_host.emulated.library import EmulationError as EmulationError
 from tfsat_host.emulated.library import Reset as Reset
+from tfsat_host.emulated.manual_motion import OperatorMotion
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
 
@@ -43,7 +43,7 @@ class EmulatedRobot:
     Attributes:
         card_slot: The logger's card, and what a person can do to it.
         faults: What can break, and heal, at any time.
-        hands: What hands can do to the robot beyond `hold` and the exact `swing`.
+        operator: What an operator can do to the robot beyond `hold` and the exact `swing`.
 
     Args:
         model: The bodies; the drop tower robot by default.
@@ -100,7 +100,7 @@ class EmulatedRobot:
         self._buffer = (ctypes.c_uint8 * _READ_BYTES)()
         self.card_slot = CardSlot(self._library, self._robot)
         self.faults = Faults(self._library, self._robot)
-        self.hands = HandsOn(self._library, self._robot)
+        self.operator = OperatorMotion(self._library, self._robot)
         for board in BoardIndex:
             self.set_power(board, True)
             self.set_cable(board, True)

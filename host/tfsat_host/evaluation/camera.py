@@ -18,6 +18,8 @@ which the joint has moved, by the frame before. *landing*: the first frame with 
 between two frames was half a frame earlier than the later of them, give or take half a frame: write that middle, and
 the frame's duration / sqrt(12) as `std_s`.
 
+The player may show slow motion: two events tell how fast its clock runs, three also whether one was misread.
+
 Without `std_s` a video of 60 frames a second is assumed, and that a joint has turned by 1 deg before anyone sees it
 (22 ms from rest at 4000 deg/s², besides the servo's own delay).
 
@@ -51,7 +53,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tfsat_host.arrays import FloatArray, IntArray
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.protocol.limits import MAX_STROKES
@@ -244,6 +246,7 @@ class LaserTracks:
         up_m: (n,) upwards.
         std_m: (n,) standard deviation of a place, each coordinate.
         on_video_clock: What `t_s` counts.
+        rate_std: Relative standard deviation of how fast that clock runs; 0 where `t_s` counts from the release.
     """
 
     path: Path
@@ -253,6 +256,16 @@ class LaserTracks:
     up_m: FloatArray
     std_m: FloatArray
     on_video_clock: bool
+    rate_std: float = 0.0
+
+    def between(self, from_s: float, until_s: float) -> LaserTracks:
+        """The places of that time."""
+        return self.only((self.t_s >= from_s) & (self.t_s <= until_s))
+
+    def only(self, rows: BoolArray) -> LaserTracks:
+        """The places of these rows (n,)."""
+        columns = ("t_s", "spot", "along_m", "up_m", "std_m")
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
     def after_release(self, video: ClockFit | None) -> LaserTracks:
         """The same tracks by the logger's clock, whose zero is the release.
@@ -268,7 +281,8 @@ class LaserTracks:
                 meaning=_MEANING,
                 next_step="Give the video's events too, or write seconds after the release into a column t_s.",
             )
-        return replace(self, t_s=video.to_logger_s(self.t_s), on_video_clock=False)
+        rate_std = 1e-6 * video.rate_ppm_std * video.slope
+        return replace(self, t_s=video.to_logger_s(self.t_s), on_video_clock=False, rate_std=rate_std)
 
 
 def read_tracks(path: Path) -> LaserTracks:

@@ -1,8 +1,9 @@
 """Offset and rate of one clock against the logger's, from events that both have timed.
 
 With t of the clock, logger = offset + t / (1 + rate): a clock that runs faster counts more between two events. The
-slope 1 / (1 + rate) has a prior of 1 ± 0.5 %, so that a single event still gives an answer, and which two dozen
-microseconds outweigh a thousandfold: a clock that is off by 1 % is measured as that.
+slope 1 / (1 + rate) of a board's clock has a prior of 1 ± 0.5 %, so that a single event still gives an answer, and
+which two dozen microseconds outweigh a thousandfold: a clock that is off by 1 % is measured as that. That of a video
+may be anything, as in slow motion, unless somebody knows it.
 
 An event that the others contradict is left out and named. Which ones agree is found by trying the line through each
 two of them (and, with the prior's slope, through each one): the most events win, then the least sum of squares.
@@ -21,9 +22,21 @@ from tfsat_host.arrays import BoolArray, FloatArray
 
 RATE_PRIOR = 5e-3
 """Standard deviation of the rate before anything is measured: the tolerance of a ceramic resonator."""
+LEAST_SLOPE = 1e-3
+"""Time does not run backwards, and no video is a thousand times as fast as what it shows."""
 GATE_STDS = 4.0
 """An event further from the line than this is not explained: chance does that once in 16,000."""
 _ROUNDS = 5
+
+
+class SlopePrior(NamedTuple):
+    """What is known of a clock's slope before anything is measured."""
+
+    slope: float = 1.0
+    std: float = RATE_PRIOR
+
+
+OF_A_BOARD, UNKNOWN_SLOPE = SlopePrior(), SlopePrior(1.0, 1e3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +84,7 @@ class ClockFit:
         covariance: (2, 2) of `offset_s` and of the slope 1 / (1 + rate).
         residuals: One for each event, by time.
         findings: What does not fit, one sentence each.
+        ambiguous: Other events, as many, lie on a line of another slope as well.
     """
 
     name: str
@@ -79,6 +93,7 @@ class ClockFit:
     covariance: FloatArray
     residuals: tuple[Residual, ...]
     findings: tuple[str, ...] = ()
+    ambiguous: bool = False
 
     @property
     def slope(self) -> float:
@@ -105,22 +120,24 @@ class ClockFit:
         return self.offset_s + np.asarray(t_s, dtype=np.float64) * self.slope
 
 
-def fit_clock(name: str, pairs: Sequence[Pair]) -> ClockFit:
+def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) -> ClockFit:
     """The clock's offset and rate by weighted least squares over the events that agree.
 
     Args:
         name: Whose clock, as the findings call it.
         pairs: One event at least.
+        prior: Of the slope.
     """
     if not pairs:
         raise ValueError("a clock needs an event that both have seen")
     pairs = sorted(pairs, key=lambda pair: pair.logger_s)
     clock, logger, std = np.array([(p.clock_s, p.logger_s, p.std_s) for p in pairs]).T
-    judged = _judge(clock, logger, std, _agreeing(clock, logger, std))
+    agreeing, others = _agreeing(clock, logger, std, prior)
+    judged = _judge(clock, logger, std, agreeing, prior)
     for _ in range(_ROUNDS):
         if not judged.within.any() or (judged.within == judged.used).all():
             break
-        judged = _judge(clock, logger, std, judged.within)
+        judged = _judge(clock, logger, std, judged.within, prior)
     residuals = tuple(
         Residual(pair, *row)
         for pair, *row in zip(
@@ -129,7 +146,13 @@ def fit_clock(name: str, pairs: Sequence[Pair]) -> ClockFit:
     )
     offset, slope = judged.line.tolist()
     return ClockFit(
-        name, offset, 1e6 * (1.0 / slope - 1.0), judged.covariance, residuals, _findings(residuals)
+        name,
+        offset,
+        1e6 * (1.0 / slope - 1.0),
+        judged.covariance,
+        residuals,
+        _findings(residuals),
+        ambiguous=others and prior is UNKNOWN_SLOPE,
     )
 
 
@@ -144,8 +167,10 @@ class _Judged(NamedTuple):
     within: BoolArray
 
 
-def _judge(clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArray) -> _Judged:
-    line, covariance = _solve(clock[used], logger[used], std[used])
+def _judge(
+    clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArray, prior: SlopePrior
+) -> _Judged:
+    line, covariance = _solve(clock[used], logger[used], std[used], prior)
     # Of a used event the fit has taken a part of the error over; of another it adds its own.
     of_line = _line_variance(clock, covariance)
     residual_std = np.sqrt(np.where(used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
@@ -155,13 +180,16 @@ def _judge(clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArr
     )
 
 
-def _solve(clock: FloatArray, logger: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _solve(
+    clock: FloatArray, logger: FloatArray, std: FloatArray, prior: SlopePrior
+) -> tuple[FloatArray, FloatArray]:
     """(2,) offset and slope with the slope's prior, and their covariance; about the mean, to lose no digits."""
     weight = std**-2
     mean = float(weight @ clock / weight.sum())
     away = clock - mean
-    slope_information = float(weight @ away**2) + RATE_PRIOR**-2
-    slope = 1.0 + float(weight @ (away * (logger - away))) / slope_information
+    slope_information = float(weight @ away**2) + prior.std**-2
+    left = logger - prior.slope * away
+    slope = max(prior.slope + float(weight @ (away * left)) / slope_information, LEAST_SLOPE)
     at_mean = float(weight @ (logger - slope * away) / weight.sum())
     of_mean, of_slope = 1.0 / float(weight.sum()), 1.0 / slope_information
     covariance = np.array([[of_mean + mean**2 * of_slope, -mean * of_slope], [-mean * of_slope, of_slope]])
@@ -174,23 +202,27 @@ def _line_variance(clock: FloatArray, covariance: FloatArray) -> FloatArray:
     return above
 
 
-def _agreeing(clock: FloatArray, logger: FloatArray, std: FloatArray) -> BoolArray:
-    """(n,) the events that one line explains."""
+def _agreeing(
+    clock: FloatArray, logger: FloatArray, std: FloatArray, prior: SlopePrior
+) -> tuple[BoolArray, bool]:
+    """(n,) the events that one line explains; whether another line explains others, as many."""
     best, best_score = np.ones(len(clock), bool), (0, -np.inf)
+    sets: set[tuple[bool, ...]] = set()
     for i, k in [*((i, i) for i in range(len(clock))), *combinations(range(len(clock)), 2)]:
         ends = np.array([i, k]) if clock[k] != clock[i] else np.array([i])
-        line, covariance = _solve(clock[ends], logger[ends], std[ends])
+        line, covariance = _solve(clock[ends], logger[ends], std[ends], prior)
         agree = _within(line, covariance, clock, logger, std)
         if not agree.any():
             continue
         # A line through two events may pass near others that it cannot pass near all at once.
-        again, covariance = _solve(clock[agree], logger[agree], std[agree])
+        again, covariance = _solve(clock[agree], logger[agree], std[agree], prior)
         agree &= _within(again, covariance, clock, logger, std)
         left = (logger - again[0] - again[1] * clock)[agree] / std[agree]
-        score = (int(agree.sum()), -float(left @ left) - float(((again[1] - 1.0) / RATE_PRIOR) ** 2))
+        score = (int(agree.sum()), -float(left @ left) - float(((again[1] - prior.slope) / prior.std) ** 2))
+        sets.add(tuple(agree.tolist()))
         if score > best_score:
             best, best_score = agree, score
-    return best
+    return best, sum(sum(one) == best_score[0] for one in sets) > 1
 
 
 def _within(

@@ -16,7 +16,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.camera import Mark
-from tfsat_host.evaluation.clock_fit import ClockFit, Pair, fit_clock
+from tfsat_host.evaluation.clock_fit import GATE_STDS, UNKNOWN_SLOPE, ClockFit, Pair, SlopePrior, fit_clock
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog import DropLog
@@ -32,8 +32,8 @@ CRYSTAL_PPM = 300.0
 """Two crystals differ by less: three times 100 ppm."""
 RESONATOR_PPM = 15_000.0
 """No ceramic resonator is off by more: three times 0.5 %."""
-FRAME_RATE_PPM = 2_000.0
-"""A video of 60 frames a second that is really one of 59.94 is off by 1000 ppm."""
+STATED_RATE_STD = 1e-3
+"""Relative, of a video's rate that somebody knows: 60 frames a second may really be 59.94."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Clocks:
 
     Attributes:
         sequencer: None if neither the release nor two strokes are known.
-        video: None without a video, or if it shares no event with the log.
+        video: None without a video, or if it shares no event with the log, or if its rate cannot be told.
         stroke_s: (m,) when each stroke of the schedule began as the logger saw it, `DropLog.t_s`; NaN if it did not.
         notes: What could not be aligned, and why.
     """
@@ -53,13 +53,17 @@ class Clocks:
     notes: tuple[str, ...]
 
 
-def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -> Clocks:
+def align_clocks(
+    log: DropLog, schedule: Schedule, video: Sequence[Mark] = (), video_rate: float | None = None
+) -> Clocks:
     """The sequencer's clock and the video's, by release, strokes and landing.
 
     Args:
         log: A decoded drop.
         schedule: What the sequencer was to fly.
-        video: See `video.read_video_marks`.
+        video: See `camera.read_video_marks`.
+        video_rate: Seconds of the video's clock in a real one: 1 in real time, 4 in slow motion of a quarter; None:
+            nobody knows, and the events tell it.
     """
     edges_s = stroke_edges(log)
     release = _release(log)
@@ -89,7 +93,7 @@ def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -
         notes.append(
             "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
         )
-    video_fit = _video_fit(video, [*known, *_landing(log)], notes) if video else None
+    video_fit = _video_fit(video, [*known, *_landing(log)], video_rate, notes) if video else None
     by_stroke = {mark.event: mark.t_s for mark in seen}
     stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
     return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
@@ -149,7 +153,9 @@ def _sequencer_fit(pairs: list[Pair], of_matching: list[str]) -> ClockFit:
     return replace(fit, findings=tuple(found))
 
 
-def _video_fit(video: Sequence[Mark], logged: Sequence[Mark], notes: list[str]) -> ClockFit | None:
+def _video_fit(
+    video: Sequence[Mark], logged: Sequence[Mark], rate: float | None, notes: list[str]
+) -> ClockFit | None:
     by_event = {mark.event: mark for mark in logged}
     pairs = [
         Pair(
@@ -167,14 +173,28 @@ def _video_fit(video: Sequence[Mark], logged: Sequence[Mark], notes: list[str]) 
     if not pairs:
         notes.append("The video's clock is unknown: it shares no event with the log.")
         return None
-    fit = fit_clock("video", pairs)
-    found = list(fit.findings)
-    if abs(fit.rate_ppm) - 2.0 * fit.rate_ppm_std > FRAME_RATE_PPM:
-        found.append(
-            f"The video's clock differs by {fit.rate_ppm / 1e4:+.2f} % from the logger's: "
-            "its times were made with another frame rate than it was taken with."
+    if rate is None and len(pairs) == 1:
+        notes.append(
+            f"The video's clock is unknown: of one event, {pairs[0].event}, no rate follows, and it may be slow "
+            "motion. Read off another event, or say how fast its times run: --video-rate 1 in real time."
         )
-    return replace(fit, findings=tuple(found))
+        return None
+    by_events = fit_clock("video", pairs, UNKNOWN_SLOPE)
+    if rate is None:
+        if not by_events.ambiguous:
+            return by_events
+        notes.append(
+            "The video's clock is unknown: its events contradict each other, and more than one rate suits as many of "
+            "them. Read them off again, or say how fast its times run: --video-rate 1 in real time."
+        )
+        return None
+    sure = GATE_STDS * np.hypot(1e-6 * by_events.rate_ppm_std * by_events.slope, STATED_RATE_STD)
+    if len(pairs) > 1 and not by_events.ambiguous and abs(np.log(by_events.slope * rate)) > sure:
+        notes.append(
+            f"The video's clock is unknown: --video-rate says {rate:g}, and its events {1.0 / by_events.slope:.4g}."
+        )
+        return None
+    return fit_clock("video", pairs, SlopePrior(1.0 / rate, STATED_RATE_STD / rate))
 
 
 MOST_EDGES = 64

@@ -21,10 +21,11 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, Mark
-from tfsat_host.evaluation.checks.check import Check, withheld_by
+from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, Check, withheld_by
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.recording import maneuver_check
 from tfsat_host.evaluation.checks.rest import start_pose_check
+from tfsat_host.evaluation.checks.small_faults import AXIS, NO_SENSORS, STATED_TOO_WELL
 from tfsat_host.evaluation.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.com_fit.identifiability import Identifiability, identifiability
 from tfsat_host.evaluation.com_fit.offsets import Offsets, model_offsets
@@ -32,8 +33,8 @@ from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
+from tfsat_host.evaluation.laser_spots import BodyTurning
 from tfsat_host.evaluation.laser_velocity import (
-    BodyTurning,
     LaserError,
     ReleaseVelocity,
     VelocityWindows,
@@ -49,11 +50,11 @@ from tfsat_host.evaluation.micro_gravity import (
 )
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
-from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
+from tfsat_host.evaluation.motion.samples import EvaluationError, end_of_fall_s, samples_of
 from tfsat_host.evaluation.rest import Rest, rest_before_release
 from tfsat_host.evaluation.strokes import FlownStroke, Standing, standing_joints, strokes_flown
 from tfsat_host.maneuver import Schedule
-from tfsat_host.robot import RobotModel
+from tfsat_host.robot import ASSUMED, RobotModel
 from tfsat_host.sdlog import DropLog
 
 SENSED = frozenset({"rates", "attitudes", "strokes"})
@@ -61,6 +62,7 @@ SENSED = frozenset({"rates", "attitudes", "strokes"})
 LEAST_WIDENING, MOST_WIDENING = 3.0, 40.0
 """Checks tell the factor roughly. Sensors that still contradict each other with errors so many times as stated are not
 badly calibrated, but broken."""
+CERTIFICATE, AXES_FILED = "certificate", "robot file's joint axes"
 LEFT_TO_SETTLE_S = 0.3
 """Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
 BODY_2 = 1
@@ -131,8 +133,9 @@ class Evaluation:
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
         swarm: The paper's search for the same correction; None: not asked for.
-        widening: What the certificate's standard deviations were multiplied with, so that the sensors do not
-            contradict each other.
+        widening: What the standard deviations of `widened` were multiplied with, so that the sensors do not contradict
+            each other.
+        widened: `CERTIFICATE` or `AXES_FILED`.
         withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
             however wide the certificate was taken.
     """
@@ -157,6 +160,7 @@ class Evaluation:
     checks: tuple[Check, ...]
     swarm: SwarmFit | None
     widening: float = 1.0
+    widened: str = CERTIFICATE
     withheld: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -181,6 +185,11 @@ class Evaluation:
         """Those that say that something is wrong."""
         return tuple(check for check in self.checks if check.verdict == "failed")
 
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """What failed checks may come from, the likeliest first; empty if there was nothing to compare causes of."""
+        return next((check.causes for check in self.failed_checks if check.causes), ())
+
 
 @dataclass(frozen=True, slots=True)
 class Witnesses:
@@ -188,11 +197,13 @@ class Witnesses:
 
     Attributes:
         video: Events by a video's clock.
+        video_rate: Seconds of that clock in a real one; None: nobody knows.
         laser: Places of the laser spots.
         windows: What release velocities are permitted; needed with `laser`.
     """
 
     video: Sequence[Mark] = ()
+    video_rate: float | None = None
     laser: LaserTracks | None = None
     windows: VelocityWindows | None = None
 
@@ -222,21 +233,20 @@ def evaluate(
         swarm: Search for the centers of mass by the paper's particle swarm, too.
 
     Raises:
-        EvaluationError: no release, a hole in all gyros, or a bias that cannot be had.
+        EvaluationError: no release, a hole in all gyros, a bias that cannot be had, or no motion that explains the
+            readings.
     """
     rest = rest_before_release(log)
     fallback = with_fallbacks(calibration, log, model, rest, recorded)
     drop = _Drop(log, model, schedule, rest, fallback.notes, witnesses or Witnesses(), offsets, swarm)
     found = drop.evaluated(fallback.calibration)
-    widening, more = 1.0, _excess(found.checks)
-    while more > 1.0 and (widening := widening * max(more, LEAST_WIDENING)) <= MOST_WIDENING:
-        wider = drop.evaluated(fallback.calibration.widened(widening), diagnosed=False)
-        if not SENSED.intersection(withheld_by(wider.checks)):
-            withheld = withheld_by(wider.checks)
-            wider = replace(wider, calibration=fallback.calibration, checks=found.checks, widening=widening)
-            return wider.with_withheld(withheld)
-        more = max(_excess(wider.checks), 1.0 + 1e-9)
-    return found.with_withheld(withheld_by(found.checks))
+    wider = drop.with_less_stated(fallback.calibration, found)
+    if wider is None:
+        return found.with_withheld(withheld_by(found.checks))
+    withheld = withheld_by(wider.checks)
+    return replace(wider, model=model, calibration=fallback.calibration, checks=found.checks).with_withheld(
+        withheld
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,10 +264,60 @@ class _Drop:
 
     def evaluated(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
         """With one calibration, nothing withheld; without a cause of what failed if not `diagnosed`."""
+        try:
+            return self._evaluated(used, diagnosed)
+        except np.linalg.LinAlgError as error:
+            raise EvaluationError(
+                what=f"{self.log.path}: no motion explains the readings with this calibration, not even roughly "
+                f"({error}).",
+                meaning="There are no numbers of this drop; the recording is as it was.",
+                next_step="Check that calibration, robot file and maneuver are those of this drop, and compare the "
+                "logger's settings in the recording with yours: tfsat-host decode.",
+            ) from error
+
+    def with_less_stated(self, certificate: Calibration, found: Evaluation) -> Evaluation | None:
+        """With ± of the certificate, or of the joints' axes, so great that the sensors do not contradict each other.
+
+        None: they do not anyhow, or no such ± explain them, or it is no kind of cause that greater ± describe.
+        """
+        kind = found.causes[0].kind if found.causes else UNKNOWN
+        if kind not in NO_SENSORS | STATED_TOO_WELL:
+            return None
+        leaning = kind == AXIS
+        results = SENSED | {"offsets"} if leaning else SENSED
+        widening, more = 1.0, _excess(found.checks, results)
+        while more > 1.0 and (widening := widening * max(more, LEAST_WIDENING)) <= MOST_WIDENING:
+            drop = replace(self, model=_with_leaning_axes(self.model, widening)) if leaning else self
+            used = certificate if leaning else certificate.widened(widening)
+            more = drop.contradiction(used, results)
+            if not more:
+                wider = drop.evaluated(used, diagnosed=False)
+                return replace(wider, widening=widening, widened=AXES_FILED if leaning else CERTIFICATE)
+            more = max(more, 1.0 + 1e-9)
+        return None
+
+    def contradiction(self, used: Calibration, results: frozenset[str]) -> float:
+        """By how much sensors that tell any of the results contradict each other with a calibration, without any model.
+
+        0 if they do not; infinite if no motion explains the readings with it.
+        """
+        try:
+            checks = checks_of(self._motion(used), None, self.log, used, self.model, diagnosed=False)
+        except np.linalg.LinAlgError:
+            return np.inf
+        return _excess(checks, results)
+
+    def _motion(self, used: Calibration) -> Motion:
+        samples = samples_of(self.log, used, self.model)
+        return motion_of(
+            samples, used, self.model, self.rest.densities_rad_s_rthz, LowPass.of(self.log.header)
+        )
+
+    def _evaluated(self, used: Calibration, diagnosed: bool) -> Evaluation:
         log, model, schedule, seen = self.log, self.model, self.schedule, self.seen
-        samples = samples_of(log, used, model)
-        motion = motion_of(samples, used, model, self.rest.densities_rad_s_rthz, LowPass.of(log.header))
-        clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
+        motion = self._motion(used)
+        samples = motion.samples
+        clocks = None if schedule is None else align_clocks(log, schedule, seen.video, seen.video_rate)
         strokes = (
             () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
         )
@@ -292,16 +352,15 @@ class _Drop:
         )
 
 
-def _excess(checks: Sequence[Check]) -> float:
-    """By how much the worst check of the calibrated sensors is beyond its limit; 0 if all of them passed."""
-    return max(
-        (
-            check.value / check.threshold
-            for check in checks
-            if check.failed and SENSED.intersection(check.protects)
-        ),
-        default=0.0,
-    )
+def _excess(checks: Sequence[Check], results: frozenset[str]) -> float:
+    """By how much the worst check of any of the results is beyond its limit, as a factor of errors; 0 if all passed."""
+    against = (check.excess for check in checks if check.failed and results.intersection(check.protects))
+    return max(against, default=0.0)
+
+
+def _with_leaning_axes(model: RobotModel, factor: float) -> RobotModel:
+    stated = model.uncertainty or ASSUMED
+    return replace(model, uncertainty=replace(stated, joint_axis_rad=factor * stated.joint_axis_rad))
 
 
 def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | None, until_s: float) -> float:
@@ -349,12 +408,12 @@ def _release_velocity(
         return None, ()
     body = motion.bodies[BODY_2]
     rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
-    turning = BodyTurning(body.t_s, body.attitude.as_matrix(), rate_std)
-    at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
+    angles_rad = np.column_stack([np.interp(body.t_s, motion.t_s, one) for one in motion.angles_rad.T])
+    com_m = np.array([com_in_bodies_m(model, angles)[BODY_2] for angles in angles_rad])
+    turning = BodyTurning(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
     try:
         velocity = release_velocity(
             seen.laser.after_release(clocks.video if clocks else None),
-            com_in_bodies_m(model, at_release)[BODY_2],
             seen.windows,
             first_stroke_s=first_stroke_s,
             turning=turning,

@@ -5,35 +5,32 @@ transformable robot" and "Arrangement in the inner capsule"). A spot moves with 
 wall times the angle by which body 2 turns; the gyro's share is taken off first. Until the first stroke the CoM moves
 evenly, but for what remains of gravity.
 
-Frame: body 2's axes at the release; z up, so the robot, pushed off downwards, has a *downward* velocity above zero.
-Velocities are relative to the capsule. The paper states of the lasers only: mounted orthogonally on body 2, graph paper
-on the side walls.
-
-| | spot 1 | spot 2 | |
-|---|---|---|---|
-| ray | +x of body 2 | +y of body 2 | assumed |
-| `along_mm` grows towards | +y | +x | by definition of the file |
-| laser at | (100, 50, 56) mm | (50, 100, 56) mm | assumed: the middle of a side of body 2 |
-| to the wall | 200 ± 30 mm | 200 ± 30 mm | assumed: half of the space's 500 mm, less half of body 2 |
-
-The distance matters only as far as body 2 turns: 30 mm are 0.4 mm/s at the paper's 0.8 deg/s.
+`laser_spots` has the frame and what is assumed of the lasers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 from scipy.special import stdtrit
 
-from tfsat_host.arrays import BoolArray, FloatArray, IntArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.camera import LaserTracks
+from tfsat_host.evaluation.laser_identity import Identity, identity_of
+from tfsat_host.evaluation.laser_spots import (
+    ACCELERATION_STD_M_S2,
+    LASERS,
+    UP,
+    BodyTurning,
+    Equations,
+    Laser,
+    equations_of,
+)
 from tfsat_host.plan.facility import DropTower, permissible_transversal_velocity_mm_s
-from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 PUSHED_OFF_S = 0.15
 """Until then the levers of the switches may still push: when they snap back they have 4.0 mm to go (SS-5GL: FP less
@@ -41,10 +38,6 @@ RP), which takes 0.13 s at 30 mm/s."""
 CONFIDENCE = 0.95
 PAPER_RADIUS_MM = 100.0
 """Of the robot over the whole maneuver (section "Design of the release mechanism")."""
-UP = np.array([0.0, 0.0, 1.0])
-"""z of every body in the releaser."""
-_ACCELERATION_STD_M_S2 = 1e-3 * STANDARD_GRAVITY_M_S2 / 3**0.5
-"""What remains of gravity is up to a thousandth, up or down: an acceleration within it is fitted along."""
 _LEAST_SAMPLES = 4
 _LEAST_SPAN_S = 0.1
 _MOST_LEFT_OUT = 0.25
@@ -78,49 +71,6 @@ def windows_of(tower: DropTower, radius_mm: float = PAPER_RADIUS_MM) -> Velocity
     """Of a facility, for a robot that reaches `radius_mm` from its CoM over its maneuver."""
     sideways = permissible_transversal_velocity_mm_s(tower.envelope_radius_mm, radius_mm, tower.fall_s)
     return VelocityWindows(tower.release_velocity_window_mm_s, sideways)
-
-
-class Laser(NamedTuple):
-    """One laser, and the wall that it points at.
-
-    Attributes:
-        ray: (3,) unit vector in body 2's frame; horizontal in the releaser, and the normal of its wall.
-        along: (3,) unit vector of the wall's horizontal coordinate, body 2's axes in the releaser.
-        exit_m: (3,) where the ray leaves the laser, body 2's frame.
-        wall_m: From there to the wall in the releaser, along the ray.
-        wall_std_m: Standard deviation of `wall_m`.
-    """
-
-    ray: FloatArray
-    along: FloatArray
-    exit_m: FloatArray
-    wall_m: float = 0.2
-    wall_std_m: float = 0.03
-
-
-LASERS = (
-    Laser(np.eye(3)[0], np.eye(3)[1], np.array([0.100, 0.050, 0.056])),
-    Laser(np.eye(3)[1], np.eye(3)[0], np.array([0.050, 0.100, 0.056])),
-)
-"""Of spot 1 and spot 2; see the module's table."""
-
-
-class BodyTurning(NamedTuple):
-    """How body 2 turned after the release, by its gyro.
-
-    Attributes:
-        t_s: (n,) ascending, after the release; 2 at least.
-        rotation: (n, 3, 3) from body 2's axes to where these were at the release.
-        rate_std_rad_s: (3,) standard deviation of the rate that it was integrated from, constant in time.
-    """
-
-    t_s: FloatArray
-    rotation: FloatArray
-    rate_std_rad_s: FloatArray
-
-    def at(self, t_s: FloatArray) -> FloatArray:
-        """(m, 3, 3) rotations at times between the first and the last."""
-        return np.asarray(Slerp(self.t_s, Rotation.from_matrix(self.rotation))(t_s).as_matrix())
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +123,6 @@ class ReleaseVelocity:
 
 def release_velocity(
     tracks: LaserTracks,
-    com_m: FloatArray,
     windows: VelocityWindows,
     *,
     first_stroke_s: float,
@@ -182,19 +131,28 @@ def release_velocity(
     """The velocity at the end of the push, from places between it and the first stroke.
 
     Args:
-        tracks: Times after the release, see `LaserTracks.after_release`.
-        com_m: (3,) the robot's CoM in body 2's frame, see `com_in_bodies_m`.
+        tracks: Times after the release, see `LaserTracks.after_release`; places in the first stroke help to tell the
+            spots apart.
         windows: What is permitted.
         first_stroke_s: When the first stroke began, after the release.
         turning: Of body 2, by its gyro.
 
     Raises:
-        LaserError: too few places in that time, or too many that contradict the others.
+        LaserError: too few places in that time, or too many that contradict the others, or body 2's turning speaks for
+            spots that are exchanged or mirrored.
     """
     kept = _chosen(
         tracks, max(PUSHED_OFF_S, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1]))
     )
-    path = _straight_path(kept, turning.at(kept.t_s), LASERS, com_m)
+    identity = identity_of(tracks, turning, PUSHED_OFF_S)
+    if identity.better is not None:
+        raise LaserError(
+            what=f"{tracks.path}: the spots move as body 2 turned only if {identity.better.words()}.",
+            meaning="The velocity would be another one: none is given.",
+            next_step="Look at the video which wall is which and which way the places grow (docs/evaluation.md has a "
+            "sketch), and correct the file.",
+        )
+    path = _straight_path(kept, turning, LASERS)
     if path.left_out > _MOST_LEFT_OUT * len(kept.t_s):
         raise LaserError(
             what=f"{tracks.path}: {path.left_out} of {len(kept.t_s)} places do not lie on one even motion.",
@@ -202,7 +160,9 @@ def release_velocity(
             next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
             "that the times count from the release.",
         )
-    covariance = path.covariance + _of_parameters(kept, turning, com_m, path)
+    velocity = np.nan_to_num(path.velocity_m_s)
+    of_clock = np.outer(velocity, velocity) * tracks.rate_std**2
+    covariance = path.covariance + _of_parameters(kept, turning, path) + of_clock
     student = float(stdtrit(path.degrees_of_freedom, 0.5 + CONFIDENCE / 2))
     x, y, up = (_velocity(path.velocity_m_s[axis], covariance[axis, axis], student) for axis in range(3))
     down = Velocity(-up.value_mm_s, up.std_mm_s, -up.high_mm_s, -up.low_mm_s)
@@ -227,7 +187,21 @@ def release_velocity(
             f"The velocity along {axis} is unknown: there is no place of spot {spot} in that time."
             for spot, axis in ((2, "x"), (1, "y"))
             if not (kept.spot == spot).any()
-        ),
+        )
+        + _untold(identity),
+    )
+
+
+def _untold(identity: Identity) -> tuple[str, ...]:
+    """Which other readings of the file the turning cannot exclude."""
+    if not identity.possible:
+        return ()
+    single = [
+        one for one in identity.possible if one.exchanged + sum(one.mirrored) == 1
+    ] or identity.possible[:1]
+    return (
+        f"Body 2's turning cannot tell whether {' or '.join(one.words() for one in single)}: the file "
+        "is believed. Places from a stroke on, and behind the last one, tell it.",
     )
 
 
@@ -241,8 +215,7 @@ def _chosen(tracks: LaserTracks, from_s: float, until_s: float) -> LaserTracks:
             meaning=f"A velocity takes {_LEAST_SAMPLES} places of one spot over {_LEAST_SPAN_S:g} s at least.",
             next_step="Track the spots from the release to the first stroke; see that times count from the release.",
         )
-    columns = ("t_s", "spot", "along_m", "up_m", "std_m")
-    return replace(tracks, **{name: getattr(tracks, name)[rows] for name in columns})
+    return tracks.only(rows)
 
 
 def _velocity(
@@ -252,64 +225,20 @@ def _velocity(
     return Velocity(value, std, max(least_mm_s, value - student * std), value + student * std)
 
 
-def _of_parameters(
-    tracks: LaserTracks, turning: BodyTurning, com_m: FloatArray, path: _StraightPath
-) -> FloatArray:
+def _of_parameters(tracks: LaserTracks, turning: BodyTurning, path: _StraightPath) -> FloatArray:
     """(3, 3) of the velocity, from the gyro's error and that of the distances: each moved by its deviation."""
-    rotation = turning.at(tracks.t_s)
     moved = []
     for axis, std in enumerate(turning.rate_std_rad_s):
-        angle = np.outer(tracks.t_s, std * np.eye(3)[axis])
+        angle = np.outer(turning.t_s, std * np.eye(3)[axis])
         error = np.eye(3) + np.cross(np.eye(3)[None], -angle[:, None, :]).transpose(0, 2, 1)
-        moved.append(_straight_path(tracks, rotation @ error, LASERS, com_m, path.kept))
+        off = turning._replace(rotation=turning.rotation @ error)
+        moved.append(_straight_path(tracks, off, LASERS, path.kept))
     for number, laser in enumerate(LASERS):
         lasers = list(LASERS)
         lasers[number] = laser._replace(wall_m=laser.wall_m + laser.wall_std_m)
-        moved.append(_straight_path(tracks, rotation, lasers, com_m, path.kept))
+        moved.append(_straight_path(tracks, turning, lasers, path.kept))
     shifts = np.nan_to_num(np.array([other.velocity_m_s - path.velocity_m_s for other in moved]))
     return np.asarray(shifts.T @ shifts)
-
-
-class _Equations(NamedTuple):
-    """Places of spots as linear functions of the path of the robot's CoM: `place = toward @ path + turned`, but for a
-    constant of each spot and coordinate. 2 m rows for m places, along first, then up.
-
-    Attributes:
-        t_s: (2 m,) after the release.
-        series: (2 m,) 0 to 3: which spot and coordinate.
-        place_m: (2 m,) as read, less what the turning of body 2 does to it.
-        std_m: (2 m,) of it.
-        toward: (2 m, 3) what a step of the CoM does to the place, body 2's axes at the release.
-    """
-
-    t_s: FloatArray
-    series: IntArray
-    place_m: FloatArray
-    std_m: FloatArray
-    toward: FloatArray
-
-
-def _equations(
-    tracks: LaserTracks, rotation: FloatArray, lasers: Sequence[Laser], com_m: FloatArray
-) -> _Equations:
-    """A ray from exit p along u meets the wall n x = D at p + u (D - n p) / (n u); both p and u turn with body 2."""
-    toward = np.empty((2, len(tracks.t_s), 3))
-    turned = np.empty((2, len(tracks.t_s)))
-    for number, laser in enumerate(lasers, 1):
-        rows = tracks.spot == number
-        ray, arm = rotation[rows] @ laser.ray, rotation[rows] @ (laser.exit_m - com_m)
-        wall = laser.ray @ (laser.exit_m - com_m) + laser.wall_m
-        for index, axis in enumerate((laser.along, UP)):
-            slant = (ray @ axis) / (ray @ laser.ray)
-            toward[index, rows] = axis - slant[:, None] * laser.ray
-            turned[index, rows] = np.einsum("mi,mi->m", toward[index, rows], arm) + slant * wall
-    return _Equations(
-        np.tile(tracks.t_s, 2),
-        np.concatenate([2 * (tracks.spot - 1), 2 * (tracks.spot - 1) + 1]),
-        np.concatenate([tracks.along_m, tracks.up_m]) - turned.ravel(),
-        np.tile(tracks.std_m, 2),
-        toward.reshape(-1, 3),
-    )
 
 
 class _StraightPath(NamedTuple):
@@ -334,21 +263,20 @@ class _StraightPath(NamedTuple):
 
 def _straight_path(
     tracks: LaserTracks,
-    rotation: FloatArray,
+    turning: BodyTurning,
     lasers: Sequence[Laser],
-    com_m: FloatArray,
     keep: BoolArray | None = None,
 ) -> _StraightPath:
     """Velocity, vertical acceleration and a zero of each spot and coordinate, by robust weighted least squares.
 
     `keep` (2 m,) are the rows to use; None: all but those that lie off the others.
     """
-    equations = _equations(tracks, rotation, lasers, com_m)
+    equations = equations_of(tracks, turning, lasers)
     design, shown = _design(equations)
     # Unit weights where a place is as good as stated; the scatter then scales them all.
     design, target = design / equations.std_m[:, None], equations.place_m / equations.std_m
     prior = np.zeros(design.shape[1])
-    prior[3] = 1.0 / _ACCELERATION_STD_M_S2
+    prior[3] = 1.0 / ACCELERATION_STD_M_S2
     if keep is None:
         keep = _good(design, target, prior)
     design, target, one = design[keep], target[keep], np.ones(int(keep.sum()))
@@ -369,7 +297,7 @@ def _straight_path(
     return _StraightPath(velocity, covariance, free, float(np.sqrt(np.mean(left**2))), keep, out)
 
 
-def _design(equations: _Equations) -> tuple[FloatArray, BoolArray]:
+def _design(equations: Equations) -> tuple[FloatArray, BoolArray]:
     """(2 m, 8) of velocity, vertical acceleration and four zeros; (8,) whether any place shows a column."""
     time = equations.t_s[:, None]
     zeros = (equations.series[:, None] == np.arange(4)).astype(np.float64)

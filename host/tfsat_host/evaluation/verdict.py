@@ -14,7 +14,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison
-from tfsat_host.evaluation.evaluation import MOST_WIDENING, Evaluation
+from tfsat_host.evaluation.evaluation import CERTIFICATE, MOST_WIDENING, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
@@ -60,7 +60,7 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
         ("results are withheld", _withheld(found)),
-        (f"all ± are {found.widening:.1f} times what the certificate gives", _widened(found)),
+        (f"all ± are as if the {found.widened} were {found.widening:.1f} times less sure", _widened(found)),
         ("the recording is not whole", _of_recording(found)),
         ("the calibration does not hold as it is", against_calibration),
         ("something stands in for data that is missing", found.notes),
@@ -89,10 +89,11 @@ def _withheld(found: Evaluation) -> Iterator[str]:
 
 def _widened(found: Evaluation) -> Iterator[str]:
     if found.widening > 1.0:
+        certified = found.widened == CERTIFICATE
+        next_step = "Calibrate again: tfsat-host calibrate show." if certified else "Measure the hinges."
         yield (
-            "The sensors contradict each other with the errors that their certificate states, and with "
-            f"{found.widening:.1f} times as great ones they do not: all standard deviations hold those. Calibrate "
-            "again before the next drop: tfsat-host calibrate show."
+            f"The sensors contradict each other with the ± of the {found.widened}, and with {found.widening:.1f} times "
+            f"as great ones they do not: all standard deviations hold those. {next_step}"
         )
 
 

@@ -25,12 +25,12 @@ from tfsat_host.devices.ports import (
 )
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import Interrupted, RefusedError
-from tfsat_host.flashing.computer import Computer
 from tfsat_host.flashing.image import Image, default_hex, load_image, load_teensy_image
 from tfsat_host.flashing.loader import (
     AGAIN,
     AVRDUDE,
     TEENSY_LOADER,
+    Computer,
     FlashError,
     avrdude_command,
     find_loader,

@@ -1,7 +1,8 @@
 """The maneuver design of the paper, and the true optimum: deterministic, and without the swarm's scatter.
 
 For one sequence the reorientation is a smooth function of the displacements, and what the time limit and the
-joints' ranges leave is a convex body. So every local maximum of a grid over it is climbed by sequential quadratic
+joints' ranges leave is a convex body, but for corners where a joint hardly moves and its servo only speeds up and slows
+down. So every local maximum of a grid over it is climbed by sequential quadratic
 programming with gradients that are right to ten digits, and the highest summit is the answer. A joint that may turn to
 both sides of its start pose moves out to one of them: every pattern of signs is such a body of its own.
 """
@@ -10,9 +11,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -22,10 +23,14 @@ from scipy import optimize
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import path_rotation, rotation_vector_rad
 from tfsat_host.maneuver import Maneuver, Stroke
+from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
 from tfsat_host.plan.loops import Loops, Sequence, backwards, best_sequence, classes
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
+from tfsat_host.plan.robust import MOST_K, Spread, Uncertain, most_robust
 from tfsat_host.plan.swarm import Found, minimize
+from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.robot import RobotModel
+from tfsat_host.units import US_PER_S, round_up, s_from_us
 
 GRID_POINTS = 2500
 """About how many displacements are looked at before the climb: 7 deg apart for three joints of 90 deg."""
@@ -86,7 +91,7 @@ def find_optimum(
 def climb(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
     """The summit of `sequence` that is reached from displacements `start_rad` (d,)."""
     loops = problem.loops((sequence,))
-    d, travel = len(start_rad), problem.travel_limit_rad
+    d = len(start_rad)
 
     def falling(x: FloatArray) -> tuple[float, FloatArray]:
         value, gradient = value_and_gradient(loops, x)
@@ -98,15 +103,19 @@ def climb(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit
         jac=True,
         method="SLSQP",
         bounds=optimize.Bounds(np.zeros(d), problem.limit_rad),
-        constraints=optimize.LinearConstraint(np.ones((1, d)), -np.inf, travel),
+        constraints=optimize.NonlinearConstraint(
+            lambda x: problem.duration_s(np.maximum(x, 0.0)),
+            -np.inf,
+            problem.time_limit_s,
+            jac=lambda x: 2.0 * problem.stroke_s_per_rad(x)[None],
+        ),
         options={"ftol": 1e-15, "maxiter": 200},
     )
     top = np.clip(result.x, 0.0, problem.limit_rad)
     top = np.where(top < 1e-7, 0.0, top)
-    top *= min(1.0, travel / top.sum()) if top.sum() > 0.0 else 1.0
+    top = problem.within_time(top)
     value, gradient = value_and_gradient(loops, top)
-    multiplier, residual = _held_back(problem, top, gradient)
-    return Summit(top, sequence, value, 0.5 * multiplier * problem.speed_rad_s, residual)
+    return Summit(top, sequence, value, *_held_back(problem, top, gradient))
 
 
 def value_and_gradient(loops: Loops, displacements_rad: FloatArray) -> tuple[float, FloatArray]:
@@ -119,11 +128,14 @@ def value_and_gradient(loops: Loops, displacements_rad: FloatArray) -> tuple[flo
 
 
 def _held_back(problem: Problem, top: FloatArray, gradient: FloatArray) -> tuple[float, float]:
-    """Multiplier of the time limit, and what of the gradient neither it nor a wall takes up."""
+    """Gain by more time (rad/s), and what of the gradient neither the time limit nor a wall takes up."""
     free = (top > 0.0) & (top < problem.limit_rad - 1e-9)
-    timed = top.sum() > problem.travel_limit_rad - 1e-6
-    multiplier = float(gradient[free].mean()) if timed and free.any() else 0.0
-    rest = gradient - multiplier
+    timed = float(problem.duration_s(top)) > problem.time_limit_s - 1e-6
+    slower = 2.0 * problem.stroke_s_per_rad(top)
+    multiplier = (
+        float(gradient[free] @ slower[free] / (slower[free] @ slower[free])) if timed and free.any() else 0.0
+    )
+    rest = gradient - multiplier * slower
     rest = np.where(free, rest, np.where(top > 0.0, np.minimum(rest, 0.0), np.maximum(rest, 0.0)))
     return max(multiplier, 0.0), float(np.linalg.norm(rest))
 
@@ -133,11 +145,11 @@ def _grid_maxima(problem: Problem, loops: Loops, grid_points: int) -> list[tuple
     d = len(problem.joints)
     per_joint = max(d + 2, math.floor(grid_points ** (1.0 / d)))
     # No farther than the time allows, or a short time would leave nothing but points where one joint moves alone.
-    reach = np.minimum(problem.limit_rad, problem.travel_limit_rad)
+    reach = np.minimum(problem.limit_rad, problem.farthest_rad(0.5 * problem.time_limit_s))
     axes = [np.linspace(0.0, most, per_joint) for most in reach]
     nodes = np.array(list(itertools.product(range(per_joint), repeat=d)))
     points = np.stack([axis[nodes[:, j]] for j, axis in enumerate(axes)])
-    inside = points.sum(axis=0) <= problem.travel_limit_rad * (1.0 + 1e-12)
+    inside = problem.keeps_time(points)
     nodes, points = nodes[inside], points[:, inside]
     angles = loops.angles_rad(points)
     maxima: list[tuple[float, int, FloatArray]] = []
@@ -193,6 +205,23 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
+class Robust:
+    """The maneuver with the greatest mean less K standard deviations, over what the robot file calls uncertain.
+
+    Attributes:
+        k: K.
+        maneuver: What was found.
+        spread: Its reorientation.
+        of_optimum: The same of the true optimum, which takes the file for exact.
+    """
+
+    k: float
+    maneuver: Candidate
+    spread: Spread
+    of_optimum: Spread
+
+
+@dataclass(frozen=True, eq=False)
 class Design:
     """A designed maneuver.
 
@@ -203,6 +232,7 @@ class Design:
         optimum: The true optimum.
         summit: How it was found to be one.
         summits: How many local maxima were climbed.
+        robust: What was found for a robot that is not as filed; None: not asked for.
     """
 
     problem: Problem
@@ -211,6 +241,7 @@ class Design:
     optimum: Candidate
     summit: Summit
     summits: int
+    robust: Robust | None = None
 
     @property
     def gap_deg(self) -> float | None:
@@ -233,19 +264,37 @@ class Design:
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
         """The strokes to be flown: displacements rounded to 0.01 deg so that they still fit into the time.
 
+        Where a servo needs longer than at the average speed every stroke has its time, after the one before has ended.
+
         Raises:
             DesignError: there is none.
         """
         if not candidate.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
         facing = self._facing(candidate)
-        commanded = facing.commanded_deg(np.abs(candidate.alpha_deg)) * facing.directions
-        out_deg = {joint + 1: float(deg) for joint, deg in zip(self.problem.joints, commanded, strict=True)}
-        strokes = tuple(
-            Stroke(abs(signed), math.copysign(1.0, signed) * out_deg[abs(signed)])
-            for signed in candidate.sequence
-        )
-        return Maneuver(strokes, speed_deg_s=round(math.degrees(self.problem.speed_rad_s), 9), name=name)
+        commanded = facing.commanded_deg(np.abs(candidate.alpha_deg))
+        return maneuver_of(facing, candidate.sequence, commanded, name)
+
+
+def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, name: str) -> Maneuver:
+    """The strokes of a sequence of the robot's joints (from 1), by displacements (d,) of the problem's joints."""
+    numbers = [joint + 1 for joint in problem.joints]
+    out_deg = dict(zip(numbers, (alpha_deg * problem.directions).tolist(), strict=True))
+    strokes = tuple(Stroke(abs(one), math.copysign(1.0, one) * out_deg[abs(one)]) for one in sequence)
+    speed_deg_s = round(math.degrees(problem.speed_rad_s), 9)
+    duration_s = dict(zip(numbers, problem.stroke_s(np.radians(alpha_deg)).tolist(), strict=True))
+    if all(duration_s[one.joint] <= abs(one.angle_deg) / speed_deg_s + 1e-9 for one in strokes):
+        return Maneuver(strokes, speed_deg_s=speed_deg_s, name=name)
+    return Maneuver(_one_after_another(strokes, duration_s), speed_deg_s=speed_deg_s, name=name)
+
+
+def _one_after_another(strokes: SequenceOf[Stroke], duration_s: Mapping[int, float]) -> tuple[Stroke, ...]:
+    """With times on the sequencer's grid, each after the one before has ended; durations by joint."""
+    start_us, timed = round(US_PER_S * DEFAULT_PAUSE_S), list[Stroke]()
+    for one in strokes:
+        timed.append(replace(one, t_s=s_from_us(start_us)))
+        start_us = round_up(start_us + math.ceil(US_PER_S * duration_s[one.joint] - 1e-3), SCHEDULE_GRID_US)
+    return tuple(timed)
 
 
 def design(
@@ -271,12 +320,13 @@ def design(
     for pattern in patterns:
         _, ranked = find_optimum(
             pattern,
-            starts=[] if climbed else [(sequence, _within_time(problem, found.position))],
+            starts=[] if climbed else [(sequence, problem.within_time(found.position))],
             least_rad=max((summit.reorientation_rad for summit, _ in climbed), default=0.0),
             progress=lambda done: progress(share * done),
         )
         climbed += [(summit, pattern) for summit in ranked]
     summit, best = max(climbed, key=lambda one: one[0].reorientation_rad)
+    robust = _robust(robot, chosen.robust, climbed) if chosen.robust else None
     return Design(
         problem,
         candidate(problem, found.position, sequence),
@@ -284,6 +334,35 @@ def design(
         candidate(best, summit.displacements_rad, summit.sequence),
         summit,
         len(climbed),
+        robust,
+    )
+
+
+def _robust(robot: RobotModel, k: float, climbed: SequenceOf[tuple[Summit, Problem]]) -> Robust:
+    """Climbs on from the nominal summits, the highest of each sequence and pattern of signs.
+
+    Raises:
+        DesignError: K is no number from 0 to 10, or the file states no uncertainty.
+    """
+    if not 0.0 < k <= MOST_K:
+        raise DesignError("--robust", f"K = {k:g} is not above 0 and up to {MOST_K:g}.")
+    if robot.uncertainty is None:
+        raise DesignError(
+            "--robust", f"{robot.path} has no table [uncertainty], so nothing of it may be wrong."
+        )
+    uncertain = Uncertain(robot, robot.uncertainty)
+    ranked = sorted(climbed, key=lambda one: -one[0].reorientation_rad)
+    starts: dict[tuple[Sequence, tuple[float, ...]], tuple[Problem, Sequence, FloatArray]] = {}
+    for summit, problem in ranked:
+        place = summit.sequence, tuple(np.round(problem.directions * (summit.displacements_rad > 0.0)))
+        starts.setdefault(place, (problem, summit.sequence, summit.displacements_rad))
+    found = most_robust(uncertain, k, starts.values())
+    best, problem = ranked[0]
+    return Robust(
+        k,
+        candidate(found.problem, found.displacements_rad, found.sequence),
+        found.spread,
+        uncertain.spread(problem, best.sequence, best.displacements_rad),
     )
 
 
@@ -308,7 +387,7 @@ def _in_turns(
     """Displacements for a sequence, then the best sequence for those, until the sequence stays."""
     every, low = problem.loops(), np.zeros_like(problem.limit_rad)
     # The first sequence: the best one where all joints share the time evenly.
-    even = np.minimum(problem.limit_rad, problem.travel_limit_rad / len(low))
+    even = np.minimum(problem.limit_rad, problem.farthest_rad(0.5 * problem.time_limit_s / len(low)))
     sequence = _best(every.sequences, every.angles_rad(even[:, None]))
     tried: dict[Sequence, Found] = {}
     while sequence not in tried and len(tried) < _ROUNDS:
@@ -341,13 +420,6 @@ def _candidate(problem: Problem, displacements_rad: FloatArray, moving: Sequence
         angle,
         float(problem.duration_s(displacements_rad[:, None])[0]),
         angle / travel if travel > 0.0 else 0.0,
-    )
-
-
-def _within_time(problem: Problem, displacements_rad: FloatArray) -> FloatArray:
-    """Displacements shortened in proportion until they keep the time."""
-    return np.asarray(
-        displacements_rad * min(1.0, problem.travel_limit_rad / max(displacements_rad.sum(), 1e-12))
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
 from tfsat_host.maneuver.schedule import servo_speed_notices
-from tfsat_host.plan.design import Candidate, Design
+from tfsat_host.plan.design import Candidate, Design, Robust
 from tfsat_host.plan.envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import written
@@ -46,10 +46,12 @@ class Proposal:
 
 
 def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
-    """The optimum, or what the `swarm` found, as the drop robot's sequencer and the drop tower see it."""
-    flown = found.flown(found.swarm if swarm else found.optimum)
+    """The optimum (the robust one, if asked for) or what the `swarm` found, as sequencer and drop tower see it."""
+    best = found.optimum if found.robust is None else found.robust.maneuver
+    chosen = found.swarm if swarm else best
+    flown = found.flown(chosen)
     name = f"designed: {written(flown.sequence)} for {robot.name}, {flown.reorientation_deg:.3f} deg"
-    made = Proposal(flown, found.maneuver(found.swarm if swarm else found.optimum, name))
+    made = Proposal(flown, found.maneuver(chosen, name))
     if not robot.has_sequencer:
         return made
     try:
@@ -83,6 +85,7 @@ def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
             "summits_climbed": found.summits,
         },
         "swarm_behind_optimum_deg": found.gap_deg,
+        "robust": None if found.robust is None else _robust(found.robust),
         "file": path,
         "schedule": None if schedule is None else schedule.as_rows(),
         "end_s": None if schedule is None else schedule.end_s,
@@ -94,9 +97,10 @@ def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
 
 def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
     """What a person reads: swarm, optimum and what was written, the checks, what to type next."""
+    robust = [] if found.robust is None else [("robust", found.robust.maneuver)]
     rows = [
         {**asdict(one), "who": who, "sequence": written(one.sequence)}
-        for who, one in (("swarm", found.swarm), ("optimum", found.optimum), ("written", made.flown))
+        for who, one in (("swarm", found.swarm), ("optimum", found.optimum), *robust, ("written", made.flown))
     ]
     columns = (
         Column("who", " "),
@@ -114,6 +118,8 @@ def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Itera
         gain = 0.1 * math.degrees(found.summit.gain_rad_s)
         more = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
         yield f"The swarm stays {found.gap_deg:.3f} deg behind the optimum{more}."
+    if found.robust is not None:
+        yield _robust_words(found.robust)
     named = f"--file {path}{robot_option}"
     if made.checks and not made.failed:
         yield f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope {named})."
@@ -126,6 +132,25 @@ def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Itera
         yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
     else:
         yield f"Next: tfsat-host upload-sequence --file {path}"
+
+
+def _robust(robust: Robust) -> dict[str, Any]:
+    spreads = {"": robust.spread, "optimum_": robust.of_optimum}
+    return {
+        **asdict(robust.maneuver),
+        "k": robust.k,
+        **{f"{who}mean_deg": math.degrees(one.mean_rad) for who, one in spreads.items()},
+        **{f"{who}std_deg": math.degrees(one.std_rad) for who, one in spreads.items()},
+    }
+
+
+def _robust_words(robust: Robust) -> str:
+    found, plain = (
+        f"{math.degrees(one.mean_rad):.2f} ± {math.degrees(one.std_rad):.2f} deg, less {robust.k:g} ±: "
+        f"{math.degrees(one.less(robust.k)):.2f} deg"
+        for one in (robust.spread, robust.of_optimum)
+    )
+    return f"With the robot file's uncertainty the robust maneuver turns by {found}; the optimum by {plain}."
 
 
 def warnings(found: Design, made: Proposal) -> Iterator[str]:

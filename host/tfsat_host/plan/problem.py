@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import optimize
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import Multibody
+from tfsat_host.dynamics.history import shortest_s
 from tfsat_host.errors import UsageError
 from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
 from tfsat_host.plan.swarm import Coefficient, SwarmSettings
@@ -21,6 +23,8 @@ DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section
 MOST_JOINTS = 4  # 864 sequences; five joints have 39480
 _LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
+_EXACT_TIME = 1e-9
+_STEEPEST_RAD = math.radians(0.01)
 _ENOUGH_RAD = math.radians(5e-4)
 _COEFFICIENT_MOST = 100.0
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
@@ -64,6 +68,7 @@ class DesignSettings:
         time_limit_s: T_max, for all strokes together.
         limit_deg: Greatest displacement of each joint in `joints`; to the end of its range if None.
         penalty: P, deg of reorientation for (1 s)^2 of overtime.
+        robust: K of mean less K standard deviations over what the robot file calls uncertain; 0: not asked for.
         alternating: Optimize displacements and sequence in turns, as the paper describes its search,
             instead of taking the best sequence of every candidate, as it writes its objective.
         swarm: The swarm.
@@ -76,6 +81,7 @@ class DesignSettings:
     time_limit_s: float = DEFAULT_TIME_LIMIT_S
     limit_deg: tuple[float, ...] | None = None
     penalty: float = DEFAULT_PENALTY
+    robust: float = 0.0
     alternating: bool = False
     swarm: SwarmSettings = field(default_factory=SwarmSettings)
     seed: int = 1
@@ -95,6 +101,8 @@ class Problem:
         limit_rad: (d,) greatest displacements that way.
         sides_rad: (d, 2) greatest displacements by negative and by positive angles.
         speed_rad_s: Average joint speed.
+        max_rate_rad_s: (d,) greatest rate of each joint's servo.
+        acceleration_rad_s2: (d,) its acceleration.
         time_limit_s: T_max.
         penalty: P in rad/s^2.
         steps: Steps of each stroke.
@@ -107,6 +115,8 @@ class Problem:
     limit_rad: FloatArray
     sides_rad: FloatArray
     speed_rad_s: float
+    max_rate_rad_s: FloatArray
+    acceleration_rad_s2: FloatArray
     time_limit_s: float
     penalty: float
     steps: int
@@ -147,6 +157,8 @@ class Problem:
             limit,
             sides,
             math.radians(speed),
+            np.array([robot.servos[joint].max_rate_rad_s for joint in joints]),
+            np.array([robot.servos[joint].acceleration_rad_s2 for joint in joints]),
             settings.time_limit_s,
             math.radians(settings.penalty),
             settings.steps or enough_steps(body, joints, start, reach, _ENOUGH_RAD),
@@ -154,7 +166,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Raises DesignError if the time is too short to move anything."""
-        if self.travel_limit_rad < len(self.joints) * _LEAST_RAD:
+        if not self.keeps_time(np.full(len(self.joints), _LEAST_RAD)):
             raise DesignError(
                 "time limit",
                 f"In {self.time_limit_s:g} s at {math.degrees(self.speed_rad_s):g} deg/s no joint turns by 0.01 deg.",
@@ -173,10 +185,47 @@ class Problem:
             if not np.array_equal(pattern, self.directions):
                 yield self.facing(np.array(pattern))
 
-    @property
-    def travel_limit_rad(self) -> float:
-        """Greatest sum of displacements within the time limit: every joint moves out and back."""
-        return 0.5 * self.time_limit_s * self.speed_rad_s
+    def stroke_s(self, displacements_rad: FloatArray) -> FloatArray:
+        """(d, ...) how long a stroke takes: at the average speed, and longer where its servo needs to speed up and slow
+        down."""
+        size = np.asarray(displacements_rad)
+        rate, acceleration = (
+            one.reshape(-1, *[1] * (size.ndim - 1)) for one in (self.max_rate_rad_s, self.acceleration_rad_s2)
+        )
+        return np.asarray(np.maximum(size / self.speed_rad_s, shortest_s(size, rate, acceleration)))
+
+    def stroke_s_per_rad(self, displacements_rad: FloatArray) -> FloatArray:
+        """(d,) its derivative; near zero, where that is without bounds, the one at `_STEEPEST_RAD`."""
+        size = np.maximum(displacements_rad, _STEEPEST_RAD)
+        rate, acceleration = self.max_rate_rad_s, self.acceleration_rad_s2
+        short = np.where(size * acceleration > rate * rate, 1.0 / rate, 1.0 / np.sqrt(size * acceleration))
+        average = size / self.speed_rad_s >= self.stroke_s(size)
+        return np.where(average, 1.0 / self.speed_rad_s, short)
+
+    def farthest_rad(self, stroke_s: float) -> FloatArray:
+        """(d,) displacements that take so long."""
+        rate, acceleration = self.max_rate_rad_s, self.acceleration_rad_s2
+        ramps = rate / acceleration
+        reach = np.where(
+            stroke_s > 2.0 * ramps, rate * (stroke_s - ramps), 0.25 * acceleration * stroke_s * stroke_s
+        )
+        return np.asarray(np.minimum(self.speed_rad_s * stroke_s, reach))
+
+    def keeps_time(self, displacements_rad: FloatArray) -> BoolArray:
+        """(...) whether displacements (d, ...) take no longer than the time limit, but for rounding."""
+        return np.asarray(self.duration_s(displacements_rad) <= self.time_limit_s * (1.0 + 1e-12))
+
+    def within_time(self, displacements_rad: FloatArray) -> FloatArray:
+        """Displacements (d,) shortened in proportion until they keep the time."""
+        if self.keeps_time(displacements_rad):
+            return displacements_rad
+        over = optimize.brentq(
+            lambda share: float(self.duration_s(share * displacements_rad)) - self.time_limit_s,
+            0.0,
+            1.0,
+            xtol=1e-15,
+        )
+        return np.asarray(over * (1.0 - 1e-13) * displacements_rad)
 
     def loops(self, sequences: tuple[Sequence, ...] | None = None) -> Loops:
         """The loops of the problem's joints; one sequence of each class if None."""
@@ -193,22 +242,21 @@ class Problem:
     def commanded_deg(self, displacements_deg: FloatArray) -> FloatArray:
         """Displacements (d,) in whole hundredths of a degree, as the sequencer holds them, that keep time and limits.
 
-        Each is the nearest, unless the sum would then be too long; then those that gained most lose it again.
+        Each is the nearest, unless they would then take too long; then those that gained most lose it again.
         """
         exact = displacements_deg * CDEG_PER_DEG
         most = np.floor(np.degrees(self.limit_rad) * CDEG_PER_DEG + _EXACT_CDEG)
         whole = np.minimum(np.rint(exact), most)
-        allowed = np.floor(
-            np.degrees(max(self.travel_limit_rad, np.radians(displacements_deg.sum()))) * CDEG_PER_DEG
-            + _EXACT_CDEG
-        )
-        for number in np.argsort(exact - whole, kind="stable")[: int(max(whole.sum() - allowed, 0.0))]:
-            whole[number] -= 1.0
+        allowed_s = max(self.time_limit_s, float(self.duration_s(np.radians(displacements_deg))))
+        for number in np.argsort(exact - whole, kind="stable"):
+            if self.duration_s(np.radians(whole / CDEG_PER_DEG)) <= allowed_s * (1.0 + _EXACT_TIME):
+                break
+            whole[number] = max(whole[number] - 1.0, 0.0)
         return np.asarray(whole / CDEG_PER_DEG)
 
     def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
-        """T (b,) of displacements (d, b): all strokes, one after another."""
-        return np.asarray(2.0 * displacements_rad.sum(axis=0) / self.speed_rad_s)
+        """T (...) of displacements (d, ...): all strokes, one after another, out and back."""
+        return np.asarray(2.0 * self.stroke_s(displacements_rad).sum(axis=0))
 
     def objective(self, loops: Loops, displacements_rad: FloatArray) -> FloatArray:
         """J (b,) in rad of displacements (d, b): the paper's equation of the optimization."""

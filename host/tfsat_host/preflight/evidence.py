@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
@@ -200,7 +200,7 @@ class LiveSamples:
     """
 
     counts: Counts
-    index: NDArray[np.int64]
+    index: IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ from tfsat_host.preflight.evidence import (
 )
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState
-from tfsat_host.protocol.limits import BLOCK_BYTES, PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
+from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
 from tfsat_host.sdlog import LogError, load
 from tfsat_host.units import US_PER_S
 
@@ -212,12 +212,7 @@ def _judged(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
             meaning="The card forgets what it was given.",
             next_step="Put in another card.",
         )
-    image = bytearray(entry.blocks * BLOCK_BYTES)
-
-    def put(index: int, block: bytes) -> None:
-        image[index * BLOCK_BYTES : (index + 1) * BLOCK_BYTES] = block
-
-    logger.fetch_blocks(entry, [(0, entry.blocks)], put)
+    image = logger.fetch_whole(entry)
     with tempfile.TemporaryDirectory(prefix="tfsat-preflight-") as folder:
         file = Path(folder) / "trial.bin"
         file.write_bytes(image)

@@ -186,7 +186,7 @@ def _alarms(watched: Watched) -> list[str]:
 def fitted(blocks: list[Block], height: int) -> list[Block]:
     """As many blocks as `height` lines hold, the most important ones, in their order.
 
-    Where even what is always shown is too much, its end is kept, and as much as fits from the top.
+    Where even what is always shown is too much, its end is kept, and what fits from the top.
     """
     left = height
     kept: set[int] = set()

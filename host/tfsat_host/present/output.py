@@ -14,6 +14,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TextIO
 
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
+from tfsat_host.notices import printable
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -54,7 +55,7 @@ class Output:
 
     @property
     def can_ask(self) -> bool:
-        """Whether somebody is there to choose what to do next: a terminal, and neither `--json` nor `--yes`."""
+        """Whether an operator is there to choose what to do next: a terminal, and neither `--json` nor `--yes`."""
         return not self.json_mode and not self.yes and self._stdin.isatty()
 
     def result(self, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
@@ -72,12 +73,12 @@ class Output:
         elif callable(text):
             text()
         elif text:
-            print(text, file=self._stdout)
+            self.line(text)
 
     def line(self, text: str = "") -> None:
         """One line of the result for people; nothing with `--json`."""
         if not self.json_mode:
-            print(text, file=self._stdout)
+            print(_visible(text), file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
         """A table of the result for people; nothing with `--json`. Numbers are aligned right.
@@ -102,7 +103,8 @@ class Output:
             ]
             for row, shown in zip(listed, cells, strict=True)
         ]
-        console.print(table_of([Text(name) for name in columns], texts, numeric, title, console.width))
+        heads = [Text(_visible(name)) for name in columns]
+        console.print(table_of(heads, texts, numeric, _visible(title), console.width))
 
     def stream(self, data: Mapping[str, Any]) -> None:
         """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
@@ -127,11 +129,11 @@ class Output:
 
     def note(self, text: str) -> None:
         """A diagnostic, to stderr: something a person should know that is not the result."""
-        print(text, file=self._stderr, flush=True)
+        print(_visible(text), file=self._stderr, flush=True)
 
     def warn(self, text: str) -> None:
         """A warning, to stderr, marked as one."""
-        print(f"{self._paint('Warning:', '33')} {text}", file=self._stderr, flush=True)
+        print(f"{self._paint('Warning:', '33')} {_visible(text)}", file=self._stderr, flush=True)
 
     def warn_each(self, texts: Iterable[str]) -> None:
         """Warnings; one that begins with a space goes on with the one before."""
@@ -146,10 +148,10 @@ class Output:
 
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
-        print(f"{self._paint('Error:', '1;31')} {error.what}{_numbered(error)}", file=self._stderr)
+        print(f"{self._paint('Error:', '1;31')} {_visible(error.what)}{_numbered(error)}", file=self._stderr)
         for text in (error.meaning, error.next_step):
             if text:
-                print("  " + text.replace("\n", "\n  "), file=self._stderr)
+                print("  " + _visible(text).replace("\n", "\n  "), file=self._stderr)
         return error.exit_code
 
     def confirm(self, question: str, *, meaning: str) -> None:
@@ -171,7 +173,7 @@ class Output:
                 meaning=meaning,
                 next_step="Run it in a terminal, or add --yes.",
             )
-        print(prompt, end="", file=self._stderr, flush=True)
+        print(_visible(prompt), end="", file=self._stderr, flush=True)
         if self._stdin.readline().strip().lower() not in accept:
             raise NotConfirmed(
                 what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
@@ -202,7 +204,7 @@ class Output:
         else:
             columns += [progress.TaskProgressColumn(), progress.TimeRemainingColumn()]
         with progress.Progress(*columns, console=self._console(self._stderr), transient=True) as bar:
-            task = bar.add_task(description, total=total)
+            task = bar.add_task(_visible(description), total=total)
             yield lambda amount: bar.advance(task, amount)
 
     def _print_json(self, data: Mapping[str, Any]) -> None:
@@ -236,10 +238,16 @@ def _coloured(stream: TextIO) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
+def _visible(text: str) -> str:
+    """Without what would move the cursor, ring, colour the screen or turn the writing: names come from anywhere."""
+    kept = text.split("\n")
+    return text if all(map(str.isprintable, kept)) else "\n".join(map(printable, kept))
+
+
 def _cell(value: object) -> tuple[str, bool]:
     """The text of a cell, and whether it is a number."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "–"}[value], False
     if isinstance(value, int | float):
         return f"{value:g}" if isinstance(value, float) else str(value), True
-    return str(value), False
+    return _visible(str(value)), False

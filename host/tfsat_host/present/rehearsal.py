@@ -217,29 +217,29 @@ def _show_motion(found: Json, out: Output) -> None:
     lines = []
     for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
         angles = ", ".join(
-            f"joint {one['joint']} {_signed(one[f'{name}_deg'], one[f'{name}_deg_std'])}"
+            f"joint {one['joint']} {_known(one[f'{name}_deg'], one[f'{name}_deg_std'], sign=True)}"
             for one in found["joints"]
         )
         lines.append(("Joints stood at:", f"{angles} deg {when}."))
-    turned = plus_minus(found["reorientation_deg"], found["reorientation_deg_std"])
+    turned = _known(found["reorientation_deg"], found["reorientation_deg_std"])
     lines.append(("Body 1 turned by:", f"{turned} deg from the release to {found['until_s']:.2f} s."))
     _lines(lines, out)
 
 
-def _signed(value: float | None, std: float | None) -> str:
-    """A number with its standard deviation; null is unknown."""
+def _known(value: float | None, std: float | None, *, sign: bool = False) -> str:
+    """A number with its standard deviation; null is unknown, or withheld."""
     if value is None:
         return "unknown"
-    return plus_minus(value, float("nan") if std is None else std, sign=True)
+    return plus_minus(value, float("nan") if std is None else std, sign=sign)
 
 
 def _show_quick_look(result: Json, out: Output) -> None:
     """Without an evaluation: what the log shows at first sight, of unknown accuracy."""
-    look, seen = result["quick_look"], result["strokes_s"]
+    look, logged = result["quick_look"], result["strokes_s"]
     rows = [
         {
             "scheduled_s": stroke["t_s"],
-            "logged_s": seen[i] if i < len(seen) else None,
+            "logged_s": logged[i] if i < len(logged) else None,
             "joint": stroke["joint"],
             "commanded_deg": stroke["angle_deg"],
             "size_deg": look["strokes_deg"][i],

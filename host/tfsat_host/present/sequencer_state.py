@@ -148,7 +148,7 @@ def explained(code: ErrorCode) -> dict[str, str | int] | None:
 
 
 def _here(next_step: str) -> str:
-    """A remedy for somebody who reads `status` already."""
+    """A remedy for a reader of `status`."""
     return _SENDS_TO_STATUS.sub("", next_step)
 
 

@@ -19,8 +19,8 @@ from tfsat_host.calibration.steps.evidence import LiveSource, file_name, read_st
 from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, Upload
-from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import RefusedError

@@ -21,7 +21,6 @@ from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, E
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.enums import ErrorCode
-from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import day as days
 from tfsat_host.rehearsal.day import Checked, Day, NoGo, Preflight
@@ -256,14 +255,9 @@ def _fetched_ram(day: Day) -> bytes:
         return b""
     entries = day.logger.wait_for_listing(RAM_TIMEOUT_S).entries
     entry = next(one for one in entries if one.number == RAM)
-    image = bytearray(entry.blocks * BLOCK_BYTES)
-
-    def put(index: int, block: bytes) -> None:
-        image[index * BLOCK_BYTES : (index + 1) * BLOCK_BYTES] = block
-
-    day.logger.fetch_blocks(entry, [(0, entry.blocks)], put)
+    image = day.logger.fetch_whole(entry)
     day.setbacks.append("The drop was fetched from the logger's RAM: tfsat-host log fetch ram.")
-    return bytes(image)
+    return image
 
 
 def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.verdict import Verdict
@@ -33,7 +33,7 @@ PREFLIGHT, REFUSAL, BOARD, LOG = "preflight", "refusal", "board", "log"
 REPORT, REPORT_REFUSES = "report", "report refuses"
 
 
-def moved_deg(drop: Drop) -> NDArray[np.float64]:
+def moved_deg(drop: Drop) -> FloatArray:
     """(3,) how far each joint went from where it began; 0 if nothing was recorded."""
     angles = drop.truth[:, 1:4]
     if not len(angles):

@@ -100,21 +100,21 @@ class RunFolder(ResultFolder):
     def _write_certificate(self, drop: Drop) -> Path:
         """As `tfsat-host calibrate` keeps it: with its recordings, and a copy that stays as the preflight signs it."""
         certificate = self.file(EMULATED_CERTIFICATE)
-        beside = recordings_folder(certificate).name
+        kept = recordings_folder(certificate).name
         for paper in drop.calibration.papers:
-            write_whole(self.file(f"{beside}/{paper.file}"), drop.recordings[paper.file])
-        self.file(f"{beside}/{kept_copy(certificate, drop.calibration).name}")
+            write_whole(self.file(f"{kept}/{paper.file}"), drop.recordings[paper.file])
+        self.file(f"{kept}/{kept_copy(certificate, drop.calibration).name}")
         write_certificate(certificate, drop.calibration)
         return certificate
 
     def _note_landing(self, log: DropLog, drop: Drop, certificate: Path) -> None:
-        """As `decode` would, but by the rehearsal's clock: the evaluation then finds it noted."""
+        """As `decode` would, but by the rehearsal's clock: the evaluation then finds it there."""
         if not is_of_robot(drop.calibration, origin_of_log(log.header)):
             return
         note_landing_of(log, certificate, drop.calibration, now=drop.collected)
-        noted = kept_copy(certificate, read_calibration(certificate))
-        if noted not in self.files:
-            self.files.append(noted)
+        copy = kept_copy(certificate, read_calibration(certificate))
+        if copy not in self.files:
+            self.files.append(copy)
             self.marked()
 
     def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
@@ -154,7 +154,7 @@ def _derived_in(folder: Path) -> tuple[Path, ...]:
 
     In subfolders `report` puts figures; one that is a run of its own, or a campaign's, is not looked into.
     """
-    beside = [path for path in folder.glob("*") if path.is_file() and _is_derived(path)]
+    files = [path for path in folder.glob("*") if path.is_file() and _is_derived(path)]
     figures = [
         path
         for place in folder.glob("*")
@@ -162,7 +162,7 @@ def _derived_in(folder: Path) -> tuple[Path, ...]:
         for path in place.glob("*")
         if path.is_file() and path.suffix[1:] in FORMATS and was_made_with(path, FIGURE)
     ]
-    return tuple(sorted((*beside, *figures)))
+    return tuple(sorted((*files, *figures)))
 
 
 def _is_a_run(folder: Path) -> bool:

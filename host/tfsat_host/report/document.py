@@ -1,4 +1,4 @@
-"""What the page shows: the parts of a document, as they stand in its JSON.
+"""What the page shows: the parts of a document, as in its JSON.
 
 Times are seconds after release, ascending. Wherever a number may be missing it is None; the page leaves a gap
 there. Strings may come from a hostile log: the page shows them as text, whatever they hold.

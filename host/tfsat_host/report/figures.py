@@ -1,6 +1,7 @@
 """Figures for a paper, in the arrangement of the drop test's own, as files: the same bytes for the same drop.
 
-Needs matplotlib, the extra `figures`.
+Columns of a two-column journal; colors that every eye and every printer keeps apart. Needs matplotlib, the extra
+`figures`.
 """
 
 from __future__ import annotations
@@ -8,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.report import figure_style as style
 from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.events import events_of
@@ -25,6 +25,86 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+
+
+MM_PER_INCH = 25.4
+COLUMN_MM = 89.0
+PAGE_MM = 183.0
+"""Widths of one column and of two."""
+PNG_DPI = 300
+
+VERMILION, GREEN, BLUE, BLACK = "#D55E00", "#009E73", "#0072B2", "#000000"
+COLORS = (VERMILION, GREEN, BLUE, BLACK)
+"""By component; Okabe and Ito, Color universal design, 2008. As on the page: x, y, z, norm."""
+STROKE_COLOR = "#56B4E9"
+STROKE_ALPHA = 0.14
+BAND_COLOR = "#E69F00"
+BAND_ALPHA = 0.16
+STD_ALPHA = 0.2
+
+RC: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same everywhere, with Greek
+    "font.size": 7.0,
+    "axes.titlesize": 7.0,
+    "axes.labelsize": 7.0,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.0,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "axes.grid": True,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.4,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "legend.borderpad": 0.1,
+    "legend.handlelength": 1.6,
+    "legend.handletextpad": 0.5,
+    "legend.columnspacing": 0.8,
+    "legend.labelspacing": 0.25,
+    "pdf.fonttype": 42,  # embedded as TrueType: text stays text
+    "axes.formatter.use_mathtext": True,
+    "path.simplify": True,
+    "svg.hashsalt": "tfsat",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LineStyle:
+    """How a line is drawn; widths in points."""
+
+    dashes: str | tuple[float, tuple[float, ...]]
+    width: float
+    alpha: float = 1.0
+
+
+OVER_TIME: dict[Kind, LineStyle] = {
+    "measured": LineStyle("-", 1.0),
+    "before": LineStyle((0.0, (4.0, 1.6)), 0.9),
+    "after": LineStyle((0.0, (5.0, 1.2, 1.0, 1.2)), 0.9),
+    "commanded": LineStyle((0.0, (1.0, 1.4)), 0.9),
+}
+SPECTRA: dict[Kind, LineStyle] = {
+    "before": LineStyle((0.0, (3.0, 1.0)), 0.7),
+    "after": LineStyle("-", 0.6),
+}
+"""Thin: a spectrum has teeth."""
+PLAIN = LineStyle("-", 1.0)
+RAW = LineStyle("-", 0.4, 0.45)
+"""Every sample, behind its average."""
+
+
+def inches(millimeters: float) -> float:
+    """As matplotlib counts."""
+    return millimeters / MM_PER_INCH
+
 
 MODULE = "matplotlib"
 FORMATS = ("pdf", "png")
@@ -59,7 +139,7 @@ class Drawn:
 
 def motion_figure(drawn: Drawn) -> Figure:
     """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
-    figure, panels = _panels(2, 2, style.PAGE_MM, 112.0)
+    figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     euler, rates, joints = (drawn.charts[name] for name in ("euler", "rates", "joints"))
     _time_panel(panels[0], drawn, euler, _ANGLES, ("measured", "before", "after"))
     _time_panel(panels[1], drawn, rates, _RATES, ("measured",))
@@ -70,7 +150,7 @@ def motion_figure(drawn: Drawn) -> Figure:
 
 def momentum_figure(drawn: Drawn) -> Figure:
     """Momentum above its spectrum, before and after the correction (fig. amfft)."""
-    figure, panels = _panels(2, 2, style.PAGE_MM, 112.0)
+    figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     sides: tuple[Kind, Kind] = ("before", "after")
     for column, kind in enumerate(sides):
         _momentum_panel(panels[column], drawn, kind)
@@ -80,7 +160,7 @@ def momentum_figure(drawn: Drawn) -> Figure:
             drawn.charts["momentum_spectrum"],
             _MOMENTA,
             (kind,),
-            {kind: style.SPECTRA["after"]},
+            {kind: SPECTRA["after"]},
         )
     for row in (0, 2):
         # The same scale on both sides: that is what the figure compares.
@@ -92,19 +172,17 @@ def momentum_figure(drawn: Drawn) -> Figure:
 
 def rate_error_figure(drawn: Drawn) -> Figure:
     """Spectrum of the rate error before and after the correction (fig. omgfft)."""
-    figure, panels = _panels(1, 1, style.COLUMN_MM, 66.0)
-    _spectrum_panel(
-        panels[0], drawn.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), style.SPECTRA
-    )
+    figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
+    _spectrum_panel(panels[0], drawn.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
     return figure
 
 
 def attitude_error_figure(drawn: Drawn) -> Figure:
     """Euler angles' error over time, before and after the correction (fig. deuler)."""
-    figure, panels = _panels(1, 1, style.COLUMN_MM, 66.0)
+    figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
     chart = drawn.charts["attitude_error"]
     lines = [line for line in chart.lines if line.component < len(AXES)]
-    styles: dict[Kind, style.LineStyle] = {"before": style.OVER_TIME["before"], "after": style.PLAIN}
+    styles: dict[Kind, LineStyle] = {"before": OVER_TIME["before"], "after": PLAIN}
     draw_lines(panels[0], drawn.t_s, lines, styles)
     over_time(panels[0], chart, drawn.events, drawn.window_s)
     legend(panels[0], components_of(lines, _ANGLE_ERRORS), styles)
@@ -124,7 +202,7 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
     """Panels row by row, lettered if there are several."""
     from matplotlib.figure import Figure
 
-    size = (style.inches(width_mm), style.inches(height_mm))
+    size = (inches(width_mm), inches(height_mm))
     figure = Figure(figsize=size, layout="constrained")
     panels = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
     if len(panels) > 1:
@@ -137,7 +215,7 @@ def _time_panel(
     axes: Axes, drawn: Drawn, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
 ) -> None:
     lines = chart.of_kind(*kinds)
-    styles = {kind: style.OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
+    styles = {kind: OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
     draw_lines(axes, drawn.t_s, lines, styles)
     over_time(axes, chart, drawn.events, drawn.window_s)
     legend(axes, components_of(lines, names), styles)
@@ -147,13 +225,13 @@ def _momentum_panel(axes: Axes, drawn: Drawn, kind: Kind) -> None:
     chart = drawn.charts["momentum"]
     lines = chart.of_kind(kind)
     draw_raw(axes, drawn.t_s, drawn.charts["momentum_raw"].of_kind(kind))
-    draw_lines(axes, drawn.t_s, lines, {kind: style.PLAIN})
+    draw_lines(axes, drawn.t_s, lines, {kind: PLAIN})
     over_time(axes, chart, drawn.events, drawn.window_s)
     legend(
         axes,
         components_of(lines, _MOMENTA),
-        {kind: style.PLAIN},
-        {"averaged": style.PLAIN, "samples": style.RAW},
+        {kind: PLAIN},
+        {"averaged": PLAIN, "samples": RAW},
     )
 
 
@@ -162,7 +240,7 @@ def _spectrum_panel(
     chart: Chart,
     names: Sequence[str],
     kinds: tuple[Kind, ...],
-    styles: Mapping[Kind, style.LineStyle],
+    styles: Mapping[Kind, LineStyle],
 ) -> None:
     lines = chart.of_kind(*kinds)
     if chart.x is not None:
@@ -205,7 +283,7 @@ def write_figure(name: str, drawn: Drawn, file_format: str, path: Path) -> None:
     # Whatever matplotlibrc a computer has: the figures look the same.
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(style.RC)
+        mpl.rcParams.update(RC)
         figure = FIGURES[name](drawn)
         _save(figure, file_format, path)
 
@@ -218,31 +296,31 @@ def _save(figure: Figure, file_format: str, path: Path) -> None:
         if file_format == "pdf"
         else {"Software": text}
     )
-    figure.savefig(path, format=file_format, dpi=style.PNG_DPI, metadata=metadata)
+    figure.savefig(path, format=file_format, dpi=PNG_DPI, metadata=metadata)
 
 
 def draw_lines(
     axes: Axes,
     x: FloatArray,
     lines: Sequence[Line],
-    styles: Mapping[Kind, style.LineStyle],
+    styles: Mapping[Kind, LineStyle],
     banded: Collection[Kind] = ("measured", "after"),
 ) -> None:
     """Lines, and standard deviations of some kinds as bands behind them: of all they would hide each other."""
     for line in lines:
-        color, drawn = style.COLORS[line.component], styles[line.kind]
+        color, drawn = COLORS[line.component], styles[line.kind]
         axes.plot(x, line.values, color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha)
         if line.kind in banded and line.std is not None:
             axes.fill_between(
-                x, line.values - line.std, line.values + line.std, color=color, alpha=style.STD_ALPHA, lw=0.0
+                x, line.values - line.std, line.values + line.std, color=color, alpha=STD_ALPHA, lw=0.0
             )
 
 
 def draw_raw(axes: Axes, x: FloatArray, lines: Sequence[Line]) -> None:
     """Every sample, thin, behind what is made of it."""
     for line in lines:
-        color = style.COLORS[line.component]
-        axes.plot(x, line.values, color=color, lw=style.RAW.width, alpha=style.RAW.alpha, zorder=1.5)
+        color = COLORS[line.component]
+        axes.plot(x, line.values, color=color, lw=RAW.width, alpha=RAW.alpha, zorder=1.5)
 
 
 def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple[float, float]) -> None:
@@ -252,8 +330,8 @@ def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple
             axes.axvspan(
                 event["t_s"],
                 event["until_s"],
-                color=style.STROKE_COLOR,
-                alpha=style.STROKE_ALPHA,
+                color=STROKE_COLOR,
+                alpha=STROKE_ALPHA,
                 lw=0.0,
                 zorder=0.5,
             )
@@ -269,7 +347,7 @@ def over_frequency(axes: Axes, chart: Chart) -> None:
     if chart.x is not None:
         axes.set_xlim(float(chart.x[0]), float(chart.x[-1]))
     if chart.band is not None:
-        axes.axvspan(*chart.band, color=style.BAND_COLOR, alpha=style.BAND_ALPHA, lw=0.0, zorder=0.5)
+        axes.axvspan(*chart.band, color=BAND_COLOR, alpha=BAND_ALPHA, lw=0.0, zorder=0.5)
     axes.set_xlabel(chart.x_label)
     axes.set_ylabel(chart.y_label)
 
@@ -277,8 +355,8 @@ def over_frequency(axes: Axes, chart: Chart) -> None:
 def legend(
     axes: Axes,
     names: Mapping[int, str],
-    kinds: Mapping[Kind, style.LineStyle],
-    others: Mapping[str, style.LineStyle] | None = None,
+    kinds: Mapping[Kind, LineStyle],
+    others: Mapping[str, LineStyle] | None = None,
 ) -> None:
     """Above the panel, where it hides nothing: colors by component, styles by kind; a single kind needs no word.
 
@@ -288,7 +366,7 @@ def legend(
         kinds: Styles of the kinds.
         others: Further styles, such as thick and thin, by their words.
     """
-    handles = [_handle(style.COLORS[component], style.PLAIN, name) for component, name in names.items()]
+    handles = [_handle(COLORS[component], PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:
         handles += [_handle("#555555", drawn, kind) for kind, drawn in kinds.items()]
     handles += [_handle("#555555", drawn, words) for words, drawn in (others or {}).items()]
@@ -307,7 +385,7 @@ def components_of(lines: Sequence[Line], names: Sequence[str]) -> dict[int, str]
     }
 
 
-def _handle(color: str, drawn: style.LineStyle, label: str) -> Line2D:
+def _handle(color: str, drawn: LineStyle, label: str) -> Line2D:
     from matplotlib.lines import Line2D
 
     return Line2D([], [], color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha, label=label)

@@ -2,7 +2,7 @@
 
 The file holds no address and asks for nothing: its policy lets run exactly the one script and apply exactly the
 one style sheet whose hashes it names, and forbids every request. The document lies in it as JSON and is shown as
-text only; the browser is told to refuse any other way (trusted types).
+text only; the browser is to refuse any other way (trusted types).
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,17 @@ from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_o
 from tfsat_host.report.contents.document_builder import Reported
 from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.contents.replay import body_poses, boxes_of
-from tfsat_host.sdlog.export_mcap import BodyFrames, Channel, Fields, Messages, Stamp, classes_of, write_mcap
+from tfsat_host.sdlog.export_mcap import (
+    BodyFrames,
+    Channel,
+    Messages,
+    Rows,
+    Stamp,
+    frame_transforms,
+    kinds_of,
+    log_lines,
+    write_mcap,
+)
 
 MARKER = b"made by tfsat-host report"
 """Stands in the file's first record: how the command knows its own."""
@@ -29,27 +40,14 @@ BODY_COLORS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 
 """Okabe and Ito's, as on the page."""
 _GHOST_ALPHA = 0.25
 
-_TIMESTAMP = ".google.protobuf.Timestamp"
-_VECTOR = ".foxglove.Vector3"
-_ANGLES = (("z_deg", "double"), ("y_deg", "double"), ("x_deg", "double"))
-_MESSAGES: dict[str, Fields] = {
-    "EulerAngles": (
-        ("timestamp", _TIMESTAMP),
-        *_ANGLES,
-        *((f"{name}_std", kind) for name, kind in _ANGLES),
-    ),
-    "ModelAngles": (("timestamp", _TIMESTAMP), *_ANGLES),
-    "BodyRate": (("timestamp", _TIMESTAMP), ("rate_deg_s", _VECTOR)),
-    "EvaluatedJoint": (
-        ("timestamp", _TIMESTAMP),
-        ("angle_deg", "double"),
-        ("angle_deg_std", "double"),
-        ("rate_deg_s", "double"),
-    ),
-    "Momentum": (("timestamp", _TIMESTAMP), ("momentum_g_m2_s", _VECTOR)),
+_MESSAGES = {
+    "EulerAngles": "z_deg:double y_deg:double x_deg:double z_deg_std:double y_deg_std:double x_deg_std:double",
+    "ModelAngles": "z_deg:double y_deg:double x_deg:double",
+    "BodyRate": "rate_deg_s:vector",
+    "EvaluatedJoint": "angle_deg:double angle_deg_std:double rate_deg_s:double",
+    "Momentum": "momentum_g_m2_s:vector",
 }
 """Fields are numbered in this order: append, never insert, so that older files keep their meaning."""
-_POSE = (*(("translation", axis) for axis in "xyz"), *(("rotation", axis) for axis in "xyzw"))
 
 
 def write_evaluated_mcap(drop: Reported, path: Path) -> None:
@@ -67,22 +65,17 @@ def write_evaluated_mcap(drop: Reported, path: Path) -> None:
 
 def _evaluated(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
     """Frames, attitudes, rates, joints, momenta and errors over time."""
-    from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+    motion, explained = found.motion, found.explained
+    kinds = {**kinds_of("tfsat/evaluation.proto", _MESSAGES), "Frame": frame_transforms()}
 
-    classes, motion, explained = (
-        classes_of("tfsat/evaluation.proto", _MESSAGES),
-        found.motion,
-        found.explained,
-    )
-
-    def topic(name: str, kind: str, t_s: FloatArray, rows: FloatArray) -> Channel:
-        return _channel(found, stamp, name, classes[kind](), _places(kind), t_s, rows)
+    def topic(name: str, kind: str, t_s: FloatArray, rows: FloatArray, **fixed: str) -> Channel:
+        return Channel.of(stamp, name, kinds[kind], partial(_rows, found, t_s, rows), **fixed)
 
     moved, angles, flown = body_poses(found), euler_angles(found), explained.driven.flown
     for place, prefix, poses in (("evaluated", "", moved.measured), (FILED, f"{FILED}/", moved.predicted)):
         for body, frame in enumerate(map(frame_name, found.model.body_names)):
-            message = FrameTransform(parent_frame_id=WORLD, child_frame_id=f"{prefix}{frame}")
-            yield _channel(found, stamp, f"/{place}/tf/{frame}", message, _POSE, moved.t_s, poses[:, body])
+            named = {"parent_frame_id": WORLD, "child_frame_id": f"{prefix}{frame}"}
+            yield topic(f"/{place}/tf/{frame}", "Frame", moved.t_s, poses[:, body], **named)
     measured = np.rad2deg(np.hstack([angles.measured_rad, angles.std_rad]))
     yield topic("/evaluated/body_1/euler", "EulerAngles", angles.t_s, measured)
     for place, values in ((FILED, angles.before_rad), (CORRECTED, angles.after_rad)):
@@ -103,36 +96,10 @@ def _evaluated(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
         yield topic(f"/{place}/body_1/attitude_error", "EulerAngles", side.error.t_s, rows)
 
 
-def _places(kind: str) -> tuple[tuple[str, str], ...]:
-    """Where a row's values go: part of the message (empty: itself) and field."""
-    return tuple(
-        place
-        for name, of in _MESSAGES[kind][1:]
-        for place in (tuple((name, axis) for axis in "xyz") if of == _VECTOR else (("", name),))
-    )
-
-
-def _channel(
-    found: Evaluation,
-    stamp: Stamp,
-    topic: str,
-    message: Any,
-    places: tuple[tuple[str, str], ...],
-    t_s: FloatArray,
-    rows: FloatArray,
-) -> Channel:
-    """Rows that hold no number are no message: Protobuf would show 0."""
+def _rows(found: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
+    """Those that hold no number are no message: Protobuf would show 0."""
     known = np.isfinite(rows).all(axis=1)
-    targets = [(getattr(message, part) if part else message, name) for part, name in places]
-
-    def messages() -> Messages:
-        for t_us, row in zip(_t_us(found, t_s[known]), rows[known].tolist(), strict=True):
-            stamp(message, t_us)
-            for (target, name), value in zip(targets, row, strict=True):
-                setattr(target, name, value)
-            yield t_us, message.SerializeToString()
-
-    return Channel(topic, type(message), messages)
+    yield from zip(_t_us(found, t_s[known]), rows[known].tolist(), strict=True)
 
 
 def _t_us(found: Evaluation, t_s: FloatArray) -> list[int]:
@@ -171,22 +138,19 @@ def _add_box(entity: Any, low: FloatArray, high: FloatArray, color: tuple[float,
 
 def _words(drop: Reported, stamp: Stamp) -> Channel:
     """The verdict at the release, then what happened as it was found."""
-    from foxglove_schemas_protobuf.Log_pb2 import Log
-
-    verdict = drop.verdict
-    level = Log.INFO if verdict.level == "good" else Log.WARNING
+    kind, verdict = log_lines(), drop.verdict
+    level = kind.of.INFO if verdict.level == "good" else kind.of.WARNING
     lines = [(0.0, level, text) for text in (f"{verdict.level}: {verdict.sentence}", *verdict.reasons)]
     for event in events_of(drop.evaluation):
-        kind = Log.WARNING if event["kind"] == "gap" else Log.INFO
-        lines.append((event["t_s"], kind, event["label"]))
+        severity = kind.of.WARNING if event["kind"] == "gap" else kind.of.INFO
+        lines.append((event["t_s"], severity, event["label"]))
         if event["until_s"] is not None:
-            lines.append((event["until_s"], kind, f"{event['label']}: ends"))
+            lines.append((event["until_s"], severity, f"{event['label']}: ends"))
+    lines.sort(key=lambda line: line[0])
+    t_us = _t_us(drop.evaluation, np.array([t_s for t_s, _, _ in lines]))
 
-    def messages() -> Messages:
-        for t_s, severity, text in sorted(lines, key=lambda line: line[0]):
-            (t_us,) = _t_us(drop.evaluation, np.array([t_s]))
-            message = Log(level=severity, message=text, name="tfsat evaluation")
-            stamp(message, t_us)
-            yield t_us, message.SerializeToString()
+    def rows() -> Rows:
+        for time_us, (_, severity, text) in zip(t_us, lines, strict=True):
+            yield time_us, (severity, text, "tfsat evaluation")
 
-    return Channel("/evaluated/log", Log, messages)
+    return Channel.of(stamp, "/evaluated/log", kind, rows)

@@ -1,6 +1,6 @@
 """A robot in numbers that people read: what `tfsat-host robot` prints as JSON, and as tables.
 
-Millimetres, degrees and g m^2, unlike the model itself; units stand in the keys.
+Millimetres, degrees and g m^2, unlike the model itself; units are in the keys.
 """
 
 from __future__ import annotations

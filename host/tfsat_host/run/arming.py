@@ -201,7 +201,7 @@ def _calibration(named: Path | None, origin: Origin | None, operator: Operator) 
     if file is None:
         return None
     from tfsat_host.calibration.certificate.file import read_calibration
-    from tfsat_host.run.certificate_notices import as_json, notices, unreadable_as_json
+    from tfsat_host.run.certificate import as_json, notices, unreadable_as_json
 
     try:
         calibration = read_calibration(file)

@@ -16,7 +16,7 @@ from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
 from tfsat_host.evaluation.result.model import model
-from tfsat_host.evaluation.result.tables import CHECKS
+from tfsat_host.evaluation.result.tables import CAUSES, CHECKS
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
@@ -107,8 +107,9 @@ class EvaluatedRun:
             "standing": records(STANDING, found.standing),
             **model(found),
             "checks": records(CHECKS, found.checks),
+            "causes": records(CAUSES, found.causes),
             "bodies": of_bodies,
-            "joints": records(JOINTS, joints(found.motion)),
+            "joints": records(JOINTS, joints(found)),
             "until_s": float(found.motion.t_s[-1]),
             "lag": record(LAG, found.motion.lag),
             **fall(found),
@@ -294,6 +295,7 @@ def _witnesses(options: EvaluationOptions) -> Witnesses | None:
         return None
     return Witnesses(
         () if options.video is None else read_video_marks(options.video),
+        options.video_rate,
         None if options.laser is None else read_tracks(options.laser),
         None if options.laser is None else windows_of(load_tower(options.facility)),
     )

@@ -111,7 +111,7 @@ def _write_mcap(log: DropLog, path: Path) -> None:
 
 
 def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str, Any]:
-    """Which calibration would apply, what stands against it, and how long the gyros rested, said in notes.
+    """Which calibration would apply, what stands against it, and how long the gyros rested, as notes.
 
     The landing of the recording is written into a certificate of the same sensors. Neither the exit code nor the
     recording's own warnings depend on any of this: the recording is what it is.
@@ -119,8 +119,7 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
     Returns:
         `calibration` (None: there is none) and `quiet_s` for `--json`.
     """
-    from tfsat_host.run.certificate import hold_against, origin_of_log
-    from tfsat_host.run.certificate_notices import unreadable_as_json
+    from tfsat_host.run.certificate import hold_against, origin_of_log, unreadable_as_json
     from tfsat_host.run.files import find_certificate
 
     file = find_certificate(named, log.path.parent, Path(), emulated=origin_of_log(log.header).emulated)
@@ -146,8 +145,7 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
 
     from tfsat_host.calibration.bias import quiet_before_release
     from tfsat_host.calibration.steps.sensor_samples import SensorSamples
-    from tfsat_host.run.certificate import origin_of_log, time_of_day
-    from tfsat_host.run.certificate_notices import command_options
+    from tfsat_host.run.certificate import command_options, origin_of_log, time_of_day
 
     quiet = quiet_before_release(log)
     if quiet is None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.maneuver import Defect, ManeuverError, Schedule, read_maneuver, schedule_maneuver
 
@@ -18,8 +19,12 @@ ROBOTS = REAL, EMULATED, UNKNOWN = ("real", "emulated", "unknown")
 """Whether a robot fell, or an emulated one did, as in a rehearsal: by the logger's own words in the recording."""
 PREFLIGHT = "preflight.json"
 CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
+MADE_BY_EVALUATE = {"made_by": f"tfsat-host evaluate {__version__}"}
+"""Begins the object of `evaluate --json`."""
 EVALUATION_MARKER = b'"made_by": "tfsat-host evaluate'
 """By which an evaluation that was written to a file is known."""
+CORRECTED_MARKER = b"# Corrected robot, by tfsat-host evaluate"
+"""By which a corrected robot file is known."""
 REHEARSED = ".tfsat-rehearsal"
 """A folder with this file was made by a rehearsal and may be made again by another; the file names what lies there."""
 _HASHED = re.compile(r"(?P<sha256>[0-9a-f]{64})  (?P<name>.+)")
@@ -27,7 +32,7 @@ _LISTED = 8
 _NOTHING_DONE = "Nothing was evaluated."
 _FILES = ("maneuver", "calibration", "robot", "video", "laser", "facility")
 _FLAGS = ("swarm",)
-_OF_ONE_DROP = ("session", "video", "laser")
+_OF_ONE_DROP = ("session", "video", "video_rate", "laser")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +44,7 @@ class EvaluationOptions:
         calibration: The certificate; None: the one next to the recording or in the current folder, if there is one.
         robot: A robot file, or the name of a shipped one; None: `robot.toml` next to the recording, else `drop_tower`.
         video: Events of the drop in a video, CSV.
+        video_rate: Seconds of the video's times in a real one: 1 in real time; None: as its events tell.
         laser: Places of the two laser spots over time, CSV.
         facility: For the release velocity that `laser` gives; None: COSMOTORRE's.
         session: Id of the recording in its file; None: as `sdlog.load` chooses.
@@ -49,6 +55,7 @@ class EvaluationOptions:
     calibration: Path | None = None
     robot: Path | str | None = None
     video: Path | None = None
+    video_rate: float | None = None
     laser: Path | None = None
     facility: Path | None = None
     session: int | None = None
@@ -57,6 +64,7 @@ class EvaluationOptions:
     def typed(self) -> tuple[str, ...]:
         """As they are typed for `evaluate`; for the provenance of results."""
         given = [f"--{name} {getattr(self, name)}" for name in _FILES if getattr(self, name) is not None]
+        given += [f"--video-rate {self.video_rate:g}"] if self.video_rate is not None else []
         given += [f"--session {self.session:08x}"] if self.session is not None else []
         return (*given, *(f"--{name}" for name in _FLAGS if getattr(self, name)))
 
@@ -68,11 +76,15 @@ class EvaluationOptions:
         """
         if self.facility is not None and self.laser is None:
             raise _wrong("--facility permits a release velocity, and only --laser tells that velocity.")
+        if self.video_rate is not None and not 1e-3 < self.video_rate < 1e3:
+            raise _wrong(f"--video-rate {self.video_rate:g} is no rate of a video: 1 in real time.")
+        if self.video_rate is not None and self.video is None:
+            raise _wrong("--video-rate is of the times in --video, and that was not given.")
         if len(places) == 1:
             return
         for name in _OF_ONE_DROP:
             if getattr(self, name) is not None:
-                raise _wrong(f"--{name} belongs to one drop, and {len(places)} were named.")
+                raise _wrong(f"--{name.replace('_', '-')} belongs to one drop, and {len(places)} were named.")
         real = [place.resolve() for place in places]
         twice = next((place for i, place in enumerate(places) if real[i] in real[:i]), None)
         if twice is not None:
@@ -121,8 +133,8 @@ def run_files(
             meaning=nothing,
             next_step=f"Name the recording off the card, or the folder with it: tfsat-host {command} SD.bin",
         )
-    beside = recording.parent / MANEUVER
-    return RunFiles(recording, maneuver or (beside if beside.is_file() else None))
+    default = recording.parent / MANEUVER
+    return RunFiles(recording, maneuver or (default if default.is_file() else None))
 
 
 def robot_beside(place: Path) -> Path | None:

@@ -108,10 +108,10 @@ class PreparedRun:
         if file is None:
             other = find_certificate(None, self.folder, Path(), emulated=not emulated)
             kind = "a real" if emulated else "an emulated"
-            beside = "" if other is None else f" {other} is that of {kind} robot."
+            of_other = "" if other is None else f" {other} is that of {kind} robot."
             return (
                 Missing(
-                    f"There is no calibration in {self.folder} or here.{beside}",
+                    f"There is no calibration in {self.folder} or here.{of_other}",
                     "tfsat-host calibrate bias, and what tfsat-host calibrate show then names",
                 ),
                 "",

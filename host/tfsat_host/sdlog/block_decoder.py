@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, IntArray, RecordArray
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import (
     ANGLE_SENSOR_COUNT,
@@ -99,9 +100,9 @@ class BlockDecoder:
         self._t_us = np.empty(room, np.int64)
         self._bits = np.empty((room, _FLAG_BITS), np.bool_)
         self._rows = 0
-        self._events: list[NDArray[np.void]] = []
+        self._events: list[RecordArray] = []
 
-    def take(self, data: memoryview, heads: NDArray[np.void], taken: NDArray[np.bool_]) -> None:
+    def take(self, data: memoryview, heads: RecordArray, taken: BoolArray) -> None:
         """Append blocks.
 
         Args:
@@ -138,11 +139,11 @@ class BlockDecoder:
             "clipped": clipped,
         }
 
-    def events(self) -> NDArray[np.void]:
-        """(e,) records of EVENT_DTYPE, as they stand in the log."""
+    def events(self) -> RecordArray:
+        """(e,) records of EVENT_DTYPE, in the order of the log."""
         return np.concatenate([np.empty(0, _EVENT), *self._events])
 
-    def _take_others(self, data: memoryview, heads: NDArray[np.void], rows: NDArray[np.int64]) -> None:
+    def _take_others(self, data: memoryview, heads: RecordArray, rows: IntArray) -> None:
         for row, head in zip(rows.tolist(), heads.take(rows).tolist(), strict=True):
             _, _, kind, _, _, _, number, _, _, time_us = head
             payload = bytes(data[row * BLOCK_BYTES + HEADER_BYTES : row * BLOCK_BYTES + CRC_OFFSET])
@@ -151,7 +152,7 @@ class BlockDecoder:
             else:
                 self.footers.add(number, payload)
 
-    def _take_samples(self, data: memoryview, heads: NDArray[np.void], rows: NDArray[np.int64]) -> None:
+    def _take_samples(self, data: memoryview, heads: RecordArray, rows: IntArray) -> None:
         blocks = np.frombuffer(data, "<u2").reshape(-1, _BLOCK_WORDS)[:, _BODY_WORDS]
         counts = heads["sample_count"]
         used = counts[:, None] > _SLOTS

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 from fastcrc.crc32 import iso_hdlc as crc32
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, IntArray, RecordArray
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import (
     BLOCK_BYTES,
@@ -57,8 +57,8 @@ class Looked(NamedTuple):
         unusable: How many others there are, by the reason as in `SetAside`.
     """
 
-    heads: NDArray[np.void]
-    usable: NDArray[np.bool_]
+    heads: RecordArray
+    usable: BoolArray
     unusable: Counter[str]
 
 
@@ -89,16 +89,16 @@ def look_at_tail(tail: bytes) -> Counter[str]:
     return Counter(torn=1) if tail.startswith(MAGIC) else Counter(foreign=int(any(tail)))
 
 
-def _heads(data: memoryview) -> NDArray[np.void]:
+def _heads(data: memoryview) -> RecordArray:
     words = np.frombuffer(data, "<u4").reshape(-1, BLOCK_BYTES // 4)
     return words[:, : HEADER_BYTES // 4].copy().view(HEAD)[:, 0]
 
 
-def _crc_is_right(data: memoryview) -> NDArray[np.bool_]:
+def _crc_is_right(data: memoryview) -> BoolArray:
     """(n,) bool. Over a block and the CRC at its end, the CRC of every sound block is the same number."""
     count = len(data) // BLOCK_BYTES
     whole = np.fromiter(starmap(crc32, _WHOLE_BLOCK.iter_unpack(data)), np.uint32, count)
-    right: NDArray[np.bool_] = whole == _RESIDUE
+    right: BoolArray = whole == _RESIDUE
     return right
 
 
@@ -107,10 +107,10 @@ def _count_zero(data: memoryview) -> int:
     return len(words) - int(np.count_nonzero(words.any(axis=1)))
 
 
-def _possible(heads: NDArray[np.void]) -> NDArray[np.bool_]:
+def _possible(heads: RecordArray) -> BoolArray:
     kinds = (heads["kind"] >= _FIRST_KIND) & (heads["kind"] <= _LAST_KIND)
     counts = (heads["sample_count"] <= SAMPLES_PER_BLOCK) & (heads["event_count"] <= EVENTS_PER_BLOCK)
-    possible: NDArray[np.bool_] = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
+    possible: BoolArray = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
     return possible
 
 
@@ -119,10 +119,10 @@ class PieceList:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._done: list[NDArray[np.void]] = []
+        self._done: list[RecordArray] = []
         self._length = 0
 
-    def append(self, new: NDArray[np.void]) -> None:
+    def append(self, new: RecordArray) -> None:
         """Append pieces that stand behind all before.
 
         Raises:
@@ -141,14 +141,14 @@ class PieceList:
                 "Nothing was decoded: this is no recording that a logger wrote, nor what a failing card leaves of one.",
             )
 
-    def all(self) -> NDArray[np.void]:
+    def all(self) -> RecordArray:
         """The pieces so far, (k,) of PIECE."""
         if len(self._done) != 1:
             self._done = [np.concatenate([np.empty(0, PIECE), *self._done])]
         return self._done[0]
 
 
-def as_pieces(positions: NDArray[np.int64], heads: NDArray[np.void]) -> NDArray[np.void]:
+def as_pieces(positions: IntArray, heads: RecordArray) -> RecordArray:
     """Blocks, by rising position, as the fewest pieces."""
     blocks = np.empty(len(positions), PIECE)
     blocks["position"], blocks["number"] = positions, heads["block_number"]
@@ -156,7 +156,7 @@ def as_pieces(positions: NDArray[np.int64], heads: NDArray[np.void]) -> NDArray[
     return joined(blocks)
 
 
-def joined(pieces: NDArray[np.void]) -> NDArray[np.void]:
+def joined(pieces: RecordArray) -> RecordArray:
     """The same blocks in the same order as fewer pieces, where one continues the piece before it."""
     if len(pieces) < 2:
         return pieces
@@ -166,8 +166,8 @@ def joined(pieces: NDArray[np.void]) -> NDArray[np.void]:
     return fewer
 
 
-def _continues(before: NDArray[np.void], after: NDArray[np.void]) -> NDArray[np.bool_]:
-    follows: NDArray[np.bool_] = (
+def _continues(before: RecordArray, after: RecordArray) -> BoolArray:
+    follows: BoolArray = (
         (before["session"] == after["session"])
         & (before["position"] + before["count"] == after["position"])
         & (before["number"] + before["count"] == after["number"])

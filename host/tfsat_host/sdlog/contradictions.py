@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, IntArray
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.messages import LogHeader
 
@@ -20,9 +20,7 @@ _ROWS_AT_A_TIME = 1 << 15
 _MISSED_FROM_PERIODS = 1.5
 
 
-def steps_of_time(
-    t_us: NDArray[np.int64], index: NDArray[np.int64], rate_hz: float
-) -> tuple[int, NDArray[np.int64]]:
+def steps_of_time(t_us: IntArray, index: IntArray, rate_hz: float) -> tuple[int, IntArray]:
     """Find the steps that are no step forward, and those that are too long; no column of them is ever held.
 
     Args:
@@ -114,10 +112,7 @@ def two_releases(release: Release | None) -> str | None:
 
 
 def release_doubts(
-    release: Release | None,
-    events: Sequence[DropEvent],
-    gaps: Sequence[Gap],
-    switch_open: NDArray[np.bool_],
+    release: Release | None, events: Sequence[DropEvent], gaps: Sequence[Gap], switch_open: BoolArray
 ) -> Iterator[str]:
     """Yield a sentence if the release is not certain to the microsecond, or missing where one must be."""
     if release is None:

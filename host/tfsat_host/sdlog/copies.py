@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.arrays import BoolArray
+from tfsat_host.arrays import BoolArray, IntArray, RecordArray
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .blocks import PIECE, joined, look
@@ -27,7 +27,7 @@ _BEST = np.dtype(
 """The best block of a number so far, how many have that number, and how many of them are equal to it."""
 
 
-def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> tuple[NDArray[np.void], int, int]:
+def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[RecordArray, int, int]:
     """Of blocks with one number take the one with the most samples, then the first of the file.
 
     Args:
@@ -56,7 +56,7 @@ def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> tuple[
     return joined(all_taken[np.argsort(all_taken["number"])]), duplicate, conflicting
 
 
-def _contested(pieces: NDArray[np.void]) -> BoolArray:
+def _contested(pieces: RecordArray) -> BoolArray:
     """Which of the pieces, in the order of their first numbers, share a number with another."""
     first = pieces["number"]
     end = first + pieces["count"]
@@ -66,7 +66,7 @@ def _contested(pieces: NDArray[np.void]) -> BoolArray:
     return shares
 
 
-def _windows(pieces: NDArray[np.void]) -> Iterator[NDArray[np.void]]:
+def _windows(pieces: RecordArray) -> Iterator[RecordArray]:
     """The same blocks, those of _WINDOW neighbouring numbers at a time; a piece that reaches further is cut."""
     next_piece, cut = 0, pieces[:0]
     while next_piece < len(pieces) or len(cut):
@@ -82,7 +82,7 @@ def _windows(pieces: NDArray[np.void]) -> Iterator[NDArray[np.void]]:
         yield window
 
 
-def _best_of_each_number(source: LogSource, rivals: NDArray[np.void]) -> tuple[NDArray[np.void], int, int]:
+def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[RecordArray, int, int]:
     """The blocks to take out of a window, and how many are equal to one of them or different.
 
     The file may hold one number any number of times: of each, only the best block so far is kept.
@@ -112,7 +112,7 @@ def _best_of_each_number(source: LogSource, rivals: NDArray[np.void]) -> tuple[N
     return joined(taken), same - len(best), int(best["found"].sum()) - same
 
 
-def _in_file_order(pieces: NDArray[np.void]) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+def _in_file_order(pieces: RecordArray) -> Iterator[tuple[IntArray, IntArray]]:
     """Positions and numbers of all blocks of the pieces, by position, CHUNK_BLOCKS at a time."""
     order = np.argsort(pieces["position"])
     upto = np.cumsum(pieces["count"][order])
@@ -125,7 +125,7 @@ def _in_file_order(pieces: NDArray[np.void]) -> Iterator[tuple[NDArray[np.int64]
 
 
 def _read(
-    source: LogSource, positions: NDArray[np.int64], numbers: NDArray[np.int64]
+    source: LogSource, positions: IntArray, numbers: IntArray
 ) -> tuple[NDArray[np.int16], NDArray[np.uint32]]:
     """What decides between blocks: how many samples each has, and its CRC. Neighbours are read together."""
     data = memoryview(bytearray(len(positions) * BLOCK_BYTES))

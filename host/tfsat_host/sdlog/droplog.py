@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import LogFooter, LogHeader
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -21,6 +22,8 @@ from .recordings import ChosenBy, Recording, SetAside
 from .release import Release
 
 Verdict = Literal["complete", "truncated", "damaged"]
+EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
+"""In every file of events."""
 SENSORS_PER_JOINT = ANGLE_SENSOR_COUNT // JOINT_COUNT
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 _BY_SAMPLE = (
@@ -48,7 +51,7 @@ class DropLog:
         other_sessions: Ids of other recordings in the file.
         recordings: All recordings of the file by a first look, this one too.
         chosen_by: Why this one of them was decoded: `only one`, `asked for`, `time of day` (the newest by
-            the headers) or `place` (the first of the file).
+            the headers), `place` (the first of the file) or `header` (the first of the file that has one).
         header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`); who_am_i of an IMU that
             did not answer when the recording began is what it answered later on.
         header_is_copy: The first block was lost and a repetition of the header was used.
@@ -85,18 +88,18 @@ class DropLog:
     header_is_copy: bool
     header_time_us: int
     footer: LogFooter | None
-    sample_index: NDArray[np.int64]
-    t_us: NDArray[np.int64]
+    sample_index: IntArray
+    t_us: IntArray
     release: Release | None
     imu_counts: NDArray[np.int16]
     angle_counts: NDArray[np.uint16]
-    imu_valid: NDArray[np.bool_]
-    angle_valid: NDArray[np.bool_]
-    switch_open: NDArray[np.bool_]
-    clipped: NDArray[np.bool_]
+    imu_valid: BoolArray
+    angle_valid: BoolArray
+    switch_open: BoolArray
+    clipped: BoolArray
     events: tuple[DropEvent, ...]
     gaps: tuple[Gap, ...]
-    late_rows: NDArray[np.int64]
+    late_rows: IntArray
     set_aside: SetAside
     samples_lost: int
     blocks_lost: int
@@ -146,29 +149,29 @@ class DropLog:
         return int(self.t_us[0]) if self.release_us is None else self.release_us
 
     @cached_property
-    def t_s(self) -> NDArray[np.float64]:
+    def t_s(self) -> FloatArray:
         """(n,) time after release, s; after the first sample if no release was recorded."""
-        since: NDArray[np.float64] = (self.t_us - self.origin_us) / np.float64(1e6)
+        since: FloatArray = (self.t_us - self.origin_us) / np.float64(1e6)
         return since
 
     @cached_property
-    def rate_rad_s(self) -> NDArray[np.float64]:
+    def rate_rad_s(self) -> FloatArray:
         """(n, 4, 3) angular rate of bodies 1 to 4 about their sensor's x, y, z, rad/s."""
         return self._imu_columns(_GYRO, np.pi / 180 / self.header.gyro_lsb_per_deg_s)
 
     @cached_property
-    def specific_force_m_s2(self) -> NDArray[np.float64]:
+    def specific_force_m_s2(self) -> FloatArray:
         """(n, 4, 3) specific force at the sensor along its x, y, z, m/s² (0 in free fall)."""
         return self._imu_columns(_ACCEL, STANDARD_GRAVITY_M_S2 / self.header.accel_lsb_per_g)
 
     @cached_property
-    def temperature_c(self) -> NDArray[np.float64]:
+    def temperature_c(self) -> FloatArray:
         """(n, 4) die temperature of each IMU, °C."""
         lsb_per_c, offset_c = np.array(temperature_scales(self.header)).T
         return np.asarray(self._imu_columns(_TEMPERATURE, 1.0) * (1 / lsb_per_c) + offset_c)
 
     @cached_property
-    def sensor_angle_rad(self) -> NDArray[np.float64]:
+    def sensor_angle_rad(self) -> FloatArray:
         """(n, 6) absolute angle sensors, rad in [0, 2π), the middle of a count, for the converter cuts off.
 
         Joint j has columns 2 (j - 1) and the next.
@@ -190,12 +193,18 @@ class DropLog:
             return float("nan")
         return int(self.sample_index[-1] - self.sample_index[0]) / self.duration_s
 
+    def event_rows(self) -> list[tuple[int, float, str, int, int, int]]:
+        """Of each event, by time: `EVENT_COLUMNS`."""
+        return [
+            (one.t_us, self.seconds(one.t_us), one.name, one.index, one.arg, one.value) for one in self.events
+        ]
+
     def seconds(self, time_us: int) -> float:
         """A time of the logger's clock on the scale of `t_s`."""
         return (time_us - self.origin_us) / 1e6
 
-    def _imu_columns(self, columns: slice | int, scale: float) -> NDArray[np.float64]:
-        values: NDArray[np.float64] = np.multiply(self.imu_counts[:, :, columns], scale, dtype=np.float64)
+    def _imu_columns(self, columns: slice | int, scale: float) -> FloatArray:
+        values: FloatArray = np.multiply(self.imu_counts[:, :, columns], scale, dtype=np.float64)
         values[~self.imu_valid] = np.nan
         return values
 
@@ -227,9 +236,9 @@ class CountColumn:
     scale: float
     offset: float
     decimals: int
-    valid: NDArray[np.bool_]
+    valid: BoolArray
 
-    def values(self, rows: slice | NDArray[np.intp]) -> NDArray[np.float64]:
+    def values(self, rows: slice | NDArray[np.intp]) -> FloatArray:
         """In physical units, whether valid or not."""
         return np.asarray(self.counts[rows] * np.float64(self.scale) + self.offset)
 
@@ -260,7 +269,7 @@ def physical_columns(log: DropLog) -> list[CountColumn]:
     return columns
 
 
-def flag_columns(log: DropLog) -> dict[str, NDArray[np.bool_]]:
+def flag_columns(log: DropLog) -> dict[str, BoolArray]:
     """Switches and clipping, (n,) each, by name. Validity shows as missing values."""
     switches = {f"switch{i + 1}_open": column for i, column in enumerate(log.switch_open.T)}
     return switches | {f"imu{i + 1}_clipped": column for i, column in enumerate(log.clipped.T)}

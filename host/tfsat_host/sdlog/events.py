@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tfsat_host.arrays import RecordArray
 from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.messages import LogHeader
 
@@ -31,7 +29,7 @@ class DropEvent:
     value: int
 
 
-def read_events(raw: NDArray[np.void]) -> tuple[DropEvent, ...]:
+def read_events(raw: RecordArray) -> tuple[DropEvent, ...]:
     """Turn (e,) records of EVENT_DTYPE into events, by time."""
     names = {int(code): code.name.lower() for code in EventCode}
     events = [

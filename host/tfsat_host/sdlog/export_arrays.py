@@ -140,15 +140,10 @@ def _struct_array(items: Any) -> Any:
 
 
 def _events(log: DropLog) -> dict[str, Any]:
-    numbers = {
-        name: np.array([getattr(event, name) for event in log.events], float)
-        for name in ("t_us", "index", "arg", "value")
-    }
+    names = {"t_s": 1, "t_us": 0, "name": 2, "index": 3, "arg": 4, "value": 5}
     return {
-        "t_s": np.array([log.seconds(event.t_us) for event in log.events], float),
-        "t_us": numbers.pop("t_us"),
-        "name": np.array([event.name for event in log.events], object),
-        **numbers,
+        name: np.array([row[i] for row in log.event_rows()], object if name == "name" else float)
+        for name, i in names.items()
     }
 
 

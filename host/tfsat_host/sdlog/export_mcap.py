@@ -17,14 +17,15 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
-from tfsat_host.protocol.limits import IMU_COUNT, SWITCH_COUNT
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
+from tfsat_host.protocol.limits import IMU_COUNT
 
 from .droplog import SENSORS_PER_JOINT, CountColumn, DropLog, physical_columns
 from .errors import check_extra
@@ -36,54 +37,39 @@ METADATA_NAME = "tfsat"
 """The metadata record that describes the recording: values are text, or JSON."""
 QUICK_LOOK = "uncalibrated quick look: to see what happened, not to measure with"
 _CHUNK_ROWS = 8192
-_HARMLESS = {
-    "switch_edge",
-    "stroke",
-    "release",
-    "landing",
-    "sensor_recovered",
-    "card_back",
-    "rewritten",
-}
+_HARMLESS = {"switch_edge", "stroke", "release", "landing", "sensor_recovered", "card_back", "rewritten"}
 """Events of a drop as it should be; all others are warnings."""
 
 _PACKAGE = "tfsat"
-_TIMESTAMP = ".google.protobuf.Timestamp"
-_VECTOR = ".foxglove.Vector3"
 
 Stamp = Callable[[Any, int], None]
 """Writes a time of the logger's clock into a message's timestamp."""
 Messages = Iterator[tuple[int, bytes]]
 """Time of the logger's clock in µs and an encoded message, by time."""
 Rows = Iterator[tuple[int, Sequence[Any]]]
-"""Time of the logger's clock in µs and the values of a message, by time."""
-Put = Callable[[Any, Sequence[Any]], None]
-"""Sets a message's fields to such values; every field each time, for the message is used again."""
-Fields = tuple[tuple[str, str], ...]
-"""Name and type of each field; a type with a leading dot is a message."""
+"""Time of the logger's clock in µs and the values of a message, all of them each time, by time."""
 
-_MESSAGES: dict[str, Fields] = {
-    "Imu": (
-        ("timestamp", _TIMESTAMP),
-        ("rate_deg_s", _VECTOR),
-        ("specific_force_m_s2", _VECTOR),
-        ("temperature_c", "double"),
-        ("clipped", "bool"),
-    ),
-    "AngleSensor": (("timestamp", _TIMESTAMP), ("angle_deg", "double")),
-    "JointAngle": (("timestamp", _TIMESTAMP), ("angle_deg", "double")),
-    "ReleaseSwitches": (("timestamp", _TIMESTAMP), ("switch1_open", "bool"), ("switch2_open", "bool")),
-    "Event": (
-        ("timestamp", _TIMESTAMP),
-        ("t_us", "uint64"),
-        ("t_s", "double"),
-        ("event", "string"),
-        ("index", "uint32"),
-        ("arg", "uint32"),
-        ("value", "int32"),
-    ),
+_MESSAGES = {
+    "Imu": "rate_deg_s:vector specific_force_m_s2:vector temperature_c:double clipped:bool",
+    "AngleSensor": "angle_deg:double",
+    "JointAngle": "angle_deg:double",
+    "ReleaseSwitches": "switch1_open:bool switch2_open:bool",
+    "Event": "t_us:uint64 t_s:double event:string index:uint32 arg:uint32 value:int32",
 }
 """Fields are numbered in this order: append, never insert, so that older files keep their meaning."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of message.
+
+    Attributes:
+        of: Its Protobuf class.
+        places: Where the values of a row go, in order: a field, or one of a message inside, such as `rate_deg_s.x`.
+    """
+
+    of: Any
+    places: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -102,6 +88,52 @@ class Channel:
     messages: Callable[[], Messages]
     metadata: dict[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(
+        cls, stamp: Stamp, topic: str, kind: Kind, rows: Callable[[], Rows], quality: str = "", **fixed: str
+    ) -> Channel:
+        """One message a row.
+
+        Args:
+            stamp: Writes its time.
+            topic: Its name.
+            kind: Of the messages.
+            rows: Gives them.
+            quality: What a reader should know of the numbers.
+            fixed: What is the same in all messages.
+        """
+
+        def messages() -> Messages:
+            message = kind.of(**fixed)
+            paths = [place.rpartition(".") for place in kind.places]
+            targets = [(getattr(message, part) if part else message, name) for part, _, name in paths]
+            for t_us, row in rows():
+                stamp(message, t_us)
+                for (target, name), value in zip(targets, row, strict=True):
+                    setattr(target, name, value)
+                yield t_us, message.SerializeToString()
+
+        return cls(topic, kind.of, messages, {"quality": quality} if quality else {})
+
+
+def frame_transforms() -> Kind:
+    """One frame in another: translation and quaternion."""
+    from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+
+    return Kind(FrameTransform, (*places_in("translation"), *places_in("rotation", "xyzw")))
+
+
+def log_lines() -> Kind:
+    """A line of text: level, text, who says it."""
+    from foxglove_schemas_protobuf.Log_pb2 import Log
+
+    return Kind(Log, ("level", "message", "name"))
+
+
+def places_in(vector: str, axes: str = "xyz") -> tuple[str, ...]:
+    """Those of the components of a vector."""
+    return tuple(f"{vector}.{axis}" for axis in axes)
+
 
 @dataclass(frozen=True, eq=False)
 class FrameTrack:
@@ -117,7 +149,7 @@ class FrameTrack:
 
     parent: str
     child: str
-    t_us: NDArray[np.int64]
+    t_us: IntArray
     translation_m: FloatArray
     quaternion_xyzw: FloatArray
 
@@ -127,7 +159,7 @@ class JointTrack:
     """One joint's angle: `t_us` (m,) int64, the logger's clock; `angle_rad` (m,)."""
 
     name: str
-    t_us: NDArray[np.int64]
+    t_us: IntArray
     angle_rad: FloatArray
 
 
@@ -212,69 +244,31 @@ def _texts(log: DropLog, frames: BodyFrames, offset_us: int) -> dict[str, str]:
 
 def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channel]:
     """All topics of a recording. A reading that was not valid is no message: Protobuf would show it as 0."""
-    from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
-    from foxglove_schemas_protobuf.Log_pb2 import Log
-
-    def channel(topic: str, kind: Any, put: Put, rows: Callable[[], Rows], **known: str) -> Channel:
-        def messages() -> Messages:
-            message = kind()
-            for t_us, row in rows():
-                stamp(message, t_us)
-                put(message, row)
-                yield t_us, message.SerializeToString()
-
-        return Channel(topic, kind, messages, known)
-
-    classes = classes_of("tfsat/drop_log.proto", _MESSAGES)
-    columns = physical_columns(log)
-    yield channel("/log", Log, _put("level message name"), partial(_log_lines, log, frames, Log))
-    yield channel("/events", classes["Event"], _put("t_us t_s event index arg value"), partial(_events, log))
-    switches = " ".join(f"switch{i + 1}_open" for i in range(SWITCH_COUNT))
+    kinds, lines = kinds_of("tfsat/drop_log.proto", _MESSAGES), log_lines()
+    columns, channel = physical_columns(log), partial(Channel.of, stamp)
+    yield channel("/log", lines, partial(_log_lines, log, frames, lines.of))
+    yield channel("/events", kinds["Event"], lambda: ((row[0], row) for row in log.event_rows()))
     rows = partial(_samples, log, np.ones(len(log), np.bool_), partial(_values, [], list(log.switch_open.T)))
-    yield channel("/release_switches", classes["ReleaseSwitches"], _put(switches), rows)
+    yield channel("/release_switches", kinds["ReleaseSwitches"], rows)
     for body in range(IMU_COUNT):
         own = [column for column in columns if column.name.startswith(f"imu{body + 1}_")]
         rows = partial(_samples, log, own[0].valid, partial(_values, own, [log.clipped[:, body]]))
-        yield channel(f"/body_{body + 1}/imu", classes["Imu"], _put_imu, rows)
+        yield channel(f"/body_{body + 1}/imu", kinds["Imu"], rows)
     for index, column in enumerate(column for column in columns if column.name.startswith("joint")):
         joint, sensor = divmod(index, SENSORS_PER_JOINT)
         rows = partial(_samples, log, column.valid, partial(_values, [column], []))
-        topic = f"/joint_{joint + 1}/sensor_{sensor + 1}"
-        yield channel(topic, classes["AngleSensor"], _put("angle_deg"), rows)
+        yield channel(f"/joint_{joint + 1}/sensor_{sensor + 1}", kinds["AngleSensor"], rows)
     for track in frames.joints:
         rows = partial(_tracked, track.t_us, np.rad2deg(track.angle_rad)[:, None])
-        kind, put = classes["JointAngle"], _put("angle_deg")
-        yield channel(f"/quick_look/{track.name}", kind, put, rows, quality=QUICK_LOOK)
+        yield channel(f"/quick_look/{track.name}", kinds["JointAngle"], rows, QUICK_LOOK)
     for frame in frames.tracks:
         rows = partial(_tracked, frame.t_us, np.hstack((frame.translation_m, frame.quaternion_xyzw)))
-        put = partial(_put_frame, frame.parent, frame.child)
-        yield channel(f"/quick_look/tf/{frame.child}", FrameTransform, put, rows, quality=QUICK_LOOK)
-
-
-def _put(names: str) -> Put:
-    """What sets these fields of a message."""
-    fields = names.split()
-
-    def put(message: Any, row: Sequence[Any]) -> None:
-        for name, value in zip(fields, row, strict=True):
-            setattr(message, name, value)
-
-    return put
-
-
-def _put_imu(message: Any, row: Sequence[Any]) -> None:
-    rate, force = message.rate_deg_s, message.specific_force_m_s2
-    rate.x, rate.y, rate.z, force.x, force.y, force.z, message.temperature_c, message.clipped = row
-
-
-def _put_frame(parent: str, child: str, message: Any, row: Sequence[Any]) -> None:
-    place, turn = message.translation, message.rotation
-    message.parent_frame_id, message.child_frame_id = parent, child
-    place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w = row
+        named = {"parent_frame_id": frame.parent, "child_frame_id": frame.child}
+        yield channel(f"/quick_look/tf/{frame.child}", frame_transforms(), rows, QUICK_LOOK, **named)
 
 
 def _samples(
-    log: DropLog, valid: NDArray[np.bool_], values: Callable[[NDArray[np.intp]], Iterable[NDArray[Any]]]
+    log: DropLog, valid: BoolArray, values: Callable[[NDArray[np.intp]], Iterable[NDArray[Any]]]
 ) -> Rows:
     """What a sensor gave, at the samples at which it answered, some thousand at once."""
     for start in range(0, len(log), _CHUNK_ROWS):
@@ -283,20 +277,12 @@ def _samples(
         yield from zip(log.t_us[rows].tolist(), zip(*columns, strict=True), strict=True)
 
 
-def _values(
-    columns: list[CountColumn], flags: list[NDArray[np.bool_]], rows: NDArray[np.intp]
-) -> list[NDArray[Any]]:
+def _values(columns: list[CountColumn], flags: list[BoolArray], rows: NDArray[np.intp]) -> list[NDArray[Any]]:
     return [*(column.values(rows) for column in columns), *(flag[rows] for flag in flags)]
 
 
-def _tracked(t_us: NDArray[np.int64], numbers: FloatArray) -> Rows:
+def _tracked(t_us: IntArray, numbers: FloatArray) -> Rows:
     yield from zip(t_us.tolist(), numbers.tolist(), strict=True)
-
-
-def _events(log: DropLog) -> Rows:
-    for event in log.events:
-        numbers = (event.index, event.arg, event.value)
-        yield event.t_us, (event.t_us, log.seconds(event.t_us), event.name, *numbers)
 
 
 def _log_lines(log: DropLog, frames: BodyFrames, kind: Any) -> Rows:
@@ -313,33 +299,39 @@ def _log_lines(log: DropLog, frames: BodyFrames, kind: Any) -> Rows:
         yield t_us, (level, text, "tfsat")
 
 
-def classes_of(file_name: str, messages: Mapping[str, Fields]) -> dict[str, Any]:
-    """Messages of the package `tfsat` as classes, by name.
+def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
+    """Messages of the package `tfsat`, by name; each begins with a timestamp.
 
     Built from descriptors, so that no generated code must be kept in step.
 
     Args:
         file_name: The descriptors' own; each has its own set of messages.
-        messages: Fields of each by its name, in the order of their numbers.
+        messages: The other fields of each, `name:type`, in the order of their numbers.
     """
     from foxglove_schemas_protobuf import Vector3_pb2
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
+    inside = {"timestamp": ".google.protobuf.Timestamp", "vector": ".foxglove.Vector3"}
     file = descriptor_pb2.FileDescriptorProto(name=file_name, package=_PACKAGE, syntax="proto3")
     file.dependency.extend([timestamp_pb2.DESCRIPTOR.name, Vector3_pb2.DESCRIPTOR.name])
-    for name, fields in messages.items():
+    places: dict[str, tuple[str, ...]] = {}
+    for name, declared in messages.items():
         message = file.message_type.add(name=name)
-        for number, (field_name, kind) in enumerate(fields, 1):
-            added = message.field.add(
-                name=field_name, number=number, label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL
+        fields = [one.split(":") for one in declared.split()]
+        for number, (field_name, kind) in enumerate([("timestamp", "timestamp"), *fields], 1):
+            message.field.add(
+                name=field_name,
+                number=number,
+                label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL,
+                type=f"TYPE_{'MESSAGE' if kind in inside else kind.upper()}",
+                type_name=inside.get(kind),
             )
-            if kind.startswith("."):
-                added.type, added.type_name = descriptor_pb2.FieldDescriptorProto.TYPE_MESSAGE, kind
-            else:
-                added.type = descriptor_pb2.FieldDescriptorProto.Type.Value(f"TYPE_{kind.upper()}")
+        found = (places_in(one) if kind == "vector" else (one,) for one, kind in fields)
+        places[name] = tuple(chain.from_iterable(found))
     pool = descriptor_pool.Default()
     pool.AddSerializedFile(file.SerializeToString())
+    find = pool.FindMessageTypeByName
     return {
-        name: message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{_PACKAGE}.{name}"))
+        name: Kind(message_factory.GetMessageClass(find(f"{_PACKAGE}.{name}")), places[name])
         for name in messages
     }

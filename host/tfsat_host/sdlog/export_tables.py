@@ -18,13 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .droplog import CountColumn, DropLog, flag_columns, physical_columns
+from tfsat_host.arrays import BoolArray, IntArray
+
+from .droplog import EVENT_COLUMNS, CountColumn, DropLog, flag_columns, physical_columns
 from .errors import check_extra
 from .summary import metadata
 
 _CHUNK_ROWS = 8192
 _INDEX_COLUMNS = ("sample", "t_us", "t_s")
-_EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
 _DIGITS = tuple(f"{number:03d}".encode() for number in range(1000))
 _THREE_DIGITS = np.array(_DIGITS, "S3").view(np.uint8).reshape(1000, 3)
 _PAD = 0
@@ -48,7 +49,7 @@ def header_line(log: DropLog) -> bytes:
 
 def events_header_line() -> bytes:
     """The first line of the events' file."""
-    return _line(_EVENT_COLUMNS)
+    return _line(EVENT_COLUMNS)
 
 
 def write_csv(log: DropLog, path: Path) -> None:
@@ -67,9 +68,8 @@ def write_events_csv(log: DropLog, path: Path) -> None:
     with path.open("w", newline="", encoding="ascii") as file:
         file.write(events_header_line().decode())
         writer = csv.writer(file)
-        for event in log.events:
-            t_s = f"{log.seconds(event.t_us):.6f}"
-            writer.writerow((event.t_us, t_s, event.name, event.index, event.arg, event.value))
+        for t_us, t_s, *event in log.event_rows():
+            writer.writerow((t_us, f"{t_s:.6f}", *event))
 
 
 def _line(names: Iterable[str]) -> bytes:
@@ -77,7 +77,7 @@ def _line(names: Iterable[str]) -> bytes:
 
 
 def _rows(
-    log: DropLog, rows: slice, physical: list[Callable[[slice], Text]], flags: list[NDArray[np.bool_]]
+    log: DropLog, rows: slice, physical: list[Callable[[slice], Text]], flags: list[BoolArray]
 ) -> bytes:
     fields = [
         _integers(log.sample_index[rows]),
@@ -115,7 +115,7 @@ def _texts(column: CountColumn) -> Callable[[slice], Text]:
     return of
 
 
-def _seconds(time_us: NDArray[np.int64]) -> Text:
+def _seconds(time_us: IntArray) -> Text:
     """(m, width) decimal text of µs as seconds with six decimals, exact."""
     whole, micro = np.divmod(np.abs(time_us), 1_000_000)
     point = np.full((len(time_us), 1), ord("."), np.uint8)
@@ -124,7 +124,7 @@ def _seconds(time_us: NDArray[np.int64]) -> Text:
     return np.hstack((sign, _integers(whole), point, _THREE_DIGITS[milli], _THREE_DIGITS[rest]))
 
 
-def _integers(values: NDArray[np.int64]) -> Text:
+def _integers(values: IntArray) -> Text:
     """(m, width) decimal text of numbers from 0, padded in front."""
     groups = []
     rest = values
@@ -141,7 +141,7 @@ def _integers(values: NDArray[np.int64]) -> Text:
 
 
 def write_parquet(log: DropLog, path: Path) -> None:
-    """Write one row a sample; a reading that was not valid is null. Units stand in names and metadata.
+    """Write one row a sample; a reading that was not valid is null. Units are in names and metadata.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
@@ -157,7 +157,7 @@ def write_parquet(log: DropLog, path: Path) -> None:
             ("t_s", pa.float64()),
             *((column.name, pa.float64()) for column in physical),
             *((name, pa.bool_()) for name in flags),
-        ],
+        ]
     )
     delta = {"sample": "DELTA_BINARY_PACKED", "t_us": "DELTA_BINARY_PACKED", "t_s": "BYTE_STREAM_SPLIT"}
     with _writer(log, path, schema, [column.name for column in physical], delta) as writer:
@@ -182,18 +182,11 @@ def write_events_parquet(log: DropLog, path: Path) -> None:
     check_extra("parquet")
     import pyarrow as pa
 
-    events = log.events
-    columns = {
-        "t_us": pa.array([event.t_us for event in events], pa.int64()),
-        "t_s": pa.array([log.seconds(event.t_us) for event in events], pa.float64()),
-        "event": pa.array([event.name for event in events], pa.string()),
-        "index": pa.array([event.index for event in events], pa.uint8()),
-        "arg": pa.array([event.arg for event in events], pa.uint16()),
-        "value": pa.array([event.value for event in events], pa.int32()),
-    }
-    schema = pa.schema([(name, column.type) for name, column in columns.items()])
+    types = (pa.int64(), pa.float64(), pa.string(), pa.uint8(), pa.uint16(), pa.int32())
+    schema = pa.schema(list(zip(EVENT_COLUMNS, types, strict=True)))
+    rows = [dict(zip(EVENT_COLUMNS, row, strict=True)) for row in log.event_rows()]
     with _writer(log, path, schema, ["event"], {"t_us": "DELTA_BINARY_PACKED"}) as writer:
-        writer.write_table(pa.Table.from_arrays(list(columns.values()), schema=schema))
+        writer.write_table(pa.Table.from_pylist(rows, schema=schema))
 
 
 @contextmanager

@@ -20,13 +20,16 @@ from .errors import LOOK_AGAIN, LogError
 _FIELDS: Mapping[str, Any] = np.dtype(LOG_HEADER_DTYPE).fields or {}
 _WALL_CLOCK_AT: int = _FIELDS["wall_clock_us"][1]
 WALL_CLOCK = slice(_WALL_CLOCK_AT, _WALL_CLOCK_AT + 8)
-"""Where it stands in a header; all other bytes are the same in every copy, but it may be set while recording."""
+"""Where it is in a header; all other bytes are the same in every copy, but it may be set while recording."""
 MPU_6050 = next(iter(IMU_PARTS))
 """What an IMU is taken for that did not answer, where no other one did."""
 _FULL_SCALE_COUNTS = 32768
 _SCALE_TOLERANCE = 0.05
+_GYRO_RANGES_DEG_S, _ACCEL_RANGES_G = (250, 500, 1000, 2000), (2, 4, 8, 16)
+_BUS_KHZ = (100, 400)
 _RATE_HZ = (0.1, 8000.0)
 """The MPU-6050 makes at most 8000 gyro samples a second (RM-MPU-6000A rev. 4.2, register 25)."""
+_US_PER_S = 1e6
 _COUNTS_PER_TURN = (16, 65536)
 _TEMPERATURE_LSB_PER_C = (1.0, 10_000.0)
 _TEMPERATURE_OFFSET_C = (-300.0, 300.0)
@@ -117,6 +120,18 @@ def _absurdity(header: LogHeader) -> str:
     for name, value, unit, (least, most) in checks:
         if not (math.isfinite(value) and least <= value <= most):
             return f"{name} {value:g} {unit} (possible: {least:g} to {most:g})"
+    settings = (
+        ("low-pass setting", header.dlpf_cfg, range(len(IMU_PARTS[MPU_6050].gyro_delay_us))),
+        ("gyro range in deg/s", header.gyro_range_deg_s, _GYRO_RANGES_DEG_S),
+        ("accelerometer range in g", header.accel_range_g, _ACCEL_RANGES_G),
+        ("bus clock in kHz", header.bus_khz, _BUS_KHZ),
+    )
+    for name, value, possible in settings:
+        if value not in possible:
+            return f"{name} {value} (possible: {', '.join(map(str, possible))})"
+    latest_us = max(*header.imu_offset_us, *header.angle_offset_us)
+    if latest_us * header.rate_hz > _US_PER_S:
+        return f"a sensor read {latest_us} us after its sample, at {header.rate_hz:g} samples a second"
     scales = (
         ("gyro", header.gyro_lsb_per_deg_s, "LSB/(deg/s)", header.gyro_range_deg_s),
         ("accelerometer", header.accel_lsb_per_g, "LSB/g", header.accel_range_g),

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, IntArray
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import FROZEN_US
 
@@ -28,9 +29,7 @@ _AXES = np.array([0, 1, 2, 4, 5, 6])
 _ENDS_OF_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
-def invalidate_by_events(
-    events: Iterable[DropEvent], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
-) -> None:
+def invalidate_by_events(events: Iterable[DropEvent], t_us: IntArray, imu_valid: BoolArray) -> None:
     """Clear the validity, in place, of the samples during which an output stood still, or may have had other scales.
 
     The logger marks an IMU invalid only from the sample on at which it is certain; the event gives for how many µs
@@ -61,9 +60,7 @@ def invalidate_by_events(
             done = max(done, last)
 
 
-def invalidate_exchanged(
-    exchanges: Iterable[Exchange], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
-) -> None:
+def invalidate_exchanged(exchanges: Iterable[Exchange], t_us: IntArray, imu_valid: BoolArray) -> None:
     """Clear the validity, in place, of what another part than the header's measured.
 
     Args:
@@ -79,7 +76,7 @@ def invalidate_exchanged(
 
 
 def invalidate_repeated(
-    imu: NDArray[np.int16], index: NDArray[np.int64], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
+    imu: NDArray[np.int16], index: IntArray, t_us: IntArray, imu_valid: BoolArray
 ) -> None:
     """Clear the validity, in place, of readings that an IMU repeated, whether or not there is an event.
 
@@ -111,9 +108,7 @@ def invalidate_repeated(
         _judge(runs, imu[:, body], index, t_us, imu_valid[:, body])
 
 
-def _still(
-    imu: NDArray[np.int16], imu_valid: NDArray[np.bool_], begin: int, end: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _still(imu: NDArray[np.int16], imu_valid: BoolArray, begin: int, end: int) -> tuple[IntArray, IntArray]:
     """Every second row whose reading the next two repeat, and of which IMU: (k,), (k,)."""
     probes = imu[begin : end + 1 : _PROBE_EVERY].view(_READING)["probe"][:, :, 0]
     found = np.flatnonzero(probes[1:] == probes[:-1])
@@ -127,20 +122,14 @@ def _still(
     return rows, which
 
 
-def _joined(runs: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined(runs: IntArray) -> IntArray:
     """(k, 2) first and last rows, those joined of which one begins with the last row of the one before."""
     starts = np.flatnonzero(np.concatenate(([True], runs[1:, 0] != runs[:-1, 1])))
     ends = np.append(starts[1:], len(runs)) - 1
     return np.stack((runs[starts, 0], runs[ends, 1]), axis=1)
 
 
-def _judge(
-    runs: NDArray[np.int64],
-    imu: NDArray[np.int16],
-    index: NDArray[np.int64],
-    t_us: NDArray[np.int64],
-    valid: NDArray[np.bool_],
-) -> None:
+def _judge(runs: IntArray, imu: NDArray[np.int16], index: IntArray, t_us: IntArray, valid: BoolArray) -> None:
     """Of one IMU: clear the validity in the runs of equal readings that are no measurements."""
     if not len(runs):
         return

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import IntArray, RecordArray
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.messages import LogFooter
 
@@ -56,10 +56,10 @@ class Ledger:
         self.samples_end = self.samples_dropped = self.most_samples_dropped = 0
         self.blocks = self.blocks_absent = 0
         self.last_number = -1
-        self._breaks: list[NDArray[np.int64]] = []
+        self._breaks: list[IntArray] = []
         self._rows = self._absent_at_data = 0
 
-    def add(self, heads: NDArray[np.void]) -> None:
+    def add(self, heads: RecordArray) -> None:
         """Append blocks, at least one, their numbers rising."""
         numbers = heads["block_number"].astype(np.int64)
         absent = numbers - np.arange(self.blocks, self.blocks + len(heads))
@@ -69,7 +69,7 @@ class Ledger:
         self.blocks += len(heads)
         self.blocks_absent, self.last_number = int(absent[-1]), int(numbers[-1])
 
-    def gaps(self, t_us: NDArray[np.int64], footer: LogFooter | None, starts_with: int) -> tuple[Gap, ...]:
+    def gaps(self, t_us: IntArray, footer: LogFooter | None, starts_with: int) -> tuple[Gap, ...]:
         """Every gap.
 
         Args:
@@ -87,7 +87,7 @@ class Ledger:
             gaps.append(_gap(t_us, len(t_us), self.samples_end - 1, samples, dropped, blocks))
         return tuple(gaps)
 
-    def _add_data(self, heads: NDArray[np.void], absent: NDArray[np.int64]) -> None:
+    def _add_data(self, heads: RecordArray, absent: IntArray) -> None:
         first, counts = heads["first_sample"].astype(np.int64), heads["sample_count"].astype(np.int64)
         dropped = heads["samples_dropped"].astype(np.int64)
         end = first + counts
@@ -108,9 +108,7 @@ class Ledger:
         self.most_samples_dropped = max(self.most_samples_dropped, int(dropped.max()))
 
 
-def _gap(
-    t_us: NDArray[np.int64], row: int, after_sample: int, samples: int, dropped: int, blocks: int
-) -> Gap:
+def _gap(t_us: IntArray, row: int, after_sample: int, samples: int, dropped: int, blocks: int) -> Gap:
     """The gap before row `row`: samples lost, those of them that the logger dropped, and blocks lost."""
     samples = max(samples, 0)
     return Gap(

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import RecordArray
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .block_decoder import BlockDecoder
@@ -44,7 +44,7 @@ class Survey(NamedTuple):
         early: What was decoded in passing; None if nothing was.
     """
 
-    pieces: NDArray[np.void]
+    pieces: RecordArray
     unusable: Counter[str]
     census: Census
     early: _EarlyDecoder | None
@@ -117,7 +117,7 @@ def _read_in_order(source: LogSource, assembly: Assembly) -> BlockDecoder:
     return builder
 
 
-def _chunks(pieces: NDArray[np.void]) -> Iterator[list[tuple[int, int, int]]]:
+def _chunks(pieces: RecordArray) -> Iterator[list[tuple[int, int, int]]]:
     """The pieces again as (position, number, count), up to CHUNK_BLOCKS blocks of them at a time."""
     parts: list[tuple[int, int, int]] = []
     room = CHUNK_BLOCKS
@@ -246,7 +246,7 @@ class _EarlyDecoder:
         self._session = session
         self._last_number = -1
 
-    def take(self, data: memoryview, looked: Looked, pieces: NDArray[np.void], first: int) -> None:
+    def take(self, data: memoryview, looked: Looked, pieces: RecordArray, first: int) -> None:
         """Take what continues the recording, of a chunk, its usable blocks, and the position of its first block."""
         if not len(pieces):
             return

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import IntArray, RecordArray
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
@@ -24,7 +24,7 @@ from .errors import LogError, NoBlockError, SessionError
 from .header import WALL_CLOCK
 from .source import LogSource
 
-ChosenBy = Literal["only one", "asked for", "time of day", "place"]
+ChosenBy = Literal["only one", "asked for", "header", "time of day", "place"]
 MOST_COUNTED = 4096
 """Recordings that are looked at one by one; in a file with more the place decides."""
 _WALL_CLOCK = slice(HEADER_BYTES + WALL_CLOCK.start, HEADER_BYTES + WALL_CLOCK.stop)
@@ -42,6 +42,7 @@ class Recording:
         blocks: Likewise.
         is_unbroken: Every block from number 0 to the last one is there.
         has_end: A footer is there.
+        has_header: A header or a copy of it is there: without one nothing of it can be decoded.
     """
 
     session: int
@@ -50,6 +51,7 @@ class Recording:
     blocks: int
     is_unbroken: bool
     has_end: bool
+    has_header: bool
 
 
 @dataclass(frozen=True)
@@ -84,14 +86,14 @@ class Assembly:
     Attributes:
         session: Its random id.
         pieces: Where its blocks stand, by number, each number once; (k,) of PIECE, joined where possible.
-        other_sessions: Ids of the file's other recordings, as they stand in the file.
-        recordings: All of the file, as they stand in it; of very many the first ones.
+        other_sessions: Ids of the file's other recordings, in the order of the file.
+        recordings: All of the file, in its order; of very many the first ones.
         chosen_by: Why it was this one.
         set_aside: What was left out.
     """
 
     session: int
-    pieces: NDArray[np.void]
+    pieces: RecordArray
     other_sessions: tuple[int, ...]
     recordings: tuple[Recording, ...]
     chosen_by: ChosenBy
@@ -106,6 +108,7 @@ class _Tally:
     samples: int = 0
     blocks: int = 0
     has_end: bool = False
+    has_header: bool = False
 
 
 class Census:
@@ -114,7 +117,7 @@ class Census:
     def __init__(self) -> None:
         self._tallies: dict[int, _Tally] = {}
 
-    def add(self, data: memoryview, heads: NDArray[np.void], where: NDArray[np.int64]) -> None:
+    def add(self, data: memoryview, heads: RecordArray, where: IntArray) -> None:
         """Count usable blocks: `heads` are (k,) theirs, `where` (k,) their places in `data`."""
         sessions = heads["session"]
         if not len(sessions):
@@ -136,12 +139,13 @@ class Census:
                 blocks=tally.blocks,
                 is_unbroken=session in unbroken,
                 has_end=tally.has_end,
+                has_header=tally.has_header,
             )
             for session in sessions
             if (tally := self._tallies.get(session)) is not None
         )
 
-    def _add(self, data: memoryview, heads: NDArray[np.void], where: NDArray[np.int64]) -> None:
+    def _add(self, data: memoryview, heads: RecordArray, where: IntArray) -> None:
         session = int(heads["session"][0])
         first = heads[np.argmin(heads["block_number"])]
         tally = self._tallies.get(session)
@@ -154,8 +158,10 @@ class Census:
         tally.blocks += len(heads)
         tally.samples += int(heads["sample_count"].sum())
         tally.has_end = tally.has_end or bool((heads["kind"] == _FOOTER).any())
+        headers = np.flatnonzero(heads["kind"] == _HEADER).tolist()
+        tally.has_header = tally.has_header or bool(headers)
         if tally.unix_offset_us is None:
-            for row in np.flatnonzero(heads["kind"] == _HEADER).tolist():
+            for row in headers:
                 block = data[int(where[row]) * BLOCK_BYTES :][:BLOCK_BYTES]
                 unix_us = int.from_bytes(block[_WALL_CLOCK], "little")
                 if unix_us:
@@ -168,17 +174,13 @@ def _started(tally: _Tally) -> int | None:
 
 
 def assemble(
-    source: LogSource,
-    pieces: NDArray[np.void],
-    unusable: Counter[str],
-    census: Census,
-    session: int | None,
+    source: LogSource, pieces: RecordArray, unusable: Counter[str], census: Census, session: int | None
 ) -> Assembly:
     """Choose a recording (`session`, or the newest) and put its blocks in order.
 
     Args:
         source: The file; read again only where blocks of one number compete.
-        pieces: All usable blocks, as they stand in the file.
+        pieces: All usable blocks, in the order of the file.
         unusable: The other blocks, counted by reason.
         census: What each recording has.
         session: The recording asked for.
@@ -212,7 +214,8 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     """The session to decode, and what decided.
 
     The time of day does where every unbroken recording has one. Otherwise the place: a recording is
-    written from the start of its file, over what an older one left there.
+    written from the start of its file, over what an older one left there. One without a header cannot be decoded and
+    is taken only if none has one.
 
     Args:
         recordings: By their place in the file; at least one.
@@ -220,6 +223,10 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     """
     if len(recordings) == 1 and counted_all:
         return recordings[0].session, "only one"
+    decodable = [one for one in recordings if one.has_header]
+    if counted_all and decodable and not recordings[0].has_header:
+        session, chosen_by = _newest(decodable, counted_all)
+        return session, "header" if chosen_by in ("only one", "place") else chosen_by
     unbroken = [one for one in recordings if one.is_unbroken and one.samples]
     dated = [one for one in recordings if one.started_unix_us is not None and one.samples]
     if counted_all and unbroken and all(one.started_unix_us is not None for one in unbroken):
@@ -227,7 +234,7 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     return recordings[0].session, "place"
 
 
-def _unbroken_sessions(pieces: NDArray[np.void]) -> frozenset[int]:
+def _unbroken_sessions(pieces: RecordArray) -> frozenset[int]:
     """The sessions of which every block from number 0 to the last one is there.
 
     Args:
@@ -245,7 +252,7 @@ def _unbroken_sessions(pieces: NDArray[np.void]) -> frozenset[int]:
     return frozenset(reached.keys() - broken)
 
 
-def _sessions_by_position(pieces: NDArray[np.void]) -> tuple[int, ...]:
+def _sessions_by_position(pieces: RecordArray) -> tuple[int, ...]:
     """The ids of all recordings, by the median position of their blocks."""
     if (pieces["session"] == pieces["session"][0]).all():
         return (int(pieces["session"][0]),)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, IntArray
 from tfsat_host.protocol.limits import (
     LANDING_LATEST_US,
     PAUSE_MIN_US,
@@ -24,12 +24,14 @@ from .ledger import Gap
 from .release_rule import (
     ALL_OPEN,
     RuledRelease,
+    Span,
     SwitchEdge,
     reconciled,
     recorded_releases,
     releases_by_rule,
+    state_at_start,
+    switch_edges,
 )
-from .switch_edges import Span, state_at_start, switch_edges
 
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
@@ -71,10 +73,7 @@ class Release:
 
 
 def find_release(
-    events: Sequence[DropEvent],
-    t_us: NDArray[np.int64],
-    switch_open: NDArray[np.bool_],
-    gaps: Sequence[Gap] = (),
+    events: Sequence[DropEvent], t_us: IntArray, switch_open: BoolArray, gaps: Sequence[Gap] = ()
 ) -> Release | None:
     """The last release before the first stroke, else before the landing, else of all; None without one.
 
@@ -165,7 +164,7 @@ def _last_before(recorded: Sequence[int], latest_us: int | None) -> int | None:
     return next(iter([*before[-1:], *recorded]), None)
 
 
-def _usual_step_us(t_us: NDArray[np.int64]) -> int:
+def _usual_step_us(t_us: IntArray) -> int:
     """The median time between samples; of a long recording, at some of them."""
     every = len(t_us) // _STEPS_LOOKED_AT + 1
     before = np.arange(0, len(t_us) - 1, every)

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
 from .contradictions import two_releases
@@ -114,7 +114,7 @@ def _clipping(log: DropLog) -> Json | None:
     }
 
 
-def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
+def _row(name: str, valid: BoolArray, clipped: int | None) -> Json:
     count = int(np.count_nonzero(valid))
     return {"sensor": name, "valid": count, "invalid": len(valid) - count, "clipped": clipped}
 
@@ -123,7 +123,7 @@ MOST_SINGLE_MISSES = 0.01
 """Of a sensor's readings: so many, each alone, are bridged by their neighbours without a trace in any result."""
 
 
-def single_misses(valid: NDArray[np.bool_]) -> bool:
+def single_misses(valid: BoolArray) -> bool:
     """Whether the readings that a sensor missed, if any, are few and each stands between two that it gave."""
     missed = ~valid
     in_row = missed[1:] & missed[:-1]

@@ -183,6 +183,7 @@ def check_rotation(entry: Table, key: str, matrix: FloatArray) -> None:
 
 _DEG = np.pi / 180.0
 _LARGEST = 65_535
+_MOST_BIAS_RAD_S, _MOST_BEND_RAD = 2000.0 * _DEG, 45.0 * _DEG
 _BODY_UNITS = np.repeat([_DEG, _DEG, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
 _GYRO = {
@@ -292,8 +293,12 @@ _LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 def read_gyro(entry: Table) -> GyroCalibration:
     """Of one `[[gyro]]`. Raises CalibrationError at whatever is not as `gyro_table` writes it."""
     found = read_values(entry, _GYRO)
+    if (np.abs(found["bias_rad_s"]) > _MOST_BIAS_RAD_S).any():
+        entry.fail("bias.value", "a bias is beyond the widest range of any gyro, 2000 deg/s")
     if (found["scale"] <= 0.0).any():
         entry.fail("scale.value", "a factor is not above zero")
+    if (np.abs(np.log2(found["scale"])) > 1.0).any():
+        entry.fail("scale.value", "a factor is not between 0.5 and 2: no gyro is so wrong")
     found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
     for name, std in _stds_of_gyro(found["covariance"]).items():
         check_std(entry, f"{name}.std", found.pop(f"{name}_std"), std)
@@ -315,6 +320,8 @@ def read_joint(entry: Table) -> JointSensors:
     found = read_values(entry, _JOINT)
     if (np.abs(found["direction"]) != 1.0).any():
         entry.fail("direction", "must be 1 or -1 for each sensor")
+    if (np.abs(found["bend"]) > _MOST_BEND_RAD).any():
+        entry.fail("bend.value", "an amplitude is beyond 45 deg: such a sensor shows no angle")
     for name in ("zero", "bend"):
         key = f"{name}_covariance"
         found[key] = covariance(entry, f"{name}.covariance", found[key])

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.emulated.bench import EmulatedOperator
+    from tfsat_host.emulated.operator import EmulatedOperator
     from tfsat_host.robot import RobotModel
 
 LEAD_S = 3.0
@@ -122,8 +122,7 @@ def open_bench(
     Raises:
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
-    from tfsat_host.cli.advice import explained, offering_emulated
-    from tfsat_host.cli.connection import open_jog_client, open_logger
+    from tfsat_host.cli.boards import explained, offering_emulated, open_jog_client, open_logger
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
 
@@ -136,15 +135,15 @@ def open_bench(
         ):
             yield Bench(logger, PersonAtPrompt(out, jogging=jog), origin_of(logger), sequencer)
         return
-    from tfsat_host.emulated.bench import EmulatedOperator
-    from tfsat_host.emulated.hands import Hands
+    from tfsat_host.emulated.manual_motion import Operator
+    from tfsat_host.emulated.operator import EmulatedOperator
     from tfsat_host.emulated.robot import BoardIndex
     from tfsat_host.emulated.state import kept_robot
     from tfsat_host.emulated.transport import EmulatedTransport
 
     with kept_robot(out.note, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        person = EmulatedPerson(EmulatedOperator(robot, Hands.human(PERSON_SEED)), out, jogging=jog)
+        person = EmulatedPerson(EmulatedOperator(robot, Operator.human(PERSON_SEED)), out, jogging=jog)
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER)) if jog else None
         here = argparse.Namespace(emulated=True, port=None)
         with nullcontext() if sequencer is None else explained(sequencer, here):

@@ -4,42 +4,62 @@ from __future__ import annotations
 
 import argparse
 
-from tfsat_host.cli.calibrate.options import (
-    add_campaign_options,
-    add_certificate_options,
-    add_joint_option,
-    add_sequencer_port,
-    turned,
-)
-from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.subcommands import add_subcommands
+from tfsat_host.cli.calibrate.arguments import turned
+from tfsat_host.cli.usage import JOINT, OUTPUT, add_actions, add_options, device
 from tfsat_host.present.output import Output
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
-_QUANTITIES = {
-    "bias": ("what the gyros read at rest", "Read all gyros while the robot lies still."),
-    "zero": (
-        "what the angle sensors show where a joint is closed",
-        "Read the angle sensors while the holding attachment keeps a joint, or all of them, closed.",
-    ),
-    "misalignment": (
-        "which way each gyro's axes point, from swings about a joint",
-        "Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.",
-    ),
-    "scale": (
-        "how much the gyros read too much or too little, and how the angle sensors bend",
-        "Compare the gyros with the angle sensors while a joint is moved from rest to rest, or with a turn of the "
-        "whole robot through a known angle.",
-    ),
-    "servo": (
-        "where a servo takes its joint when commanded to an angle",
-        "Have the sequencer move a joint through its range, both ways, and measure where it stops.",
-    ),
-    "show": (
-        "all that is calibrated, how old it is, and what is missing for a drop",
-        "Show what a certificate holds, and what the next drop cannot rely on.",
-    ),
-}
-"""What each quantity is, and what its command does."""
+_CAMPAIGN = f"""\
+certificate:
+--out FILE    the certificate that the steps go into (default {CERTIFICATE}; of an emulated robot
+              {EMULATED_CERTIFICATE}); recordings are kept in a folder of its name
+--robot FILE  robot file (default: the drop tower robot)
+--force       begin the certificate again where it is of other sensors
+--resume      leave out steps of this command that were accepted within the last hour and since the last landing
+{device("logger")}"""
+_SEQUENCER_PORT = """\
+--sequencer-port PORT  serial port of the sequencer, which moves the joint; without it the environment's
+                           TFSAT_SEQUENCER_PORT, else the one port that looks like this board"""
+_QUANTITIES = f"""
+bias          what the gyros read at rest
+    Read all gyros while the robot lies still.
+
+    --log FILE  take it from the quiet minutes of a recording before its release; needs no board
+zero          what the angle sensors show where a joint is closed
+    Read the angle sensors while the holding attachment keeps a joint, or all of them, closed.
+
+    ! --joint  which joint
+    ! --all    all joints at once, an attachment on each
+    --anew     do not compare it with the last zero: after a sensor that had slipped was fastened
+misalignment  which way each gyro's axes point, from swings about a joint
+    Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.
+
+    --anew     sensors were moved or fastened: what was measured before counts as before a landing
+    * --joint  which joint
+scale         how much the gyros read too much or too little, and how the angle sensors bend
+    Compare the gyros with the angle sensors while a joint is moved from rest to rest, or with a turn of the whole robot
+    through a known angle.
+
+    ! --joint          which joint
+    ! --turn AXIS DEG  turn the whole robot by hand about a body axis, x y or z, by a known angle, such as z 360: for
+                       the axis about which no joint turns
+    --jog              with --joint: the sequencer's servo moves the joint, not a hand
+    {_SEQUENCER_PORT}
+servo         where a servo takes its joint when commanded to an angle
+    Have the sequencer move a joint through its range, both ways, and measure where it stops.
+
+    * --joint    which joint
+    --no-upload  measure only: the sequencer keeps its servo settings
+    {_SEQUENCER_PORT}
+show          all that is calibrated, how old it is, and what is missing for a drop
+    Show what a certificate holds, and what the next drop cannot rely on.
+
+    certificate:
+    --out FILE    the certificate that the steps went into (default as theirs)
+    --robot FILE  robot file (default: the drop tower robot)
+    --emulated    that of the emulated robot
+"""
+"""What each quantity is, what its command does, and what it takes."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,45 +69,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "at once in a certificate, with its raw recording: steps can be repeated, and a calibration goes on where it "
         "ended. docs/calibration.md explains it."
     )
-    helps = {name: text for name, (text, _) in _QUANTITIES.items()}
-    of = add_subcommands(parser, helps, title="quantities", dest="quantity")
-    for name, quantity in of.items():
-        quantity.description = _QUANTITIES[name][1]
-    log = "take it from the quiet minutes of a recording before its release; needs no board"
-    of["bias"].add_argument("--log", metavar="FILE", type=file_name, help=log)
-    which = of["zero"].add_mutually_exclusive_group(required=True)
-    add_joint_option(which, required=False)
-    which.add_argument("--all", action="store_true", help="all joints at once, an attachment on each")
-    for name, text in (
-        ("zero", "do not compare it with the last zero: after a sensor that had slipped was fastened"),
-        (
-            "misalignment",
-            "sensors were moved or fastened: what was measured before counts as before a landing",
-        ),
-    ):
-        of[name].add_argument("--anew", action="store_true", help=text)
-    add_joint_option(of["misalignment"], required=True)
-    add_joint_option(of["servo"], required=True)
-    how = of["scale"].add_mutually_exclusive_group(required=True)
-    add_joint_option(how, required=False)
-    turn = (
-        "turn the whole robot by hand about a body axis, x y or z, by a known angle, such as z 360: for the axis "
-        "about which no joint turns"
-    )
-    how.add_argument("--turn", nargs=2, metavar=("AXIS", "DEG"), help=turn)
-    jog = "with --joint: the sequencer's servo moves the joint, not a hand"
-    of["scale"].add_argument("--jog", action="store_true", help=jog)
-    keeps = "measure only: the sequencer keeps its servo settings"
-    of["servo"].add_argument("--no-upload", action="store_true", help=keeps)
-    add_sequencer_port(of["scale"])
-    add_sequencer_port(of["servo"])
-    for name in ("bias", "zero", "misalignment", "scale", "servo"):
-        add_campaign_options(of[name])
-    shown = add_certificate_options(
-        of["show"], "the certificate that the steps went into (default as theirs)"
-    )
-    shown.add_argument("--emulated", action="store_true", help="that of the emulated robot")
-    add_output_options(of["show"])
+    added = add_actions(parser, _QUANTITIES, title="quantities", dest="quantity", joint=JOINT)
+    for name, quantity in added.items():
+        add_options(quantity, OUTPUT if name == "show" else _CAMPAIGN)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:

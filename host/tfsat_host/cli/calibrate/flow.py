@@ -9,9 +9,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.cli.calibrate.next_commands import as_typed_here, commands_as_typed
+from tfsat_host.cli.calibrate.arguments import as_typed_here, certificate_path, commands_as_typed
 from tfsat_host.cli.calibrate.operator import Terminal, give_result, record
-from tfsat_host.cli.calibrate.options import certificate_path
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:

@@ -10,15 +10,16 @@ from tfsat_host.calibration.servos.servo_map import ServoMap, settings_from_map
 from tfsat_host.calibration.servos.visits import at_stops, require_zero, servo_points
 from tfsat_host.calibration.session import RESUME_WITHIN, recent
 from tfsat_host.calibration.steps.step import servo as servo_step
+from tfsat_host.cli.boards import warn_of_misfit
+from tfsat_host.cli.calibrate.arguments import commands_as_typed, resuming
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jog import measure_servo
-from tfsat_host.cli.calibrate.next_commands import commands_as_typed, resuming
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
 from tfsat_host.present.terminal import show
 from tfsat_host.robot import load_robot
-from tfsat_host.servo_settings import ServoSettings, find_misfit
+from tfsat_host.servo_settings import ServoSettings
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -89,13 +90,8 @@ def _upload(
             error.next_step = f"To go on from the measurement: {resuming(args)}"
             raise
     done = bench.jog.write_settings(after)
-    misfit = find_misfit(bench.jog.read_back().moves, after)
-    if misfit is not None:
-        at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
-        out.warn(
-            f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
-            f"Upload one that fits: tfsat-host upload-sequence A B{' --emulated' if args.emulated else at}"
-        )
+    at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
+    fits = warn_of_misfit(bench.jog, after, " --emulated" if args.emulated else at, out)
     already = "" if done.written else " (they were there already)"
     out.line(f"Settings stored on the sequencer, read back and identical{already}: now {words}")
-    return {**result, "uploaded": done.written, "verified": True, "maneuver_fits": misfit is None}
+    return {**result, "uploaded": done.written, "verified": True, "maneuver_fits": fits}

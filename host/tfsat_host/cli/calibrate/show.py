@@ -9,8 +9,8 @@ from tfsat_host.calibration.certificate.certificate import Calibration, in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.findings import Row, value_text
 from tfsat_host.calibration.review import age_words, in_future, landing_words, review
+from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet, same_certificate
 from tfsat_host.cli.calibrate.operator import OF_EMULATED
-from tfsat_host.cli.calibrate.options import certificate_path, none_yet, same_certificate
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import UNKNOWN, Column

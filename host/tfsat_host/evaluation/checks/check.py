@@ -13,6 +13,25 @@ Outcome = Literal["passed", "failed", "not possible"]
 FALSE_ALARM = 1e-4
 """Probability that a check fails although its sensors are as stated: with two dozen checks, one healthy drop in 400."""
 UNKNOWN = "unknown"
+NATS = "nats"
+"""Unit of logarithms of evidence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """One kind of cause, and how likely it is.
+
+    Attributes:
+        kind: Such as `bias step`; `as filed and certified` if nothing is wrong, or `unknown`.
+        cause: In words, of its likeliest member.
+        probability: Given that one of those that were tried is true.
+        next_step: What to do about it.
+    """
+
+    kind: str
+    cause: str
+    probability: float
+    next_step: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +48,7 @@ class Check:
         cause: The likely cause of a failure; begins with `unknown` where no hypothesis explains the data; None unless
             it failed.
         next_step: What to do about a failure; None unless it failed.
+        causes: The kinds of cause that were compared for it, the likeliest first; see `evidence.py`.
         protects: The results that are wrong by more than they state where it fails, of `rates`, `attitudes`, `strokes`,
             `offsets` (the correction) and `micro-gravity`; empty where what it finds is in their uncertainty.
     """
@@ -42,15 +62,27 @@ class Check:
     cause: str | None = None
     next_step: str | None = None
     protects: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
 
     @property
     def failed(self) -> bool:
         """The data contradict themselves."""
         return self.verdict == "failed"
 
+    @property
+    def excess(self) -> float:
+        """By what factor errors are greater than stated, roughly."""
+        ratio = self.value / self.threshold
+        # Evidence goes by the square of the errors.
+        return float(ratio**0.5) if self.unit == NATS else ratio
+
     def caused_by(self, cause: str, next_step: str) -> Check:
         """The same with a cause, if it failed."""
         return replace(self, cause=cause, next_step=next_step) if self.failed else self
+
+    def compared(self, causes: tuple[Cause, ...], cause: str, next_step: str) -> Check:
+        """The same with the causes that were compared, the cause and what to do in words, if it failed."""
+        return replace(self.caused_by(cause, next_step), causes=causes) if self.failed else self
 
 
 class Kind(NamedTuple):

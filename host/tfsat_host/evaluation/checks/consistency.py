@@ -217,6 +217,13 @@ class Consistency:
         parts += [self.rest_part(body, rest) for body, rest in enumerate(self.rest_rad_s)]
         return np.asarray(np.sum(parts, axis=0) + self.angle_part(sensed_rad))
 
+    def with_one(self, joint: int, sensor: int, angle_rad: FloatArray) -> FloatArray:
+        """(size,) the residual if one sensor showed the joint angle (n,)."""
+        sensed = list(self.sensed_angles)
+        sensed[joint] = sensed[joint].copy()
+        sensed[joint][sensor] = angle_rad
+        return self.residual_with_angles(sensed)
+
     def sensed(self, joint: int, shown_rad: FloatArray) -> FloatArray:
         """(2, n) angle of a joint by each of its sensors, of all (n, 6); NaN without a calibrated zero."""
         sensors = self.calibration.joints[joint]

@@ -1,74 +1,115 @@
-"""The likely cause of a contradiction: the hypothesis that ends it, if exactly one does.
-
-Hypotheses with more unknown numbers fit better by that alone; Schwarz's criterion (Ann. Statist. 6, 1978) charges each
-of them the logarithm of the number of data.
-"""
+"""The causes of what is wrong with a drop, ranked: all hypotheses are tried on it."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.checks.check import NATS, Cause, Check, Kind
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.hypotheses import Hypothesis, hypotheses
-from tfsat_host.evaluation.checks.stated_errors import StatedErrors
+from tfsat_host.evaluation.checks.evidence import Tried, in_words, of_no_kind, ranked, tried
+from tfsat_host.evaluation.checks.gross_faults import gross_faults
+from tfsat_host.evaluation.checks.model_rows import ModelRows
+from tfsat_host.evaluation.checks.sensors import AS_STATED, LITTLE_STATED, WEIGHT, measured
+from tfsat_host.evaluation.checks.small_faults import (
+    AXIS,
+    NO_SENSORS,
+    WEIGHT_FELT,
+    WORSE,
+    passing_faults,
+    stated_faults,
+)
+from tfsat_host.evaluation.checks.stated_errors import StatedErrors, axis_std_rad, stated_errors
+from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.motion.motion import Motion
 
-ENDS_IT = 2.0
-"""Chi-square a number that a true hypothesis may leave: with the floors of `stated_errors`, healthy drops leave 0.5."""
-CLEARLY = 10.0
-"""Ahead of every other by so much of Schwarz's criterion: "very strong" (Kass and Raftery, JASA 90, 1995)."""
-_LOOK = "Look at the samples: tfsat-host decode"
-_RIDGE = 1e-10
-"""Of columns of length one, so that two equal ones are no error."""
-
-
-class _Tried(NamedTuple):
-    """A hypothesis at its best fit; `left` is its chi-square per degree of freedom."""
-
-    hypothesis: Hypothesis
-    numbers: FloatArray
-    left: float
-    criterion: float
-
-    @property
-    def cause(self) -> str:
-        return self.hypothesis.cause(self.numbers)
-
-
-def diagnose(data: Consistency, stated: StatedErrors) -> tuple[str, str]:
-    """The cause in words, beginning with `unknown` where no hypothesis ends the contradiction alone; what to do."""
-    as_they_are = stated.whitened(data.residual)
-    before = float((as_they_are**2).mean())
-    tried = sorted((_tried(one, stated) for one in hypotheses(data, stated)), key=lambda one: one.criterion)
-    best = tried[0]
-    rival = next(one for one in tried if one.hypothesis.family != best.hypothesis.family)
-    if best.criterion > float(as_they_are @ as_they_are) - CLEARLY:
-        return f"unknown; gyros and angle sensors agree to {before:.3g} times what their errors allow", _LOOK
-    unknown = f"unknown; the data contradict each other {before:.3g} times as much as their errors allow"
-    if best.left > ENDS_IT:
-        return f"{unknown}, with the best explanation ({best.cause}) still {best.left:.3g} times", _LOOK
-    if rival.criterion - best.criterion < CLEARLY and rival.left <= ENDS_IT:
-        cause = f"{unknown}, and two explanations fit: {best.cause}; or {rival.cause}"
-        return cause, best.hypothesis.next_step
-    return best.cause, best.hypothesis.next_step
+_ROUNDS = 6
+_LINEAR_RAD = np.deg2rad(0.3)
+"""Axes that lean by so much more are no other linear problem."""
+_MOST_RAD = np.deg2rad(10.0)
+"""A first step may be as far off as an axis that leans is not linear."""
 
 
-def _tried(one: Hypothesis, stated: StatedErrors) -> _Tried:
-    left = stated.whitened(one.residual)
-    free = one.jacobian[stated.known]
-    # Columns of zeros belong to missing data: they cost no degree of freedom.
-    present = np.abs(free).max(axis=0, initial=0.0) > 0.0
-    columns = stated.whitening @ free[:, present]
-    numbers = np.zeros(free.shape[1])
-    size, spent = columns.shape
-    if spent:
-        length = np.sqrt((columns**2).sum(axis=0))
-        columns = columns / length
-        found = np.linalg.solve(columns.T @ columns + _RIDGE * np.eye(spent), -columns.T @ left)
-        left = left + columns @ found
-        numbers[present] = found / length
-    chi_square = float(left @ left)
-    criterion = chi_square + spent * float(np.log(max(size, 2)))
-    return _Tried(one, numbers, chi_square / max(size - spent, 1), criterion)
+AS_FILED = Kind("as filed and certified", NATS, ("offsets",))
+MOST_EVIDENCE = float(np.log(100.0))
+"""Against all being as filed and certified: "decisive" (H. Jeffreys, Theory of Probability, 1961, appendix B)."""
+
+
+def evidence_check(whole: WholeResidual) -> Check:
+    """Whether some cause is so likely that robot file or certificate cannot be right, whatever else passed."""
+    if not measured(whole.data.calibration):
+        return AS_FILED.not_possible(LITTLE_STATED)
+    sound, _ = of_no_kind(whole)
+    best = max(tried(whole, stated_faults(whole)), key=lambda one: one.log_evidence)
+    value = best.log_evidence - sound.log_evidence
+    sentence = (
+        f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
+        "well as that all is as filed and certified."
+    )
+    return AS_FILED.judged(value, MOST_EVIDENCE, sentence)
+
+
+def whole_residual(
+    motion: Motion, fit: ModelFit | None, data: Consistency, stated: StatedErrors
+) -> WholeResidual:
+    """Of one drop."""
+    model = None if fit is None or motion.contradicted else ModelRows.of(motion, fit)
+    return WholeResidual(data, stated, model)
+
+
+def diagnose(whole: WholeResidual) -> tuple[Cause, ...]:
+    """Ranked, of all that can be wrong.
+
+    While the sensors contradict each other the axes of the joints are not fitted yet, and those lean by more than
+    is linear: they are found with the likeliest hypothesis, again and again, and each hypothesis counts where it
+    explains the drop best.
+    """
+    small = now = _small(whole)
+    here = whole
+    for _ in range(_ROUNDS if whole.model is None else 0):
+        found = _axes_found(here, max(now, key=lambda one: one.log_evidence))
+        tilt = np.clip(found, -_MOST_RAD, _MOST_RAD)
+        if np.abs(tilt - here.data.tilt_rad).max() < _LINEAR_RAD:
+            break
+        here = _linear_at(whole.data, tilt)
+        now = _small(here)
+        small = [max(pair, key=lambda one: one.log_evidence) for pair in zip(small, now, strict=True)]
+    return ranked([*of_no_kind(whole), *small, *tried(whole, gross_faults(whole))])
+
+
+def explained(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
+    """The same checks with the causes of what failed. A sensor's fault is in all that sensors tell."""
+    causes = diagnose(whole)
+    found = [check.compared(causes, *in_words(causes)) for check in checks]
+    kind = causes[0].kind
+    if kind in NO_SENSORS:
+        return found
+    spoilt = WEIGHT.protects if kind == WEIGHT_FELT else AS_STATED.protects
+    return [replace(check, protects=spoilt) if check.name == AS_FILED.name else check for check in found]
+
+
+def _small(whole: WholeResidual) -> list[Tried]:
+    return tried(whole, [*stated_faults(whole), *passing_faults(whole)])
+
+
+def _axes_found(whole: WholeResidual, with_one: Tried) -> FloatArray:
+    """(3, 2) tilts of the joints' axes, if one hypothesis is true."""
+    std = WORSE * axis_std_rad(whole.data)
+    tilts = std * whole.whitened(whole.by_tilts)
+    # The hypothesis that the axes lean has no other numbers than these.
+    columns = tilts if with_one.kind == AXIS else np.concatenate([tilts, with_one.columns], axis=1)
+    normal = np.eye(columns.shape[1]) + columns.T @ columns
+    found = np.linalg.solve(normal, columns.T @ whole.whitened(whole.residual))
+    return np.asarray(-std * found[: whole.by_tilts.shape[1]].reshape(-1, 2))
+
+
+def _linear_at(filed: Consistency, tilt_rad: FloatArray) -> WholeResidual:
+    """With axes tilted so from those of the robot file."""
+    axes = Multibody.of(filed.model).tilted(tilt_rad).joint_axis
+    data = replace(filed, model=replace(filed.model, joint_axis=axes), tilt_rad=tilt_rad)
+    return WholeResidual(data, stated_errors(data), None)

@@ -6,18 +6,20 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.consistency import consistency_of
-from tfsat_host.evaluation.checks.diagnosis import diagnose
+from tfsat_host.evaluation.checks.diagnosis import evidence_check, explained, whole_residual
 from tfsat_host.evaluation.checks.momentum import momentum_checks
 from tfsat_host.evaluation.checks.recording import completeness_checks
-from tfsat_host.evaluation.checks.rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
+from tfsat_host.evaluation.checks.rest import BIAS, noise_check, rest_checks
 from tfsat_host.evaluation.checks.sensors import (
     attitude_check,
+    axes_check,
     lag_check,
     neighbour_checks,
     pair_checks,
     scale_checks,
     sensed_checks,
     stated_check,
+    weight_check,
 )
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
@@ -60,14 +62,13 @@ def checks_of(
         lag_check(motion, calibration),
         attitude_check(motion, calibration, model),
     ]
-    momentum = list(momentum_checks(motion, fit, model.base))
-    contradictory = [
-        check for check in (*rest, *sensors) if check.name not in (GRAVITY.name, DOWN.name, NOISE.name)
-    ]
+    whole = whole_residual(motion, fit, data, stated)
+    # Accelerometers and noise have causes of their own.
+    own = [check for check in rest if check.name != BIAS.name]
+    biases = [check for check in rest if check.name == BIAS.name]
+    filed = [weight_check(motion, data), axes_check(motion, calibration)]
+    momentum = momentum_checks(motion, fit, model.base)
+    contradictory = [*biases, *sensors, *filed, *momentum, evidence_check(whole)]
     if diagnosed and any(check.failed for check in contradictory):
-        cause, next_step = diagnose(data, stated)
-        # Accelerometers and noise have causes of their own.
-        rest = [check.caused_by(cause, next_step) if check.name == BIAS.name else check for check in rest]
-        sensors = [check.caused_by(cause, next_step) for check in sensors]
-        momentum = [check.caused_by(cause, next_step) for check in momentum]
-    return (*complete, *rest, *sensors, *momentum)
+        contradictory = explained(contradictory, whole)
+    return (*complete, *own, *contradictory)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, derivative, sheet_lag
+from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, READ_APART_STD_S, derivative, sheet_lag
 from tfsat_host.evaluation.motion.joints import SHARED_CAUSE, UNSENSED_STD_RAD, sample_noise_rad
 from tfsat_host.robot import ASSUMED
 
@@ -20,8 +21,6 @@ RATE_FLOOR_RAD_S = np.deg2rad(0.02)
 """Of a mean over 0.1 s: frames that ring after a stroke."""
 SENSOR_FLOOR_RAD = np.deg2rad(0.02)
 """Of a mean over 0.1 s: a magnet's play on its shaft."""
-READ_APART_STD_S = 0.3e-3
-"""Of each gyro: IMUs are read one after the other."""
 LONGEST_HOLE_S = 0.015
 """While a servo speeds up by 4000 deg/s^2, the trapezoid over a hole of h misses 4000 h^2 / 12 deg: here 0.08 deg."""
 LEAST_ANSWERED = 0.5
@@ -35,25 +34,27 @@ _ANGLE_STEP_RAD = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class StatedErrors:
-    """Of the residual; k rows of it are known.
+    """Of the residual.
 
     Attributes:
         known: (size,) rows that rest on enough readings.
         sensed: (size,) rows of which the angle sensor answered; its gyros may not have.
         covariance: (size, size).
-        whitening: (k, k) makes independent numbers of variance one of the known rows.
-        gyro_jacobian: (size, 4, 9) the residual by each gyro's parameters.
+        by_gyros: How the residual follows the gyros' errors.
+        by_sensors: (size, q) by zero points and bends of the angle sensors, each of variance one.
+        by_fallback: (size, p) by angles that no sensor tells, each of variance one.
+        by_starts: (size, joints) by the angle of each joint at the release, rad.
+        noise: (size, size).
     """
 
     known: BoolArray
     sensed: BoolArray
     covariance: FloatArray
-    whitening: FloatArray
-    gyro_jacobian: FloatArray
-
-    def whitened(self, rows: FloatArray) -> FloatArray:
-        """(..., k) of vectors (..., size)."""
-        return np.asarray(rows[..., self.known] @ self.whitening.T)
+    by_gyros: ByGyros
+    by_sensors: FloatArray
+    by_fallback: FloatArray
+    by_starts: FloatArray
+    noise: FloatArray
 
     def among(self, rows: BoolArray) -> FloatArray:
         """Covariance of some rows (size,)."""
@@ -66,32 +67,64 @@ class StatedErrors:
         return float(left @ np.linalg.solve(self.among(chosen), left)) if len(left) else 0.0, len(left)
 
 
+class ByGyros(NamedTuple):
+    """k rows by the errors of each of the four gyros.
+
+    Attributes:
+        parameters: (k, 4, 9) bias, rotation vector, scale.
+        in_fall: (k, 4, 9) the same, were they other ones in the fall alone.
+        delay: (k, 4) of the low-pass, s.
+        second: (k, 4) its second moment, s^2; see `motion/gyro_signal.py`.
+    """
+
+    parameters: FloatArray
+    in_fall: FloatArray
+    delay: FloatArray
+    second: FloatArray
+
+    def as_stated(self, data: Consistency, floor: FloatArray) -> FloatArray:
+        """(k, p) by errors of variance one; no gyro's parameters are better than the floor (9,)."""
+        # The data sheet does not state the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
+        second_std_s2 = 0.25 * sheet_lag(data.low_pass).delay_s ** 2
+        roots = [root_of(c + np.diag(floor**2)) for c in data.parameter_covariance]
+        changes = [root_of(c) for c in data.fall_covariance]
+        return np.concatenate(
+            [
+                *(self.parameters[:, b] @ root for b, root in enumerate(roots)),
+                *(self.in_fall[:, b] @ root for b, root in enumerate(changes)),
+                self.delay * READ_APART_STD_S,
+                self.delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
+                self.second.sum(axis=1, keepdims=True) * second_std_s2,
+            ],
+            axis=1,
+        )
+
+
 def stated_errors(data: Consistency) -> StatedErrors:
     """Noise, parameters of gyros and angle sensors, lags, and the floors of this module."""
-    gyro_jacobian, (by_delay, by_second) = _gyro_jacobian(data), _by_lag(data)
-    # The data sheet does not state the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
-    second_std_s2 = 0.25 * sheet_lag(data.low_pass).delay_s ** 2
-    roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in data.parameter_covariance]
-    in_fall = gyro_jacobian.copy()
+    jacobian = _gyro_jacobian(data)
+    in_fall = jacobian.copy()
     for body in range(data.bodies):
         in_fall[data.at_rest(body)] = 0.0
+    by_gyros = ByGyros(jacobian, in_fall, *_by_lag(data))
+    starts, sensors, fallback, noise = _by_starts(data), _by_sensors(data), _by_fallback(data), _noise(data)
     design = np.concatenate(
         [
-            *(gyro_jacobian[:, b] @ root for b, root in enumerate(roots)),
-            *(in_fall[:, b] @ root_of(changed) for b, changed in enumerate(data.fall_covariance)),
-            by_delay * READ_APART_STD_S,
-            by_delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
-            by_second.sum(axis=1, keepdims=True) * second_std_s2,
-            *_by_sensors(data),
-            _by_fallback(data),
-            data.tilt_jacobian * (data.model.uncertainty or ASSUMED).joint_axis_rad,
+            by_gyros.as_stated(data, GYRO_FLOOR),
+            starts * _START_STD_RAD,
+            sensors,
+            fallback,
+            data.tilt_jacobian * axis_std_rad(data),
         ],
         axis=1,
     )
-    covariance = design @ design.T + _noise(data)
     known, sensed = _known(data)
-    root = np.linalg.cholesky(covariance[np.ix_(known, known)])
-    return StatedErrors(known, sensed, covariance, np.linalg.inv(root), gyro_jacobian)
+    return StatedErrors(known, sensed, design @ design.T + noise, by_gyros, sensors, fallback, starts, noise)
+
+
+def axis_std_rad(data: Consistency) -> float:
+    """Of each tilt of a joint's axis, as the robot file has it."""
+    return (data.model.uncertainty or ASSUMED).joint_axis_rad
 
 
 def _gyro_jacobian(data: Consistency) -> FloatArray:
@@ -140,24 +173,30 @@ def _by_angle(data: Consistency, joint: int, error: FloatArray) -> FloatArray:
     return out
 
 
-def _by_sensors(data: Consistency) -> list[FloatArray]:
-    """(size, q) for each joint: its start, zero points and bends of its sensors, each of variance one."""
+def _by_starts(data: Consistency) -> FloatArray:
+    """(size, joints)."""
+    out = np.zeros((data.size, data.joints))
+    for joint, sensor in np.ndindex(data.joints, 2):
+        out[data.along(joint, sensor), joint] = -1.0
+    return out
+
+
+def _by_sensors(data: Consistency) -> FloatArray:
+    """(size, q) for each joint: zero points and bends of its sensors, each of variance one."""
     columns = []
     for joint, sensors in enumerate(data.calibration.joints):
-        start, zeros, bends = np.zeros((data.size, 1)), np.zeros((data.size, 2)), np.zeros((data.size, 8))
+        zeros, bends = np.zeros((data.size, 2)), np.zeros((data.size, 8))
         shown = data.shown_rad[:, data.sensors(joint)]
         for k in range(2):
             rows = data.along(joint, k)
-            start[rows] = _START_STD_RAD
             zeros[rows, k] = -sensors.direction[k]
             curve = np.nan_to_num(-sensors.direction[k] * sensors.bend_curve(k, shown[:, k]))
             bends[rows, 4 * k : 4 * k + 4] = data.mean(curve.T).T
         columns += [
-            start,
             zeros @ root_of(sensors.zero_covariance),
             bends @ root_of(SHARED_CAUSE * sensors.bend_covariance),
         ]
-    return columns
+    return np.concatenate(columns, axis=1)
 
 
 def _noise(data: Consistency) -> FloatArray:

@@ -28,7 +28,7 @@ _CLOSE = 1e-4
 _SHORTER = 0.9
 """A step that is not so much shorter than the one before it goes round in circles: half as far from there on."""
 _BLOCK_S = 0.1
-"""Means over so long are compared with their noise: what the sensors' errors leave over is the model's."""
+"""What the sensors' errors leave over is the model's, and no noise within so long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,8 @@ class ModelFit:
             (information + prior)^-1 right_hand_side.
         momentum_kg_m2_s: (3,) inertial axes: those of the base at the first sample.
         errors: (r,) what the sensors' errors are found to be, from what they were taken for.
-        excess: Variance of what is left over, against what the sensors' noise makes: 1 if the model explains all.
+        excess: Variance of the solution by what is left over, against what the sensors' noise makes: 1 if the model
+            explains all.
         widening: What the data's variances were multiplied with: the excess, and what `widened` was asked for.
         steps: Of Gauss and Newton.
         converged: They came to an end; else the values are where they were broken off, and mean little.
@@ -106,9 +107,9 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
         start = _Place.of(before)
     place = _settled(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
-    whitened = np.einsum("nij,nj->ni", system.whitening, system.found.residual_rad_s)
-    # How much more the means over blocks scatter than their noise would.
-    excess = max(1.0, float((Blocks.of(flown.t_s, _BLOCK_S).deviates(whitened) ** 2).mean()))
+    rows = system.design.reshape(len(flown.t_s), 3, -1)
+    left = system.target.reshape(len(flown.t_s), 3)
+    excess = max(1.0, Blocks.of(flown.t_s, _BLOCK_S).excess(rows, left, system.prior))
     if excess > 1.0:
         place = _settled(offsets, flown, place, excess)
         system = _System.of(offsets, place, flown)

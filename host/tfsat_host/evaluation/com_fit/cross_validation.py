@@ -36,8 +36,9 @@ from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
 """Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""
-_TELLS_LEAST = 1e-3
-"""Of the prior's information: where a drop has less, it tells nothing."""
+_TELLS_LEAST = 0.1
+"""Of the prior's information: where a drop has less, it tells nothing, and what its linear equations leave there is the
+model's curvature."""
 
 
 @dataclass(frozen=True, eq=False)

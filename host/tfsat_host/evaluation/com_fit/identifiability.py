@@ -296,8 +296,11 @@ def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
         for group in _GYRO_GROUPS:
             names += [f"gyro {body + 1} {group.removeprefix('gyro ')} {axis}" for axis in "xyz"]
             groups += [group] * 3
-    names += ["gyro delay", "gyro delay's second moment"]
-    groups += [_DELAY] * 2
+    apart = [
+        f"gyro {what} apart {k}" for what in ("low-passes", "delays") for k in range(1, offsets.body.n_bodies)
+    ]
+    names += ["gyro delay", "gyro delay's second moment", *apart]
+    groups += [_DELAY] * (2 + len(apart))
     tilts = [
         f"joint {j + 1} axis about {'xyz'[int(np.abs(side).argmax())]}"
         for j, axis in enumerate(offsets.body.joint_axis)

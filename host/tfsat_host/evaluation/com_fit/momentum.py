@@ -33,13 +33,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics.momentum import inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.slopes import Moving, momentum_slopes
 from tfsat_host.evaluation.motion.attitude import integrate_rates
+from tfsat_host.evaluation.motion.gyro_signal import smoothed
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of
 from tfsat_host.evaluation.motion.sensor_fusion import Solved
@@ -112,15 +113,14 @@ class OwnGyros:
         rate_rad_s: (m, 4, 3) as the gyros show it, late by their low-pass; bridged where one did not answer.
         gyro_map: (m, 4, 3, 6) each body's rate by base and joint rates.
         errors: (m, 4, 3, r) what is left over, by the sensors' errors.
-        variance: (m, 4) of a sample.
-        bridged: (m, 4) the gyro did not answer: nothing is left over.
+        noise: (m, 4, 3, 3) covariance of what is left over of a sample's noise, as the fusion counts it; 0 where the
+            gyro did not answer.
     """
 
     rate_rad_s: FloatArray
     gyro_map: FloatArray
     errors: FloatArray
-    variance: FloatArray
-    bridged: BoolArray
+    noise: FloatArray
 
 
 def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
@@ -134,7 +134,10 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
     fused, jacobians, prior = solved.fused, solved.jacobians, motion.fusion.prior
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
-    left = np.where(fused.bridged[..., None, None], 0.0, jacobians.gyros - jacobians.bodies)
+    silent = fused.bridged[..., None, None]
+    left = np.where(silent, 0.0, jacobians.gyros - jacobians.bodies)
+    seen = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
+    alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - seen)
     return Flown(
         t,
         solved.angles_rad[fall],
@@ -153,8 +156,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
             _shown(motion, solved)[fall],
             fused.gyro_map[fall],
             left[fall] @ root,
-            motion.variance[fall],
-            fused.bridged[fall],
+            alone[fall],
         ),
     )
 
@@ -211,15 +213,18 @@ def residual_rate(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatA
 def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: FloatArray) -> Derivatives:
     """At offsets `vector` (p,) and momentum (3,), inertial axes.
 
-    They are taken at the rates that the model predicts: with the measured ones, noise times itself would pull masses
-    and inertias down together, which nothing but their prior holds.
+    They are taken at smoothed rates, of the base those that the model predicts: see `smoothed`.
     """
     body = offsets.corrected(vector)
     inertia, of_joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     inverse = np.linalg.inv(inertia)
     rate = np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0], dtype=np.float64)
-    flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - rate)
+    flown = replace(
+        flown,
+        base_rate_rad_s=smoothed(flown.base_rate_rad_s - rate),
+        joint_rate_rad_s=smoothed(flown.joint_rate_rad_s),
+    )
     moving = Moving.of(
         body.tilted(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
     )

@@ -190,24 +190,29 @@ def difference_covariance(
     taken = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
     explained = columns + found.by_momentum @ taken
     steps = np.gradient(flown.t_s)[:, None, None]
-    turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
-    fused = own.gyro_map[:, body] @ flown.rate_covariance @ own.gyro_map[:, body].swapaxes(1, 2)
-    apart = own.bridged[:, body, None, None]
-    alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - fused)
+    to_first = flown.attitude * steps
+    by_model, by_own = (np.cumsum(to_first @ part, axis=0) for part in (explained, rotation @ left))
     noise = (
         flown.attitude
-        @ (found.noise + rotation @ alone @ rotation.swapaxes(1, 2))
+        @ (found.noise + rotation @ own.noise[:, body] @ rotation.swapaxes(1, 2))
         @ flown.attitude.swapaxes(1, 2)
     )
-    start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
-    since = (flown.t_s - flown.t_s[0])[:, None, None]
     integrated = np.cumsum(noise * steps**2, axis=0)
-    total = turned @ errors @ turned.swapaxes(1, 2) + integrated + start * since**2
-    if fitted:
-        # The fit has followed the noise: it is in both, and what a fit leaves over varies by less.
-        shared = np.cumsum((flown.attitude @ explained) * steps, axis=0)
-        both = turned @ errors @ shared.swapaxes(1, 2)
-        total = _at_least(total - both - both.swapaxes(1, 2), LEFT_LEAST * integrated)
+    # The quiet samples' noise is in the momentum, too.
+    by_taken = np.cumsum(to_first @ found.by_momentum, axis=0)
+    of_taken = to_momentum @ found.noise[quiet] / quiet.sum()
+    taken_covariance = (of_taken @ to_momentum.swapaxes(1, 2)).sum(axis=0) / quiet.sum()
+    in_both = np.zeros_like(integrated)
+    in_both[quiet] = -to_first[quiet] @ of_taken.swapaxes(1, 2)
+    in_both = np.cumsum(in_both, axis=0) @ by_taken.swapaxes(1, 2)
+    integrated = integrated + by_taken @ taken_covariance @ by_taken.swapaxes(1, 2)
+    integrated = integrated + in_both + in_both.swapaxes(1, 2)
+    # What a fit leaves over varies by less than the noise. The own gyro was fitted to all others before any model was.
+    residual = by_model + by_own if fitted else by_own
+    total = integrated - residual @ errors @ residual.swapaxes(1, 2)
+    if not fitted:
+        total = total + by_model @ errors @ by_model.swapaxes(1, 2)
+    total = _at_least(total, LEFT_LEAST * integrated)
     # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
     total = total + flown.missed[:, None, None] * np.eye(3)
     return np.asarray(rotation[0].T @ total @ rotation[0])

@@ -1,9 +1,9 @@
 """Lasting errors of the sensors as one vector, its prior, and the Jacobians of rates and joint angles by it.
 
-In it are the gyros' biases, mountings and scale factors, two moments of their lag, the tilts of the joints' axes, the
-joints' initial angles, and the random walks of their integrated rates, each in standard deviations of its prior, so
-that all are independent and of variance one. A gyro's error is in every rate, joint angle and attitude; as one vector
-it is counted once.
+In it are the gyros' biases, mountings and scale factors, two moments of their lag, how much slower than the others the
+low-pass of each is and how much later its readings are, the tilts of the joints' axes, the joints' initial angles, and
+the random walks of their integrated rates, each in standard deviations of its prior, so that all are independent and of
+variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted once.
 """
 
 from __future__ import annotations
@@ -12,14 +12,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, null_space
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
-from tfsat_host.evaluation.motion.gyro_signal import Lag, derivative
+from tfsat_host.evaluation.motion.gyro_signal import READ_APART_STD_S, Lag, derivative
 from tfsat_host.evaluation.motion.rate_fusion import Fused
 from tfsat_host.evaluation.motion.samples import Holes, Samples, turned_from
 
+OSCILLATOR = 0.01
+"""Each chip's own is within 1 %, and with it its low-pass (PS-MPU-6000A rev. 3.4, clock from the gyros)."""
 _CARRIED = 3
 """Rounds for the errors that wrong angles make in rates, and these in angles: each is a seventh of the one before."""
 
@@ -59,6 +61,8 @@ class Prior:
     Attributes:
         gyro_root: (36, 36) of the covariance of the gyros' parameters.
         lag: (2,) standard deviations of the delay and of its second moment.
+        apart: (4, 2, 6) what the gyros' differences add to the delay and to the second moment of each, in sum nothing:
+            three errors by slower low-passes, three by later readings.
         tilt: (6,) of the axis of each joint about each of the two directions `across` it.
         start: (3,) of the angle of each joint at the release.
         walks: Of each joint.
@@ -66,6 +70,7 @@ class Prior:
 
     gyro_root: FloatArray
     lag: FloatArray
+    apart: FloatArray
     tilt: FloatArray
     start: FloatArray
     walks: tuple[RandomWalk, ...]
@@ -78,7 +83,11 @@ class Prior:
         roots = [root_of(covariance) for covariance in samples.parameter_covariance]
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
         tilt = np.full(2 * len(start), axis_std_rad)
-        return cls(np.asarray(block_diag(*roots)), moments, tilt, start, tuple(walks))
+        differ = null_space(np.ones((1, len(roots))))[:, None]
+        low_pass = OSCILLATOR * np.array([[lag.delay_s], [2.0 * lag.second_s2]])
+        late = np.array([[READ_APART_STD_S], [0.0]])
+        apart = np.concatenate([low_pass * differ, late * differ], axis=2)
+        return cls(np.asarray(block_diag(*roots)), moments, apart, tilt, start, tuple(walks))
 
     @property
     def gyro(self) -> slice:
@@ -97,9 +106,20 @@ class Prior:
         return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
     @property
+    def slower(self) -> slice:
+        """Of the differences between the gyros' lags."""
+        return slice(self.moments.stop, self.moments.stop + self.apart.shape[2])
+
+    @property
     def tilts(self) -> slice:
         """Of the joints' axes."""
-        return slice(self.moments.stop, self.moments.stop + len(self.tilt))
+        return slice(self.slower.stop, self.slower.stop + len(self.tilt))
+
+    def as_late(self, t_s: FloatArray, shown: FloatArray, errors: FloatArray) -> FloatArray:
+        """(n, 4, 3) what gyros with the mean lag would show of what they show with errors (r,)."""
+        by_delay, by_second = (self.apart @ errors[self.slower]).T[..., None]
+        first = derivative(t_s, shown)
+        return np.asarray(shown + by_delay * first + by_second * derivative(t_s, first))
 
     def tilt_of(self, errors: FloatArray) -> FloatArray:
         """(3, 2) tilts of the axes with errors (r,), rad."""
@@ -156,6 +176,7 @@ def gyro_errors(
     first = derivative(t_s, shown)
     moments = np.stack([first, derivative(t_s, first)], axis=-1)
     errors[..., prior.moments] = moments * prior.lag
+    errors[..., prior.slower] = moments @ prior.apart
     return errors
 
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_banded
+from scipy.signal import savgol_filter
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -18,11 +19,15 @@ BLOCK_S = 0.1
 _DENSITY_BLOCK_S = 0.25
 """Of a density: means over 0.1 s of what the 5 Hz low-pass lets through scatter by a sixth less than white noise's."""
 LEAST_BLOCKS = 10
-AGE_SHARE = 0.4
-"""Ages of successive readings run evenly through the chip's output period, so in an integral they nearly cancel: over a
-servo's ramp of a dozen samples this share of what independent ages would do is left."""
+AGE_SHARE = 0.6
+"""Ages of successive readings run through the chip's output period, so in an integral they cancel in part: over a
+servo's ramp of a dozen samples, the chip's clock free, this share of what independent ages would do is left."""
 SHEET_DENSITY_RAD_S_RTHZ = np.deg2rad(0.005)
 """One-sided (PS-MPU-6000A rev. 3.4, section 6.1)."""
+
+
+LEAST_DENSITY_RAD_S_RTHZ = 0.1 * SHEET_DENSITY_RAD_S_RTHZ
+"""Of readings that stand still: their steps hide a noise that is smaller than they are."""
 
 
 def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
@@ -52,16 +57,17 @@ def _density(squares: FloatArray) -> float:
     if len(known) < 3 * LEAST_BLOCKS or not known.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.
-    return float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(known) / 0.4549))
+    found = float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(known) / 0.4549))
+    return max(found, LEAST_DENSITY_RAD_S_RTHZ)  # type: ignore[no-any-return]
 
 
-def sample_variance(
+def sample_covariance(
     densities: FloatArray, t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float, low_pass: LowPass
 ) -> FloatArray:
-    """(n, 4) variance of a gyro's sample that white noise of the same effect would have, (rad/s)^2.
+    """(n, 4, 3, 3) of a gyro's sample, as white noise of the same effect would have it, (rad/s)^2.
 
     The noise itself, and that of the reading's age: a reading is between nothing and one output period of the chip old,
-    which matters while the rate changes.
+    which matters while the rate changes. All axes of a gyro have the same age.
 
     Args:
         densities: (4,) one-sided.
@@ -71,16 +77,20 @@ def sample_variance(
         low_pass: Of the gyros.
     """
     age_variance = (AGE_SHARE * low_pass.output_period_s) ** 2 / 12.0
-    change = (derivative(t_s, rate_rad_s) ** 2).sum(axis=2) / 3.0
-    return np.asarray(0.5 * rate_hz * densities**2 + age_variance * change)
+    change = derivative(t_s, rate_rad_s)
+    white = 0.5 * rate_hz * densities[:, None, None] ** 2 * np.eye(3)
+    return np.asarray(white + age_variance * change[..., None] * change[..., None, :])
 
 
 DELAY_STD_S = 1e-3
 """How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
+READ_APART_STD_S = 0.3e-3
+"""Of each gyro: IMUs are read one after the other."""
 PLAUSIBLE_STDS = 3.0
 """A delay farther from the data sheet's, by what chips may differ, is none: the data sheet's is taken off instead."""
 FINE_S = 0.5e-3
 """Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
+_LEAST_CONSTANT_S = 1e-6
 _HOLE_STEPS = 3.0
 """Across so many sampling periods two samples tell no slope."""
 LEAST_STROKE_RAD = np.deg2rad(10.0)
@@ -117,7 +127,9 @@ class Lag:
 
         With the time constant T and the delay D, d = T + D and e = (d^2 - T^2) / 2.
         """
-        constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 1e-12))), self.delay_s)
+        # A delay that a fit found below zero is no low-pass: all of it is then a shift.
+        constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 0.0))), self.delay_s)
+        constant_s = max(constant_s, _LEAST_CONSTANT_S)
         fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
         fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
         filtered = _one_pole(fine, constant_s / FINE_S)
@@ -133,6 +145,19 @@ def _one_pole(shown: FloatArray, constant: float) -> FloatArray:
     # y[n] - pole y[n - 1] = driven[n], all rows at once.
     rows = np.stack([np.ones(len(shown)), np.full(len(shown), -pole)])
     return np.asarray(solve_banded((1, 0), rows, driven))
+
+
+SMOOTHED_SAMPLES = 25
+"""A servo's ramp is a dozen."""
+
+
+def smoothed(rates: FloatArray) -> FloatArray:
+    """(n, ...) rates for derivatives by errors and offsets: cubics through 25 neighbours.
+
+    With a sample's own noise in them, that noise times itself would be taken for information, and pull what is fitted.
+    """
+    window = min(SMOOTHED_SAMPLES, len(rates) - 1 + len(rates) % 2)
+    return np.asarray(savgol_filter(rates, window, 3, axis=0) if window > 3 else rates)
 
 
 def sheet_lag(low_pass: LowPass) -> Lag:

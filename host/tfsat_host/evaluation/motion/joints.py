@@ -10,8 +10,9 @@ each by its uncertainty:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -111,6 +112,26 @@ def _distrusted(
     return int(np.abs(wrapped(angle_rad[both][0] - held_rad)).argmax())
 
 
+class Squares(NamedTuple):
+    """Chi-square of some errors by what was stated of them, and of how many of them a drop determines."""
+
+    sum: float
+    determined: float
+
+    @classmethod
+    def of(cls, errors: FloatArray, stated: FloatArray, covariance: FloatArray) -> Squares:
+        """Of errors (k,) with the information (k, k) before the drop and the covariance (k, k) after it."""
+        return cls(float(errors @ stated @ errors), float(len(errors) - (stated * covariance).sum()))
+
+    @classmethod
+    def total(cls, parts: Iterable[Squares]) -> Squares:
+        """Of independent ones together."""
+        return cls(*map(sum, zip(*parts, strict=True)))
+
+
+NONE_DETERMINED = Squares(0.0, 0.0)
+
+
 def errors_by_sensors(
     joints: Sequence[SensedJoint],
     angles_rad: FloatArray,
@@ -118,8 +139,8 @@ def errors_by_sensors(
     errors: FloatArray,
     free: BoolArray,
     known: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """(r,) the errors and (r, r) their covariance.
+) -> tuple[FloatArray, FloatArray, Squares]:
+    """(r,) the errors and (r, r) their covariance; and what zero points and bends are off by.
 
     Args:
         joints: What the sensors say.
@@ -130,13 +151,14 @@ def errors_by_sensors(
         known: (r, r) information from elsewhere, and (r,) its right-hand side.
     """
     r, extra = len(errors), _NUISANCES * len(joints)
-    information = np.eye(r + extra)
+    sensors = block_diag(*(_nuisance_covariance(joint.sensors) for joint in joints))
+    stated = np.asarray(np.linalg.inv(sensors), dtype=np.float64)
+    information = np.asarray(block_diag(np.eye(r), stated))
     right = np.zeros(r + extra)
     information[:r, :r] += known[0]
     right[:r] += known[1]
     for j, joint in enumerate(joints):
         nuisance = r + _NUISANCES * j + np.arange(_NUISANCES)
-        information[np.ix_(nuisance, nuisance)] = np.linalg.inv(_nuisance_covariance(joint.sensors))
         for k in range(2):
             there = np.isfinite(joint.angle_rad[:, k])
             rows = np.zeros((int(there.sum()), r + extra))
@@ -150,8 +172,9 @@ def errors_by_sensors(
             rows[:, bend] = -joint.sensors.direction[k] * curve
             information += rows.T @ rows / joint.noise_rad[k] ** 2
             right += rows.T @ off / joint.noise_rad[k] ** 2
-    covariance = np.linalg.inv(information)
-    return (covariance @ right)[:r], np.asarray(covariance[:r, :r])
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    found = covariance @ right
+    return found[:r], covariance[:r, :r], Squares.of(found[r:], stated, covariance[r:, r:])
 
 
 def _nuisance_covariance(sensors: JointSensors) -> FloatArray:

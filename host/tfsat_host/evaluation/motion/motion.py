@@ -62,8 +62,8 @@ class Motion:
 
     @property
     def variance(self) -> FloatArray:
-        """(n, 4) of each axis of a gyro's sample."""
-        return self.fusion.variance
+        """(n, 4) of a gyro's sample, mean over its axes."""
+        return np.asarray(np.trace(self.fusion.noise, axis1=2, axis2=3) / 3.0)
 
     @property
     def contradicted(self) -> bool:
@@ -105,20 +105,20 @@ def motion_of(
         )
         for j, one in enumerate(sensed)
     )
-    return Motion(samples, densities, fusion, solved, joints, _bodies(samples, solved, fusion.variance))
+    return Motion(samples, densities, fusion, solved, joints, _bodies(samples, solved, fusion.noise))
 
 
-def _bodies(samples: Samples, solved: Solved, variance: FloatArray) -> tuple[BodyMotion, ...]:
+def _bodies(samples: Samples, solved: Solved, noise: FloatArray) -> tuple[BodyMotion, ...]:
     """Each by its own gyro, and where that did not answer by the others."""
     fused, jacobians = solved.fused, solved.jacobians
     bridge = fused.body_rates()
     found = []
-    for b in range(variance.shape[1]):
+    for b in range(noise.shape[1]):
         bridged = fused.bridged[:, b]
         apart = bridged[:, None, None]
         by_errors = np.where(apart, jacobians.bodies[:, b], jacobians.gyros[:, b])
         spread = fused.gyro_map[:, b] @ fused.covariance @ fused.gyro_map[:, b].swapaxes(1, 2)
-        spread = np.where(apart, spread, variance[:, b, None, None] * np.eye(3))
+        spread = np.where(apart, spread, noise[:, b])
         rate = np.where(bridged[:, None], bridge[:, b], solved.rates_rad_s[:, b])
         found.append(
             body_motion(

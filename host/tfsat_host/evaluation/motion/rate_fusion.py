@@ -15,6 +15,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.dynamics.poses import poses
+from tfsat_host.evaluation.motion.gyro_signal import smoothed
 from tfsat_host.evaluation.motion.samples import Blocks
 
 
@@ -56,7 +57,7 @@ def fuse(
     body: Multibody,
     angles_rad: FloatArray,
     rates_rad_s: FloatArray,
-    variance: FloatArray,
+    noise: FloatArray,
     sensed_rate_rad_s: FloatArray,
     sensed_variance: FloatArray,
 ) -> Fused:
@@ -66,7 +67,7 @@ def fuse(
         body: The robot, seen from its base.
         angles_rad: (n, 3) of the joints.
         rates_rad_s: (n, 4, 3) body axes; NaN where a gyro did not answer, and one did at every sample.
-        variance: (n, 4) of each axis of a gyro.
+        noise: (n, 4, 3, 3) covariance of each gyro's sample.
         sensed_rate_rad_s: (n, 3) joint rates by the angle sensors, used where a gyro is missing.
         sensed_variance: (3,) of those.
     """
@@ -74,13 +75,13 @@ def fuse(
     answered = np.logical_and.reduce(np.isfinite(rates_rad_s), axis=2)
     seen = gyro_map(body, angles_rad)
     design = seen.reshape(n, 3 * bodies, -1)
-    weights = np.repeat(np.where(answered, 1.0 / variance, 0.0), 3, axis=1)
-    weighted = design * weights[..., None]
+    information: FloatArray = np.where(answered[..., None, None], np.linalg.inv(noise), 0.0)
+    weighted = (information @ seen).reshape(design.shape)
     normal = design.swapaxes(1, 2) @ weighted
     joint_weights = np.where(answered.all(axis=1)[:, None], 0.0, 1.0 / sensed_variance)
     joints = np.arange(3, 3 + body.n_joints)
     normal[:, joints, joints] += joint_weights
-    inverse = np.linalg.inv(normal)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     gains = inverse @ weighted.swapaxes(1, 2)
     readings = np.where(answered[..., None], rates_rad_s, 0.0).reshape(n, -1)
     both = np.einsum("nij,nj->ni", gains, readings)
@@ -119,7 +120,7 @@ _STEP_RAD = 1e-4
 
 
 def rates_by_angles(
-    body: Multibody, angles_rad: FloatArray, fused: Fused, variance: FloatArray
+    body: Multibody, angles_rad: FloatArray, fused: Fused, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(n, 6, 3) base and joint rates, and (n, 4, 3, 3) the bodies' rates that follow, by the joint angles.
 
@@ -129,7 +130,7 @@ def rates_by_angles(
         body: As in `fuse`.
         angles_rad: (n, 3) that the rates were fused over.
         fused: The rates.
-        variance: (n, 4) as in `fuse`.
+        noise: (n, 4, 3, 3) as in `fuse`.
     """
     n, joints = angles_rad.shape
     steps = _STEP_RAD * np.concatenate([np.eye(joints), -np.eye(joints)])
@@ -137,7 +138,7 @@ def rates_by_angles(
         2, joints, n, *fused.gyro_map.shape[1:]
     )
     turned = (high - low).reshape(joints, n, -1, 3 + joints) / (2.0 * _STEP_RAD)
-    weighted = (np.nan_to_num(fused.residual_rad_s) / variance[..., None]).reshape(n, -1)
+    weighted = np.linalg.solve(noise, np.nan_to_num(fused.residual_rad_s)[..., None]).reshape(n, -1)
     direct = np.moveaxis(turned @ fused.rates[..., None], 0, -1)[:, :, 0]
     both = fused.covariance @ np.einsum("knij,ni->njk", turned, weighted) - fused.gains @ direct
     bodies = direct.reshape(*fused.gyro_map.shape[:3], joints) + fused.gyro_map @ both[:, None]
@@ -156,12 +157,12 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> Fl
         fused: The rates.
     """
     rotation, _ = poses(body, angles_rad)
-    rates = fused.body_rates()
+    rates, joint_rate = smoothed(fused.body_rates()), smoothed(fused.joint_rate_rad_s)
     out = np.zeros((*rates.shape, 2 * body.n_joints))
     for step in body.steps:
         parent, child = rotation[:, step.parent], rotation[:, step.child]
         rate = np.einsum("nij,nj->ni", child, rates[:, step.child])
-        spin = step.sign * fused.joint_rate_rad_s[:, step.joint, None]
+        spin = step.sign * joint_rate[:, step.joint, None]
         axis = body.joint_axis[step.joint]
         for side, tilt in enumerate(across(axis)):
             turned = spin * (parent @ np.cross(tilt, axis)) - np.cross((parent - child) @ tilt, rate)
@@ -171,28 +172,28 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> Fl
 
 
 _BLOCK_S = 0.1
-"""Means over so long are compared with their noise."""
+"""What is left over is not noise within so long."""
 
 
 def information_by_neighbours(
     t_s: FloatArray,
     fused: Fused,
     left_by_errors: FloatArray,
-    variance: FloatArray,
+    noise: FloatArray,
     errors: FloatArray,
     free: BoolArray,
     least_excess: float,
 ) -> tuple[FloatArray, FloatArray]:
     """(r, r) information on the errors in the fall, and (r,) the right-hand side to go with it.
 
-    What no motion of the robot explains would be noise, were the errors right. Where more is left, frames that give or
-    chips that are read at different times have their part in it, and all of it counts that much less.
+    What no motion of the robot explains would be noise, were the errors right. Where more is left, frames that give
+    have their part in it, and all of it counts that much less.
 
     Args:
         t_s: (n,) after the release; what comes before it tells nothing.
         fused: Rates with the errors as believed.
         left_by_errors: (n, 4, 3, r) what more of them does to what is left over.
-        variance: (n, 4) of each axis of a gyro's sample.
+        noise: (n, 4, 3, 3) covariance of a gyro's sample.
         errors: (r,) as believed.
         free: (r,) which ones may be estimated.
         least_excess: What is left counts as so many times its noise at least.
@@ -200,14 +201,12 @@ def information_by_neighbours(
     fall = t_s >= 0.0
     n, r = int(fall.sum()), len(errors)
     bridged = fused.bridged[fall]
-    weights = np.where(bridged, 0.0, 1.0 / np.sqrt(variance[fall]))[..., None]
-    left = (np.nan_to_num(fused.residual_rad_s[fall]) * weights).reshape(n, -1)
-    rows = (left_by_errors[fall] * weights[..., None]).reshape(n * left.shape[1], r) * free
-    measured = float((~bridged).sum(axis=1).mean()) * 3.0
-    unexplained = max(measured - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
-    if unexplained == 0.0:
-        return np.zeros((r, r)), np.zeros(r)
-    squares = Blocks.of(t_s[fall], _BLOCK_S).deviates(left) ** 2
-    excess = max(least_excess, float(squares.sum(axis=1).mean()) / unexplained)
-    information = rows.T @ rows / excess
-    return information, information @ errors - rows.T @ left.ravel() / excess
+    whitening = np.where(bridged[..., None, None], 0.0, np.linalg.inv(np.linalg.cholesky(noise[fall])))
+    left = (whitening @ np.nan_to_num(fused.residual_rad_s[fall])[..., None]).reshape(n, -1)
+    rows = (whitening @ left_by_errors[fall]).reshape(n, -1, r) * free
+    flat = rows.reshape(-1, r)
+    normal, pull = flat.T @ flat, flat.T @ left.ravel()
+    # The errors that are yet to be found explain a part of it.
+    left = left + rows @ np.linalg.solve(normal + np.eye(r), -pull - errors)
+    excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, left, np.eye(r)))
+    return normal / excess, (normal @ errors - pull) / excess

@@ -34,9 +34,9 @@ LANDING_GUARD_S = 0.05
 """The evaluation ends so long before the landing, as the release springs and the cushion are not the model's."""
 LEAST_S = 0.05
 """Less of a fall is not evaluated."""
-SATURATED_DELAYS = 3.0
-"""Times the low-pass's delay: what it holds of a rate is below a thousandth then. Its input is cut off before its
-output is at full scale, and no longer when that leaves it."""
+SATURATED_DELAYS = 7.0
+"""Times the low-pass's delay: what it holds of a rate is below a thousandth then. Its input is cut off as long before
+its output is at full scale, and no longer when that leaves it."""
 GREATEST_GAP_S = 0.1
 """Over a longer hole in all gyros nothing is carried: a stroke turns the robot by 20 deg meanwhile."""
 
@@ -58,9 +58,24 @@ class Blocks(NamedTuple):
         counts = self.counts.reshape(-1, *[1] * (values.ndim - 1))
         return np.asarray(np.add.reduceat(values, self.edges, axis=0) / counts)
 
-    def deviates(self, whitened: FloatArray) -> FloatArray:
-        """(blocks, k) of variance one, if all of values (n, k) are so and independent."""
-        return np.asarray(np.add.reduceat(whitened, self.edges, axis=0) / np.sqrt(self.counts)[:, None])
+    def excess(self, rows: FloatArray, left: FloatArray, prior: FloatArray) -> float:
+        """By how much more a least-squares solution is off, in variance, than noise of one a number would have it.
+
+        What is left over counts as far as it moves the solution, block by block: frames that ring after each stroke
+        look like a gyro's lag or scale, however little their means are. If all is noise the blocks' pulls on the
+        solution add up to its covariance (P. Huber, Proc. 5th Berkeley Symp. 1, 1967, the "sandwich").
+
+        Args:
+            rows: (n, k, r) slopes of the numbers by what was solved for.
+            left: (n, k) numbers left over.
+            prior: (r, r) information from elsewhere.
+        """
+        pulls = np.add.reduceat((left[:, None] @ rows)[:, 0], self.edges, axis=0)
+        flat = rows.reshape(-1, rows.shape[2])
+        normal = flat.T @ flat
+        gain = np.linalg.inv(normal + prior)
+        told = float((gain * normal).sum())
+        return float(((pulls @ gain) * pulls).sum()) / told if told > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)

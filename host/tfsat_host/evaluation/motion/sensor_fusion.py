@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -29,15 +29,17 @@ from tfsat_host.evaluation.motion.gyro_signal import (
     LEAST_STROKE_RAD,
     PLAUSIBLE_STDS,
     Lag,
-    sample_variance,
+    sample_covariance,
     sheet_lag,
 )
 from tfsat_host.evaluation.motion.joints import (
+    NONE_DETERMINED,
     SMOOTHED,
     SMOOTHED_SHARE,
     UNSENSED_STD_RAD,
     SensedJoint,
     Slopes,
+    Squares,
     errors_by_sensors,
     sensed_slopes,
 )
@@ -57,13 +59,12 @@ _CLOSE_RAD = 1e-5
 _EXCESS, _EXCESS_UNCALIBRATED = 1.3, 4.0
 """Neighbouring gyros never count for more: frames give under a servo's load, and mountings without a calibration
 are off by so much that products of errors count."""
-_CALIBRATED_RAD = np.deg2rad(0.5)
+_CALIBRATED_RAD = np.deg2rad(0.9)
 _RAMP_S = 9e-3
 """What two moments leave of a low-pass hangs together over a servo's ramp, and grows with the delay against the ramp's
 length. With it emulated strokes at 5 Hz have the errors that are stated."""
 _CHANCE_LEAST = 1 / 30_000
-"""Of the gyros' errors by their calibration and the axes' tilts by the robot file. Where they are less likely, none of
-them is corrected."""
+"""Of the gyros' errors by their calibration. Where they are less likely, neither they nor the axes are corrected."""
 _BY_SLOPE = 0.5
 
 
@@ -80,8 +81,9 @@ class Solved:
         angles_rad: (n, 3) of the joints.
         jacobians: What the errors may still be.
         contradicted: See `Motion`.
-        squares: Chi-square of the gyros' errors and the axes' tilts by what was stated of them, as they were found
-            first, and of how many of them the drop tells.
+        sensors: Of zero points and bends.
+        stated: As first found, of what `SensorFusion.solved` gives: of the gyros' errors; of what the certificate alone
+            states, for weight and warmth change biases; and of the axes' tilts.
     """
 
     errors: FloatArray
@@ -92,7 +94,8 @@ class Solved:
     angles_rad: FloatArray
     jacobians: ErrorJacobians
     contradicted: bool = False
-    squares: tuple[float, float] = (0.0, 1.0)
+    sensors: Squares = NONE_DETERMINED
+    stated: tuple[Squares, Squares, Squares] = (NONE_DETERMINED,) * 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +107,7 @@ class SensorFusion:
         joints: What the angle sensors say.
         body: The robot.
         readings: What the gyros show.
-        variance: (n, 4) of each axis of a gyro's sample.
+        noise: (n, 4, 3, 3) covariance of a gyro's sample.
         slopes: Joint rates by the angle sensors.
         sheet: The lag by the data sheet.
         start_rad: (3,) where each joint is taken to begin before any sensor is asked.
@@ -116,7 +119,7 @@ class SensorFusion:
     joints: tuple[SensedJoint, ...]
     body: Multibody
     readings: Readings
-    variance: FloatArray
+    noise: FloatArray
     slopes: Slopes
     sheet: Lag
     start_rad: FloatArray
@@ -140,13 +143,13 @@ class SensorFusion:
             Readings.of(samples, calibration.gyros),
         )
         t, shown = samples.t_s, readings.rates(calibration.gyros)
-        variance = sample_variance(densities, t, shown, samples.rate_hz, low_pass)
+        noise = sample_covariance(densities, t, shown, samples.rate_hz, low_pass)
         slopes = sensed_slopes(t, joints, samples.rate_hz)
         held = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])
         geometry = _geometry(t, joints, held)
         rates = np.where(readings.usable[..., None], sheet.removed(t, shown), np.nan)
-        fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
+        fused = fuse(body, geometry, rates, noise, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
         # Mountings that were never measured have the tilts of the axes in them.
@@ -154,7 +157,7 @@ class SensorFusion:
         started = np.where(answered, np.pi, UNSENSED_STD_RAD)
         prior = Prior.of(samples, sheet, axis_std_rad, started, walks)
         start = np.where(answered, 0.0, held)
-        return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, prior)
+        return cls(samples, joints, body, readings, noise, slopes, sheet, start, geometry, prior)
 
     def solved(self) -> Solved:
         """The solution. An implausible delay, or implausible errors of the gyros, keep their prior values."""
@@ -166,16 +169,31 @@ class SensorFusion:
             implausible_s = found.lag.delay_s
             free[self.prior.moments] = False
             found = self._gauss_newton(free)
-        lasting = np.r_[self.prior.gyro, self.prior.tilts]
-        determined = float((1.0 - np.diag(found.jacobians.covariance)[lasting]).sum())
-        squares = float((found.errors[lasting] ** 2).sum())
-        contradicted = bool(squares > chdtri(determined, _CHANCE_LEAST))
+        gyros, tilts = np.r_[self.prior.gyro], np.r_[self.prior.tilts]
+        stated = (self._squares(found, gyros), self._certified(found), self._squares(found, tilts))
+        contradicted = bool(stated[0].sum > chdtri(stated[0].determined, _CHANCE_LEAST))
         if contradicted:
-            free[lasting] = False
+            free[gyros] = free[tilts] = False
             found = self._gauss_newton(free)
         measured = implausible_s is None and self._moved()
         lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
-        return replace(found, lag=lag, contradicted=contradicted, squares=(squares, determined))
+        return replace(found, lag=lag, contradicted=contradicted, stated=stated)
+
+    def _squares(self, found: Solved, errors: IntArray) -> Squares:
+        """Of some of the lasting errors."""
+        after = found.jacobians.covariance[np.ix_(errors, errors)]
+        return Squares.of(found.errors[errors], np.eye(len(errors)), after)
+
+    def _certified(self, found: Solved) -> Squares:
+        """Of all that the certificate states, but for biases."""
+        root, own = self.prior.gyro_root, self.prior.gyro
+        before, after = root @ root.T, root @ found.jacobians.covariance[own, own] @ root.T
+        parts = [found.sensors]
+        for body, off in enumerate(self.prior.parameters_of(found.errors)):
+            mounting_and_scale = slice(9 * body + 3, 9 * body + 9)
+            stated, left = (one[mounting_and_scale, mounting_and_scale] for one in (before, after))
+            parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), left))
+        return Squares.total(parts)
 
     def without(self, solved: Solved, errors: FloatArray) -> Solved:
         """The same with further lasting errors (r,) subtracted."""
@@ -187,7 +205,7 @@ class SensorFusion:
         return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
 
     @property
-    def _least_excess(self) -> float:
+    def least_excess(self) -> float:
         """Of what neighbouring gyros leave over, by the low-pass and by how well their mountings are known."""
         ramps = (self.sheet.delay_s / _RAMP_S) ** 2
         return max(_EXCESS if _calibrated(self.samples) else _EXCESS_UNCALIBRATED, ramps)
@@ -199,7 +217,7 @@ class SensorFusion:
 
     def _gauss_newton(self, free: BoolArray) -> Solved:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
-        covariance = np.eye(len(errors))
+        covariance, sensors = np.eye(len(errors)), NONE_DETERMINED
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
         no_lag = free & ~self.prior.is_lag
         last_rad = np.inf
@@ -208,9 +226,9 @@ class SensorFusion:
             columns = self._columns(here, covariance)
             left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
             known = information_by_neighbours(
-                self.samples.t_s, here.fused, left, self.variance, errors, no_lag, self._least_excess
+                self.samples.t_s, here.fused, left, self.noise, errors, no_lag, self.least_excess
             )
-            found, posterior = errors_by_sensors(
+            found, posterior, squares = errors_by_sensors(
                 self.joints, here.angles, columns.angles, errors, free, known
             )
             proposed = here.angles + columns.angles @ (found - errors)
@@ -219,9 +237,10 @@ class SensorFusion:
             if change_rad > max(last_rad, np.pi):
                 break
             errors, angles, covariance, last_rad = found, proposed, posterior, change_rad
+            sensors = squares
             if change_rad < _CLOSE_RAD:
                 break
-        return self._integrated(errors, angles, covariance)
+        return replace(self._integrated(errors, angles, covariance), sensors=sensors)
 
     def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
         """The solution with those errors, from joint angles near its own."""
@@ -240,17 +259,17 @@ class SensorFusion:
         """Rates without those errors, fused over joint angles (n, 3), and the joint angles that follow."""
         t, lag = self.samples.t_s, self.prior.lag_of(self.sheet, errors)
         gyros = self.readings.without(self.prior.parameters_of(errors))
-        shown = self.readings.rates(gyros)
+        shown = self.prior.as_late(t, self.readings.rates(gyros), errors)
         rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
         body = self.body.tilted(self.prior.tilt_of(errors))
-        fused = fuse(body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
+        fused = fuse(body, angles, rates, self.noise, self.slopes.rate_rad_s, self.slopes.variance)
         turned = turned_from(t, fused.joint_rate_rad_s) + self.prior.own_angles(errors)
         return _Step(body, gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
 
     def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
         by_parameters = self.readings.by_parameters(here.gyros)
         gyros = gyro_errors(self.prior, self.samples.t_s, here.lag, here.shown, by_parameters)
-        by_angles = rates_by_angles(here.body, here.fused_over, here.fused, self.variance)
+        by_angles = rates_by_angles(here.body, here.fused_over, here.fused, self.noise)
         by_tilts = bodies_by_tilts(here.body, here.fused_over, here.fused)
         return error_jacobians(
             self.prior, self.samples.t_s, here.fused, gyros, by_angles, by_tilts, covariance

@@ -11,7 +11,6 @@ from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.evaluation import Evaluation, Turn
 from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
-from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import Standing
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, nested, number, plus_minus, record
 
@@ -100,16 +99,17 @@ JOINTS: Columns = (
 )
 
 
-def joints(motion: Motion) -> list[JointEnds]:
-    """All of them."""
+def joints(found: Evaluation) -> list[JointEnds]:
+    """All of them; NaN where strokes are withheld."""
+    motion, given = found.motion, np.nan if "strokes" in found.withheld else 1.0
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
         JointEnds(
             one.joint,
-            float(one.angle_rad[release]),
-            float(one.std_rad()[release]),
-            float(one.angle_rad[-1]),
-            float(one.std_rad()[-1]),
+            given * float(one.angle_rad[release]),
+            given * float(one.std_rad()[release]),
+            given * float(one.angle_rad[-1]),
+            given * float(one.std_rad()[-1]),
             one.sensed,
             tuple(one.sensors),
         )
@@ -137,7 +137,7 @@ def joint_table(found: Evaluation) -> Table:
     return Table(
         "Joints",
         JOINTS,
-        joints(found.motion),
+        joints(found),
         "Sensors: mean difference from the fused angle ± what their calibration allows, and the rms of all "
         "differences, noise included.",
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.model import distance_words, worth_of
+from tfsat_host.evaluation.result.model import distance_words, given, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -67,7 +67,7 @@ def _largest_correction(found: Evaluation) -> Quantity:
             if worth == "not called for"
             else "; withheld: change nothing by it"
         )
-    value, std = float(fit.values[greatest]), float(fit.std[greatest])
+    value, std = (given(found) * float(one[greatest]) for one in (fit.values, fit.std))
     return Quantity(value, std, "mm", "+.2f", _CORRECTION, note)
 
 

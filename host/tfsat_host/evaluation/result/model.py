@@ -8,7 +8,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from tfsat_host.evaluation.checks.check import withheld_by
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.cross_validation import Combined, LeftOut
 from tfsat_host.evaluation.com_fit.identifiability import couplings
@@ -33,8 +32,8 @@ def significance(found: Evaluation) -> float:
 
 
 def worth_of(found: Evaluation) -> Worth:
-    """Of the correction that was found."""
-    if found.explained.withheld or withheld_by(found.checks).get("offsets"):
+    """Of the correction that was found; nothing is corrected by a drop of which any check failed."""
+    if found.explained.withheld or found.failed_checks:
         return "withheld"
     before = found.explained.before.error.mahalanobis
     if before <= EXPECTED_DISTANCE and significance(found) <= 1.0:
@@ -46,8 +45,7 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
     """For a person who has to decide what to change in the robot file."""
     worth = worth_of(found)
     if worth == "withheld":
-        against = withheld_by(found.checks).get("offsets")
-        failed = (f"The check of {against} failed.",) if against else ()
+        failed = tuple(f"The check of {check.name} failed." for check in found.failed_checks[:1])
         return ("The correction is withheld: change nothing by it.", *failed, *found.explained.withheld)
     if worth == "not called for":
         return (
@@ -92,10 +90,15 @@ OFFSETS: Columns = (
 )
 
 
-def offsets(fit: ModelFit) -> list[Offset]:
-    """Of a fit."""
+def given(found: Evaluation) -> float:
+    """1, or NaN where the correction is not given; to multiply its numbers with."""
+    return np.nan if "offsets" in found.withheld else 1.0
+
+
+def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
+    """Of a fit; `times` as of `given`."""
     found = fit.offsets
-    numbers = (fit.values, fit.std, found.prior_std, found.bounds, fit.at_bound)
+    numbers = (times * fit.values, times * fit.std, found.prior_std, found.bounds, fit.at_bound)
     return [
         Offset(*one)
         for one in zip(found.names, found.units, *(all_.tolist() for all_ in numbers), strict=True)
@@ -142,12 +145,14 @@ def model(found: Evaluation) -> dict[str, Any]:
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
     centers = slice(fit.offsets.sought)
-    given = np.nan if "offsets" in found.withheld else 1.0
+    times = given(found)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
     return {
-        "com_offset_mm": given * fit.values[centers].reshape(shape),
-        "com_offset_mm_std": given * fit.std[centers].reshape(shape),
-        "offsets": records((*OFFSETS[:2], *fields("value std prior_std bound at_bound")), offsets(fit)),
+        "com_offset_mm": times * fit.values[centers].reshape(shape),
+        "com_offset_mm_std": times * fit.std[centers].reshape(shape),
+        "offsets": records(
+            (*OFFSETS[:2], *fields("value std prior_std bound at_bound")), offsets(fit, times)
+        ),
         "attitude_error_deg": {side: error["final_norm_deg"] for side, error in errors.items()},
         "attitude_error": errors,
         "correction": {
@@ -168,7 +173,7 @@ def model(found: Evaluation) -> dict[str, Any]:
 def offset_table(found: Evaluation) -> Table:
     """Each offset with its standard deviation, and that of the paper's swarm."""
     fit, swarm = found.explained.fit, found.swarm
-    rows, columns = offsets(fit), OFFSETS
+    rows, columns = offsets(fit, given(found)), OFFSETS
     if swarm is not None:
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)

@@ -21,7 +21,16 @@ from tfsat_host.sdlog import DropLog
 
 def tables_of(found: Evaluation) -> list[Table]:
     """Those that there is something for."""
-    made = (stroke_table, joint_table, standing_table, error_table, offset_table, check_table, clock_table)
+    made = (
+        stroke_table,
+        joint_table,
+        standing_table,
+        error_table,
+        offset_table,
+        check_table,
+        cause_table,
+        clock_table,
+    )
     tables = [table(found) for table in made]
     return [table for table in tables if table.rows]
 
@@ -64,6 +73,24 @@ def check_table(found: Evaluation) -> Table:
         "They need no truth: sensors that contradict each other, or free fall, cannot all be right.",
         folded=passed,
         fold=f"{passed} of {len(checks)} checks passed",
+    )
+
+
+CAUSES: Columns = (
+    Column("cause", "cause"),
+    Column("probability", "probability", form=".3f"),
+    Column("next_step", "what to do"),
+)
+
+
+def cause_table(found: Evaluation) -> Table:
+    """Of what failed; without rows if nothing did that could have one of these causes."""
+    return Table(
+        "Causes",
+        CAUSES,
+        found.causes,
+        "All causes that were compared for the checks above, as likely as another before the drop: what is left out "
+        "is less likely than 0.001. Two of which the one is less than 3 times as likely cannot be told apart.",
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from tfsat_host.preflight.check import PreflightCheck, not_made
-from tfsat_host.preflight.checks import boards, calibration, card, flight, gyros, joints, timing
+from tfsat_host.preflight.checks import boards, calibration, card, flight, sensors, timing
 from tfsat_host.preflight.evidence import Evidence, Unreached
 
 _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
@@ -22,12 +22,12 @@ _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
     "duration": flight.check_duration,
     "envelope": flight.check_envelope,
     "switches": boards.check_switches,
-    "gyros-present": gyros.check_imus,
-    "gyros-still": gyros.check_stillness,
-    "gyro-biases": gyros.check_biases,
-    "gyros-agree": gyros.check_agreement,
-    "joint-sensors": joints.check_sensors,
-    "start-pose": joints.check_start_pose,
+    "gyros-present": sensors.check_imus,
+    "gyros-still": sensors.check_stillness,
+    "gyro-biases": sensors.check_biases,
+    "gyros-agree": sensors.check_agreement,
+    "joint-sensors": sensors.check_sensors,
+    "start-pose": sensors.check_start_pose,
     "calibration": calibration.check_calibration,
     "card": card.check_card,
     "ram": card.check_ram,

@@ -1,1 +1,1 @@
-"""What stands in a report: an evaluation put into curves, numbers and tables for people."""
+"""What a report shows: an evaluation put into curves, numbers and tables for people."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError, Sides
 from tfsat_host.evaluation.evaluation import Evaluation
@@ -72,7 +71,7 @@ def euler_angles(found: Evaluation) -> EulerAngles:
     )
 
 
-def settled(found: Evaluation) -> NDArray[np.bool_]:
+def settled(found: Evaluation) -> BoolArray:
     """(k,) those samples from the release on that the models were driven with."""
     fall = found.motion.t_s[found.motion.samples.fall]
     return np.asarray(fall >= found.explained.driven.flown.t_s[0])

@@ -8,9 +8,8 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.spectra import Compared
 from tfsat_host.report.document import Plot, PlotSeries
 
@@ -181,7 +180,7 @@ def numbers(values: FloatArray) -> list[float | None]:
     return list(found.tolist())
 
 
-def padded(rows: NDArray[np.bool_], values: FloatArray) -> FloatArray:
+def padded(rows: BoolArray, values: FloatArray) -> FloatArray:
     """(n, ...) with `values` (m, ...) where m of the n rows are True, NaN elsewhere."""
     whole = np.full((len(rows), *values.shape[1:]), np.nan)
     whole[rows] = values

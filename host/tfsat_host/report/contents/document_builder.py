@@ -91,7 +91,7 @@ def document_of(
 
     Args:
         drops: One or more; their names differ.
-        made_at: With its time zone; it stands in the document.
+        made_at: With its time zone; it is in the document.
         tables: Of all drops together.
         lacking: Which drops were asked for and are not here, and why; a sentence or more each.
     """

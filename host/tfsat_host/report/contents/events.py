@@ -65,7 +65,7 @@ def _landing(found: Evaluation) -> Iterator[Event]:
     if instants.landing is not None:
         yield _event(instants.landing.t_s, "landing", "landing")
     elif instants.landing_logged_s is not None:
-        yield _event(instants.landing_logged_s, "landing", "landing, as the logger noted it")
+        yield _event(instants.landing_logged_s, "landing", "landing, as the logger recorded it")
 
 
 def _switches(found: Evaluation) -> Iterator[Event]:

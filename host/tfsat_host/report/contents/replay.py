@@ -81,7 +81,7 @@ def replay_of(found: Evaluation) -> Replay:
 def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     """Low and high corner of each box of a body, in its frame.
 
-    A robot file states boxes, whose corners stand in `shape_m` eight by eight.
+    A robot file states boxes, whose corners are in `shape_m` eight by eight.
     """
     corners_m, com_m = model.shape_m[body], model.com_m[body]
     if not len(corners_m):

@@ -87,7 +87,7 @@ class Collected:
         return name
 
     def add_named(self, name: str, path: Path, root: Path | None = None) -> str | None:
-        """Takes a file by a name; None: it is taken, otherwise why not, which stands in `left_out`."""
+        """Takes a file by a name; None: it is taken, otherwise why not, as in `left_out`."""
         if name in self.files:
             return None
         why = trouble_with_file(path, root or self.folder)
@@ -149,6 +149,7 @@ def collect(
         video=found.add(options.video, "witnesses"),
         laser=found.add(options.laser, "witnesses"),
         session=None if options.session is None else f"{options.session:08x}",
+        video_rate=options.video_rate,
         swarm=options.swarm,
     )
     if certificate is not None and evaluated.calibration is not None:
@@ -298,8 +299,8 @@ def _changed(kind: str, checked: Any, at_hand: Mapping[str, str], name: str | No
     then = f"{checked.get('path')}, SHA-256 {sha256[:12]}…"
     if name is None:
         return f"The {kind} that the preflight checked ({then}) is gone."
-    beside = ", and none of the certificates that were kept is" if kind == "calibration" else ""
-    return f"{name} is not the {kind} that the preflight checked ({then}){beside}."
+    copies = ", and none of the certificates that were kept is" if kind == "calibration" else ""
+    return f"{name} is not the {kind} that the preflight checked ({then}){copies}."
 
 
 def _of_other_robots(serial: str, found: Collected, used: Evaluated, preflight: Any) -> list[str]:

@@ -36,7 +36,7 @@ from tfsat_host.run.bundle.manifest import (
     format_manifest,
 )
 from tfsat_host.run.certificate import origin_of_log
-from tfsat_host.run.files import AS_FOUND, PREFLIGHT, EvaluationOptions, names_of
+from tfsat_host.run.files import AS_FOUND, MADE_BY_EVALUATE, PREFLIGHT, EvaluationOptions, names_of
 from tfsat_host.run.record import verify
 
 ENDING = ".tfsat.zip"
@@ -224,7 +224,7 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
             done = drop_evaluation.evaluate_run(folder / used.recording, options, robot)
         except TfsatError as error:
             return Recomputed(_relative({"error": jsonable(error_as_dict(error))}, roots), None, None)
-        result = {"made_by": f"tfsat-host evaluate {__version__}", **jsonable(done.as_dict())}
+        result = {**MADE_BY_EVALUATE, **jsonable(done.as_dict())}
         certificate = None if done.held is None else done.held.path
         # The time in it is the drop's own, so that it does not hang on when it was made.
         drop = Reported(
@@ -253,6 +253,7 @@ def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
     return EvaluationOptions(
         **files,
         session=None if used.session is None else int(used.session, 16),
+        video_rate=used.video_rate,
         swarm=used.swarm,
     )
 

@@ -70,6 +70,7 @@ class Evaluated:
     Attributes:
         recording: The raw log.
         maneuver, calibration, robot, facility, video, laser: Files.
+        video_rate: As the option of `evaluate`; None: not given.
         session: Which recording of the file, 8 hexadecimal digits; None: as `decode` chooses.
         swarm: As the option of `evaluate`.
         masses, inertias: As options of `evaluate` up to 0.1: all that is uncertain is fitted since.
@@ -83,6 +84,7 @@ class Evaluated:
     video: str | None = None
     laser: str | None = None
     session: Annotated[str, json_values.session_id] | None = None
+    video_rate: float | None = None
     masses: bool = False
     inertias: bool = False
     swarm: bool = False
@@ -95,7 +97,7 @@ class Evaluated:
 
 @dataclass(frozen=True)
 class Manifest:
-    """All that stands in `manifest.json`.
+    """All of `manifest.json`.
 
     Attributes:
         made_by: Command and version.

@@ -261,8 +261,8 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPa
     Raises:
         CalibrationError: the certificate cannot be read.
     """
-    found, beside = read_calibration(certificate), recordings_folder(certificate)
-    recordings = beside if beside.is_dir() else certificate.parent
+    found, kept = read_calibration(certificate), recordings_folder(certificate)
+    recordings = kept if kept.is_dir() else certificate.parent
     drawn = f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
     if not found.papers:
         why = "The certificate names no recordings: its values cannot be recomputed."
@@ -286,7 +286,7 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPa
 def _landings(found: Calibration) -> list[datetime | None]:
     """Which landing may have been the last that was known when the certificate was computed.
 
-    One that is written later stands in the certificate, too, and did not change its values.
+    One that is written later is in the certificate, too, and did not change its values.
     """
     newest = max(paper.taken for paper in found.papers)
     known = [landing.at for landing in found.landings]

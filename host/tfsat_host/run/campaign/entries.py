@@ -43,7 +43,7 @@ def _file_name(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What somebody wrote of a drop."""
+    """What a person wrote of a drop."""
 
     at: datetime
     text: str

@@ -1,29 +1,116 @@
-"""What `preflight` shows: each check, GO or NO-GO, and what to type next, with this run's files and these devices."""
+"""What `preflight` asks of both boards and shows: checks, GO or NO-GO, what to type next with this run's files."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shlex
+import signal
 import textwrap
+import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.boards import device_option
+from tfsat_host.cli.stopping import SIGNALS, handled
+from tfsat_host.devices.ports import BoardName, port_variable
+from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
 from tfsat_host.preflight.check import SEE
 from tfsat_host.preflight.evidence import Missing, Running
-from tfsat_host.run.certificate_notices import command_options
+from tfsat_host.present.output import Output
+from tfsat_host.run.certificate import command_options
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
     from rich.text import Text
 
+    from tfsat_host.devices.transport import Transport
     from tfsat_host.preflight.evidence import Evidence
     from tfsat_host.present.output import Output
-    from tfsat_host.run.preflight import WrittenResult
+    from tfsat_host.run.preflight import PreparedRun, WrittenResult
+
+
+_NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
+
+
+def transports(
+    args: argparse.Namespace, files: PreparedRun, stack: ExitStack, out: Output
+) -> dict[BoardName, Transport | TfsatError]:
+    """Both boards' links, closed with `stack`; why not, for one that is not to be had. Raises BuildError."""
+    from tfsat_host.cli.boards import emulated_transports, open_port
+
+    if args.emulated:
+        from tfsat_host.devices.logger import LoggerClient
+
+        links = emulated_transports(out, stack, model=files.robot, as_built=True)
+        # It came to power with this command: no one could have set its clock.
+        LoggerClient.connect(links["logger"]).set_clock(time.time_ns() // 1000)
+        return {**links}
+    found: dict[BoardName, Transport | TfsatError] = {}
+    named: dict[BoardName, str | None] = {"sequencer": args.port, "logger": args.logger_port}
+    for board, port in named.items():
+        try:
+            if board == "logger" and port is None and args.port is not None:
+                _require_named_logger()
+            found[board] = stack.enter_context(closing(open_port(board, port, out)))
+        except TfsatError as error:
+            found[board] = error
+    return found
+
+
+def _require_named_logger() -> None:
+    """An explicit `--port` scans no others. Raises PortError unless the environment names the logger."""
+    from tfsat_host.devices.ports import PortError, PortProblem
+
+    variable = port_variable("logger")
+    if not os.environ.get(variable):
+        raise PortError(
+            PortProblem.NONE_FOUND,
+            what="The logger was not asked: --port names the sequencer only.",
+            next_step=f"Name the logger's port too: --logger-port PORT (or {variable}=PORT).",
+        )
+
+
+def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
+    """All that boards and files say, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
+    from tfsat_host.preflight.boards import ask_boards
+    from tfsat_host.preflight.evidence import BoardEvidence, Evidence
+    from tfsat_host.preflight.logger import WATCH_S, Trace
+
+    trace = Trace()
+    try:
+        # A closed terminal or a `kill` is a Ctrl-C: a recording that was begun is ended and removed.
+        with ExitStack() as stack, handled(SIGNALS, signal.default_int_handler):
+            opened = transports(args, files, stack, out)
+            sequencer_image, logger_image = files.images()
+            expected = Evidence(
+                robot=files.robot,
+                schedule=files.schedule,
+                facility=files.facility(),
+                sequencer_board=BoardEvidence("sequencer", sequencer_image),
+                logger_board=BoardEvidence("logger", logger_image),
+                recordings=args.drops,
+                now=datetime.now(UTC),
+                newest_file=files.newest(),
+            )
+            with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
+                evidence = ask_boards(opened, expected, files.calibration, trace, time.time, advance)
+    except (KeyboardInterrupt, Interrupted):
+        raise Interrupted(
+            what="Interrupted.",
+            meaning=f"{trace.left or _NOTHING_LEFT} There is no result, and none was written.",
+            next_step="tfsat-host record stop, then tfsat-host log list shows what to erase."
+            if trace.left
+            else "Run the same command again when ready.",
+        ) from None
+    return evidence, trace.left
+
 
 _WORDS = {GoNoGo.GO: "GO", GoNoGo.NO_GO: "NO-GO", GoNoGo.NOT_MADE: "NOT MADE"}
 _WIDTH = 110

@@ -1,4 +1,4 @@
-"""Commands that an error or a result names, completed by this command's certificate, robot and devices."""
+"""What was typed for `calibrate`: the certificate, a turn; and commands that are completed by it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,74 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
-from tfsat_host.calibration.errors import NotKeptError
-from tfsat_host.cli.advice import device_option
-from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.calibration.errors import CalibrationError, NotKeptError
+from tfsat_host.calibration.steps.step import AXES, Axis
+from tfsat_host.cli.boards import device_option
+from tfsat_host.cli.usage import number
+from tfsat_host.errors import Interrupted, TfsatError, UsageError
 from tfsat_host.present.output import NotConfirmed, Output
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.session import Session
+
+
+LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
+
+
+def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
+    """Where the certificate is; an emulated robot's never lies where a real one's would."""
+    return args.out or Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
+
+
+def none_yet(args: argparse.Namespace, file: Path) -> CalibrationError:
+    """Names the certificate of a real or an emulated robot where the other one was asked for."""
+    meaning = "Without one a drop cannot be evaluated: a bias of 1 deg/s alone is 2.5 deg over a fall."
+    begin = f"tfsat-host calibrate bias{same_certificate(args)}"
+    next_step = f"Begin with: {begin}"
+    other = certificate_path(args, emulated=not args.emulated)
+    if other != file and other.exists():
+        kind, option = ("a real", "") if args.emulated else ("an emulated", " --emulated")
+        meaning = f"{other} is here, but it is that of {kind} robot. {meaning}"
+        next_step = f"To see that one: tfsat-host calibrate show{option}. To begin: {begin}"
+    what = f"There is no calibration yet: no file {file}."
+    return CalibrationError(what=what, meaning=meaning, next_step=next_step)
+
+
+def same_certificate(args: argparse.Namespace) -> str:
+    """What makes the next command work on the same certificate."""
+    out = f" --out {shlex.quote(str(args.out))}" if args.out else ""
+    return out + (" --emulated" if args.emulated else "")
+
+
+def turned(args: argparse.Namespace) -> tuple[Axis, float] | None:
+    """Axis and angle in deg of a turn by hand. Raises UsageError."""
+    words = getattr(args, "turn", None)
+    if words is None:
+        return None
+    problem = ""
+    if args.jog:
+        problem = "with --jog a servo moves a joint; a turn is done by hand: leave one of them out"
+    elif words[0] not in AXES:
+        problem = f"{words[0]!r} is no axis of a body: write x, y or z"
+    else:
+        try:
+            angle_deg = number(words[1])
+        except argparse.ArgumentTypeError as error:
+            problem = str(error)
+        else:
+            if LEAST_TURN_DEG <= abs(angle_deg) <= MOST_TURN_DEG:
+                return cast("Axis", words[0]), angle_deg
+            problem = f"a turn is {LEAST_TURN_DEG:g} to {MOST_TURN_DEG:g} deg either way, not {words[1]}"
+    raise UsageError(
+        what=f"Argument --turn: {problem}.",
+        meaning="Nothing was measured.",
+        next_step="tfsat-host calibrate scale --help",
+    )
+
 
 _REPEATED = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
 _COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [0-9xyz]+)*")

@@ -1,0 +1,308 @@
+"""The boards of a command: found by its options, opened, and what their refusals mean for whoever typed it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from tfsat_host.cli.usage import OUTPUT
+from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.jogging import JogClient
+from tfsat_host.devices.logger import DropInDanger, LoggerClient, drop_in_danger
+from tfsat_host.devices.ports import BOARDS, BoardName, PortError, PortProblem, find_port, port_variable
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.transport import SerialTransport, Transport
+from tfsat_host.errors import Interrupted, RefusedError, TfsatError
+from tfsat_host.present.output import Output
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.messages import LoggerStatusReply
+from tfsat_host.servo_settings import ServoSettings, find_misfit
+
+if TYPE_CHECKING:
+    from tfsat_host.robot import RobotModel
+
+
+_DEVICE_COMMAND = re.compile(
+    r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop)|"
+    r"log (?:list|(?:fetch|erase)(?: (?:ram|all|\d+))?)|logger-settings(?! --help))"
+)
+
+
+def device_option(args: argparse.Namespace) -> str:
+    """The device option as the user gave it, with a space before; empty when there was none."""
+    if args.emulated:
+        return " --emulated"
+    return f" --port {shlex.quote(args.port)}" if args.port is not None else ""
+
+
+@contextmanager
+def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
+    """Adds to a board's error raised inside: the state where that is the reason, and the device option."""
+    try:
+        yield
+    except BoardError as error:
+        if error.code == ErrorCode.WRONG_STATE:
+            error.what, error.next_step = _wrong_state(board)
+            error.meaning, error.next_step = _drop_in_danger(board) or (error.meaning, error.next_step)
+        error.next_step = _DEVICE_COMMAND.sub(lambda found: found[0] + device_option(args), error.next_step)
+        raise
+
+
+@contextmanager
+def offering_emulated() -> Iterator[None]:
+    """Adds to "no board found": only for commands that are not mistaken for having reached the robot."""
+    try:
+        yield
+    except PortError as error:
+        if error.code == PortProblem.NONE_FOUND:
+            error.next_step += "\nTo try the command without the board: add --emulated."
+        raise
+
+
+@contextmanager
+def interruptible(port: str) -> Iterator[None]:
+    """Ctrl-C inside becomes `Interrupted`: only here does a board go on that the user should look at."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(
+            what="Interrupted.",
+            meaning=f"The command stopped before it was done; the board at {port} goes on in its own state.",
+            next_step=f"tfsat-host status --port {shlex.quote(port)} shows what state that is.",
+        ) from None
+
+
+def warn_of_misfit(sequencer: SequencerClient, settings: ServoSettings, option: str, out: Output) -> bool:
+    """Whether the maneuver on the board fits these settings; a warning where it does not, with the device option."""
+    misfit = find_misfit(sequencer.read_back().moves, settings)
+    if misfit is not None:
+        out.warn(
+            f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
+            f"Upload one that fits: tfsat-host upload-sequence A B{option}"
+        )
+    return misfit is None
+
+
+def refuse_emulated(args: argparse.Namespace, command: str, consequence: str) -> None:
+    """Raises RefusedError for `--emulated` with a command whose effect would end with the process."""
+    if not args.emulated:
+        return
+    board = "logger" if command.startswith("record") else "sequencer"
+    raise RefusedError(
+        what=f"{command} --emulated is refused: the emulated robot lives in this process only.",
+        meaning=f"{consequence} Nothing was done.",
+        next_step="Keep an emulated robot running in another terminal: tfsat-host emulate\n"
+        f"Then: tfsat-host {command} --port robot/{board}",
+    )
+
+
+def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
+    """What happened, and what to do: from the state that the board is in."""
+    name = board.identity.board.name.lower()
+    state = board.status().state.name.lower()
+    words, cure = _WRONG_STATES.get((name, state), (state, "Wait a second"))
+    return (
+        f"The {name} is {words}; it does not take this request now.",
+        f"{cure}, then the same command again.",
+    )
+
+
+def _drop_in_danger(board: SequencerClient | LoggerClient) -> DropInDanger | None:
+    """What is worse than a refused request: a drop that no card takes."""
+    status = board.status()
+    return drop_in_danger(status) if isinstance(status, LoggerStatusReply) else None
+
+
+_WRITING = "still writing its EEPROM"
+_WRONG_STATES = {
+    ("sequencer", "safe"): (f"safe, but {_WRITING}", "Wait a second"),
+    ("sequencer", "armed"): ("armed", "tfsat-host disarm"),
+    ("sequencer", "running"): ("running", "Wait until the maneuver is over, or tfsat-host disarm"),
+    ("sequencer", "done"): ("done: its servos hold the end pose", "tfsat-host disarm"),
+    ("sequencer", "jogging"): ("moving a joint", "tfsat-host disarm"),
+    ("sequencer", "fault"): ("in fault", "tfsat-host status to see why and tfsat-host disarm to clear it"),
+    ("logger", "recording"): ("recording already", "tfsat-host record stop"),
+    ("logger", "failed"): (
+        "still recording into its RAM, as its card has failed",
+        "tfsat-host record stop ends that",
+    ),
+    ("logger", "stopping"): ("still closing its last recording", "Wait until it is closed"),
+}
+"""By board and state: the state in words, and what ends it."""
+
+
+AnyBoard = TypeVar("AnyBoard", bound="SequencerClient | LoggerClient")
+
+APPEARANCE_S = 4.0
+"""A board re-enumerates within two seconds of a reset."""
+
+
+def open_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
+    """The sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
+    return _board("sequencer", args, out, SequencerClient.connect)
+
+
+def open_any_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
+    """Likewise, of whatever protocol: for DISARM, which is the same in all. Raises the same."""
+    return _board("sequencer", args, out, SequencerClient.connect_any_protocol)
+
+
+def open_jog_client(args: argparse.Namespace, out: Output) -> AbstractContextManager[JogClient]:
+    """Likewise, of this program's protocol, to move a joint. Raises the same."""
+    return _board("sequencer", args, out, JogClient.connect)
+
+
+def open_logger(args: argparse.Namespace, out: Output) -> AbstractContextManager[LoggerClient]:
+    """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
+    note = "the logger has just met its card and counts its free room …"
+    return _board("logger", args, out, partial(LoggerClient.connect, on_busy=lambda: out.note(note)))
+
+
+@contextmanager
+def _board(
+    name: BoardName, args: argparse.Namespace, out: Output, connect: Callable[[Transport], AnyBoard]
+) -> Iterator[AnyBoard]:
+    with ExitStack() as stack:
+        transport: Transport
+        if args.emulated:
+            transport = emulated_transports(out, stack)[name]
+        else:
+            transport = stack.enter_context(closing(open_port(name, args.port, out)))
+            stack.enter_context(interruptible(transport.name))
+        board = connect(transport)
+        with explained(board, args):
+            yield board
+
+
+def emulated_transports(
+    out: Output, stack: ExitStack, *, model: RobotModel | None = None, as_built: bool = False
+) -> dict[BoardName, Transport]:
+    """Both boards' links of the robot of `--emulated`, which lives as long as `stack`; see `kept_robot`."""
+    from tfsat_host.emulated.robot import BoardIndex
+    from tfsat_host.emulated.state import kept_robot
+    from tfsat_host.emulated.transport import EmulatedTransport
+
+    robot = stack.enter_context(kept_robot(out.note, model=model, as_built=as_built))
+    return {board: EmulatedTransport(robot, BoardIndex[board.upper()]) for board in BOARDS}
+
+
+def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
+    """The board's port, open. One that is not there yet is waited for: a board that was just plugged in, or
+    an emulated one that was just started, takes a moment to show up.
+
+    Raises:
+        PortError: no port, or it could not be opened.
+    """
+    path = find_port(board, explicit)
+    _refuse_a_dead_link(path)
+    deadline_s = time.monotonic() + APPEARANCE_S
+    announced = False
+    while True:
+        try:
+            return SerialTransport(path)
+        except PortError as error:
+            if error.code != PortProblem.MISSING or (
+                time.monotonic() > deadline_s and not _is_being_started(path)
+            ):
+                raise
+        if not announced:
+            out.note(f"waiting for {path} to appear …")
+            announced = True
+        time.sleep(0.1)
+
+
+def _is_being_started(path: str) -> bool:
+    """An emulated robot holds the port's folder and is still being built; it ends or serves."""
+    if sys.platform == "win32":
+        return False
+    from tfsat_host.emulated.state import being_started
+
+    return being_started(Path(path))
+
+
+def _refuse_a_dead_link(path: str) -> None:
+    """A killed emulator's link may lead to another program's terminal by now."""
+    if sys.platform == "win32" or not Path(path).is_symlink():
+        return
+    from tfsat_host.emulated.state import served_by_dead_process
+
+    if served_by_dead_process(Path(path)):
+        raise PortError(
+            PortProblem.MISSING,
+            what=f"{path} was left behind by an emulated robot that was killed.",
+            next_step=f"Start it again: tfsat-host emulate --dir {Path(path).parent}",
+        )
+
+
+PLACE = f"""\
+device:
+| --port PORT  ask the board at this port only, whichever it is
+| --emulated   ask the emulated robot's boards
+{OUTPUT}"""
+"""One port, or the emulated boards, and the output options."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where to ask.
+
+    Attributes:
+        expected: The board that should be there; None: whichever it is.
+        said_by: Who says so.
+        connect: Finds and opens it. Raises PortError.
+    """
+
+    expected: BoardName | None
+    said_by: str
+    connect: Callable[[], Transport]
+
+
+def absent(error: TfsatError) -> bool:
+    """Nothing is plugged in."""
+    return isinstance(error, PortError) and error.code == PortProblem.NONE_FOUND
+
+
+def most_telling(errors: list[TfsatError]) -> TfsatError:
+    """That nothing is plugged in tells least. At least one is given."""
+    return min(errors, key=absent)
+
+
+def places(args: argparse.Namespace, out: Output, stack: ExitStack) -> list[Place]:
+    """Where to ask; what is emulated lives as long as `stack`. Raises BuildError."""
+    if args.emulated:
+        links = emulated_transports(out, stack).values()
+        return [Place(None, "", partial(_same, link)) for link in links]
+    if args.port is not None:
+        return [Place(None, "", lambda: open_port("sequencer", args.port, out))]
+    named = {board: os.environ.get(port_variable(board), "") for board in BOARDS}
+    paths = {os.path.realpath(path) for path in named.values() if path}
+    if all(named.values()) and len(paths) == 1:
+        out.warn(f"{' and '.join(map(port_variable, BOARDS))} name the same port: one of them is wrong.")
+        return [Place(None, "", lambda: SerialTransport(named["sequencer"]))]
+    return [
+        Place(
+            board,
+            f"{port_variable(board)}={named[board]}" if named[board] else "The port that was found",
+            partial(_find_and_open, board),
+        )
+        for board in BOARDS
+    ]
+
+
+def _same(transport: Transport) -> Transport:
+    return transport
+
+
+def _find_and_open(board: BoardName) -> Transport:
+
+    return SerialTransport(find_port(board))

@@ -1,0 +1,145 @@
+"""Which cause: hypotheses compared by the evidence of one drop, each kind of cause as likely as another before it.
+
+The whole residual is normal, with what is stated as its covariance. A hypothesis adds columns with unknown numbers of
+a typical size; how much larger or smaller they are is unknown, too. The evidence of a hypothesis is the probability of
+the residual with all of that integrated out, so that a fault with many numbers must explain as much more (D. MacKay,
+Information Theory, Inference, and Learning Algorithms, 2003, chapter 28). A kind of cause has members, such as one for
+each gyro and time: its evidence is their mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.checks.check import UNKNOWN, Cause
+from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+
+SIZES = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Times the typical size, that a fault's numbers may have."""
+_WORSE = (1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0, 300.0)
+"""Times as great all errors may be for no reason that is known."""
+SOUND = "as filed and certified"
+TIE = 3.0
+"""Two causes whose probabilities are closer than this cannot be told apart: "barely worth mentioning" (H. Jeffreys,
+Theory of Probability, 1961, appendix B)."""
+_ENDS_IT = 2.0
+"""Chi-square a number that a true cause may leave: healthy drops leave 0.5."""
+_CERTAIN, _LISTED = 0.995, 0.001
+_LOOK = "Look at the samples: tfsat-host decode"
+Words = Callable[[FloatArray], str]
+
+
+class Hypothesis(NamedTuple):
+    """One fault.
+
+    Attributes:
+        kind: Of cause.
+        columns: (size, q) of the whole residual by the fault's q unknown numbers, each of which is typically 1.
+        words: The cause in words, by those numbers (q,) at their best fit.
+        next_step: What to do about it.
+        left: (size,) the residual with the fault put right, but for those numbers; None: as it is.
+    """
+
+    kind: str
+    columns: FloatArray
+    words: Words
+    next_step: str
+    left: FloatArray | None = None
+
+
+class Tried(NamedTuple):
+    """A hypothesis with the logarithm of its evidence; `columns` (k, q) are whitened, of their likeliest size."""
+
+    kind: str
+    log_evidence: float
+    words: Callable[[], str]
+    next_step: str
+    columns: FloatArray
+
+
+def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[Tried]:
+    """All of them."""
+    as_it_is = whole.whitened(whole.residual)
+    found: list[Tried] = []
+    chosen = list(hypotheses)
+    widths = np.cumsum([0, *(one.columns.shape[1] for one in chosen)])
+    columns = whole.whitened(np.concatenate([one.columns for one in chosen], axis=1))
+    for first, last, one in zip(widths, widths[1:], chosen, strict=False):
+        left = as_it_is if one.left is None else whole.whitened(one.left)
+        found.append(_tried(one, left, columns[:, first:last]))
+    return found
+
+
+def _tried(one: Hypothesis, left: FloatArray, columns: FloatArray) -> Tried:
+    """By the eigenvectors of the columns' normal matrix, in which all sizes are as easy."""
+    values, axes = np.linalg.eigh(columns.T @ columns)
+    along, values = axes.T @ (columns.T @ left), np.maximum(values, 0.0)
+    squares = np.array(SIZES if len(values) else (1.0,))[:, None] ** 2
+    shrunk = squares / (1.0 + squares * values)
+    logs = 0.5 * (shrunk * along**2).sum(axis=1) - 0.5 * np.log1p(squares * values).sum(axis=1)
+    likeliest = int(logs.argmax())
+    best = shrunk[likeliest]
+    evidence = float(logsumexp(logs) - np.log(len(squares)) - 0.5 * left @ left)
+
+    def words() -> str:
+        numbers = -axes @ (best * along)
+        unexplained = float(((left + columns @ numbers) ** 2).mean())
+        still = f"; with it the data still contradict each other {unexplained:.3g} times as much as their errors allow"
+        return one.words(numbers) + (still if unexplained > _ENDS_IT else "")
+
+    return Tried(one.kind, evidence, words, one.next_step, np.sqrt(squares[likeliest]) * columns)
+
+
+def of_no_kind(whole: WholeResidual) -> list[Tried]:
+    """That nothing is wrong, and that everything is."""
+    left = whole.whitened(whole.residual)
+    return [_nothing(left), _everything(left)]
+
+
+def _nothing(left: FloatArray) -> Tried:
+    agree = f"{UNKNOWN}; gyros, angle sensors and model agree to {(left**2).mean():.3g} times what their errors allow"
+    return Tried(SOUND, float(-0.5 * left @ left), lambda: agree, _LOOK, np.zeros((len(left), 0)))
+
+
+def _everything(left: FloatArray) -> Tried:
+    factors = np.array(_WORSE)
+    logs = -len(left) * np.log(factors) - 0.5 * (left @ left) / factors**2
+    apart = f"{UNKNOWN}; the data contradict each other {(left**2).mean():.3g} times as much as their errors allow"
+    return Tried(
+        UNKNOWN, float(logsumexp(logs) - np.log(len(factors))), lambda: apart, _LOOK, np.zeros((len(left), 0))
+    )
+
+
+def ranked(found: Sequence[Tried]) -> tuple[Cause, ...]:
+    """Kinds of causes, the likeliest first."""
+    kinds: dict[str, list[Tried]] = {}
+    for one in found:
+        kinds.setdefault(one.kind, []).append(one)
+    logs = {
+        kind: float(logsumexp([one.log_evidence for one in of_kind]) - np.log(len(of_kind)))
+        for kind, of_kind in kinds.items()
+    }
+    total = float(logsumexp([*logs.values()]))
+    causes: list[Cause] = []
+    for kind in sorted(logs, key=lambda kind: -logs[kind]):
+        best = max(kinds[kind], key=lambda one: one.log_evidence)
+        probability = float(np.exp(logs[kind] - total))
+        if probability >= _LISTED or not causes:
+            causes.append(Cause(kind, best.words(), probability, best.next_step))
+    return tuple(causes)
+
+
+def in_words(causes: Sequence[Cause]) -> tuple[str, str]:
+    """The likely cause, with its probability unless that is one, or the two that cannot be told apart; what to do."""
+    first, *others = causes
+    if others and first.probability < TIE * others[0].probability:
+        pair = " from ".join(f"{one.cause} (probability {one.probability:.2f})" for one in (first, others[0]))
+        named = first if first.kind not in (SOUND, UNKNOWN) else others[0]
+        return f"cannot tell {pair}", named.next_step
+    certain = "" if first.probability >= _CERTAIN else f" (probability {first.probability:.2f})"
+    return f"{first.cause}{certain}", first.next_step

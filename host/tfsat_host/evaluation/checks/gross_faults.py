@@ -1,0 +1,282 @@
+"""Faults that no linear error describes: the sensors' residual with each of them put right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, permutations, product
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.checks.consistency import Consistency, sensor_name
+from tfsat_host.evaluation.checks.evidence import Hypothesis
+from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed, late
+from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+from tfsat_host.evaluation.motion.gyro_signal import sheet_lag
+
+STUCK_S = 0.15
+"""No sensor with noise repeats one reading for so long."""
+_ANYHOW = 0.1
+"""Size of errors of any kind, rad or rad/s."""
+_ANYWHERE_RAD = 0.5
+_MOST_LATE_S = 0.1
+_STEPS = 4
+_DIFFERENCE_S = 1e-3
+_REMOUNT = f"Compare the IMU's mounting {ROBOT}; then tfsat-host calibrate misalignment"
+_REWIRE = f"Compare the IMUs' bus and address of each body {ROBOT}; then decode again"
+
+Shifted = Callable[[float], FloatArray]
+
+
+def gross_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """All that can be tried on one drop."""
+    data = whole.data
+    none = np.zeros((whole.size, 0))
+    for kind, left, cause, next_step in _put_right(data):
+        yield Hypothesis(kind, none, fixed(cause), next_step, whole.with_sensors(left))
+    for left, cause, next_step in _other_low_passes(whole):
+        yield Hypothesis("low-pass", none, fixed(cause), next_step, left)
+    yield from _reversed_sensors(whole)
+    yield from _late_sensors(whole)
+    yield from _one_left_out(whole)
+
+
+Right = tuple[str, FloatArray, str, str]
+"""Kind, the sensors' residual with the fault put right, the cause in words, what to do."""
+
+
+def _put_right(data: Consistency) -> Iterator[Right]:
+    """Faults without unknown numbers."""
+    yield from _exchanged_axes(data)
+    yield from _turned_mountings(data)
+    yield from _wrong_orders(data)
+    yield from _exchanged_sensors(data)
+
+
+def signed_exchanges() -> FloatArray:
+    """(47, 3, 3) what shows instead of the truth: every exchange and reversal of axes but none at all."""
+    orders, signs = permutations(range(3)), list(product((1.0, -1.0), repeat=3))
+    found = np.array([np.diag(sign) @ np.eye(3)[list(order)] for order in orders for sign in signs])
+    return np.asarray(found[(found != np.eye(3)).any(axis=(1, 2))])
+
+
+def _in_words(exchange: FloatArray) -> str:
+    """Such as `x and y exchanged, z reversed`; `exchange` (3, 3) makes what is shown of what is true."""
+    sources = np.abs(exchange).argmax(axis=1)
+    minus = exchange[np.arange(3), sources] < 0.0
+    moved = np.flatnonzero(sources != np.arange(3))
+    if len(moved) == 3:
+        return ", ".join(
+            f"{'xyz'[axis]} shows {'-' if minus[axis] else ''}{'xyz'[sources[axis]]}" for axis in range(3)
+        )
+    parts = [f"{' and '.join('xyz'[axis] for axis in moved)} exchanged"] if len(moved) else []
+    parts += (
+        [f"{' and '.join('xyz'[axis] for axis in np.flatnonzero(minus))} reversed"] if minus.any() else []
+    )
+    return ", ".join(parts)
+
+
+def _exchanged_axes(data: Consistency) -> Iterator[Right]:
+    """Axes of a gyro exchanged in the data: its bias moves with them."""
+    exchanges = signed_exchanges()
+    for body in range(data.bodies):
+        # What was shown is the exchange of the truth: its transpose undoes it.
+        gyro, rest = (readings[..., body, :] @ exchanges for readings in (data.gyro_rad_s, data.rest_rad_s))
+        yield from _reread(data, body, exchanges, gyro, rest)
+
+
+def _turned_mountings(data: Consistency) -> Iterator[Right]:
+    """A gyro turned by a right angle since its calibration: its bias stays with the sensor."""
+    exchanges = signed_exchanges()
+    turns = exchanges[np.linalg.det(exchanges) > 0.0]
+    for body, calibrated in enumerate(data.calibration.gyros):
+        true = (data.gyro_rad_s[:, body] - calibrated.bias_rad_s) / calibrated.scale
+        gyro = (true @ turns) * calibrated.scale + calibrated.bias_rad_s
+        rest = np.broadcast_to(data.rest_rad_s[body], (len(turns), 3))
+        yield from _reread(data, body, turns, gyro, rest)
+
+
+def _reread(
+    data: Consistency, body: int, exchanges: FloatArray, gyro: FloatArray, rest: FloatArray
+) -> Iterator[Right]:
+    others = data.residual - data.gyro_parts[body]
+    for one, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
+        cause = f"gyro of body {body + 1}: {_in_words(one)}"
+        yield "mounting", others + part, cause, _REMOUNT
+
+
+def _wrong_orders(data: Consistency) -> Iterator[Right]:
+    """IMUs in another order."""
+    gyro, rest = np.moveaxis(data.gyro_rad_s, 1, 0), data.rest_rad_s
+    # [b][k]: what place k of the log adds as the gyro of body b.
+    parts = [data.gyro_part(b, gyro, rest) for b in range(data.bodies)]
+    angles = data.residual - data.gyro_parts.sum(axis=0)
+    for order in permutations(range(data.bodies)):
+        moved = [b for b in range(data.bodies) if order[b] != b]
+        if not moved:
+            continue
+        cause = f"IMUs of bodies {moved[0] + 1} and {moved[1] + 1} exchanged"
+        if len(moved) > 2:
+            stands = ", ".join(f"that of body {b + 1} in place {order[b] + 1}" for b in moved)
+            cause = f"wrong order of the IMUs: {stands}"
+        left = angles + sum(parts[b][place] for b, place in enumerate(order))
+        yield "order of the IMUs", left, cause, _REWIRE
+
+
+def _reversed_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """A sensor that counts backwards, or was turned round on its shaft, which moves its zero point too."""
+    data = whole.data
+    for joint, sensor in np.ndindex(data.joints, 2):
+        cause = fixed(f"{sensor_name(joint, sensor)}: its direction is reversed")
+        step = f"Compare its direction {ROBOT}; then tfsat-host calibrate zero --joint {joint + 1}"
+        in_counts = data.sensed(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
+        offset = np.zeros((whole.size, 1))
+        offset[data.along(joint, sensor)] = _ANYWHERE_RAD
+        for angle in (in_counts, -data.sensed_angles[joint][sensor]):
+            left = whole.with_sensors(data.with_one(joint, sensor, angle))
+            yield Hypothesis("reversed sensor", offset, cause, step, left)
+
+
+def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
+    """Angle sensors of different joints exchanged."""
+    for first, second in combinations(np.ndindex(data.joints, 2), 2):
+        if first[0] == second[0]:
+            continue
+        columns = [data.sensors(joint)[sensor] for joint, sensor in (first, second)]
+        shown = data.shown_rad.copy()
+        shown[:, columns] = shown[:, columns[::-1]]
+        sensed = list(data.sensed_angles)
+        for joint, _ in (first, second):
+            sensed[joint] = data.sensed(joint, shown)
+        cause = f"{sensor_name(*first)} and {sensor_name(*second)} exchanged"
+        step = f"Compare the cables of the angle sensors {ROBOT}"
+        yield "exchanged sensors", data.residual_with_angles(sensed), cause, step
+
+
+def _late_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """Each sensor delayed, and all gyros against all angle sensors, by more than a linear error."""
+    data, by_delay = whole.data, whole.by_gyros.delay
+    for body in range(data.bodies):
+        name = f"gyro of body {body + 1}"
+        yield _late(whole, name, _gyros_later(data, [body]), by_delay[:, [body]])
+    slip, every = "clock slip: all gyros against the angle sensors", range(data.bodies)
+    yield _late(whole, slip, _gyros_later(data, every), by_delay.sum(axis=1, keepdims=True))
+    for joint, sensor in np.ndindex(data.joints, 2):
+        shifted = _sensor_later(data, joint, sensor)
+        yield _late(whole, sensor_name(joint, sensor), shifted, np.zeros((whole.size, 1)))
+
+
+def _gyros_later(data: Consistency, bodies: Sequence[int]) -> Shifted:
+    others = data.residual - data.gyro_parts[list(bodies)].sum(axis=0)
+
+    def vector(late_s: float) -> FloatArray:
+        left = others.copy()
+        for body in bodies:
+            columns = [np.interp(data.t_s + late_s, data.t_s, column) for column in data.rates[body].T]
+            left += data.rate_part(body, np.column_stack(columns), data.rotations)
+            left += data.rest_part(body, data.rest_rad_s[body])
+        return np.asarray(left)
+
+    return vector
+
+
+def _sensor_later(data: Consistency, joint: int, sensor: int) -> Shifted:
+    angle = data.sensed_angles[joint][sensor]
+    known = np.isfinite(angle)
+
+    def vector(late_s: float) -> FloatArray:
+        shifted = np.full_like(angle, np.nan)
+        if known.any():
+            shifted[known] = np.interp(data.t_s[known] + late_s, data.t_s[known], angle[known])
+        return data.with_one(joint, sensor, shifted)
+
+    return vector
+
+
+def _late(whole: WholeResidual, name: str, shifted: Shifted, column: FloatArray) -> Hypothesis:
+    """About the delay that fits the sensors best, by Gauss-Newton; `column` (size, 1) of a small one."""
+    sensors, late_s, column = whole.data.size, 0.0, column.copy()
+    left = shifted(late_s)
+    for _ in range(_STEPS):
+        slope = (shifted(late_s + _DIFFERENCE_S) - left) / _DIFFERENCE_S
+        column[:sensors, 0] = slope
+        white, direction = (whole.whitened(whole.stacked(one)) for one in (left[:, None], slope[:, None]))
+        length = float((direction**2).sum())
+        if length == 0.0:
+            break
+        late_s = float(np.clip(late_s - (direction * white).sum() / length, -_MOST_LATE_S, _MOST_LATE_S))
+        left = shifted(late_s)
+    return late(name, column)._replace(left=whole.with_sensors(left - late_s * column[:sensors, 0]))
+
+
+def _other_low_passes(whole: WholeResidual) -> Iterator[tuple[FloatArray, str, str]]:
+    """Another low-pass than the header's: the residual with it, the cause, what to do."""
+    data = whole.data
+    angles = data.residual - data.gyro_parts.sum(axis=0)
+    for setting in range(len(data.low_pass.parts[0].gyro_delay_us)):
+        if setting == data.low_pass.dlpf_cfg:
+            continue
+        other = replace(data.low_pass, dlpf_cfg=setting)
+        gyro, rest = sheet_lag(other).removed(data.t_s, data.lagging_rad_s), data.rest_rad_s
+        left = whole.with_sensors(
+            angles + sum(data.gyro_part(b, gyro[:, b], rest[b]) for b in range(data.bodies))
+        )
+        if whole.model is not None:
+            rates = [one.body_rates(gyro[:, b]) for b, one in enumerate(data.calibration.gyros)]
+            more = np.stack(rates, axis=1) - np.stack(data.rates, axis=1)
+            left[data.size :] += whole.model.by_gyros(more[None])[:, 0]
+        cause = (
+            f"the gyros lag by {1e3 * other.gyro_delay_s:.1f} ms as with DLPF_CFG {setting}, "
+            f"but the header says DLPF_CFG {data.low_pass.dlpf_cfg}"
+        )
+        yield left, cause, "Set the low-pass and record again: tfsat-host logger-settings"
+
+
+def _one_left_out(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """The last resort: one sensor is wrong in an unknown way, and all the others agree without it; or the model is."""
+    data = whole.data
+    of_model = slice(data.size, whole.size)
+    for body in range(data.bodies):
+        parts = [data.at_rest(body), of_model]
+        for joint in range(data.joints):
+            if body in data.pair(joint):
+                parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
+        cause = _lies_with(data.t_s, f"gyro of body {body + 1}", data.lagging_rad_s[:, body])
+        for columns in (_anyhow(whole, parts), by_blocks(whole, body)):
+            yield Hypothesis("one sensor", columns, fixed(cause), LOOK)
+    for joint, sensor in np.ndindex(data.joints, 2):
+        left = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
+        shown = data.shown_rad[:, data.sensors(joint)[sensor], None]
+        cause = _lies_with(data.t_s, sensor_name(joint, sensor), shown)
+        columns = _anyhow(whole, [data.along(joint, sensor)])
+        yield Hypothesis("one sensor", columns, fixed(cause), LOOK, whole.with_sensors(left))
+    if whole.model is not None:
+        bounded = ", ".join(whole.model.fit.bounded)
+        cause = "unknown; it lies with the robot file, all sensors agree"
+        if bounded:
+            cause = f"the robot file: {bounded} would have to be off by more than its bound"
+        yield Hypothesis(
+            "robot file", _anyhow(whole, [of_model]), fixed(cause), f"Weigh the bodies, compare {ROBOT}"
+        )
+
+
+def _anyhow(whole: WholeResidual, parts: Sequence[slice]) -> FloatArray:
+    """(size, k) any errors of the k rows in these parts."""
+    return np.asarray(_ANYHOW * np.eye(whole.size)[:, np.r_[*parts]])
+
+
+def _lies_with(t_s: FloatArray, name: str, readings: FloatArray) -> str:
+    stuck_s = _stuck_from_s(t_s, readings)
+    if stuck_s is not None:
+        return f"{name} repeats one reading from {stuck_s:.2f} s on"
+    return f"unknown; it lies with the {name}, all the others agree without it"
+
+
+def _stuck_from_s(t_s: FloatArray, readings: FloatArray) -> float | None:
+    """When the longest run of equal readings (n, k) begins, if it is long enough to be a fault."""
+    changed = np.flatnonzero((np.diff(readings, axis=0) != 0.0).any(axis=1))
+    edges = np.concatenate([[-1], changed, [len(t_s) - 1]])
+    longest = int(np.diff(edges).argmax())
+    first, last = edges[longest] + 1, edges[longest + 1]
+    return float(t_s[first]) if t_s[last] - t_s[first] > STUCK_S else None

@@ -1,0 +1,301 @@
+"""Faults in which the residual is linear: what is off by more than robot file and certificate state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.apply import WEIGHT_STD_RAD_S
+from tfsat_host.calibration.statistics import root_of
+from tfsat_host.evaluation.checks.check import UNKNOWN
+from tfsat_host.evaluation.checks.consistency import sensor_name
+from tfsat_host.evaluation.checks.evidence import SOUND, Hypothesis, Words
+from tfsat_host.evaluation.checks.stated_errors import axis_std_rad
+from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+
+WORSE = 4.0
+"""Times what is stated, that a fault of a stated number typically is: half of it and less is no fault."""
+AXIS, WEIGHT_FELT = "joint axis", "g-sensitivity"
+NO_SENSORS = frozenset({"masses", "inertias", "hinge points", "CoM", AXIS, "push", SOUND, UNKNOWN})
+"""Kinds of causes of which no sensor is wrong, as far as is known."""
+STATED_TOO_WELL = frozenset(
+    {"gyro bias", "gyro mounting", "gyro scale", WEIGHT_FELT, "timing", "certificate"}
+)
+"""Kinds that last the whole drop: with greater ± the certificate is right."""
+_SCALE, _TURNED_RAD, _BIAS_RAD_S = 0.01, np.deg2rad(0.5), np.deg2rad(0.3)
+_SLIPPED_RAD, _LATE_S, _PUSHED = np.deg2rad(1.0), 2e-3, 0.01
+_CUT_OFF_RAD_S = np.deg2rad(10.0)
+_PLATEAU, _PLATEAU_KNOT_S, _FAST_RAD_S = 0.93, 0.025, np.deg2rad(30.0)
+"""Readings above such a share of the greatest may be cut off; what they lack may change from knot to knot."""
+_RELEASE_S = 0.05
+ROBOT = "with the robot file: tfsat-host robot"
+LOOK = "Look at its samples: tfsat-host decode; leave the sensor out or repair it before the next drop"
+CLOCK = "Look at the late samples: tfsat-host decode; check the logger: tfsat-host status"
+
+
+def stated_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """All that files state is off by more than they say, from the beginning to the end. Quick to try."""
+    if whole.model is not None:
+        yield from _robot_files(whole)
+    yield from _leaning_axes(whole)
+    yield from _changed_gyros(whole)
+    yield from _heavy_gyros(whole)
+    yield from _late_gyros(whole)
+    yield from _bad_certificates(whole)
+
+
+def passing_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """What happens at one time, which is to be found."""
+    yield from _bias_steps(whole)
+    yield from _slipped_sensors(whole)
+    yield from _cut_off(whole)
+    if whole.model is not None:
+        yield from _pushes(whole)
+
+
+def _robot_files(whole: WholeResidual) -> Iterator[Hypothesis]:
+    assert whole.model is not None
+    offsets = whole.model.fit.offsets
+    groups = {
+        "masses": [kind == "mass" for kind in offsets.kinds],
+        "inertias": [kind == "inertia" for kind in offsets.kinds],
+        "hinge points": [kind == "point" for kind in offsets.kinds],
+        "CoM": [kind == "com" and k >= offsets.sought for k, kind in enumerate(offsets.kinds)],
+    }
+    for kind, chosen in groups.items():
+        if not any(chosen):
+            continue
+        columns = WORSE * whole.stacked(None, whole.model.by_offsets[:, chosen])
+        names = np.array(offsets.names)[chosen]
+        units, stds = np.array(offsets.units)[chosen], WORSE * offsets.prior_std[chosen]
+        what = f"the CoM of {names[0].split(' CoM')[0]}" if kind == "CoM" else f"the {kind}"
+
+        def words(
+            numbers: FloatArray,
+            what: str = what,
+            names: FloatArray = names,
+            units: FloatArray = units,
+            stds: FloatArray = stds,
+        ) -> str:
+            k = int(np.abs(numbers).argmax())
+            return (
+                f"the robot file: {what} would have to be off by more than stated, most of all {names[k]} "
+                f"by {numbers[k] * stds[k]:+.1f} {units[k]}"
+            )
+
+        yield Hypothesis(kind, columns, words, f"Weigh the bodies, measure the hinges, compare {ROBOT}")
+
+
+def _leaning_axes(whole: WholeResidual) -> Iterator[Hypothesis]:
+    std = WORSE * (axis_std_rad(whole.data) or np.deg2rad(0.5))
+
+    def words(numbers: FloatArray) -> str:
+        off_deg = np.rad2deg(std * np.linalg.norm(numbers.reshape(-1, 2), axis=1))
+        joint = int(off_deg.argmax())
+        return (
+            f"the robot file: the axis of joint {joint + 1} leans by {off_deg[joint]:.1f} deg, more than its file "
+            "allows"
+        )
+
+    yield Hypothesis(AXIS, std * whole.by_tilts, words, f"Measure the hinges, compare {ROBOT}")
+
+
+def _changed_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """Another bias, mounting or scale: three numbers each."""
+    for body, calibrated in enumerate(whole.data.calibration.gyros):
+        taken, columns = calibrated.bias_taken, whole.by_gyros.parameters[:, body]
+        gyro, since = f"gyro of body {body + 1}:", f" since {taken:%Y-%m-%d %H:%M} UTC" if taken else ""
+
+        def bias(numbers: FloatArray, gyro: str = gyro, since: str = since) -> str:
+            off = listed(np.rad2deg(_BIAS_RAD_S * numbers))
+            return f"{gyro} stale calibration, its bias has changed by {off} deg/s{since}"
+
+        def mounting(numbers: FloatArray, gyro: str = gyro) -> str:
+            off_deg = np.rad2deg(_TURNED_RAD * np.linalg.norm(numbers))
+            return f"{gyro} stale calibration, its mounting has turned by {off_deg:.2f} deg"
+
+        def scale(numbers: FloatArray, gyro: str = gyro) -> str:
+            # The Jacobian is taken at the rates as shown, which are off by the same factor.
+            off = _SCALE * numbers / (1.0 - _SCALE * numbers)
+            return f"{gyro} its scale factor is {listed(100.0 * off)} % off the calibrated one"
+
+        # A wrong range scales the whole reading, its bias too.
+        ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
+        yield Hypothesis("gyro bias", _BIAS_RAD_S * columns[:, :3], bias, "tfsat-host calibrate bias")
+        yield Hypothesis(
+            "gyro mounting", _TURNED_RAD * columns[:, 3:6], mounting, "tfsat-host calibrate misalignment"
+        )
+        for free in (columns[:, 6:], ranged):
+            yield Hypothesis("gyro scale", _SCALE * free, scale, "tfsat-host calibrate scale")
+
+
+def listed(numbers: FloatArray) -> str:
+    """Three of them."""
+    # Adding zero takes the sign off a zero.
+    return "/".join(f"{round(float(number), 2) + 0.0:+.2f}" for number in numbers) + " (x/y/z)"
+
+
+def _heavy_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """All gyros lose another bias with their weight than their data sheet lets them."""
+    biases = whole.by_gyros.in_fall[:, :, :3].reshape(whole.size, -1)
+
+    def words(numbers: FloatArray) -> str:
+        off = np.rad2deg(WORSE * WEIGHT_STD_RAD_S * np.sqrt((numbers**2).mean()))
+        return f"g-sensitivity of the gyros: their biases changed by {off:.2f} deg/s rms when they lost their weight"
+
+    yield Hypothesis(
+        WEIGHT_FELT,
+        WORSE * WEIGHT_STD_RAD_S * biases,
+        words,
+        "Calibrate each gyro's bias in several poses, or state a greater g-sensitivity: tfsat-host calibrate bias",
+    )
+
+
+def _late_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
+    for body in range(whole.data.bodies):
+        yield late(f"gyro of body {body + 1}", whole.by_gyros.delay[:, [body]])
+    every = whole.by_gyros.delay.sum(axis=1, keepdims=True)
+    yield late("clock slip: all gyros against the angle sensors", every)
+
+
+def late(name: str, column: FloatArray) -> Hypothesis:
+    """By one number; its column (size, 1) is that of a second."""
+
+    def words(numbers: FloatArray) -> str:
+        ms = 1e3 * _LATE_S * float(numbers[0])
+        return f"{name} {'late' if ms > 0.0 else 'early'} by {abs(ms):.1f} ms"
+
+    return Hypothesis("timing", _LATE_S * column, words, CLOCK)
+
+
+def _bad_certificates(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """All that the certificate states of gyros and angle sensors is off by more."""
+    gyros = whole.data.calibration.gyros
+    parts = [whole.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
+    columns = WORSE * np.concatenate([*parts, whole.stacked(whole.stated.by_sensors)], axis=1)
+    cause = "the certificate: its gyros and angle sensors are off by several times what it states"
+    yield Hypothesis("certificate", columns, fixed(cause), "Calibrate again: tfsat-host calibrate show")
+
+
+def _since(columns: FloatArray, blocks: int) -> FloatArray:
+    """(size, blocks, q) what lasts from each block on, of columns (size, blocks q) that last for one."""
+    each = columns.reshape(len(columns), blocks, -1)
+    return np.asarray(each[:, ::-1].cumsum(axis=1)[:, ::-1])
+
+
+def by_blocks(whole: WholeResidual, body: int) -> FloatArray:
+    """(size, 3 blocks) by what a gyro's axes show less, block by block, in typical biases."""
+    data, gyro = whole.data, whole.data.calibration.gyros[body]
+    within = np.repeat(np.eye(data.blocks), data.block.counts, axis=1)
+    axes = -_BIAS_RAD_S * (gyro.rotation / gyro.scale)
+    rates = within[:, None, :, None] * axes.T[None, :, None, :]
+    return whole.by_gyro(body, rates.reshape(-1, len(data.t_s), 3))
+
+
+def _bias_steps(whole: WholeResidual) -> Iterator[Hypothesis]:
+    data = whole.data
+    for body in range(data.bodies):
+        steps = _since(by_blocks(whole, body), data.blocks)
+        for block, edge in enumerate(data.block.edges):
+            yield _step(f"gyro of body {body + 1}", float(data.t_s[edge]), steps[:, block])
+
+
+def _step(gyro: str, at_s: float, columns: FloatArray) -> Hypothesis:
+    when = "at the release" if at_s < _RELEASE_S else f"at {at_s:.1f} s"
+
+    def words(numbers: FloatArray) -> str:
+        return f"{gyro}: its bias jumped by {listed(np.rad2deg(_BIAS_RAD_S * numbers))} deg/s {when}"
+
+    return Hypothesis("bias step", columns, words, "Leave this gyro out: it did not bear the drop")
+
+
+def _slipped_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """Its joint's angle is then what the other sensor shows."""
+    data = whole.data
+    for joint, sensor in np.ndindex(data.joints, 2):
+        rows = data.along(joint, sensor)
+        left = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
+        left[rows] = data.residual[rows]
+        shown = np.zeros((whole.size, data.blocks))
+        shown[rows] = -_SLIPPED_RAD * np.eye(data.blocks)
+        for block, edge in enumerate(data.block.edges):
+            # For some of its block it had not slipped yet, unless it was before the release.
+            parts = (shown[:, block + 1 :], shown[:, [block]]) if block else (shown,)
+            columns = np.stack([part.sum(axis=1) for part in parts], axis=1)
+            one = _slip(joint, sensor, float(data.t_s[edge]), columns)
+            yield one._replace(left=whole.with_sensors(left))
+
+
+def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothesis:
+    def words(numbers: FloatArray) -> str:
+        off_deg = float(np.rad2deg(_SLIPPED_RAD * numbers[0]))
+        if at_s < _RELEASE_S:
+            return (
+                f"angle sensors of joint {joint + 1}: stale calibration, the zero point of one has moved by "
+                f"{abs(off_deg):.2f} deg against the other's"
+            )
+        return f"{sensor_name(joint, sensor)} slipped by {off_deg:+.2f} deg at {at_s:.1f} s"
+
+    return Hypothesis("slipped sensor", columns, words, f"tfsat-host calibrate zero --joint {joint + 1}")
+
+
+def _cut_off(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """A gyro that shows no rate beyond some limit, though no count is at its end."""
+    data = whole.data
+    for body, gyro in enumerate(data.calibration.gyros):
+        # With the low-pass in them: taking it off makes corners overshoot.
+        readings = data.lagging_rad_s[:, body]
+        lacking = [
+            np.outer(hat, axis)
+            for one, axis in zip(readings.T, (gyro.rotation / gyro.scale).T, strict=True)
+            for hat in _plateaus(data.t_s, np.abs(one))
+        ]
+        if not lacking:
+            continue
+        at_deg_s = np.rad2deg(np.abs(readings).max())
+        cause = (
+            f"gyro of body {body + 1}: saturation without a flag, its rates are cut off, at {at_deg_s:.0f} deg/s or "
+            "less"
+        )
+        columns = _CUT_OFF_RAD_S * whole.by_gyro(body, np.array(lacking))
+        yield Hypothesis("saturation", columns, fixed(cause), "Set a wider range: tfsat-host logger-settings")
+
+
+def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
+    """(n,) what readings near the greatest one may lack, knot by knot."""
+    greatest = float(reading.max())
+    if greatest < _FAST_RAD_S:
+        return
+    knots = np.arange(t_s[0], t_s[-1] + _PLATEAU_KNOT_S, _PLATEAU_KNOT_S)
+    near = reading > _PLATEAU * greatest
+    for hat in np.eye(len(knots)):
+        shape = np.interp(t_s, knots, hat)
+        if (near & (shape > 0.0)).any():
+            yield shape
+
+
+def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
+    """From outside, which changes the momentum."""
+    assert whole.model is not None
+    by_momentum, t_s = whole.model.by_momentum, whole.model.t_s
+    for at in range(1, len(t_s) - 1):
+        step = by_momentum.copy()
+        step[: at + 1] = 0.0
+        # In the block of the push the momentum is neither the old nor the new one.
+        during = np.zeros_like(step)
+        during[at] = by_momentum[at]
+        pushed = _PUSHED * np.concatenate([step, during], axis=2).reshape(-1, 6)
+        cause = f"a push from outside at {t_s[at]:.1f} s: something touched the robot"
+        yield Hypothesis(
+            "push",
+            whole.stacked(None, pushed),
+            fixed(cause),
+            "Look at the video, and at what hangs on the robot in the fall",
+        )
+
+
+def fixed(cause: str) -> Words:
+    """A cause whose numbers say nothing."""
+    return lambda _: cause

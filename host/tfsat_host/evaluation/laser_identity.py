@@ -1,0 +1,151 @@
+"""Which laser spot is which, and which way `along_mm` grows: held against the rotation that body 2's gyro measured.
+
+A spot moves with the robot, evenly, and with body 2's turning, which the gyro tells: differently on either wall, up and
+along. Each way to read the file (spots exchanged or not, each spot's `along_mm` mirrored or not) is fitted with an even
+motion, the distances of the walls and the video's zero as nuisance parameters, and an error of a place that has
+Student's distribution. The slow turn before the first stroke tells little, a part of a stroke which spot is which, and
+places behind the last stroke, where the body has turned about the vertical, which way `along_mm` grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.camera import LaserTracks
+from tfsat_host.evaluation.laser_spots import (
+    ACCELERATION_STD_M_S2,
+    LASERS,
+    UP,
+    BodyTurning,
+    Laser,
+    equations_of,
+)
+
+EVIDENCE = 2.0 * float(np.log(100.0))
+"""Difference of twice the log-likelihoods from which one reading is believed against another: a hundred to one."""
+MOST_TURN_RAD = 0.6
+"""So far a ray still meets its own wall: places of other times are not looked at."""
+_MOST_SCATTER = 4.0
+"""In units of what is stated of a place: where no reading comes nearer, something else is wrong."""
+_FREEDOM = 4.0
+"""Of Student's distribution: a wrong place now and then decides nothing."""
+_ROUNDS = 20
+_ZERO_STD_S = 0.01
+"""Of the video's zero."""
+_STEP_M, _STEP_S, _STEP_RAD_S = 1e-3, 1e-3, 1e-4
+_LEAST_RATE_STD_RAD_S = 1e-6
+
+
+class Reading(NamedTuple):
+    """A way to read a file of tracks."""
+
+    exchanged: bool
+    mirrored: tuple[bool, bool]
+
+    def of(self, tracks: LaserTracks) -> LaserTracks:
+        """The tracks, so read."""
+        spot = 3 - tracks.spot if self.exchanged else tracks.spot
+        sign = np.where(np.array(self.mirrored)[tracks.spot - 1], -1.0, 1.0)
+        return replace(tracks, spot=spot, along_m=sign * tracks.along_m)
+
+    def words(self) -> str:
+        """What is otherwise than the file says."""
+        changes = ["spots 1 and 2 are exchanged"] if self.exchanged else []
+        changes += [f"along_mm of spot {n} is mirrored" for n in (1, 2) if self.mirrored[n - 1]]
+        return " and ".join(changes)
+
+
+AS_FILED = Reading(exchanged=False, mirrored=(False, False))
+
+
+class Identity(NamedTuple):
+    """What the turning of body 2 says.
+
+    Attributes:
+        better: The reading that suits far better than the file's; None: there is none.
+        possible: Other readings that suit the turning not much worse.
+    """
+
+    better: Reading | None
+    possible: tuple[Reading, ...]
+
+
+def identity_of(tracks: LaserTracks, turning: BodyTurning, from_s: float) -> Identity:
+    """Compares all readings of tracks whose times count from the release; those before `from_s` are not used."""
+    kept = tracks.between(max(from_s, float(turning.t_s[0])), float(turning.t_s[-1]))
+    kept = kept.only(np.interp(kept.t_s, turning.t_s, turning.angle_rad()) <= MOST_TURN_RAD)
+    there = set(np.unique(kept.spot).tolist())
+    readings = [AS_FILED, *(one for one in _others() if _means_something(one, there))]
+    costs, scales = np.array([_cost(one.of(kept), turning, 1.0) for one in readings]).T
+    scale = float(scales[int(np.argmin(costs))])
+    if scale > _MOST_SCATTER:
+        return Identity(None, ())
+    if scale > 1.0:
+        costs = np.array([_cost(one.of(kept), turning, scale)[0] for one in readings])
+    best = int(np.argmin(costs))
+    if costs[best] < costs[0] - EVIDENCE:
+        return Identity(readings[best], ())
+    near = costs < costs[0] + EVIDENCE
+    return Identity(None, tuple(one for one, is_near in zip(readings[1:], near[1:], strict=True) if is_near))
+
+
+def _others() -> Iterator[Reading]:
+    for exchanged, first, second in product((False, True), repeat=3):
+        if (exchanged, first, second) != (False, False, False):
+            yield Reading(exchanged, (first, second))
+
+
+def _means_something(reading: Reading, spots: set[int]) -> bool:
+    return all(n in spots for n in (1, 2) if reading.mirrored[n - 1])
+
+
+def _cost(tracks: LaserTracks, turning: BodyTurning, scale: float) -> tuple[float, float]:
+    """Twice the negative log-likelihood, but for a constant; the residuals' scale in units of what was stated."""
+    plain = equations_of(tracks, turning, LASERS)
+    nuisances = list(_nuisances(tracks, turning))
+    columns = [plain.place_m - equations_of(*moved).place_m for _, moved in nuisances]
+    zeros = (plain.series[:, None] == np.arange(4)).astype(np.float64)
+    falling = (plain.toward @ UP) * plain.t_s**2 / 2.0
+    design = np.column_stack([plain.toward * plain.t_s[:, None], zeros, falling, *columns])
+    of_nuisances = [share for share, _ in nuisances]
+    prior = np.array([*np.full(7, 1e-6), 1.0 / ACCELERATION_STD_M_S2, *of_nuisances])
+    std = scale * plain.std_m
+    design, target, weight = design / std[:, None], plain.place_m / std, np.ones(len(std))
+    left, solution = plain.place_m, prior
+    for _ in range(_ROUNDS):
+        normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
+        solution = np.linalg.lstsq(normal, design.T @ (weight * target), rcond=None)[0]
+        left = target - design @ solution
+        weight = (_FREEDOM + 1.0) / (_FREEDOM + left**2)
+    return _minus_twice_log(left) + float(((prior * solution)[7:] ** 2).sum()), 1.4826 * float(
+        np.median(np.abs(left))
+    )
+
+
+def _nuisances(
+    tracks: LaserTracks, turning: BodyTurning
+) -> Iterator[tuple[float, tuple[LaserTracks, BodyTurning, list[Laser]]]]:
+    """What may be off by a little: the step's share of its deviation, and the geometry with that step."""
+    for number, laser in enumerate(LASERS):
+        lasers = list(LASERS)
+        lasers[number] = laser._replace(wall_m=laser.wall_m + _STEP_M)
+        yield _STEP_M / laser.wall_std_m, (tracks, turning, lasers)
+    later = np.clip(tracks.t_s + _STEP_S, turning.t_s[0], turning.t_s[-1])
+    yield _STEP_S / _ZERO_STD_S, (replace(tracks, t_s=later), turning, list(LASERS))
+    for axis, std in enumerate(turning.rate_std_rad_s):
+        error = Rotation.from_rotvec(np.outer(turning.t_s, _STEP_RAD_S * np.eye(3)[axis])).as_matrix()
+        yield (
+            _STEP_RAD_S / max(float(std), _LEAST_RATE_STD_RAD_S),
+            (tracks, turning._replace(rotation=turning.rotation @ error), list(LASERS)),
+        )
+
+
+def _minus_twice_log(left: FloatArray) -> float:
+    return float((_FREEDOM + 1.0) * np.log1p(left**2 / _FREEDOM).sum())

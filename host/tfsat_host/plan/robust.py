@@ -1,0 +1,146 @@
+"""A maneuver for a robot that may not be as filed: the mean reorientation less K standard deviations, maximized.
+
+The errors are the independent sources of the file's `[uncertainty]` (`plan/parameters.py`); servo speeds have no part
+in it, for strokes that do not overlap turn the robot by their path alone. Along each source, of standard deviation 1,
+the reorientation r is taken to second order,
+
+    mean = r0 + sum over sources of (r+ + r- - 2 r0) / 2
+    variance = sum over sources of ((r+ - r-) / 2)^2 + ((r+ + r- - 2 r0)^2) / 2
+
+with r+ and r- at one deviation to either side: no random number, and the same to the last bit each time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
+from tfsat_host.plan.loops import Sequence
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
+from tfsat_host.plan.problem import Problem
+from tfsat_host.robot import RobotModel, Uncertainty
+
+MOST_K = 10.0
+_MOVES_RAD = math.radians(0.01)
+_DIFFERENCE_RAD = 1e-3
+_STEPS = 3
+
+
+class Spread(NamedTuple):
+    """Of the reorientation over what the robot may be, rad."""
+
+    mean_rad: float
+    std_rad: float
+
+    def less(self, k: float) -> float:
+        """The mean less k standard deviations, rad."""
+        return self.mean_rad - k * self.std_rad
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertain:
+    """A robot and what its file may be wrong by.
+
+    Attributes:
+        robot: As filed.
+        stated: Its `[uncertainty]`.
+    """
+
+    robot: RobotModel
+    stated: Uncertainty
+
+    def spread(self, problem: Problem, sequence: Sequence, displacements_rad: FloatArray) -> Spread:
+        """Of a loop: displacements (d,) of the problem's joints in a sequence; one below 0.01 deg is not flown."""
+        signed = displacements_rad * problem.directions
+        strokes = [
+            PlannedStroke(
+                problem.joints[abs(one) - 1], math.copysign(1.0, one) * signed[abs(one) - 1], float(k)
+            )
+            for k, one in enumerate(sequence)
+            if displacements_rad[abs(one) - 1] >= _MOVES_RAD
+        ]
+        if not strokes:
+            return Spread(0.0, 0.0)
+        parameters = Parameters.of(self.robot, Plan.of(self.robot, strokes, problem.speed_rad_s))
+        sources = error_sources(parameters, replace(self.stated, servo_speed_relative=0.0))
+        shifts = sources.matrix[:, sources.matrix.any(axis=0)].T
+        vectors = parameters.nominal + np.concatenate(
+            [np.zeros((1, len(parameters.nominal))), shifts, -shifts]
+        )
+        turned = self._turned(parameters, vectors)
+        above, below = turned[1:].reshape(2, -1)
+        bend = above + below - 2.0 * turned[0]
+        variance = 0.25 * ((above - below) ** 2).sum() + 0.5 * (bend**2).sum()
+        return Spread(float(turned[0] + 0.5 * bend.sum()), math.sqrt(variance))
+
+    @staticmethod
+    def _turned(parameters: Parameters, vectors: FloatArray) -> FloatArray:
+        """(s,) reorientation of robots with parameters (s, p)."""
+        robots: Multibody = parameters.robots(vectors)
+        deltas = parameters.motion(vectors).delta_rad.T
+        plan = parameters.plan
+        return np.asarray(
+            rotation_angle_rad(
+                path_rotation(robots, plan.joints, deltas, start_rad=plan.start_rad, steps=_STEPS)
+            )
+        )
+
+
+class RobustSummit(NamedTuple):
+    """Displacements (d,) of a sequence of a problem that are best for what the robot may be."""
+
+    displacements_rad: FloatArray
+    sequence: Sequence
+    problem: Problem
+    spread: Spread
+
+
+def most_robust(
+    uncertain: Uncertain, k: float, starts: Iterable[tuple[Problem, Sequence, FloatArray]]
+) -> RobustSummit:
+    """The best that is climbed to from any start: a problem, a sequence and displacements (d,) within its time."""
+    summits = [_climbed(uncertain, k, *start) for start in starts]
+    return max(summits, key=lambda one: one.spread.less(k))
+
+
+def _climbed(
+    uncertain: Uncertain, k: float, problem: Problem, sequence: Sequence, start_rad: FloatArray
+) -> RobustSummit:
+    """Joints that stand still at the start do so throughout: each face of the box is a start of its own."""
+    free = np.flatnonzero(start_rad >= _MOVES_RAD)
+
+    def whole(x: FloatArray) -> FloatArray:
+        every = np.zeros(len(start_rad))
+        every[free] = x
+        return every
+
+    def falling(x: FloatArray) -> float:
+        return -uncertain.spread(problem, sequence, whole(x)).less(k)
+
+    def slope(x: FloatArray) -> FloatArray:
+        steps = _DIFFERENCE_RAD * np.eye(len(free))
+        return np.array([falling(x + step) - falling(x - step) for step in steps]) / (2.0 * _DIFFERENCE_RAD)
+
+    found = optimize.minimize(
+        falling,
+        start_rad[free],
+        jac=slope,
+        method="SLSQP",
+        bounds=optimize.Bounds(np.full(len(free), 2.0 * _DIFFERENCE_RAD), problem.limit_rad[free]),
+        constraints=optimize.NonlinearConstraint(
+            lambda x: problem.duration_s(whole(x)),
+            -np.inf,
+            problem.time_limit_s,
+            jac=lambda x: 2.0 * problem.stroke_s_per_rad(whole(x))[free][None],
+        ),
+        options={"ftol": 1e-10, "maxiter": 100},
+    )
+    top = problem.within_time(np.minimum(whole(found.x), problem.limit_rad))
+    return RobustSummit(top, sequence, problem, uncertain.spread(problem, sequence, top))

@@ -1,0 +1,184 @@
+"""The robot file that a drop shows: as filed, with each number that the drop corrected, its ± and the drop with it.
+
+All numbers of the fit are changed together, those that the drop tells little of too: they go together, and the next
+drop is predicted by all of them. The file's `[uncertainty]` stays: it has no room for what goes together.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator
+from datetime import datetime
+from itertools import combinations_with_replacement
+from typing import NamedTuple
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.config import with_entry
+from tfsat_host.dynamics.multibody import across
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.offsets import Kind, Parameter
+from tfsat_host.evaluation.com_fit.prediction import ModelComparison
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.model import correction_sentences, worth_of
+from tfsat_host.robot import RobotFileError, RobotModel
+from tfsat_host.robot.loading import parse_robot
+from tfsat_host.run.files import CORRECTED_MARKER
+
+MARKER = CORRECTED_MARKER
+_DECIMALS = 6
+_AXES = tuple("xyz")
+_ENTRIES = {f"{'xyz'[i]}{'xyz'[k]}": (i, k) for i, k in combinations_with_replacement(range(3), 2)}
+"""Of an inertia in a robot file."""
+
+
+class Correction(NamedTuple):
+    """What changes in one entry of a robot file, in the file's units.
+
+    Attributes:
+        path: Of the entry: `("body", 0, "com_mm")`.
+        names: k names of its numbers; empty for a single number.
+        change: (k,) what is added.
+        std: (k,)
+        value: (k,) after it.
+    """
+
+    path: tuple[str | int, ...]
+    names: tuple[str, ...]
+    change: FloatArray
+    std: FloatArray
+    value: FloatArray
+
+    @property
+    def entry(self) -> object:
+        """As the file has it."""
+        numbers = np.round(self.value, _DECIMALS).tolist()
+        if self.path[-1] == "inertia_g_m2":
+            return dict(zip(self.names, numbers, strict=True))
+        return numbers if self.names else numbers[0]
+
+    def words(self) -> str:
+        """Such as `x +0.52 ± 0.31, y -0.20 ± 0.30, z +0.11 ± 0.09`."""
+        rows = zip(self.names or ("",), self.change.tolist(), self.std.tolist(), strict=True)
+        return ", ".join(f"{name} {change:+.3g} ± {std:.2g}".strip() for name, change, std in rows)
+
+
+def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
+    """The text of the robot file, corrected; as filed below its heading where no correction is called for.
+
+    Args:
+        found: A drop, evaluated.
+        recorded: When its release was, if that is known.
+
+    Raises:
+        TfsatError: the correction is withheld, the file has entries of which several share a line, or what results is
+            no robot, as with a center of mass outside of its body.
+    """
+    worth, text = worth_of(found), _text(found.model)
+    if worth == "withheld":
+        raise _refused(" ".join(correction_sentences(found)), "Cure what the checks name, and drop again.")
+    drop = f"drop {found.log.session:08x}"
+    when = "" if recorded is None else f" of {recorded:%Y-%m-%d %H:%M:%S} UTC"
+    heading = [f"{CORRECTED_MARKER.decode()}: {drop}{when}, of {found.model.path.name}."]
+    if worth == "not called for":
+        heading += ["# Nothing is changed: the robot as filed explains the drop."]
+    else:
+        heading += ["# Each change stands with its standard deviation above what the file had, as comments."]
+        for one in corrections(found):
+            text = _with(text, one, f"{drop}: {one.words()}")
+    text = "\n".join((*heading, "", text))
+    try:
+        parse_robot(text, found.model.path)
+    except RobotFileError as error:
+        raise _refused(
+            f"The correction makes no robot. {error.what}",
+            "Check that entry in the robot file: the drop contradicts it.",
+        ) from error
+    return text
+
+
+def corrections(found: Evaluation) -> Iterator[Correction]:
+    """Each entry of the robot file that a drop corrects."""
+    fit, filed = found.explained.fit, found.model
+    body = fit.offsets.corrected(fit.values)
+    pairs = tuple(np.array(list(_ENTRIES.values())).T)
+    # A file may give products of inertia, which stand negated in the tensor.
+    signs = 1e3 * np.where(np.eye(3, dtype=bool), 1.0, -1.0 if _has_products(filed) else 1.0)[pairs]
+    for b in range(filed.n_bodies):
+        mass = np.array([filed.mass_kg[b], body.mass_kg[b]])
+        std = _std(fit, "mass", b, lambda one: one.shape * body.mass_kg[one.of, None])
+        yield from _changed(("body", b, "mass_kg"), (), mass[:1], mass[1:], std)
+        com = 1e3 * (body.com_m[b] - filed.origin_m[b])
+        std = _std(fit, "com", b, lambda one: 1e3 * one.shape)
+        yield from _changed(("body", b, "com_mm"), _AXES, 1e3 * filed.com_m[b], com, std)
+        old, new = (signs * of.inertia_kg_m2[b][pairs] for of in (filed, body))
+        std = _std(fit, "inertia", b, lambda one: signs * fit.offsets.inertia_slope(one, fit.values)[pairs])
+        yield from _changed(("body", b, "inertia_g_m2"), tuple(_ENTRIES), old, new, std)
+    for j in range(filed.n_joints):
+        old, new = (1e3 * of.joint_point_m[j] for of in (filed, body))
+        std = _std(fit, "point", j, lambda one: 1e3 * one.shape)
+        yield from _changed(("joint", j, "point_mm"), _AXES, old, new, std)
+    yield from _axes(found.explained)
+
+
+def _axes(explained: ModelComparison) -> Iterator[Correction]:
+    """Those of the hinges, which are among the errors of the sensors."""
+    fit, flown = explained.fit, explained.driven.flown
+    filed, first = fit.offsets.body, len(fit.offsets) + len(fit.momentum_kg_m2_s)
+    tilted = filed.tilted(flown.corrected(fit.errors).tilt_rad).joint_axis
+    for j, (old, new) in enumerate(zip(filed.joint_axis, tilted, strict=True)):
+        # A turn u moves the axis a by u x a.
+        slope = np.cross(across(old), old).T @ flown.tilt_errors[j]
+        std = _root(slope @ fit.covariance[first:, first:] @ slope.T)
+        yield from _changed(("joint", j, "axis"), _AXES, old, new, std)
+
+
+def _std(fit: ModelFit, kind: Kind, of: int, slope: Callable[[Parameter], FloatArray]) -> FloatArray | None:
+    """(k,) of numbers with a slope (k,) by each parameter, in SI; None: the file takes them for exact."""
+    of_it = [(at, one) for at, one in enumerate(fit.offsets.parameters) if (one.kind, one.of) == (kind, of)]
+    if not of_it:
+        return None
+    slopes = np.column_stack([one.si * slope(one) for _, one in of_it])
+    places = [at for at, _ in of_it]
+    return _root(slopes @ fit.covariance[np.ix_(places, places)] @ slopes.T)
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
+def _changed(
+    path: tuple[str | int, ...],
+    names: tuple[str, ...],
+    old: FloatArray,
+    new: FloatArray,
+    std: FloatArray | None,
+) -> Iterator[Correction]:
+    """The entry, if it is written otherwise than before."""
+    if std is not None and (np.round(new, _DECIMALS) != np.round(old, _DECIMALS)).any():
+        yield Correction(path, names, new - old, std, new)
+
+
+def _has_products(filed: RobotModel) -> bool:
+    return bool(tomllib.loads(_text(filed))["inertia_off_diagonals"] == "products")
+
+
+def _text(filed: RobotModel) -> str:
+    return filed.path.read_text(encoding="utf-8-sig").replace("\r\n", "\n")
+
+
+def _with(text: str, one: Correction, comment: str) -> str:
+    try:
+        return with_entry(text, one.path, one.entry, comment)
+    except KeyError as error:
+        where = f"{one.path[-1]} of {one.path[0]} {int(one.path[1]) + 1}"
+        raise _refused(
+            f"{where} shares a line of the robot file with other entries.",
+            "Give each entry a line of its own, as robots/drop_tower.toml does.",
+        ) from error
+
+
+def _refused(what: str, next_step: str) -> TfsatError:
+    return TfsatError(what=what, meaning="No corrected robot was written.", next_step=next_step)

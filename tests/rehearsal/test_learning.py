@@ -1,0 +1,110 @@
+"""`design --learn`: what maneuvers tell of the robot, compared by the fit of their emulated drops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.errors import UsageError
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.cross_validation import combine
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
+from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
+from tfsat_host.rehearsal import learning
+from tfsat_host.rehearsal.learning import learn
+from tfsat_host.robot import RobotModel, Uncertainty, load_robot
+
+ROBOT = load_robot()
+_fit_of, _candidates = learning._fit_of, learning._candidates
+SIX = "+1 +2 +3 -1 -2 -3"
+
+
+@cache
+def fit_of(schedule: Schedule) -> ModelFit:
+    return _fit_of(ROBOT, schedule)
+
+
+class Here:
+    """A pool that works in this process, each maneuver once."""
+
+    def __init__(self, *_: object) -> None: ...
+
+    def __enter__(self) -> Here:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    @staticmethod
+    def map(_: object, schedules: list[Schedule]) -> Iterator[ModelFit]:
+        return map(fit_of, schedules)
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loop of two joints and one of three."""
+
+    def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
+        wanted = (f"to learn: {SIX} by 57/", "to learn: +1 +3 -1 -3 by 7")
+        yield from ((name, one) for name, one in _candidates(robot) if name.startswith(wanted))
+
+    monkeypatch.setattr(learning, "_candidates", chosen)
+    monkeypatch.setattr(learning, "ProcessPoolExecutor", Here)
+
+
+def test_candidates_are_flown_one_stroke_after_another() -> None:
+    names, maneuvers = zip(*_candidates(ROBOT), strict=True)
+    assert len(set(names)) == len(names) > 40
+    for maneuver in maneuvers:
+        schedule = schedule_maneuver(maneuver)
+        assert schedule.end_s <= 2.5
+        assert sum(one.angle_deg for one in maneuver.strokes) == pytest.approx(0.0)
+
+
+@pytest.mark.usefixtures("few")
+def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
+    shares: list[float] = []
+    found = learn(ROBOT, "com", shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    assert SIX in found.lessons[0].name and "+1 +3" in found.lessons[-1].name
+    by_rank = [found.rms(one) for one in found.lessons]
+    assert by_rank == sorted(by_rank) and by_rank[0] < found.rms(found.usual) < by_rank[-1]
+    assert found.rms(*found.pair) < by_rank[0]
+    assert found.rms(*found.pair) <= found.rms(found.lessons[0], found.lessons[0])
+    assert len(found.names) == 9 and found.unit == "mm"
+    first, second = found.pair
+    combined = combine([first.fit, second.fit])
+    # Of fits at other offsets the information is a little another one.
+    assert found.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=1e-6)
+
+
+@pytest.mark.usefixtures("few")
+def test_another_quantity_has_its_own_order_and_an_exact_one_none() -> None:
+    found = learn(ROBOT, "hinge-points")
+    assert [name.rsplit(" ", 2)[1] for name in found.names] == ["point"] * 6
+    assert (found.std(found.lessons[0]) < 0.5).all(), "less than the file says"
+    exact = model_offsets(replace(ROBOT, uncertainty=Uncertainty(com_m=0.003)))
+    assert not learning._rows(exact, "masses") and len(learning._rows(exact, "com")) == 9
+
+
+def test_a_robot_that_no_board_flies_is_refused() -> None:
+    with pytest.raises(UsageError, match="no robot that both boards fly"):
+        learn(load_robot("cubesat_3u"), "com")
+
+
+@pytest.mark.usefixtures("few")
+def test_the_command_writes_the_best_and_the_other_of_the_pair(tfsat_host: RunCli) -> None:
+    found = tfsat_host.json("design", "--learn", "com")
+    assert found["wanted"] == "com" and found["compared"] == 3
+    assert [one["drops"] for one in found["maneuvers"]][-2:] == [2, 2]
+    for file in found["files"]:
+        shown = tfsat_host.json("upload-sequence", "--file", file, "--dry-run")
+        assert shown["end_s"] <= 2.5
+    said = tfsat_host("design", "--learn", "com")
+    assert "of 59/70's" in said.stdout and "tfsat-host envelope --file maneuver.toml" in said.stdout
+    refused = tfsat_host("design", "--learn", "com", "--time-limit", 1, expect=2)
+    assert "--time-limit: --learn compares maneuvers that use the whole fall" in refused.stderr
