@@ -48,6 +48,7 @@ demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported
 test: toolchain compiler venv firmware protocol-check wiring-check lint  ## install what is missing, build both firmwares, run every test
 	$(call say,tests)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+	@$(BIN)/python -m tests.validation.stale
 
 RUNS := 10000000
 BOARD_RUNS := 1000000
@@ -119,13 +120,18 @@ sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarte
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.simulation_based_calibration
 
 .PHONY: prove
-prove: toolchain compiler venv firmware  ## bring proof pages up to date, plant defects that the suite must see (an hour or two)
+prove: toolchain compiler venv firmware  ## run the campaigns whose code has changed, plant defects that the suite must see (an hour or two)
 	$(call say,proof pages)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.proof
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.prove
 	$(call say,planted defects and wide grids)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m prove
 	$(call say,a defect in each package of the host)
 	@$(BIN)/python -m tests.planted
+
+.PHONY: release
+release: toolchain venv firmware  ## refuse stale proof pages, a dirty tree, a silent CHANGELOG; else build dist/
+	$(call say,release)
+	@$(BIN)/python -m tests.validation.release
 
 .PHONY: screenshots
 screenshots: compiler venv  ## draw the pictures of docs/report.md again (needs Chromium)

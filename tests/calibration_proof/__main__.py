@@ -12,7 +12,7 @@ from rich.progress import track
 
 from tests.calibration_proof.page import COVERED, TARGETS, covered, page, rms, robots_csv
 from tests.calibration_proof.robots import Errors, calibrated, errors_of, recorded_day
-from tests.proof.pages import seal
+from tests.validation.provenance import seal
 from tfsat_host.emulated.build import ensure_built
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -19,7 +19,7 @@ from tests.evaluation_proof.mismatch_page import summaries
 from tests.evaluation_proof.mismatches import DROPS, ROWS, Judged, seeds_of
 from tests.evaluation_proof.page import files
 from tests.evaluation_proof.summary import judged
-from tests.proof.pages import seal
+from tests.validation.provenance import seal
 from tfsat_host.emulated.build import ensure_built
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -20,7 +20,7 @@ from tests.evaluation_proof.flights import (
 from tests.evaluation_proof.mismatches import ROWS, Judged, judged
 from tests.evaluation_proof.paper_setting import Replay, replays_of
 from tests.evaluation_proof.robots import robot_of
-from tests.proof.sources import REPOSITORY, code_sha256
+from tests.validation.sources import REPOSITORY, code_sha256
 
 KEPT = REPOSITORY / "build" / "evaluation-proof"
 DEAF_ROBOTS = 20

@@ -11,7 +11,7 @@ from tests.logger_proof.campaign import RATES_HZ, SEEDS, runs
 from tests.logger_proof.m7 import BATCH, FULL_SEEDS, compare, count_instructions
 from tests.logger_proof.measurements import SPARES, measure_offsets, measure_spare, run_glitches, shared
 from tests.logger_proof.page import files
-from tests.proof.campaign import Campaign, Progress, run_campaigns, write_proof
+from tests.validation.campaign import Campaign, Progress, run_campaigns, write_proof
 
 
 def campaigns(folder: Path) -> list[Campaign]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tests.logger_proof.judge import Outcome, judge
 from tests.logger_proof.truth import Kind, read_truth
-from tests.proof.campaign import Broken, Campaign
+from tests.validation.campaign import Broken, Campaign
 
 SEEDS = 2880
 """Of the full form: 90 of each kind of fault at each rate."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tests.logger_proof.events import check_events
 from tests.logger_proof.truth import Truth
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import BlockKind, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES, SAMPLES_PER_BLOCK
 from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE, HEADER_BYTES

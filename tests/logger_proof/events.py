@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.logger_proof.truth import Kind, Truth
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import FROZEN_US, LANDING_LATEST_US, RELEASE_DEBOUNCE_US
 from tfsat_host.sdlog import DropEvent, DropLog

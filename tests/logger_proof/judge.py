@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tests.logger_proof.contents import check_blocks, check_contents, check_ram, doubled_samples, fall_rows
 from tests.logger_proof.truth import Kind, Truth
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import BlockKind, LoggerState, StopReason
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.sdlog import DropLog, LogError, load

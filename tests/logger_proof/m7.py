@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.logger_proof.campaign import run
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 
 MACHINE = "mps2-an500"
 FULL_SEEDS = 96

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from tests.cpp.compiling import EMULATOR_SOURCES, build_program, compile_objects, compiler, run
 from tests.evaluation.drops import Drop, drop
 from tests.logger_proof.building import BOARD, PORTABLE, SOURCES
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.robot import load_robot
 

@@ -13,7 +13,7 @@ from tests.logger_proof.campaign import RATES_HZ
 from tests.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
 from tests.logger_proof.m7 import MACHINE
 from tests.logger_proof.truth import Kind
-from tests.proof.campaign import Campaign, Found, csv_text, declared, output, results_csv, table
+from tests.validation.campaign import Campaign, Found, csv_text, declared, output, results_csv, table
 from tfsat_host.protocol.limits import FILE_FACTORY_MIB, FIRMWARE_VERSION, RING_BLOCKS
 
 TEXT = {

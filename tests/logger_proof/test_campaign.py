@@ -13,7 +13,7 @@ from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.logger_proof.campaign import RATES_HZ, run_each, runs, seeds_of
 from tests.logger_proof.m7 import compare, count_instructions
 from tests.logger_proof.truth import Kind
-from tests.proof.campaign import Broken, run_campaigns
+from tests.validation.campaign import Broken, run_campaigns
 from tfsat_host.sdlog import blocks
 
 WRITER = "core/card_writer.cpp"

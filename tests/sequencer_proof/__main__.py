@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 
 from tests.emulator_avr.building import SEQUENCER, build_board_library, build_changed_sequencer, build_sketch
-from tests.proof.campaign import Progress, run_campaigns, write_proof
 from tests.sequencer.board import build_board_library as build_native_library
 from tests.sequencer_proof.campaigns import campaigns, judge_stack, least_never_used
 from tests.sequencer_proof.one_rule import build_rule
 from tests.sequencer_proof.page import files
 from tests.sequencer_proof.resets import HANG
 from tests.sequencer_proof.rigs import Bench
+from tests.validation.campaign import Progress, run_campaigns, write_proof
 
 
 def prove(folder: Path, progress: Progress) -> dict[str, str]:

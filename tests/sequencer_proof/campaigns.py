@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 
 from tests.emulator_avr.avr_board import ResetCause
-from tests.proof.campaign import Broken, Campaign, Found
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, damage_image, damage_native
 from tests.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
@@ -28,6 +27,7 @@ from tests.sequencer_proof.releases import (
 from tests.sequencer_proof.resets import Moment, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench, image_report
 from tests.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, knocks, long_wait
+from tests.validation.campaign import Broken, Campaign, Found
 
 FAST_BEYOND = 1
 """Of all releases with fast chatter, so many may be off by more than is allowed."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from tests.proof.campaign import Broken
 from tests.sequencer import board as native
 from tests.sequencer.store_model import (
     BEGUN,
@@ -23,6 +22,7 @@ from tests.sequencer.store_model import (
 )
 from tests.sequencer_proof.power_cuts import MANEUVERS, SETTINGS, Held, read_all, why_not_armed
 from tests.sequencer_proof.rigs import Bench, native_library
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import ErrorCode
 
 VALUES, UNUSED_VALUES = 256, 8

@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.releases import Plan
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us
 from tests.sequencer_proof.signals import (
@@ -23,6 +22,7 @@ from tests.sequencer_proof.signals import (
     Pulse,
     whole_pulses,
 )
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import (
     JOINT_COUNT,

@@ -6,11 +6,11 @@ import random
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
 from tests.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly, judge
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
 from tests.sequencer_proof.signals import CYCLES_PER_MS, CYCLES_PER_US, read_signal
+from tests.validation.campaign import Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import (

@@ -10,10 +10,10 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple
 
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat, stack_never_used
 from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, read_signal
+from tests.validation.campaign import Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol import messages
 from tfsat_host.protocol.enums import ErrorCode, SequencerState

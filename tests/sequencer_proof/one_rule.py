@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.cpp.compiling import REPOSITORY, build_shared
-from tests.proof.campaign import Broken
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.limits import (
     LANDING_LATEST_US,
     RELEASE_BOUNCE_US,

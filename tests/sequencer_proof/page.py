@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.proof.campaign import Campaign, Found, csv_text, declared, output, results_csv, table
 from tests.sequencer_proof.blocking import blocked_paths, path_rows
 from tests.sequencer_proof.campaigns import DATES, least_never_used
 from tests.sequencer_proof.damage import TOLD, Damaged, Place
@@ -16,6 +15,7 @@ from tests.sequencer_proof.power_cuts import Cuts, Record, Tear
 from tests.sequencer_proof.releases import all_releases, date_row, errors_us, signal_row, stroke_rows
 from tests.sequencer_proof.rigs import image_report
 from tests.sequencer_proof.signals import CYCLES_PER_US, Extremes
+from tests.validation.campaign import Campaign, Found, csv_text, declared, output, results_csv, table
 from tfsat_host.flashing.image import FLASH_BYTES
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import FIRMWARE_VERSION

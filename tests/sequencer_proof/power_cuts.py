@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from tests.emulator_avr.board_link import BoardTransport
-from tests.proof.campaign import Broken
 from tests.sequencer.store_model import MANEUVER_AT, SETTINGS_AT, SLOT_BYTES
 from tests.sequencer_proof.rigs import AvrRig, Bench, stack_never_used
+from tests.validation.campaign import Broken
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

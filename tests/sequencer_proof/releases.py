@@ -14,7 +14,6 @@ from statistics import median
 from typing import NamedTuple
 
 from tests.emulator_avr.board_link import UPLOADED
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.contacts import Chatter, Contact, admissible, hang_up, open_switches, opening
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, native_rig, run_us, stack_never_used
 from tests.sequencer_proof.signals import (
@@ -26,6 +25,7 @@ from tests.sequencer_proof.signals import (
     PinEdge,
     read_signal,
 )
+from tests.validation.campaign import Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import ResetCause
 from tests.emulator_avr.building import Edit
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat
 from tests.sequencer_proof.signals import (
@@ -21,6 +20,7 @@ from tests.sequencer_proof.signals import (
     read_signal,
 )
 from tests.sequencer_proof.waiting import knock
+from tests.validation.campaign import Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, STROKE_NOT_BEGUN_US

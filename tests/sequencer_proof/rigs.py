@@ -11,9 +11,9 @@ from typing import Protocol, Self
 
 from tests.emulator_avr.avr_board import AvrBoard, load_library
 from tests.emulator_avr.board_link import BoardTransport, eeprom_after_upload
-from tests.proof.campaign import Broken
 from tests.sequencer import board as native
 from tests.sequencer_proof.signals import CYCLES_PER_US, PinEdge
+from tests.validation.campaign import Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 

@@ -11,7 +11,6 @@ import pytest
 
 from tests.emulator_avr.avr_board import EEPROM_BYTES, PinHold, ResetCause
 from tests.emulator_avr.building import build_changed_sequencer
-from tests.proof.campaign import Broken
 from tests.sequencer.board import build_board_library
 from tests.sequencer_proof.blocking import FOLLOWING_US, blocked_paths
 from tests.sequencer_proof.contacts import TOGETHER_US, Chatter, Contact, Fall, Jolt, admissible, fall
@@ -41,6 +40,7 @@ from tests.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import CYCLES_PER_US
 from tests.sequencer_proof.waiting import knocks, long_wait
+from tests.validation.campaign import Broken
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState

@@ -9,7 +9,6 @@ import pytest
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
 from tests.emulator_avr.building import BuildError, Edit
-from tests.proof.campaign import Broken
 from tests.sequencer.board import build_board_library
 from tests.sequencer_proof.blocking import UnboundedError
 from tests.sequencer_proof.conftest import Plant
@@ -24,6 +23,7 @@ from tests.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.test_campaigns import DATED, DATED_SEED, assert_paths_are_short
 from tests.sequencer_proof.waiting import knocks
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import SequencerState
 
 pytestmark = pytest.mark.prove

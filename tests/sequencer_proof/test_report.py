@@ -1,4 +1,4 @@
-"""The committed page is of the image that is built; a page has its campaigns' figures; the stack keeps its spare."""
+"""A page has its campaigns' figures; the stack keeps its spare."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import pytest
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
 from tests.emulator_avr.building import REPOSITORY
-from tests.proof.campaign import Broken, Campaign, run_campaigns
 from tests.sequencer_proof.campaigns import FAST_BEYOND, campaigns, judge_stack
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
@@ -26,6 +25,7 @@ from tests.sequencer_proof.resets import Hangs, Moment, Resets
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import Extremes
 from tests.sequencer_proof.waiting import Knocks, Wait
+from tests.validation.campaign import Broken, Campaign, run_campaigns
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.servo_settings import FACTORY
 
@@ -57,11 +57,6 @@ FOUND: dict[str, Sequence[Any]] = {
     "held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
     "hangs": [Hangs(SequencerState.SAFE, 10, Extremes(1_020, 1_024))],
 }
-
-
-def test_the_page_is_of_the_image_that_is_built(bench: Bench) -> None:
-    named = f"`{hex_sha256(bench.image)}`" in PAGE.read_text()
-    assert named, "docs/sequencer-proof.md is of another image. Run: make sequencer-report"
 
 
 def test_a_page_has_its_campaigns_figures_and_every_table(bench: Bench) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from typing import NamedTuple
 
-from tests.proof.campaign import Broken
 from tests.sequencer_proof.contacts import (
     LATEST_SECOND_US,
     Chatter,
@@ -28,6 +27,7 @@ from tests.sequencer_proof.releases import (
 )
 from tests.sequencer_proof.rigs import Bench, Rig, arm, run_us
 from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Extremes, PinEdge, read_signal
+from tests.validation.campaign import Broken
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import RELEASE_DEBOUNCE_US
 

@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.progress import track
 
 from tests.evaluation_proof.tables import percent
-from tests.proof.pages import seal
 from tests.simulation_based_calibration.drops import judged
 from tests.simulation_based_calibration.page import histograms_csv, page, picture, rows
+from tests.validation.provenance import seal
 from tfsat_host.emulated.build import ensure_built
 
 NAME = "simulation-based-calibration"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.proof.sources import code_sha256
+from tests.validation.sources import code_sha256
 
 FILES = {
     "tests/campaign.py": "from tfsat_host.model import mass_kg\n",
