@@ -56,7 +56,7 @@ BOARD_RUNS := 1000000
 .PHONY: fuzz
 fuzz: toolchain venv  ## look for inputs that break the link or the board, RUNS=10000000 BOARD_RUNS=1000000
 	$(call say,fuzzing the link (RUNS=$(RUNS)) and the board behind it (BOARD_RUNS=$(BOARD_RUNS)))
-	@$(BIN)/python -m tests.fuzz.campaign --runs $(RUNS) --board-runs $(BOARD_RUNS)
+	@$(BIN)/python -m tests.validation.fuzz.campaign --runs $(RUNS) --board-runs $(BOARD_RUNS)
 
 # atheris has wheels for Linux alone, so it stays out of the lock.
 .PHONY: fuzz-decode
@@ -65,27 +65,27 @@ fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=10
 	$(call say,fuzzing the decoder (RUNS=$(RUNS)))
 	@[ -e build/fuzz-decode/installed ] || { $(MAKE_VENV) build/fuzz-decode/venv && \
 	  build/fuzz-decode/venv/bin/pip install -qq atheris numpy fastcrc && touch build/fuzz-decode/installed; }
-	@$(BIN)/python -m tests.fuzz.log_campaign --runs $(RUNS)
+	@$(BIN)/python -m tests.validation.fuzz.log_campaign --runs $(RUNS)
 
 .PHONY: bench-decode
 bench-decode: decoders  ## measure the decoder next to pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
 	$(call say,decoders on the same samples)
-	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
+	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.validation.decode_bench
 
 .PHONY: bench-design
 bench-design: venv  ## measure the maneuver design next to the same swarm by MuJoCo rollouts, and the grids
 	$(call say,the maneuver design on one core)
-	@$(BIN)/python -m tests.design_bench
+	@$(BIN)/python -m tests.validation.design_bench
 
 .PHONY: paper-numbers
 paper-numbers: venv  ## compute the paper's numbers (half a minute) and write docs/paper-numbers.md
 	$(call say,the paper's numbers and ours)
-	@$(BIN)/python -m tests.paper_numbers
+	@$(BIN)/python -m tests.validation.paper_numbers
 
 .PHONY: decode-report
 decode-report: compiler venv decoders  ## measure the decoder (minutes), decode four drops and write docs/decode-report.md
 	$(call say,what the decoder was measured to do)
-	@$(BIN)/python -m tests.decode_bench.report
+	@$(BIN)/python -m tests.validation.decode_bench.report
 
 .PHONY: decoders
 decoders: venv
@@ -96,28 +96,28 @@ decoders: venv
 .PHONY: sequencer-report
 sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) and write docs/sequencer-proof.md
 	$(call say,proving the sequencer's image)
-	@$(BIN)/python -m tests.sequencer_proof
+	@$(BIN)/python -m tests.validation.sequencer_proof
 
 .PHONY: logger-report
 logger-report: toolchain venv  ## try the logger's core on a failing card in full (minutes) and write docs/logger-proof.md
 	$(call say,proving the logger's core)
-	@$(BIN)/python -m tests.logger_proof
+	@$(BIN)/python -m tests.validation.logger_proof
 
 .PHONY: calibration-report
 calibration-report: compiler venv  ## calibrate thirty emulated robots (minutes) and write docs/calibration-proof.md
 	$(call say,how far calibrations are from the truth)
-	@$(BIN)/python -m tests.calibration_proof
+	@$(BIN)/python -m tests.validation.calibration_proof
 
 # One core a process: the campaign has two of them.
 .PHONY: evaluation-report
 evaluation-report: compiler venv  ## evaluate a thousand emulated drops (an hour on two cores) and write docs/evaluation-proof.md
 	$(call say,how far evaluations are from the truth)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.evaluation_proof
 
 .PHONY: sbc-report
 sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarter of an hour) and write docs/simulation-based-calibration.md
 	$(call say,whether every ± of an evaluation is right)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.simulation_based_calibration
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.simulation_based_calibration
 
 .PHONY: prove
 prove: toolchain compiler venv firmware  ## run the campaigns whose code has changed, plant defects that the suite must see (an hour or two)
@@ -126,7 +126,7 @@ prove: toolchain compiler venv firmware  ## run the campaigns whose code has cha
 	$(call say,planted defects and wide grids)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m prove
 	$(call say,a defect in each package of the host)
-	@$(BIN)/python -m tests.planted
+	@$(BIN)/python -m tests.validation.planted
 
 .PHONY: release
 release: toolchain venv firmware  ## refuse stale proof pages, a dirty tree, a silent CHANGELOG; else build dist/

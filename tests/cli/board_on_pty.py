@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from tests.sequencer.board import Board
+from tests.arduino_sequencer.board import Board
 from tfsat_host.protocol.framing import FrameReceiver
 
 STEP_US = 1000

@@ -10,10 +10,10 @@ from typing import NoReturn
 
 import pytest
 
+from tests.arduino_sequencer.board import Board, Reset, client, connect, release
+from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
-from tests.sequencer.board import Board, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, fresh_board, new_board
 from tfsat_host.cli.main import main
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tests.emulate.served import Served
+from tests.emulated.served import Served
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from tests.calibration.quiet_drop import quiet_drop
 from tests.calibration.some_calibration import SUBJECT
 from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
 from tests.cli.process import RunCli
-from tests.emulate.served import Served
+from tests.emulated.served import Served
 from tfsat_host.calibration.certificate.certificate import Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.sensors.gyro import by_design

@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
+from tests.paths import REPOSITORY
 
-ROOT = Path(__file__).resolve().parents[2]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("protocol/*.md")])
+DOCUMENTS = sorted(
+    [*REPOSITORY.glob("*.md"), *REPOSITORY.glob("docs/**/*.md"), *REPOSITORY.glob("protocol/*.md")]
+)
 
 
 def shell_examples(document: Path) -> list[str]:
@@ -22,7 +24,7 @@ def shell_examples(document: Path) -> list[str]:
 
 def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
     """What a rehearsal leaves is what the quick start names."""
-    examples = shell_examples(ROOT / "README.md")
+    examples = shell_examples(REPOSITORY / "README.md")
     assert len(examples) >= 5
     for example in examples:
         program, *arguments = shlex.split(example)
@@ -30,7 +32,9 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
         tfsat_host(*arguments)
     run = tfsat_host.folder / "run"
     left = {path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith(".")}
-    rows = re.findall(r"^\| (`.*?) \|", (ROOT / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE)
+    rows = re.findall(
+        r"^\| (`.*?) \|", (REPOSITORY / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE
+    )
     assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
 
 
@@ -40,7 +44,7 @@ def anchors(document: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(REPOSITORY).as_posix())
 def test_links_lead_somewhere(document: Path) -> None:
     text = document.read_text(encoding="utf-8")
     for path, anchor in re.findall(r"\]\(([^)#]*)(?:#([^)]*))?\)", text):
@@ -53,6 +57,6 @@ def test_links_lead_somewhere(document: Path) -> None:
 def test_commands_named_in_the_readme_exist(tfsat_host: RunCli) -> None:
     overview = tfsat_host("--help").stdout
     for command in set(
-        re.findall(r"`tfsat-host ([a-z-]+)", (ROOT / "README.md").read_text(encoding="utf-8"))
+        re.findall(r"`tfsat-host ([a-z-]+)", (REPOSITORY / "README.md").read_text(encoding="utf-8"))
     ):
         assert f"    {command}" in overview, command

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.paths import REPOSITORY
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
 from tfsat_host.present.output import Output
 
@@ -133,15 +134,12 @@ def test_progress_on_a_terminal_ends_with_the_work() -> None:
     assert "Writing" in terminal.getvalue()
 
 
-ROOT = Path(__file__).parents[2]
-
-
 def announced_by_make(environ: dict[str, str], stdout: int) -> None:
     """Has the Makefile announce "a step (of it)"."""
     rule = "include Makefile\nannounce:\n\t$(call say,a step (of it))\n"
     environ = {"PATH": os.environ["PATH"], "TERM": "xterm", **environ}
     command = ["make", "--no-print-directory", "-f", "-", "announce"]
-    subprocess.run(command, input=rule.encode(), cwd=ROOT, env=environ, stdout=stdout, check=True)
+    subprocess.run(command, input=rule.encode(), cwd=REPOSITORY, env=environ, stdout=stdout, check=True)
 
 
 def test_make_is_bold_only_on_a_terminal(tmp_path: Path) -> None:
@@ -159,7 +157,7 @@ def test_make_is_bold_only_on_a_terminal(tmp_path: Path) -> None:
 
 
 def test_what_a_campaign_leaves_is_not_committed(tmp_path: Path) -> None:
-    (tmp_path / ".gitignore").write_text((ROOT / ".gitignore").read_text())
+    (tmp_path / ".gitignore").write_text((REPOSITORY / ".gitignore").read_text())
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
     left = ["calibration.toml", "calibration-emulated-recordings/rest.npz", "robot/SD.bin", "run/SD.csv"]
     ours = ["host/tfsat_host/robot/model.py", "robots/drop_tower.toml"]

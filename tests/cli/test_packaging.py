@@ -6,13 +6,13 @@ import re
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-LOCK = (ROOT / "requirements.lock").read_text()
+from tests.paths import REPOSITORY
+
+LOCK = (REPOSITORY / "requirements.lock").read_text()
 SOURCES = ("tools/emulator/src", "firmware/arduino_sequencer/src", "firmware/teensy_logger/src")
 
 
@@ -25,7 +25,7 @@ def test_the_lock_names_no_host_and_hashes_everything() -> None:
 
 
 def test_every_dependency_is_locked() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
     wanted = list(project["dependencies"])
     for extra in project["optional-dependencies"].values():
         wanted += extra
@@ -39,7 +39,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     folder = tmp_path_factory.mktemp("wheel")
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder],
-        cwd=ROOT,
+        cwd=REPOSITORY,
         check=True,
         capture_output=True,
     )
@@ -55,9 +55,11 @@ def test_a_wheel_carries_the_package(wheel: set[str]) -> None:
 
 def test_a_wheel_carries_what_builds_the_emulated_robot(wheel: set[str]) -> None:
     for folder in SOURCES:
-        files = [path for path in (ROOT / folder).rglob("*") if path.suffix in (".h", ".cpp")]
+        files = [path for path in (REPOSITORY / folder).rglob("*") if path.suffix in (".h", ".cpp")]
         assert files
-        assert {f"tfsat_host/data/native/{path.relative_to(ROOT).as_posix()}" for path in files} <= wheel
+        assert {
+            f"tfsat_host/data/native/{path.relative_to(REPOSITORY).as_posix()}" for path in files
+        } <= wheel
 
 
 def test_a_wheel_carries_the_robot(wheel: set[str]) -> None:

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
+from tests.arduino_sequencer.board import NEW, Board, PinHold, Reset, client, connect, release
+from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
-from tests.sequencer.board import NEW, Board, PinHold, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, fresh_board, new_board
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.present.sequencer_state import sequencer_state
 from tfsat_host.protocol.limits import JOG_CONFIRM

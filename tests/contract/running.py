@@ -16,7 +16,7 @@ import pytest
 
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
-from tests.emulate.served import Served
+from tests.emulated.served import Served
 from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import parser_with

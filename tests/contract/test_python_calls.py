@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from tests.contract.running import EXPECTED, unpack_drop
+from tests.paths import DOCS
 
-DOCS = Path(__file__).parents[2] / "docs"
 PYTHON_NAMES = json.loads((EXPECTED.parent / "python_names.json").read_text(encoding="utf-8"))
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sequencer.board import Board, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, fresh_board, new_board
+from tests.arduino_sequencer.board import Board, Reset, client, connect, release
+from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
 from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.devices.scripted import Answer, ScriptedTransport, client, hello, live_sample, refusal, reply
+from tests.paths import REPOSITORY
 from tfsat_host.devices.client import (
     ATTEMPT_TIMEOUT_S,
     ATTEMPTS,
@@ -33,7 +34,6 @@ from tfsat_host.protocol.limits import FIRMWARE_VERSION
 from tfsat_host.protocol.record import Payload, ProtocolError
 from tfsat_host.protocol.remedies import REMEDIES
 
-ROOT = Path(__file__).resolve().parents[2]
 SAFE = msg.DisarmReply(SequencerState.SAFE)
 DONE = msg.DisarmReply(SequencerState.DONE)
 INTERLOCKS = {
@@ -345,7 +345,7 @@ def test_the_sketch_that_errors_name_exists() -> None:
     with pytest.raises(WrongBoard) as caught:
         link.hello()
     sketch = caught.value.next_step.rpartition(" ")[2]
-    assert (ROOT / sketch / f"{Path(sketch).name}.ino").is_file()
+    assert (REPOSITORY / sketch / f"{Path(sketch).name}.ino").is_file()
 
 
 def test_the_wrong_board_is_told_before_its_protocol() -> None:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sequencer.board import NEW, OLD, Board, PinHold, connect, release
-from tests.sequencer.conftest import board, board_library, new_board
+from tests.arduino_sequencer.board import NEW, OLD, Board, PinHold, connect, release
+from tests.arduino_sequencer.conftest import board, board_library, new_board
 from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
 from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cpp.compiling import EMULATOR_SOURCES, build_program
 from tests.dynamics.chain_driver import Robot
+from tests.fixtures.cpp.compiling import EMULATOR_SOURCES, build_program
 from tfsat_host.robot import load_robot
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.cpp.compiling import EMULATOR_SOURCES, build_program, run
+from tests.fixtures.cpp.compiling import EMULATOR_SOURCES, build_program, run
 
 HERE = Path(__file__).parent
 PARTS = ("physics", "sensors", "card")

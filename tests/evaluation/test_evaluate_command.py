@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from tests.cli.process import RunCli
 from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
+from tests.paths import DOCS
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.laser_identity import AS_FILED, Reading
 from tfsat_host.evaluation.laser_spots import LASERS, BodyTurning, equations_of
@@ -215,7 +216,7 @@ def test_names_are_shown_as_they_can_be() -> None:
     assert printable("a\x1b[1m\u202eb\nü") == "a\\x1b[1m\\u202eb\\nü"
 
 
-DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "evaluation.md").read_text(encoding="utf-8")
+DOCUMENT = (DOCS / "evaluation.md").read_text(encoding="utf-8")
 BY_GROUP = "trades[].growth"
 """Its keys are the names of groups."""
 

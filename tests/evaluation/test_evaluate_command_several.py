@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bundle.commands import command
 from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import made_drop, on_other_logger, run_folder
+from tests.run.bundle.commands import command
 from tfsat_host.evaluation.com_fit import cross_validation
 
 

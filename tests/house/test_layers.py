@@ -5,11 +5,12 @@ from __future__ import annotations
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-HOST = Path(__file__).parents[2] / "host" / "tfsat_host"
+from tests.paths import REPOSITORY
+
+HOST = REPOSITORY / "host" / "tfsat_host"
 LAYERS = (
     (
         "angles",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundle.commands import command
+from tests.run.bundle.commands import command
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.run.preflight import require_not_flown
 from tfsat_host.run.record import sign

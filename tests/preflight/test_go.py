@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import signal
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from tests.paths import DOCS
 from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check, found_wrong, not_made
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
@@ -17,7 +17,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.run.record import entries_of, verify
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "preflight.md"
+DOCUMENT = DOCS / "preflight.md"
 
 
 def test_a_healthy_robot_is_go_and_its_result_is_signed(

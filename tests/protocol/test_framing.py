@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.cpp.compiling import REPOSITORY, SKETCHES, build_shared
+from tests.fixtures.cpp.compiling import SKETCHES, build_shared
+from tests.paths import REPOSITORY
 from tfsat_host.protocol.framing import Frame, FrameReceiver, cobs_decode, cobs_encode, encode_frame
 from tfsat_host.protocol.limits import MAX_PAYLOAD_BYTES
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from protocol_generator.spec import Spec, SpecError, load_spec
-from tests.cpp.compiling import REPOSITORY
+from tests.paths import REPOSITORY
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 
 TOML = REPOSITORY / "protocol" / "tfsat.toml"

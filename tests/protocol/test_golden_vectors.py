@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from tests.cpp.compiling import REPOSITORY, SKETCHES, build_program, run
+from tests.fixtures.cpp.compiling import SKETCHES, build_program, run
+from tests.paths import REPOSITORY
 from tfsat_host.protocol import messages
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.framing import Frame, FrameReceiver, crc16, encode_frame
@@ -155,5 +156,5 @@ def test_the_sketches_copies_in_cpp(tmp_path: Path, sketch: str, standard: str) 
     """The copies are the same text, so each is compiled by one of the two language standards."""
     (tmp_path / "golden_blocks.h").write_text(blocks_header())
     includes = [REPOSITORY / "firmware" / sketch / "src" / "protocol", REPOSITORY / "protocol"]
-    includes += [REPOSITORY / "tests" / "cpp", tmp_path]
+    includes += [REPOSITORY / "tests" / "fixtures" / "cpp", tmp_path]
     run([build_program([HERE / "golden_vectors.cpp"], tmp_path / "program", includes, standard)])

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import command
 from tests.rehearsal import days
 from tests.rehearsal.days import Day, Days, Rehearsed, Rehearsing
+from tests.run.bundle.commands import command
 
 
 class Kept:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
+from tests.paths import DOCS
 from tests.rehearsal import days
 from tests.rehearsal.days import Day, Days
 from tfsat_host.rehearsal.fault import Fault, Moment, Outcome, words_of
 from tfsat_host.rehearsal.faults import FAULTS, GROUPS
 
-PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
+PAGE = DOCS / "faults.md"
 _MOMENTS = "\n".join(["| moment | |", "| --- | --- |", *(f"| {one.typed} | {one.value} |" for one in Moment)])
 _HEAD = f"""# Faults
 

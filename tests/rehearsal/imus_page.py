@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from tests.paths import DOCS
 from tests.rehearsal.days import SCHEDULE, preflight
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S
 from tfsat_host.emulated.imu_part import ImuPart, load_imu, wander_std_deg_s
@@ -18,7 +18,7 @@ from tfsat_host.rehearsal.comparison import Compared
 from tfsat_host.rehearsal.series import Flown, Series, fly_many
 from tfsat_host.robot import load_robot
 
-PAGE = Path(__file__).parents[2] / "docs" / "imus.md"
+PAGE = DOCS / "imus.md"
 IMUS = ("mpu6050", "adis16465_2")
 RUNS = 12
 SHOWN = 5

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bundle.commands import command, result
 from tests.cli.process import RunCli
 from tests.rehearsal import days
 from tests.rehearsal.days import SCHEDULE, SEED, Days, flown, turned_deg
 from tests.rehearsal.faults_page import MISMATCHES, PAGE, diagnosis, row
+from tests.run.bundle.commands import command, result
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.errors import UsageError

@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import command, result
-from tests.campaign.test_campaign import contents
 from tests.evaluation.run_folder import tell_time
 from tests.rehearsal.days import SCHEDULE, Rehearsing, preflight
+from tests.run.bundle.commands import command, result
+from tests.run.campaign.test_campaign import contents
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.maneuver import four_stroke
 from tfsat_host.rehearsal import day as days

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bundle.commands import result
 from tests.cli.process import RunCli
 from tests.rehearsal.days import Rehearsed, Rehearsing, dropped
+from tests.run.bundle.commands import result
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.quick_look import disagreements, quick_look, reached_deg

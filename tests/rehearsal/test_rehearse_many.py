@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import command, result
 from tests.rehearsal.days import SCHEDULE
+from tests.run.bundle.commands import command, result
 from tfsat_host.rehearsal import series
 from tfsat_host.rehearsal.series import Series, distributions, fly_many
 from tfsat_host.robot import load_robot

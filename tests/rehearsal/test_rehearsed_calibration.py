@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.bundle.commands import command, result
+from tests.run.bundle.commands import command, result
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.calibration.solution import solve

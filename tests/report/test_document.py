@@ -6,12 +6,12 @@ import hashlib
 import textwrap
 from dataclasses import replace
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.paths import DOCS
 from tests.report.conftest import Opener
 from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
 from tfsat_host.evaluation.checks.check import Kind
@@ -274,7 +274,7 @@ def test_a_real_drop_draws(open_document: Opener) -> None:
 
 
 def test_the_documented_python_call_makes_a_page() -> None:
-    text = (Path(__file__).resolve().parents[2] / "docs" / "report.md").read_text(encoding="utf-8")
+    text = (DOCS / "report.md").read_text(encoding="utf-8")
     example = textwrap.dedent(text.split("made otherwise:\n", 1)[1])
     names: dict[str, object] = {"found": reported().evaluation}
     exec(example, names)

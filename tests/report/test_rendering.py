@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.paths import REPOSITORY
 from tests.report.sample_document import sample_document
 from tfsat_host.report import page, render
 from tfsat_host.report.document_rounding import shortened
@@ -109,7 +110,7 @@ def test_every_asset_is_on_the_page() -> None:
 def test_libraries_are_the_ones_that_were_locked() -> None:
     folder = Path(page.__file__).parent / "vendor"
     sources = json.loads((folder / "SOURCES.json").read_text())
-    lock = Path(__file__).parents[2] / "tools" / "report_vendor" / "package-lock.json"
+    lock = REPOSITORY / "tools" / "report_vendor" / "package-lock.json"
     packages = json.loads(lock.read_text())["packages"]
     assert {path.name for path in folder.iterdir()} == {"SOURCES.json", *sources}
     for name, source in sources.items():

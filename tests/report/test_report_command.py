@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from tests.bundle.commands import command, keep_evaluations, result
 from tests.cli.process import RunCli
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tests.report.opened import Opened
+from tests.run.bundle.commands import command, keep_evaluations, result
 from tfsat_host.report import figures as figure_files
 from tfsat_host.report.figures import FORMATS
 from tfsat_host.report.recording import MARKER

@@ -13,12 +13,11 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
+from tests.paths import REPOSITORY
 from tests.report.reported_drop import evaluated, reported
 from tfsat_host.output_files import was_made_with
 from tfsat_host.report.contents.replay import body_poses
 from tfsat_host.report.recording import MARKER, write_evaluated_mcap
-
-ROOT = Path(__file__).resolve().parents[2]
 
 Topics = dict[str, list[tuple[int, Any]]]
 
@@ -151,6 +150,8 @@ def test_verdict_and_strokes_are_told_in_words(topics: Topics) -> None:
 
 
 def test_every_topic_is_documented(topics: Topics) -> None:
-    documented = re.findall(r"`(/[a-zN_/]+)`", (ROOT / "docs" / "report.md").read_text(encoding="utf-8"))
+    documented = re.findall(
+        r"`(/[a-zN_/]+)`", (REPOSITORY / "docs" / "report.md").read_text(encoding="utf-8")
+    )
     made = {re.sub(r"_\d", "_N", topic) for topic in topics if topic.startswith(("/evaluated", "/model"))}
     assert set(documented) == made

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.paths import DOCS
 from tfsat_host.robot import RobotFileError, default_robot_path, load_robot
 
-DOCUMENT = (Path(__file__).parents[2] / "docs" / "robot-files.md").read_text(encoding="utf-8")
+DOCUMENT = (DOCS / "robot-files.md").read_text(encoding="utf-8")
 ROBOT = default_robot_path().read_text(encoding="utf-8")
 
 # Where to write a key that is not known, to be told of the known ones: text before it, and after it.

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import command, keep_evaluations
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
+from tests.run.bundle.commands import command, keep_evaluations
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.run import EvaluationOptions, Run

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
+from tests.paths import DOCS
 from tests.sdlog import page_encoder
 from tests.sdlog.encoder import recording as encoded
 from tests.sdlog.page_encoder import LANDING, RELEASE, REWRITTEN, STROKE, SWITCH_EDGE, Event, Sample, encode
@@ -134,7 +135,7 @@ def test_an_end_takes_the_number_of_a_header(tmp_path: Path) -> None:
     assert (log.verdict, log.doubts, len(log.t_us)) == ("complete", (), 7 * 6)
 
 
-PAGE = Path(__file__).parents[2] / "docs" / "log-format.md"
+PAGE = DOCS / "log-format.md"
 
 
 def test_it_prints_every_sample(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, event
 from tests.sdlog.test_values import write
-from tests.sequencer_proof import one_rule
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof import one_rule
 from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.messages import Event

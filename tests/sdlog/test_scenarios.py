@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.decode_bench.scenarios import CUT_AT_S, NOISE_SHARE, Scenario, make
 from tests.sdlog.test_decode_command import decode_json
+from tests.validation.decode_bench.scenarios import CUT_AT_S, NOISE_SHARE, Scenario, make
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.sdlog import DropLog, load
 

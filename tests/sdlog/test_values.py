@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.paths import REPOSITORY
 from tests.sdlog.encoder import ALL_VALID, HEADER, Recorder, drop_with_release, recording, renumbered, sample
 from tfsat_host.sdlog import DropLog, load
 
-GOLDEN = Path(__file__).parents[2] / "protocol" / "golden_vectors.json"
+GOLDEN = REPOSITORY / "protocol" / "golden_vectors.json"
 
 
 def write(path: Path, data: bytes) -> Path:

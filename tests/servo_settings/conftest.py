@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.sequencer.conftest import board, board_library, new_board
+from tests.arduino_sequencer.conftest import board, board_library, new_board
 
 __all__ = ["board", "board_library", "new_board"]

@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 import shlex
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
 
 from tests.cli.process import RunCli
 from tests.cli.test_documentation import shell_examples
+from tests.paths import DOCS
 from tfsat_host.servo_settings import FACTORY, parse_settings
 
-PAGE = Path(__file__).parents[2] / "docs" / "servos.md"
+PAGE = DOCS / "servos.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tests.sequencer.board import JOINTS, OLD, Board, client, connect, pulses
-from tests.sequencer.maneuvers import flyable
+from tests.arduino_sequencer.board import JOINTS, OLD, Board, client, connect, pulses
+from tests.arduino_sequencer.maneuvers import flyable
 from tests.servo_settings.values import all_settings, valid_settings
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, four_stroke, schedule_maneuver

@@ -18,7 +18,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.emulator_avr.building import REPOSITORY, BuildError
+from tests.arduino_sequencer.avr.building import BuildError
+from tests.paths import REPOSITORY
 
 Progress = Callable[[str], None]
 Found = Mapping[str, Sequence[Any]]

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from tests.logger_proof.building import core_sha256
-from tests.validation.sources import REPOSITORY, code_sha256
+from tests.paths import REPOSITORY
+from tests.validation.logger_proof.building import core_sha256
+from tests.validation.sources import code_sha256
 
 SEQUENCER_HEX = REPOSITORY / "build" / "sequencer" / "arduino_sequencer.hex"
 
@@ -56,17 +57,19 @@ def _prove_code(name: str, command: str, module: str, more_pages: tuple[str, ...
 PROOFS = (
     Proof("sequencer-proof", "make sequencer-report", "image of the sequencer", hash_image, of_board=True),
     Proof("logger-proof", "make logger-report", "core of the logger", core_sha256, of_board=True),
-    _prove_code("calibration-proof", "make calibration-report", "tests.calibration_proof.robots"),
+    _prove_code("calibration-proof", "make calibration-report", "tests.validation.calibration_proof.robots"),
     _prove_code(
         "evaluation-proof",
         "make evaluation-report",
-        "tests.evaluation_proof.campaign",
+        "tests.validation.evaluation_proof.campaign",
         ("paper-setting", "causes"),
     ),
     _prove_code(
-        "simulation-based-calibration", "make sbc-report", "tests.simulation_based_calibration.drops"
+        "simulation-based-calibration",
+        "make sbc-report",
+        "tests.validation.simulation_based_calibration.drops",
     ),
-    _prove_code("paper-numbers", "make paper-numbers", "tests.paper_numbers.__main__"),
+    _prove_code("paper-numbers", "make paper-numbers", "tests.validation.paper_numbers.__main__"),
 )
 
 

@@ -11,8 +11,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.paths import REPOSITORY
 from tests.validation.provenance import PROOFS, SEQUENCER_HEX
-from tests.validation.sources import REPOSITORY
 from tfsat_host import __version__
 
 DIST = REPOSITORY / "dist"

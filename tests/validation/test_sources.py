@@ -9,7 +9,7 @@ import pytest
 from tests.validation.sources import code_sha256
 
 FILES = {
-    "tests/campaign.py": "from tfsat_host.model import mass_kg\n",
+    "tests/run/campaign.py": "from tfsat_host.model import mass_kg\n",
     "tests/page.py": "print(1)\n",
     "host/tfsat_host/__init__.py": "",
     "host/tfsat_host/model.py": '"""Masses."""\n\nfrom tfsat_host import units\n\nmass_kg = 2.8 * units.KG\n',
@@ -39,21 +39,21 @@ def tree(tmp_path: Path) -> Path:
     ],
 )
 def test_words_and_layout_cost_no_campaign(tree: Path, name: str, text: str) -> None:
-    before = code_sha256("tests.campaign", tree)
+    before = code_sha256("tests.run.campaign", tree)
     (tree / name).write_text(text)
-    assert code_sha256("tests.campaign", tree) == before
+    assert code_sha256("tests.run.campaign", tree) == before
 
 
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("tests/campaign.py", "from tfsat_host.model import mass_kg as mass\n"),
+        ("tests/run/campaign.py", "from tfsat_host.model import mass_kg as mass\n"),
         ("host/tfsat_host/units.py", "KG = 1.1\n"),
         ("firmware/core.cpp", "int ticks() { return 3; }\n"),
         ("robots/one.toml", "mass_kg = 2\n"),
     ],
 )
 def test_what_runs_does(tree: Path, name: str, text: str) -> None:
-    before = code_sha256("tests.campaign", tree)
+    before = code_sha256("tests.run.campaign", tree)
     (tree / name).write_text(text)
-    assert code_sha256("tests.campaign", tree) != before
+    assert code_sha256("tests.run.campaign", tree) != before

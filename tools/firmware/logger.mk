@@ -1,11 +1,11 @@
 # Builds the logger's core, drivers and sketch for the Teensy 4.1 (Cortex-M7):
 #   make -f tools/firmware/logger.mk BUILD=build/logger
-# Against the stub headers of tests/teensy_stubs, because no package has the Teensy core: the ELF proves
+# Against the stub headers of tests/teensy_logger/stubs, because no package has the Teensy core: the ELF proves
 # that all of it compiles without a warning, links whole and fits, with no heap and no exceptions. The
 # image to flash is made by the Arduino IDE (Teensyduino 1.59 or later) from the same sketch folder.
 SKETCH ?= firmware/teensy_logger
 BUILD ?= build/logger
-STUBS ?= tests/teensy_stubs
+STUBS ?= tests/teensy_logger/stubs
 
 NAME := $(notdir $(abspath $(SKETCH)))
 CXX := arm-none-eabi-g++

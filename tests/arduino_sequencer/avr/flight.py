@@ -1,0 +1,99 @@
+"""What the emulated board's servo lines say."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from itertools import pairwise
+
+from tests.arduino_sequencer.avr.avr_board import AvrBoard, Edge
+from tests.arduino_sequencer.avr.board_link import UPLOADED
+
+STROKE_LINE = 3
+STROKES = [(stroke.joint, stroke.t_us) for stroke in UPLOADED.strokes]
+TICK_NS = 500
+NOISE_CANCELER_NS = 250
+
+
+@dataclass(frozen=True)
+class Pulse:
+    rise_ns: int
+    width_ns: int
+
+
+def pulses(edges: list[Edge], pin: int) -> list[Pulse]:
+    """The complete pulses on one pin."""
+    mine = [edge for edge in edges if edge.pin == pin]
+    if mine and not mine[0].high:
+        raise ValueError(f"pin {pin} falls at {mine[0].t_ns} ns before it rises")
+    whole = mine[: len(mine) // 2 * 2]
+    return [
+        Pulse(rise.t_ns, fall.t_ns - rise.t_ns) for rise, fall in zip(whole[::2], whole[1::2], strict=True)
+    ]
+
+
+def onsets_ns(edges: list[Edge]) -> list[tuple[int, int]]:
+    """(joint, rise) of the first pulse of each new width, in order of time."""
+    found = [
+        (after.rise_ns, joint + 1)
+        for joint in range(3)
+        for before, after in pairwise(pulses(edges, joint))
+        if after.width_ns != before.width_ns
+    ]
+    return [(joint, rise_ns) for rise_ns, joint in sorted(found)]
+
+
+def release(board: AvrBoard, seed: int) -> int:
+    """Opens both switches with bounce; returns when both were open for the first time, in ns."""
+    random_ = random.Random(seed)
+    changes = []
+    for index in (0, 1):
+        t_us = board.now_us + random_.randrange(100, 600)
+        changes.append((t_us, index, False))
+        for _ in range(random_.randrange(6)):
+            t_us += random_.randrange(20, 300)
+            changes.append((t_us, index, True))
+            t_us += random_.randrange(20, 150)
+            changes.append((t_us, index, False))
+    closed = [True, True]
+    both_open_us = []
+    for t_us, index, is_closed in sorted(changes):
+        board.run_to(t_us)
+        board.switch(index, closed=is_closed)
+        closed[index] = is_closed
+        if not any(closed):
+            both_open_us.append(t_us)
+    return both_open_us[0] * 1000
+
+
+def run_until_lines_are_low(board: AvrBoard) -> None:
+    """Takes all edges so far and goes on until no servo line is within a pulse."""
+    high: set[int] = set()
+    while True:
+        for edge in board.edges():
+            (high.add if edge.high else high.discard)(edge.pin)
+        if not high:
+            return
+        board.run(50)
+
+
+def assert_maneuver_flown(board: AvrBoard, released_ns: int) -> None:
+    """The pins since `edges()` was last asked: strokes of 59/70 to the tick, whole pulses, even frames, marks."""
+    edges = board.edges()
+    onsets = onsets_ns(edges)
+    assert [joint for joint, _ in onsets] == [joint for joint, _ in STROKES]
+    for (_, onset_ns), (_, start_us) in zip(onsets, STROKES, strict=True):
+        assert -TICK_NS <= onset_ns - released_ns - start_us * 1000 <= NOISE_CANCELER_NS
+
+    widths_us = [sorted({pulse.width_ns / 1000 for pulse in pulses(edges, pin)}) for pin in range(3)]
+    assert widths_us == [[1000, 1655.5], [1000, 1778], [1000]]
+    for pin in range(3):
+        gaps_ms = [(after.rise_ns - before.rise_ns) / 1e6 for before, after in pairwise(pulses(edges, pin))]
+        assert 19.5 <= min(gaps_ms) <= max(gaps_ms) <= 20.5
+
+    marks = pulses(edges, STROKE_LINE)
+    assert len(marks) == len(onsets)
+    for mark, (_, onset_ns) in zip(marks, onsets, strict=True):
+        assert 0 < mark.rise_ns - onset_ns < 60_000
+        # Its end may wait for the interrupts of all three servo edges.
+        assert 990_000 < mark.width_ns < 1_250_000

@@ -1,0 +1,115 @@
+"""What the flashed image keeps, in EEPROM and through a reset in RAM, and when it refuses to arm for it."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
+from tests.arduino_sequencer.avr.board_link import UPLOADED, connect
+from tests.arduino_sequencer.avr.flight import assert_maneuver_flown, run_until_lines_are_low
+from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.servo_settings import FACTORY
+
+MANEUVER_ADDRESS, SETTINGS_ADDRESS = 512, 768
+WITHIN_CONTENT = 9
+UNFOLD = schedule_maneuver(Maneuver((Stroke(1, 59.0),)))
+
+
+def refusal(client: SequencerClient) -> ErrorCode:
+    with pytest.raises(BoardRefusal) as raised:
+        client.arm()
+    return raised.value.code
+
+
+def restart_with(board: AvrBoard, eeprom: bytes) -> SequencerClient:
+    board.power(False)
+    board.set_eeprom(eeprom)
+    board.cable(False)
+    board.power(True)
+    return connect(board)
+
+
+def release(board: AvrBoard) -> int:
+    """Without bounce; returns when both switches were open, in ns."""
+    for index in (0, 1):
+        board.switch(index, closed=False)
+        board.run(100)
+    return (board.now_us - 100) * 1000
+
+
+def hang_up(board: AvrBoard) -> None:
+    for index in (0, 1):
+        board.switch(index, closed=True)
+    board.run(20_000)
+
+
+def test_a_new_board_arms_only_once_a_maneuver_is_uploaded(new_sequencer: AvrBoard) -> None:
+    new_sequencer.power(True)
+    client = connect(new_sequencer)
+    assert refusal(client) == ErrorCode.NO_MANEUVER
+    new_sequencer.run(100_000)
+    assert new_sequencer.edges() == []
+    client.upload(UPLOADED)
+    assert client.arm() == SequencerState.ARMED
+
+
+@pytest.mark.parametrize("address", [MANEUVER_ADDRESS, SETTINGS_ADDRESS])
+def test_a_damaged_record_forbids_arming_until_both_are_uploaded_again(
+    sequencer: AvrBoard, address: int
+) -> None:
+    connect(sequencer).write_settings(FACTORY)
+    damaged = bytearray(sequencer.eeprom())
+    damaged[address + WITHIN_CONTENT] ^= 0x10
+    client = restart_with(sequencer, bytes(damaged))
+    assert refusal(client) == ErrorCode.STORE_DAMAGED
+    client.upload(UPLOADED)
+    client.write_settings(FACTORY)
+    assert client.arm() == SequencerState.ARMED
+    client = restart_with(sequencer, sequencer.eeprom())
+    assert client.arm() == SequencerState.ARMED
+
+
+def test_a_run_that_ends_away_from_the_start_pose_must_be_disarmed(sequencer: AvrBoard) -> None:
+    client = connect(sequencer)
+    client.upload(UNFOLD)
+    client.arm()
+    sequencer.run(50_000)
+    release(sequencer)
+    sequencer.run(2_600_000)
+    hang_up(sequencer)
+    assert client.status().state == SequencerState.DONE
+    assert refusal(client) == ErrorCode.NOT_AT_START_POSE
+    assert client.status().state == SequencerState.DONE
+    client.disarm()
+    assert client.arm() == SequencerState.ARMED
+
+
+@pytest.mark.parametrize("cause", list(ResetCause))
+def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
+    sequencer: AvrBoard, cause: ResetCause
+) -> None:
+    client = connect(sequencer)
+    client.arm()
+    for _ in range(3):
+        sequencer.switch(1, closed=False)
+        sequencer.run(20_000)
+        sequencer.switch(1, closed=True)
+        sequencer.run(20_000)
+    sequencer.reset(cause)
+    client = connect(sequencer)
+    assert (client.status().state, client.status().knocks) == (SequencerState.ARMED, 3)
+    run_until_lines_are_low(sequencer)
+    sequencer.edges()
+    released_ns = release(sequencer)
+    sequencer.run(2_600_000)
+    assert_maneuver_flown(sequencer, released_ns)
+    flown = client.run_report()
+    assert (flown.released, flown.stroke_count) == (1, len(UPLOADED.strokes))
+    sequencer.reset(cause)
+    assert connect(sequencer).run_report() == flown
+    client = restart_with(sequencer, sequencer.eeprom())
+    assert client.run_report().released == 0
+    assert client.status().knocks == 0

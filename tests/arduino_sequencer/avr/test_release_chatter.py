@@ -1,0 +1,33 @@
+"""The first switch's contacts chatter faster than an interrupt can follow just before the second opens."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.arduino_sequencer.avr.avr_board import AvrBoard
+from tests.arduino_sequencer.avr.board_link import UPLOADED, connect
+from tests.arduino_sequencer.avr.flight import onsets_ns
+
+WORST_ERROR_NS = 50_000
+BEFORE_RELEASE_US = 40
+
+
+@pytest.mark.parametrize("open_us", [4, 5, 6, 9])
+@pytest.mark.parametrize("closed_us", [4, 5, 6, 9])
+def test_the_release_is_the_second_switch_opening(sequencer: AvrBoard, open_us: int, closed_us: int) -> None:
+    connect(sequencer).arm()
+    sequencer.run(50_000)
+    for _ in range(2):
+        sequencer.switch(1, closed=False)
+        sequencer.run(open_us)
+        sequencer.switch(1, closed=True)
+        sequencer.run(closed_us)
+    sequencer.switch(1, closed=False)
+    sequencer.run(BEFORE_RELEASE_US)
+    sequencer.switch(0, closed=False)
+    released_ns = sequencer.now_us * 1000
+    sequencer.run(2_600_000)
+    onsets = onsets_ns(sequencer.edges())
+    assert [joint for joint, _ in onsets] == [stroke.joint for stroke in UPLOADED.strokes]
+    for (_, onset_ns), stroke in zip(onsets, UPLOADED.strokes, strict=True):
+        assert abs(onset_ns - released_ns - stroke.t_us * 1000) <= WORST_ERROR_NS

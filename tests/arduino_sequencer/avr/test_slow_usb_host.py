@@ -1,0 +1,79 @@
+"""A USB host that takes milliseconds over each stage of a control transfer, or resets the bus, stretches no pulse."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
+from tests.arduino_sequencer.avr.board_link import connect
+from tests.arduino_sequencer.avr.flight import pulses, run_until_lines_are_low
+from tfsat_host.protocol.enums import SequencerState
+
+HOLD_WIDTH_NS = 1_000_000
+FRAME_US = 20_000
+
+
+def reset_while_armed(board: AvrBoard) -> None:
+    """By the watchdog, between two pulses, with the cable in: the host enumerates the board again."""
+    connect(board).arm()
+    board.run(50_000)
+    run_until_lines_are_low(board)
+    board.reset(ResetCause.WATCHDOG)
+
+
+def assert_only_whole_pulses(board: AvrBoard, run_us: int) -> None:
+    """Each line has its pulse in every frame but the first few: none stayed high, or low, for long."""
+    edges = board.edges()
+    for pin in range(3):
+        train = pulses(edges, pin)
+        assert {pulse.width_ns for pulse in train} == {HOLD_WIDTH_NS}
+        assert len(train) > run_us // FRAME_US - 3
+
+
+@pytest.mark.parametrize("pause_us", [1000, 2000, 3000])
+def test_a_host_that_enumerates_during_start_up_stretches_no_pulse(
+    sequencer: AvrBoard, pause_us: int
+) -> None:
+    sequencer.usb_stage_pause(pause_us)
+    reset_while_armed(sequencer)
+    sequencer.run(600_000)
+    assert_only_whole_pulses(sequencer, 600_000)
+    sequencer.cable(False)
+    status = connect(sequencer).status()
+    assert (status.state, status.resets_while_armed) == (SequencerState.ARMED, 1)
+
+
+@pytest.mark.parametrize("pause_us", [1000, 2000, 3000])
+@pytest.mark.parametrize("pulled_after_us", range(24_000, 36_000, 1500))
+def test_a_cable_pulled_during_start_up_leaves_no_line_high(
+    sequencer: AvrBoard, pause_us: int, pulled_after_us: int
+) -> None:
+    sequencer.usb_stage_pause(pause_us)
+    reset_while_armed(sequencer)
+    sequencer.run(pulled_after_us)
+    sequencer.cable(False)
+    sequencer.run(300_000)
+    assert_only_whole_pulses(sequencer, 300_000)
+    sequencer.usb_stage_pause(0)
+    status = connect(sequencer).status()
+    assert (status.state, status.resets_while_armed) == (SequencerState.ARMED, 1)
+
+
+@pytest.mark.parametrize("after_us", range(0, 1_200, 150))
+def test_a_bus_reset_with_a_request_right_after_it_stretches_no_pulse(
+    sequencer: AvrBoard, after_us: int
+) -> None:
+    """The Arduino core's handler of the reset lets its handler of requests interrupt, which waits for the host."""
+    client = connect(sequencer)
+    client.arm()
+    sequencer.run(50_000 + after_us)
+    run_until_lines_are_low(sequencer)
+    sequencer.usb_stage_pause(30_000)
+    for _ in range(3):
+        sequencer.reset_usb_bus()
+        sequencer.run(40_000)
+    sequencer.cable(False)
+    sequencer.run(100_000)
+    assert_only_whole_pulses(sequencer, 220_000)
+    sequencer.usb_stage_pause(0)
+    assert connect(sequencer).status().state == SequencerState.ARMED

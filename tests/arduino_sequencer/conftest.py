@@ -1,0 +1,33 @@
+"""One library for all tests of the sequencer's core, a fresh board for each test."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+
+import pytest
+
+from tests.arduino_sequencer.board import ERASED, Board, build_board
+
+
+@pytest.fixture(scope="session")
+def board_library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    return build_board(tmp_path_factory.mktemp("sequencer"))
+
+
+@pytest.fixture(scope="session")
+def new_board(board_library: ctypes.CDLL) -> Callable[..., Board]:
+    """Makes a board: `new_board(eeprom)`."""
+    return lambda eeprom=None: Board(board_library, eeprom)
+
+
+@pytest.fixture
+def fresh_board(new_board: Callable[..., Board]) -> Board:
+    """As `board`, but nothing was ever stored on it."""
+    return new_board(ERASED)
+
+
+@pytest.fixture
+def board(new_board: Callable[..., Board]) -> Board:
+    """The factory's maneuver uploaded, powered, cable in, both switches closed."""
+    return new_board()

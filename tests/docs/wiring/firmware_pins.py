@@ -1,0 +1,58 @@
+"""Which pin carries what, read from the sources of both firmwares."""
+
+from __future__ import annotations
+
+import re
+
+from tests.paths import REPOSITORY
+
+FIRMWARE = REPOSITORY / "firmware"
+
+# ATmega32U4 port bits to the Micro's numbers: variants/leonardo/pins_arduino.h of the Arduino core.
+MICRO = {"PB5": "9", "PB6": "10", "PB7": "11", "PD4": "4", "PD6": "12", "PD7": "6", "PC7": "13"}
+# variants of the Teensy core, pins_arduino.h (core_pins.h): A0 to A9 are 14 to 23.
+TEENSY_ANALOG = {f"A{i}": str(14 + i) for i in range(10)}
+
+
+def source(path: str) -> str:
+    return (FIRMWARE / path).read_text(encoding="utf-8")
+
+
+def _one(pattern: str, text: str) -> tuple[str, ...]:
+    found = re.search(pattern, text)
+    assert found, pattern
+    return found.groups()
+
+
+def sequencer_pins() -> dict[str, str]:
+    """Pin to what it carries, from the drivers."""
+    servos = source("arduino_sequencer/src/drivers/timer1_servos.cpp")
+    switches = source("arduino_sequencer/src/drivers/release_capture.cpp")
+    led = source("arduino_sequencer/src/drivers/status_pin.h")
+    bits = _one(r"kServoPins = _BV\((P\w\d)\) \| _BV\((P\w\d)\) \| _BV\((P\w\d)\)", servos)
+    pins = {MICRO[bit]: f"servo, joint {joint}" for joint, bit in enumerate(bits, 1)}
+    pins[MICRO[_one(r"kStrokePin = _BV\((P\w\d)\)", servos)[0]]] = "stroke line, out"
+    first, second = _one(r"kFirstPin = _BV\((P\w\d)\), kSecondPin = _BV\((P\w\d)\)", switches)
+    pins[MICRO[first]] = "release switch 1"
+    pins[MICRO[second]] = "release switch 2"
+    pins[MICRO[_one(r"DDRD \|= _BV\((P\w\d)\)", led)[0]]] = "status LED"
+    assert len(pins) == 7
+    return pins
+
+
+def logger_pins() -> dict[str, str]:
+    """Pin to what it carries, from the sketch."""
+    sketch = source("teensy_logger/teensy_logger.ino")
+    pins: dict[str, str] = {}
+    for bus, suffix, imus in (("Wire", "", "1 and 2"), ("Wire1", "1", "3 and 4")):
+        sda, scl = _one(rf"\({bus}, IMXRT_LPI2C\d, (\d+), (\d+)\)", sketch)
+        pins |= {sda: f"SDA{suffix}, IMU {imus}", scl: f"SCL{suffix}, IMU {imus}"}
+    analog = re.findall(r"A\d", _one(r"kAnglePins\[\] = \{([^}]*)\}", sketch)[0])
+    for index, name in enumerate(analog):
+        pins[TEENSY_ANALOG[name]] = f"angle sensor {index // 2 + 1}{'ab'[index % 2]}"
+    one, two, stroke = _one(r"EdgeInputs::Pins\{\{(\d+), (\d+)\}, (\d+)\}", sketch)
+    pins |= {one: "release switch 1", two: "release switch 2", stroke: "stroke line, in"}
+    assert "pinMode(LED_BUILTIN, OUTPUT)" in sketch
+    pins["13"] = "status LED, on the board"
+    assert len(pins) == 14
+    return pins

@@ -1,0 +1,117 @@
+"""docs/wiring.md and docs/wiring.svg come from docs/wiring.toml, and from a wiring that harms nothing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.docs.wiring.wirings import Tree, copied
+from tests.paths import REPOSITORY
+from wiring_generator import page
+from wiring_generator.spec import WiringError, load_wiring
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Tree:
+    return copied(tmp_path)
+
+
+def test_what_is_committed_is_what_the_data_says() -> None:
+    done = Tree(REPOSITORY).generate("--check")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_changed_value_makes_both_files_stale_until_they_are_written(tree: Tree) -> None:
+    tree.spoil('value = "4.7 nF, film or X7R", short = "4.7 nF"', 'value = "4.8 nF", short = "4.8 nF"')
+    done = tree.generate("--check")
+    assert done.returncode == 1
+    assert {line.split()[1] for line in done.stderr.splitlines()} == {"docs/wiring.svg", "docs/wiring.md"}
+    assert tree.generate().returncode == 0
+    assert tree.generate("--check").returncode == 0
+    for name in ("wiring.svg", "wiring.md"):
+        assert "4.8 nF" in (tree.folder / "docs" / name).read_text(encoding="utf-8")
+
+
+def test_a_wiring_that_is_refused_leaves_both_files_alone_and_says_why(tree: Tree) -> None:
+    tree.spoil('"R4", "R2 to 5V"', '"R2 to 5V"')
+    done = tree.generate()
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "docs/wiring.toml: R4 is wired 0 times\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ('"R4", "R2 to 5V"', '"R99", "R2 to 5V"', "R99"),
+        ('"R4", "R2 to 5V"', '"R2 to 5V"', "R4 is wired 0 times"),
+        ('from = "D13"', 'from = "D4"', "D4 is wired twice"),
+        ('to = "3"', 'to = "2"', "Teensy 4.1 2 is wired twice"),
+        ('kind = "switch"', 'kind = "button"', "button"),
+        ('cathode = "left"', 'cathode = "up"', "cathode"),
+        ('panel = "logger"', 'panel = "ground station"', "ground station"),
+        ("high = 5.25", "high = 4.25", "micro_5v"),
+        ('source = "avr"', 'source = "avrr"', "avrr"),
+        ("[limit]", "[limits]", "limit"),
+        ("[limit]", "[limit", "line"),
+    ],
+)
+def test_a_wiring_that_makes_no_sense_is_refused_by_name(tree: Tree, old: str, new: str, word: str) -> None:
+    tree.spoil(old, new)
+    with pytest.raises(WiringError, match=re.escape(word)):
+        load_wiring(tree.folder / "docs" / "wiring.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        pytest.param(
+            'value = "2.7 kΩ", of = 2700.0',
+            'value = "10 Ω", of = 10.0',
+            "D13 driven high",
+            id="switch-on-D13",
+        ),
+        pytest.param(
+            'value = "2.7 kΩ", of = 2700.0',
+            'value = "10 kΩ", of = 10e3',
+            "D4, D13 closed",
+            id="too-much-at-D13",
+        ),
+        pytest.param(
+            'value = "2.2 kΩ", of = 2200.0',
+            'value = "22 kΩ", of = 22e3',
+            "closed contact",
+            id="contact-too-dry",
+        ),
+        pytest.param("low = 6.6", "low = 6.0", "the Micro's VIN", id="five-NiMH-cells"),
+        pytest.param("high = 2e-6", "high = 1e-3", "above its own supply", id="power-schottky"),
+        pytest.param(
+            'R18 = { kind = "resistor", value = "1 kΩ", of = 1e3',
+            'R18 = { kind = "resistor", value = "10 kΩ", of = 10e3',
+            "Teensy 2, 3 closed",
+            id="too-much-at-the-teensy",
+        ),
+        pytest.param("high = 0.32", "high = 1.0", "Teensy 2, 3 closed", id="two-diodes"),
+        pytest.param("of = 4.7e-9", "of = 47e-9", "date of an opening", id="slow-filter"),
+        pytest.param(
+            "of = 4700.0", "of = 6800.0", "stroke line high, Teensy in reset", id="5V-on-the-teensy"
+        ),
+        pytest.param("of = 3300.0", "of = 6800.0", "margin above the high threshold", id="stroke-unseen"),
+        pytest.param(
+            'value = "10 kΩ", of = 10e3', 'value = "1 MΩ", of = 1e6', "servo line", id="servo-floats"
+        ),
+        pytest.param('value = "1 kΩ", of = 1e3', 'value = "100 Ω", of = 100.0', "status LED", id="led"),
+    ],
+)
+def test_a_wiring_that_breaks_a_limit_is_refused(tree: Tree, old: str, new: str, word: str) -> None:
+    tree.spoil(old, new)
+    with pytest.raises(WiringError, match=word):
+        page.generate(load_wiring(tree.folder / "docs" / "wiring.toml"))
+
+
+def test_every_source_is_cited() -> None:
+    text, sources = (REPOSITORY / "docs" / "wiring.md").read_text(encoding="utf-8").split("\n## Sources\n")
+    named = re.findall(r"^\| (\[\d+\]) \|", sources, re.MULTILINE)
+    assert len(named) > 10
+    assert [name for name in named if name not in text] == []

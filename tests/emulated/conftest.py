@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.emulated.served import Served
+from tfsat_host.emulated.robot import EmulatedRobot
+from tfsat_host.emulated.server import RobotServer
+from tfsat_host.emulated.state import ServedFolder
+
+
+@pytest.fixture(params=["native", "avr"])
+def served(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Served]:
+    """A served robot, once with the sequencer's core and once with its real image."""
+    monkeypatch.chdir(tmp_path)
+    with Served("--sequencer", request.param) as process:
+        yield process
+
+
+@pytest.fixture
+def native(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
+    """A served robot, for what does not concern the sequencer's image."""
+    monkeypatch.chdir(tmp_path)
+    with Served() as process:
+        yield process
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[RobotServer]:
+    """A server in this process: time passes in `step` alone."""
+    folder = ServedFolder(tmp_path / "robot")
+    with EmulatedRobot() as robot:
+        made = RobotServer(robot, folder, folder.kept.load())
+        yield made
+        made.close()
+    folder.release()

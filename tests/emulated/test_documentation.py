@@ -1,0 +1,92 @@
+"""The examples of docs/emulator.md do what they say."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from itertools import groupby
+from pathlib import Path
+
+import pytest
+
+from tests.emulated.served import TIMEOUT_S, Served
+from tests.paths import DOCS
+from tfsat_host.emulated.control import execute
+from tfsat_host.emulated.server import RobotServer
+
+PAGE = (DOCS / "emulator.md").read_text(encoding="utf-8")
+
+
+def _blocks(language: str) -> list[str]:
+    found = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    assert found
+    return found
+
+
+def _shell(block: str, folder: Path) -> str:
+    """What `block` prints in a shell that finds `tfsat-host`."""
+    programs = folder / "bin"
+    programs.mkdir(exist_ok=True)
+    command = programs / "tfsat-host"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tfsat_host "$@"\n')
+    command.chmod(0o755)
+    environ = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["sh", "-e"], input=block, env=environ, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+    )
+    assert done.returncode == 0, (block, done.stderr)
+    return done.stdout
+
+
+def _converse(served: Served, lines: list[str]) -> None:
+    """Sends the lines marked `>`; each reply must be the line below, where `...` stands for anything."""
+    replies = served.control(*(line.removeprefix("> ") for line in lines[0::2]))
+    for line, reply, shown in zip(lines[0::2], replies, lines[1::2], strict=True):
+        pattern = ".*".join(re.escape(part) for part in shown.split("..."))
+        assert re.fullmatch(pattern, reply), (line, reply)
+
+
+def test_the_conversation(native: Served) -> None:
+    (text,) = _blocks("control")
+    _converse(native, text.splitlines())
+
+
+def test_the_drop_by_hand(native: Served, tmp_path: Path) -> None:
+    (text,) = _blocks("drop")
+    said = ""
+    for typed, group in groupby(text.splitlines(), key=lambda line: line.startswith("$ ")):
+        if typed:
+            said += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
+        else:
+            _converse(native, list(group))
+    assert re.search(r"^  state +done$", said, re.MULTILINE)
+    assert "verdict" in said.lower() or "complete" in said
+
+
+def test_the_shell_examples(native: Served, tmp_path: Path) -> None:
+    said = "".join(_shell(block, tmp_path) for block in _blocks("sh"))
+    swung = re.search(r"^ok (\S+) 0.00 0.00$", said, re.MULTILINE)
+    assert swung and float(swung[1]) == pytest.approx(60.0, abs=1.0)
+
+
+def test_the_python_examples(native: Served) -> None:
+    printed = [
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT_S, check=True
+        ).stdout.strip()
+        for code in _blocks("python")
+    ]
+    assert printed == ["ok 0.00 0.00 0.00", "2000000"]
+
+
+def test_every_command_is_in_the_table_and_the_table_is_true(server: RobotServer) -> None:
+    rows = re.findall(r"^\| `(\w+)([^`]*)` \| [^|]+ \| `(ok[^`]*)` \|$", PAGE, re.MULTILINE)
+    told = execute("help", server)
+    assert told is not None
+    assert {name for name, _, _ in rows} == {usage.split()[0] for usage in told.text[3:].split(" | ")}
+    for name, arguments, _ in rows:
+        if name not in ("card", "wait"):
+            reply = execute(name + arguments, server)
+            assert reply is not None and reply.text.startswith("ok"), (name, reply)

@@ -1,0 +1,81 @@
+"""Resets of the served sequencer, as `tfsat-host status` tells of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.emulated.served import Served
+from tests.emulated.test_control import Person
+from tfsat_host.devices.ports import PortError
+from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.emulated.server import RobotServer
+
+CAUSES = {"watchdog": "watchdog", "brown-out": "brown_out", "button": "external"}
+"""As a control line names them, and as the sequencer reports them."""
+
+
+def arm(served: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
+    tfsat_host("arm", "--yes", "--port", served.sequencer)
+
+
+def status(served: Served, tfsat_host: RunCli) -> dict[str, Any]:
+    told: dict[str, Any] = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
+    return told
+
+
+def test_armed_with_both_switches_closed_it_is_armed_again_and_the_resets_are_counted(
+    served: Served, tfsat_host: RunCli
+) -> None:
+    arm(served, tfsat_host)
+    for number, (word, cause) in enumerate(CAUSES.items(), start=1):
+        assert served.control(f"reset {word}", "wait 500ms") == ["ok", "ok"]
+        told = status(served, tfsat_host)
+        assert (told["state"], told["fault"]) == ("armed", "none")
+        assert (told["resets_while_armed"], told["reset_cause"]) == (number, cause)
+    served.control("drop", "wait still", "wait 500ms")
+    told = status(served, tfsat_host)
+    assert (told["state"], told["resets_while_armed"]) == ("done", len(CAUSES))
+
+
+@pytest.mark.parametrize("word", list(CAUSES))
+def test_armed_with_a_switch_open_it_is_in_fault_and_the_servos_hold(
+    served: Served, tfsat_host: RunCli, word: str
+) -> None:
+    arm(served, tfsat_host)
+    served.control("hold 2 3 4", "release 1", f"reset {word}", "wait 1")
+    told = status(served, tfsat_host)
+    assert (told["state"], told["fault"]) == ("fault", "reset_while_armed")
+    assert told["reset_cause"] == CAUSES[word]
+    for joint in (1, 2, 3):
+        (refused,) = served.control(f"swing {joint} 10 1 1")
+        assert "Its servo holds it" in refused
+    tfsat_host("disarm", "--port", served.sequencer)
+    assert served.control("wait 300ms", "swing 1 10 1 1") == ["ok", "ok for 1 s"]
+
+
+def test_a_program_that_has_the_port_open_loses_it_and_the_next_finds_it(native: Served) -> None:
+    client = SerialTransport(str(native.sequencer))
+    assert native.control("reset button") == ["ok"]
+    with pytest.raises(PortError, match="was lost"):
+        client.read(1.0)
+    client.close()
+    SerialTransport(str(native.sequencer)).close()
+
+
+def test_a_board_without_power_is_not_reset(server: RobotServer, tmp_path: Path) -> None:
+    person = Person(server)
+    person("power sequencer off")
+    assert person("reset watchdog").startswith("error The sequencer has no power")
+    assert not (tmp_path / "robot" / "sequencer").is_symlink()
+
+
+def test_a_board_whose_cable_is_pulled_is_reset_and_gets_no_port(server: RobotServer, tmp_path: Path) -> None:
+    person = Person(server)
+    person("cable sequencer pull")
+    assert person("reset watchdog") == "ok"
+    assert not (tmp_path / "robot" / "sequencer").is_symlink()

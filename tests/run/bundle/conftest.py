@@ -1,0 +1,103 @@
+"""A run, and the bundle of it, made once and copied."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from shutil import copyfile
+
+import pytest
+
+from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, done
+from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
+from tests.run.bundle.commands import command, keep_evaluations
+from tfsat_host.calibration.certificate.campaign import Campaign
+from tfsat_host.calibration.certificate.certificate import Subject
+from tfsat_host.run.bundle.making import Recomputed
+from tfsat_host.run.record import sign
+
+PREFLIGHT = '{"go": true, "boards": {"sequencer": {"firmware": "0.1.0", "image_crc": "1a2b3c4d"}}}\n'
+PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'
+STEPS = (REST, ZERO, SWINGS[0])
+
+
+def signed_run(folder: Path) -> None:
+    """A drop with all its papers."""
+    run_folder(folder)
+    (folder / "preflight.json").write_text(PREFLIGHT)
+    (folder / "notes.txt").write_text("wind from the west\n")
+    (folder / "SD.csv").write_text("decoded\n")
+    at = datetime(2026, 1, 5, 8, 30, tzinfo=UTC)
+    sign(folder, [folder / "preflight.json"], "tfsat-host preflight: GO", at)
+
+
+@pytest.fixture(autouse=True)
+def _kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_evaluations(monkeypatch)
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A drop in the folder `run` of the current one."""
+    monkeypatch.chdir(tmp_path)
+    signed_run(tmp_path / "run")
+    return tmp_path / "run"
+
+
+@pytest.fixture
+def undecodable(run: Path) -> Path:
+    """A run whose recording holds nothing."""
+    (run / "SD.bin").write_bytes(b"no recording" * 100)
+    return run
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
+    """Makes every evaluation this page and next to nothing else, at once."""
+
+    def as_this(page: str | None) -> None:
+        done = Recomputed({"a": [1.0]}, page, None)
+        monkeypatch.setattr("tfsat_host.run.bundle.making.recompute", lambda *_: done)
+
+    return as_this
+
+
+@pytest.fixture
+def quick(run: Path, computed: Callable[[str | None], None]) -> Path:
+    """A run whose evaluation takes no time."""
+    computed(PAGE)
+    return run
+
+
+@pytest.fixture
+def calibrated(quick: Path) -> Path:
+    """A run with a certificate that rests on recordings, and an evaluation that takes no time."""
+    (quick / CERTIFICATE).unlink()
+    origin = done(REST).origin
+    change_headers(quick / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
+    subject = Subject(MODEL.name, origin.logger_serial, origin.who_am_i, origin.emulated)
+    campaign = Campaign(quick / CERTIFICATE, MODEL, subject)
+    for step in STEPS:
+        campaign.accept(done(step))
+    return quick
+
+
+@pytest.fixture(scope="session")
+def made_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Not to be changed."""
+    folder = tmp_path_factory.mktemp("bundle")
+    with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+        keep_evaluations(patch)
+        signed_run(folder / "run")
+        command("bundle", "run")
+    return folder / "run.tfsat.zip"
+
+
+@pytest.fixture
+def bundle(made_bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A bundle in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    copyfile(made_bundle, tmp_path / "run.tfsat.zip")
+    return tmp_path / "run.tfsat.zip"

@@ -1,0 +1,253 @@
+"""`bundle`: everything of a drop is in it, what is missing or doubtful is named, the same run gives the same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from tests.evaluation.run_folder import CERTIFICATE, change_headers, remove_blocks, run_folder
+from tests.run.bundle.commands import command, result, rewrite_json
+from tfsat_host import __version__
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.run.bundle.manifest import BundleError, parse_manifest
+from tfsat_host.run.record import sign
+
+OTHER = bytes.fromhex("00c0ffee00c0ffee")
+AT = datetime(2026, 1, 5, 8, 40, tzinfo=UTC)
+
+
+def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    said = result("bundle", "run")
+    assert said["bundle"] == "run.tfsat.zip"
+    with zipfile.ZipFile("run.tfsat.zip") as opened:
+        contents = {name: opened.read(name) for name in opened.namelist()}
+        assert opened.testzip() is None
+    assert list(contents) == [
+        "environment.json",
+        "evaluation.json",
+        "facility/cosmotorre.toml",
+        "manifest.json",
+        "report.html",
+        "robot/drop_tower.toml",
+        "run/SD.bin",
+        f"run/{CERTIFICATE}",
+        "run/maneuver.toml",
+        "run/notes.txt",
+        "run/preflight.json",
+        "run/record.json",
+    ]
+    manifest = json.loads(contents.pop("manifest.json"))
+    assert {name: file["sha256"] for name, file in manifest["files"].items()} == {
+        name: hashlib.sha256(data).hexdigest() for name, data in contents.items()
+    }
+    assert manifest["images"]["sequencer"]["image_crc"] == "1a2b3c4d"
+    assert manifest["images"]["logger"]["firmware"] == "0.2.0"
+    assert manifest["left_out"].keys() == {"SD.csv"}
+    environment = json.loads(contents["environment.json"])
+    assert environment["tfsat"] == __version__ and environment["packages"]["numpy"]
+    assert json.loads(contents["evaluation.json"])["recording"]["file"] == "run/SD.bin"
+    after = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    assert after == before, "a run is only read"
+
+
+def test_the_same_run_gives_the_same_bytes(run: Path, tmp_path: Path) -> None:
+    """Wherever it lies, whenever its files were touched."""
+    command("bundle", "run", "--out", "one.zip")
+    elsewhere = tmp_path / "else where's" / "run"
+    elsewhere.parent.mkdir()
+    run.rename(elsewhere)
+    for number, path in enumerate(sorted(elsewhere.iterdir())):
+        os.utime(path, (10**9 + number, 10**9 + number))
+        path.chmod(0o600)
+    command("bundle", elsewhere, "--out", "two.zip")
+    assert Path("one.zip").read_bytes() == Path("two.zip").read_bytes()
+    with zipfile.ZipFile("one.zip") as opened:
+        assert opened.namelist() == sorted(opened.namelist())
+        assert {entry.date_time for entry in opened.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert {entry.external_attr >> 16 for entry in opened.infolist()} == {0o100644}
+
+
+def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run_folder(tmp_path / "run")
+    for name in ("maneuver.toml", CERTIFICATE):
+        (tmp_path / "run" / name).unlink()
+    words, missing = command("bundle", "run").words, result("bundle", "run")["missing"]
+    expected = ["maneuver", "calibration", "preflight.json", "record.json", "image of the sequencer"]
+    assert [one["what"] for one in missing] == expected
+    assert all(f"Missing {what}: " in words for what in expected)
+
+
+def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
+    quick: Path, tmp_path: Path
+) -> None:
+    (quick / "photos").mkdir()
+    for name in ("hook.jpg", "gone.jpg"):
+        (quick / "photos" / name).write_bytes(b"jpg")
+        sign(quick, [quick / "photos" / name], "a person", AT)
+    said = result("bundle", "run")
+    assert "run/photos/hook.jpg" in said["files"] and said["left_out"].keys() == {"SD.csv"}
+    (quick / "photos/gone.jpg").rename(tmp_path / "gone.jpg")
+    (quick / "photos/gone.jpg").symlink_to(tmp_path / "gone.jpg")
+    (quick / "preflight.json").write_text("{}")
+    said = result("bundle", "run", expect=3)
+    assert "run/photos/gone.jpg" not in said["files"] and len(said["record"]) == 1
+    (lost,) = (one for one in said["missing"] if one["what"] == "run/photos/gone.jpg")
+    assert lost["lost"] is True and "leads out of the folder" in lost["why"]
+    words = command("bundle", "run", expect=3).words
+    assert "CHANGED" in words and "preflight.json was changed" in words
+
+
+def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(undecodable: Path) -> None:
+    """It is the one that others are to look at."""
+    del undecodable
+    said = result("bundle", "run", expect=3)
+    assert "report.html" in {one["what"] for one in said["missing"] if one["lost"]}
+    assert {"run/SD.bin", f"run/{CERTIFICATE}", "evaluation.json"} <= said["files"].keys()
+    again = result("reproduce", "run.tfsat.zip", expect=3)
+    assert (again["same"], again["complete"]) == (True, False)
+    assert again["compared"][0]["sentence"].startswith("The drop cannot be evaluated")
+
+
+def test_a_recording_by_itself_takes_what_lies_beside_it(quick: Path) -> None:
+    (quick / "SD.bin").rename(quick / "DROP0003.BIN")
+    said = result("bundle", "run/DROP0003.BIN")
+    assert said["bundle"] == "DROP0003.tfsat.zip" and said["name"] == "DROP0003"
+    assert {f"run/{CERTIFICATE}", "run/maneuver.toml", "run/preflight.json"} <= said["files"].keys()
+    assert said["left_out"] == {}, "that folder is not the drop's"
+
+
+def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
+    for name in (CERTIFICATE, "maneuver.toml"):
+        (run / name).rename(tmp_path / name)
+    said = result("bundle", "run", "--maneuver", "maneuver.toml", "--swarm")
+    assert said["evaluated"] | {"robot": None, "facility": None} == {
+        "recording": "run/SD.bin",
+        "maneuver": "maneuver/maneuver.toml",
+        "calibration": f"calibration/{CERTIFICATE}",
+        **dict.fromkeys(("robot", "facility", "video", "video_rate", "laser", "session")),
+        "masses": False,
+        "inertias": False,
+        "swarm": True,
+    }
+    assert result("reproduce", "run.tfsat.zip")["same"] is True
+
+
+def test_one_drop_at_a_time_and_nothing_of_others_is_overwritten(quick: Path) -> None:
+    assert "holds one" in command("bundle", "run", "run", expect=2).err
+    Path("run.tfsat.zip").write_text("something else")
+    assert "was not made by this command" in command("bundle", "run", expect=1).err
+    assert Path("run.tfsat.zip").read_text() == "something else"
+    command("bundle", "run", "--force")
+    command("bundle", "run")
+    assert "no file gone.toml" in command("bundle", "run", "--calibration", "gone.toml", expect=1).err
+    assert "'there/' is a folder" in command("bundle", "run", "--out", "there/", expect=2).err
+    assert sorted(path.name for path in Path().iterdir()) == ["run", "run.tfsat.zip"]
+    (quick / "SD.bin").unlink()
+    said = command("bundle", "run", expect=1)
+    assert "Nothing was bundled." in said.err and "evaluate" not in said.err
+    assert "tfsat-host bundle SD.bin" in command("bundle", "gone", expect=1).err
+
+
+def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
+    serial = bytes(8).hex()
+    (quick / "record.json").unlink()
+    (quick / "preflight.json").write_text(json.dumps({"boards": {"logger": {"serial": serial}}}))
+    change_headers(quick / "SD.bin", board_serial=list(OTHER))
+    of_preflight, of_certificate = result("bundle", "run", expect=3)["doubts"]
+    assert f"of logger {OTHER.hex()}, preflight.json of logger {serial}" in of_preflight
+    assert "the certificate of logger" in of_certificate
+    said = result("reproduce", "run.tfsat.zip", expect=3)
+    assert said["same"] is True and said["doubts"] == [of_preflight, of_certificate]
+    assert "DOUBTFUL" in command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
+
+
+def test_samples_that_were_lost_are_named(quick: Path) -> None:
+    said = command("bundle", "run")
+    assert "Recording run/SD.bin, complete:" in said.words and " 0 lost" in said.words
+    remove_blocks(quick / "SD.bin", 3.0, 3.5)
+    said = command("bundle", "run", expect=3)
+    assert "samples are lost" in said.words and " 0 lost" not in said.words
+
+
+def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
+    for name in ("truth.json", "truth.csv", "summary.json", "report.html"):
+        (quick / name).write_text("{}")
+    names = ("truth.json", "truth.csv", "summary.json", "report.html", "SD.bin")
+    lines = [f"{sha256_of(quick / name)}  {name}" for name in names]
+    (quick / ".tfsat-rehearsal").write_text("\n".join(["made by tfsat-host rehearse", *lines]) + "\n")
+    assert result("bundle", "run")["doubts"] == []
+    kept = ["run/report.html", "run/summary.json", "run/truth.json"]
+    assert result("reproduce", "run.tfsat.zip")["not_computed"] == [*kept[:2], "run/truth.csv", kept[2]]
+    words = command("reproduce", "run.tfsat.zip", "--out", "again").words
+    assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
+    (quick / "truth.json").write_text('{"edited": true}')
+    (quick / "summary.json").unlink()
+    (quick / "report.html").write_text("made again by report")
+    truth, summary = result("bundle", "run", expect=3)["doubts"]
+    assert truth == "truth.json was changed since the rehearsal left it."
+    assert summary == "summary.json is gone: the rehearsal left it."
+
+
+def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_path: Path) -> None:
+    (tmp_path / "secret.txt").write_text("of somebody else")
+    (quick / "outside.txt").symlink_to(tmp_path / "secret.txt")
+    (quick / "inside.txt").symlink_to("notes.txt")
+    (quick / "nowhere.txt").symlink_to("gone.txt")
+    (quick / "round.txt").symlink_to("round.txt")
+    (quick / "loop").symlink_to(".")
+    (quick / "note\u202etxt.md").write_text("which way?")  # else no `reproduce` would take the archive
+    os.mkfifo(quick / "pipe.txt")
+    said = result("bundle", "run")
+    left_out = said["left_out"]
+    assert left_out["outside.txt"] == f"is a link that leads out of the folder, to {tmp_path / 'secret.txt'}"
+    assert left_out["nowhere.txt"] == left_out["round.txt"] == "is a link that leads nowhere"
+    assert left_out["loop"] == "is a link to a folder"
+    assert left_out["pipe.txt"] == "is a pipe"
+    assert left_out["run/note\u202etxt.md"] == "its name holds a character that cannot be seen"
+    assert {"run/notes.txt", "run/inside.txt"} <= said["files"].keys()
+    assert not any("secret" in name or "outside" in name for name in said["files"])
+    assert "outside.txt is a link that leads out of the folder" in command("bundle", "run").words
+    command("reproduce", "run.tfsat.zip")
+
+
+@pytest.mark.parametrize("name", ["SD.bin", "maneuver.toml", CERTIFICATE])
+def test_a_file_that_counts_and_lies_elsewhere_has_to_be_named(
+    quick: Path, tmp_path: Path, name: str
+) -> None:
+    (quick / name).rename(tmp_path / f"other-{name}")
+    (quick / name).symlink_to(tmp_path / f"other-{name}")
+    said = command("bundle", "run", expect=1)
+    assert f"run/{name} is a link that leads out of the folder" in said.err.replace("\n", " ")
+    assert not Path("run.tfsat.zip").exists()
+    option = {"maneuver.toml": ("--maneuver",), CERTIFICATE: ("--calibration",)}.get(name)
+    given = ("run", *option, f"run/{name}") if option else (f"run/{name}",)
+    command("bundle", *given, "--out", "named.zip")
+
+
+def test_a_folder_with_a_long_name_makes_a_bundle_that_reproduces(quick: Path) -> None:
+    quick.rename("n" * 240)
+    assert result("bundle", "n" * 240, "--out", "a.zip")["name"] == "n" * 200
+    command("reproduce", "a.zip")
+
+
+def test_a_bundle_of_an_older_program_has_no_doubts(bundle: Path) -> None:
+    rewrite_json(bundle, "manifest.json", lambda manifest: manifest.pop("doubts"))
+    assert result("reproduce", bundle)["doubts"] == []
+
+
+@pytest.mark.parametrize(
+    ("manifest", "words"),
+    [({"format": 1}, "it has no made_by"), ([1], "it is no list of files"), ({}, "it has no format")],
+)
+def test_a_manifest_that_is_none_is_named_in_words(manifest: object, words: str) -> None:
+    with pytest.raises(BundleError) as caught:
+        parse_manifest(json.dumps(manifest).encode(), "a.zip")
+    assert caught.value.what == f"The manifest of a.zip cannot be understood: {words}."

@@ -1,0 +1,21 @@
+"""A campaign, and drops that could come into it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.evaluation.run_folder import run_folder
+from tests.run.bundle.commands import command, keep_evaluations
+
+
+@pytest.fixture
+def camp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty campaign next to three runs."""
+    keep_evaluations(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    for seed in (1, 2, 3):
+        run_folder(tmp_path / f"run{seed}", seed)
+    command("campaign", "init", "camp")
+    return tmp_path / "camp"

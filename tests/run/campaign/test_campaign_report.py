@@ -1,0 +1,203 @@
+"""`campaign report` lays drops over each other, keeps robots apart, and leaves out what is not as it came."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from shutil import copyfile
+
+import pytest
+
+from tests.evaluation.commanded import evaluate
+from tests.evaluation.run_folder import CERTIFICATE, change_headers, on_other_logger, run_folder
+from tests.run.bundle.commands import command, result
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.evaluation.com_fit import cross_validation
+from tfsat_host.present.output import Output
+from tfsat_host.robot import RobotModel, find_robot
+from tfsat_host.run import drop_evaluation as one_run
+from tfsat_host.run.drop_evaluation import EvaluatedRun
+from tfsat_host.run.files import EvaluationOptions
+from tfsat_host.run.record import sign
+
+OTHER = bytes.fromhex("00c0ffee00c0ffee")
+
+
+def added(*runs: str) -> None:
+    for run in runs:
+        command("campaign", "add", "camp", run)
+
+
+def test_robots_are_compared_by_themselves(camp: Path) -> None:
+    on_other_logger(Path("run3"), OTHER)
+    added("run1", "run3", "run2")
+    said = command("campaign", "report", "camp")
+    first, other = said.result["comparisons"]
+    assert (first["drops"], other["drops"]) == ([1, 3], [2])
+    assert first["comparison"]["agreement"]["agree"] is True and other["comparison"] is None
+    assert other["logger_serial"] == OTHER.hex() != first["logger_serial"]
+    assert "2 robots or robot files: none is combined with those of another" in said.words
+    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in said.words
+
+
+def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    added("run1", "run2")
+    monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
+    assert "contradict each other" in command("campaign", "report", "camp", expect=3).words
+
+
+def test_a_drop_with_an_edited_robot_is_named_and_left_out(camp: Path) -> None:
+    for run in ("run1", "run2", "run3"):
+        copyfile(find_robot(None), Path(run) / "robot.toml")
+    added("run1", "run2", "run3")
+    edited = camp / "drop-0002" / "robot.toml"
+    edited.write_text(edited.read_text() + "# mended\n")
+    said = result("campaign", "report", "camp", expect=3)
+    assert [drop["evaluation"] is None for drop in said["drops"]] == [False, True, False]
+    assert "robot.toml was changed" in said["drops"][1]["error"]["what"]
+    assert [one["drops"] for one in said["comparisons"]] == [[1, 3]]
+    edited.write_text("no TOML")
+    assert "Drop 2 cannot be evaluated" in command("campaign", "report", "camp", expect=3).words
+
+
+def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> None:
+    text = find_robot(None).read_text()
+    for run in ("run1", "run2", "run3"):
+        (Path(run) / "robot.toml").write_text(text + ("# measured again\n" if run == "run3" else ""))
+    added("run1", "run2", "run3")
+    said = command("campaign", "report", "camp")
+    assert [one["drops"] for one in said.result["comparisons"]] == [[1, 2], [3]]
+    assert "robot file" in said.words
+
+
+def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
+    Path("run1/preflight.json").write_text('{"verdict": "go"}\n')
+    added("run1", "run2")
+    for number in (1, 2):
+        folder = camp / f"drop-000{number}"
+        (folder / "preflight.json").write_text('{"verdict": "no-go"}\n')
+        sign(
+            folder,
+            [folder / "preflight.json"],
+            "tfsat-host preflight: NO-GO",
+            datetime(2026, 2, 1, tzinfo=UTC),
+        )
+    first, second = result("campaign", "list", "camp", expect=3)["drops"]
+    assert any("preflight.json was changed" in change for change in first["changes"])
+    assert any("after it was closed: tfsat-host preflight: NO-GO" in change for change in second["changes"])
+
+
+def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
+    command("campaign", "add", "camp", "run1")
+    command("campaign", "add", "camp", "run2", "--note", "the second")
+    done = command("campaign", "report", "camp")
+    said, words = done.result, done.words
+    assert said["report"] == "camp/report.html"
+    assert [drop["number"] for drop in said["drops"]] == [1, 2]
+    turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in said["drops"]]
+    assert turned_deg == pytest.approx([25.7, 25.7], abs=0.3)
+    (compared,) = said["comparisons"]
+    assert (compared["robot"], compared["drops"]) == ("emulated", [1, 2]), "no robot fell"
+    assert (
+        len(compared["comparison"]["cross_validation"]) == 2 and compared["comparison"]["agreement"]["agree"]
+    )
+    page = (camp / "report.html").read_text()
+    assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
+    assert (
+        "the second" in words
+        and "Correction of the model, by all drops together" in words
+        and "camp/report.html" in words
+    )
+    assert result("campaign", "list", "camp")["findings"] == []
+    assert all(drop["changes"] == [] for drop in result("campaign", "list", "camp")["drops"])
+    (camp / "report.html").write_text("somebody's own")
+    assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
+
+
+def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
+    run_folder(Path("run4"), 4)
+    for seed in (1, 2):
+        fell(Path(f"run{seed}"))
+    for number, seed in enumerate((1, 3, 2, 4), 1):
+        said = command("campaign", "add", "camp", f"run{seed}")
+        assert ("EMULATED: no robot fell" in said.words) == (seed > 2), number
+    listed = result("campaign", "list", "camp")["drops"]
+    assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
+    said = command("campaign", "report", "camp")
+    assert [one["robot"] for one in said.result["comparisons"]] == ["real", "emulated"]
+    for one, numbers in zip(said.result["comparisons"], ((1, 3), (2, 4)), strict=True):
+        assert one["drops"] == list(numbers)
+        drops = [left["drop"] for left in one["comparison"]["cross_validation"]]
+        assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
+            True,
+            True,
+        ]
+    page = (camp / "report.html").read_text()
+    assert '"name":"drop-0001"' in page and '"name":"drop-0002 (emulated)"' in page
+    for title in (
+        "Correction of the model, by all drops together",
+        "Each drop by the corrections of the others",
+    ):
+        assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
+    assert "The drops of the real robot together:" in said.words
+    assert "The drops of the emulated robot together:" in said.words
+    mixed = evaluate("run1", "run3")
+    assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
+    assert re.search(r"all drops +drop 1 +drop 3 ", said.out) and re.search(
+        r"all drops +drop 2 +drop 4 ", said.out
+    )
+
+
+def fell(run: Path) -> None:
+    """The same as if a robot had recorded it."""
+    change_headers(run / "SD.bin", image_crc=0xC0FFEE)
+    certificate = run / CERTIFICATE
+    emulated = read_calibration(certificate)
+    real = replace(emulated, subject=replace(emulated.subject, emulated=False), drawn=())
+    (run / "calibration.toml").write_text(format_calibration(real), encoding="utf-8")
+    certificate.unlink()
+
+
+def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
+    camp: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command("campaign", "add", "camp", "run1")
+    command("campaign", "add", "camp", "run2")
+    evaluate_run = one_run.evaluate_run
+
+    def breaks(place: Path, options: EvaluationOptions, robot: RobotModel, out: Output) -> EvaluatedRun:
+        if "drop-0001" in str(place):
+            raise IndexError("index 3 is out of bounds")
+        return evaluate_run(place, options, robot, out)
+
+    monkeypatch.setattr(one_run, "evaluate_run", breaks)
+    monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
+    said = command("campaign", "report", "camp", expect=3)
+    assert "Drop 1 cannot be evaluated: IndexError" in said.words
+    page = (camp / "report.html").read_text()
+    assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002 (emulated)"' in page
+    (kept,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()
+    assert "index 3 is out of bounds" in kept.read_text() and kept.name in said.words
+
+
+def test_a_recording_that_ends_at_the_release_is_left_out_by_name(camp: Path) -> None:
+    data = Path("run1/SD.bin").read_bytes()
+    cut = next(
+        at for at in range(len(data) // 1024 * 512, 512, -512) if _samples_after_release(data[:at]) == 0
+    )
+    Path("run1/SD.bin").write_bytes(data[:cut])
+    command("campaign", "add", "camp", "run1", expect=3)
+    command("campaign", "add", "camp", "run2")
+    said = result("campaign", "report", "camp", expect=3)
+    assert [drop["evaluation"] is None for drop in said["drops"]] == [True, False]
+    assert "drop-0001 could not be evaluated" in (camp / "report.html").read_text()
+
+
+def _samples_after_release(data: bytes) -> int:
+    from tfsat_host.sdlog.load import load
+
+    Path("cut.bin").write_bytes(data)
+    log = load("cut.bin")
+    return 0 if log.release_us is None else int((log.t_us > log.release_us).sum())

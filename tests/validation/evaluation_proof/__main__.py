@@ -1,0 +1,86 @@
+"""`make evaluation-report`: evaluates emulated drops and writes docs/evaluation-proof.md and its tables."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from tests.paths import DOCS
+from tests.validation.evaluation_proof.campaign import Proof, mismatched, prove
+from tests.validation.evaluation_proof.causes import CAUSES, one_cause
+from tests.validation.evaluation_proof.learning import FIRST_SEED, robot
+from tests.validation.evaluation_proof.learning import ROBOTS as TAUGHT
+from tests.validation.evaluation_proof.mismatch_page import summaries
+from tests.validation.evaluation_proof.mismatches import DROPS, ROWS, Judged, seeds_of
+from tests.validation.evaluation_proof.page import files
+from tests.validation.evaluation_proof.summary import judged
+from tests.validation.provenance import seal
+from tfsat_host.emulated.build import ensure_built
+
+ROBOTS = 20
+PROCESSES = 2
+
+
+def one(seed: int) -> tuple[int, Proof]:
+    """Proves one robot."""
+    return seed, prove(seed)
+
+
+def of_row(drop: tuple[str, int]) -> Judged:
+    """One drop of a robot or of sensors that are not as filed."""
+    return mismatched(*drop)
+
+
+def main() -> int:
+    """Writes the page; 1 if a target is missed."""
+    parser = argparse.ArgumentParser(prog="make evaluation-report", description=__doc__)
+    parser.add_argument("--robots", type=int, default=ROBOTS, help="how many, from number 1")
+    parser.add_argument(
+        "--drops", type=int, default=DROPS, help="of each row of what is not as filed, and of each cause"
+    )
+    parser.add_argument(
+        "--taught", type=int, default=TAUGHT, help="robots dropped with the maneuver that learns"
+    )
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page and its tables")
+    arguments = parser.parse_args()
+    ensure_built(progress=print)
+    proved = seal("evaluation-proof")
+    seeds = range(1, arguments.robots + 1)
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        shown = Console(stderr=True)
+        wrong = [(row.name, seed) for row in ROWS for seed in seeds_of(row, arguments.drops)]
+        drops = list(track(pool.map(of_row, wrong), "mismatches", total=len(wrong), console=shown))
+        proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=shown))
+        causes = dict(
+            track(
+                pool.map(partial(one_cause, drops=arguments.drops), CAUSES),
+                "causes",
+                total=len(CAUSES),
+                console=shown,
+            )
+        )
+        taught = range(FIRST_SEED, FIRST_SEED + arguments.taught)
+        lessons = list(track(pool.map(robot, taught), "lessons", total=len(taught), console=shown))
+    rows = {row.name: drops[k * arguments.drops :][: arguments.drops] for k, row in enumerate(ROWS)}
+    for name, text in files(proofs, rows, causes, lessons).items():
+        place = arguments.out / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text + (proved if name.endswith(".md") else ""), encoding="utf-8")
+    targets = judged(proofs)
+    for target in targets:
+        print(f"{target.what}: {target.found} of {target.wanted}: {'good' if target.met else 'MISSED'}")
+    judgement = summaries(rows)
+    for row in judgement:
+        print(f"{row.row.name}: {'good' if row.met else 'MISSED'}")
+    print(f"{arguments.out}/evaluation-proof.md and its tables are written.")
+    return 0 if all(target.met for target in targets) and all(row.met for row in judgement) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

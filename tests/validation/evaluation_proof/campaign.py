@@ -1,0 +1,90 @@
+"""Everything of one robot, kept on disk: a campaign that was stopped goes on where it was."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from tests.paths import REPOSITORY
+from tests.validation.calibration_proof.robots import Errors
+from tests.validation.evaluation_proof.flights import (
+    BODIES,
+    Flight,
+    drops_of,
+    flights_of,
+    with_dead_gyro,
+    without_calibration,
+)
+from tests.validation.evaluation_proof.mismatches import ROWS, Judged, judged
+from tests.validation.evaluation_proof.paper_setting import Replay, replays_of
+from tests.validation.evaluation_proof.robots import robot_of
+from tests.validation.sources import code_sha256
+
+KEPT = REPOSITORY / "build" / "evaluation-proof"
+DEAF_ROBOTS = 20
+"""So many robots fly once more with each of their gyros dead."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """What came of one robot.
+
+    Attributes:
+        flights: By low-pass.
+        bare: By low-pass, its drops evaluated without any calibration.
+        deaf: Its drop at 42 Hz with the gyro of each body (1 to 4) dead; empty for most robots.
+        replays: In the paper's way.
+    """
+
+    flights: Mapping[str, Flight]
+    bare: Mapping[str, Mapping[str, Errors]]
+    deaf: Mapping[int, Mapping[str, Errors]]
+    replays: Mapping[str, Replay]
+
+
+def prove(seed: int) -> Proof:
+    """Calibrates a robot, drops it, and evaluates; half a minute, or none if that was done before."""
+    found: Proof = kept(f"proof-{seed}", "tests.validation.evaluation_proof.campaign", lambda: _proven(seed))
+    return found
+
+
+def mismatched(row: str, seed: int) -> Judged:
+    """One drop of a robot or of sensors that are not as filed, or what it was before."""
+    (flown,) = (one for one in ROWS if one.name == row)
+    module = "tests.validation.evaluation_proof.mismatches"
+    found: Judged = kept(f"mismatch-{ROWS.index(flown)}-{seed}", module, lambda: judged(flown, seed))
+    return found
+
+
+def _proven(seed: int) -> Proof:
+    robot = kept(f"robot-{seed}", "tests.validation.evaluation_proof.robots", lambda: robot_of(seed))
+    drops = drops_of(robot)
+    bodies = BODIES if seed <= DEAF_ROBOTS else ()
+    return Proof(
+        flights_of(robot, drops),
+        {low_pass: without_calibration(robot, one) for low_pass, one in drops.items()},
+        {body: with_dead_gyro(robot, drops["42 Hz"], body) for body in bodies},
+        replays_of(robot, drops["5 Hz"]),
+    )
+
+
+def kept(name: str, module: str, made: Callable[[], Any]) -> Any:
+    """What the same code, that a module imports, made before, or else is made now."""
+    file = KEPT / _code_of(module) / f"{name}.pickle"
+    if file.exists():
+        return pickle.loads(file.read_bytes())
+    found = made()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_suffix(".part")
+    part.write_bytes(pickle.dumps(found))
+    part.replace(file)
+    return found
+
+
+@cache
+def _code_of(module: str) -> str:
+    """As this process found it first."""
+    return code_sha256(module)[:16]

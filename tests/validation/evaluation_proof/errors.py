@@ -1,0 +1,100 @@
+"""How far an evaluation is from the truth, number by number, next to how far it says that it may be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tests.evaluation.drops import Drop
+from tests.validation.calibration_proof.robots import Errors
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.motion.attitude import BodyMotion
+from tfsat_host.evaluation.motion.motion import quiet_samples
+from tfsat_host.evaluation.strokes import WINDOW, FlownStroke
+
+LABELS = {
+    "reorientation of body 1": ("",),
+    "reorientation of bodies 2 to 4": ("body 2", "body 3", "body 4"),
+    "final attitude of body 1": tuple("xyz"),
+    "initial rate": tuple(f"body {body} {axis}" for body in range(1, 5) for axis in "xyz"),
+    "joint angle": tuple(
+        f"joint {joint} {when}" for joint in range(1, 4) for when in ("at first", "at last")
+    ),
+    "stroke": tuple(f"stroke {stroke}" for stroke in range(1, 5)),
+    "CoM": tuple(f"body {body} {axis}" for body in range(1, 4) for axis in "xyz"),
+    "measured less predicted": tuple("zyx"),
+}
+"""What each value of a quantity is of. The last is the attitude of body 1 next to that of the corrected model."""
+BODY_2_Z = 5
+"""Of the nine offsets, the one that the data tell worst."""
+_RATES = 20
+"""Where the rates begin in a row of truth."""
+
+
+def errors_of(drop: Drop, found: Evaluation) -> dict[str, Errors]:
+    """Against the hidden truth: deg, deg/s, and mm of the centers of mass."""
+    bodies, fit = found.motion.bodies, found.explained.fit
+    after = found.explained.after.error
+    turned = [_reorientation(drop, number, body) for number, body in enumerate(bodies, 1)]
+    return {
+        "reorientation of body 1": joined(turned[:1]),
+        "reorientation of bodies 2 to 4": joined(turned[1:]),
+        "final attitude of body 1": _attitude(drop, bodies[0]),
+        "initial rate": _initial_rates(drop, found),
+        "joint angle": _joint_angles(drop, found),
+        "stroke": joined([_stroke(drop, stroke, found.strokes) for stroke in found.strokes]),
+        "CoM": Errors(fit.values[:9] - drop.true_com_offsets_mm, fit.std[:9]),
+        "measured less predicted": Errors(np.rad2deg(after.final_rad), np.rad2deg(after.std_rad[-1])),
+    }
+
+
+def joined(parts: Iterable[Errors]) -> Errors:
+    """One after the other."""
+    ones = list(parts)
+    return Errors(np.concatenate([one.error for one in ones]), np.concatenate([one.std for one in ones]))
+
+
+def _reorientation(drop: Drop, number: int, body: BodyMotion) -> Errors:
+    angle, std = body.reorientation_rad()
+    true = drop.true_turn(number, body.t_s[0], body.t_s[-1]).magnitude()
+    return Errors(np.rad2deg([angle - true]), np.rad2deg([std]))
+
+
+def _attitude(drop: Drop, body: BodyMotion) -> Errors:
+    true = drop.true_turn(1, body.t_s[0], body.t_s[-1])
+    last: Rotation = body.attitude[-1]
+    return Errors(
+        np.rad2deg((last * true.inv()).as_rotvec()), np.rad2deg(np.sqrt(np.diag(body.covariance())))
+    )
+
+
+def _initial_rates(drop: Drop, found: Evaluation) -> Errors:
+    """Next to the mean of the true rates over the same time."""
+    t_s = found.motion.bodies[0].t_s
+    quiet = t_s[quiet_samples(t_s, float(found.strokes[0].logged_s))]
+    rows = (drop.truth[:, 0] >= quiet[0]) & (drop.truth[:, 0] <= quiet[-1])
+    true = drop.truth[rows, _RATES:].mean(axis=0)
+    rate = np.concatenate([one.rate_rad_s for one in found.initial_rates])
+    std = np.concatenate([one.std_rad_s for one in found.initial_rates])
+    return Errors(np.rad2deg(rate - true), np.rad2deg(std))
+
+
+def _joint_angles(drop: Drop, found: Evaluation) -> Errors:
+    """At the first sample of the fall and at the last."""
+    motion = found.motion
+    ends = [int(np.searchsorted(motion.t_s, 0.0)), len(motion.t_s) - 1]
+    error = motion.angles_rad - drop.true_angles_rad(motion.t_s)
+    std = np.column_stack([joint.std_rad() for joint in motion.joints])
+    return Errors(np.rad2deg(error[ends].T.ravel()), np.rad2deg(std[ends].T.ravel()))
+
+
+def _stroke(drop: Drop, stroke: FlownStroke, strokes: tuple[FlownStroke, ...]) -> Errors:
+    """Next to the true change from just before the stroke to just before its joint's next, or the end."""
+    later = [one.logged_s for one in strokes if one.joint == stroke.joint and one.number > stroke.number]
+    half_window_s = 0.5 * WINDOW / 280.0
+    until_s = min([*later, float(drop.landed_s) - 0.05])
+    times = np.array([stroke.logged_s, until_s]) - half_window_s
+    before, after = drop.true_angles_rad(times)[:, stroke.joint - 1]
+    return Errors(np.rad2deg([stroke.size_rad - (after - before)]), np.rad2deg([stroke.size_std_rad]))

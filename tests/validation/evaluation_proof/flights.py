@@ -1,0 +1,136 @@
+"""The drops of one robot, and what each evaluation of them was worth."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, drop
+from tests.validation.calibration_proof.robots import Errors
+from tests.validation.evaluation_proof.errors import errors_of
+from tests.validation.evaluation_proof.objective import least_of_objective
+from tests.validation.evaluation_proof.robots import Robot
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
+from tfsat_host.evaluation.com_fit.prediction import Sides
+from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.robot import RobotModel
+
+LOW_PASSES = {"42 Hz": DLPF_42_HZ, "5 Hz": DLPF_5_HZ}
+RATE_STD_DEG_S = 0.7
+BODIES = (1, 2, 3, 4)
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Measured less predicted attitude of body 1, norms in deg: at the end, and root mean square over the fall."""
+
+    final_deg: float
+    rms_deg: float
+
+    @classmethod
+    def of(cls, sides: Sides) -> Difference:
+        return cls(float(np.rad2deg(sides.error.final_norm_rad)), float(np.rad2deg(sides.error.rms_rad)))
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """One drop of the campaign.
+
+    Attributes:
+        errors: By the names in `LABELS`.
+        excess: Of the fit.
+        before: The model as its file has it.
+        after: The model corrected by this drop.
+        crossed: The model corrected by the robot's other drop.
+        swarm_mm: (9,) error of the paper's swarm, the best of its searches.
+        swarm_spread_mm: (9,) standard deviation of what its searches found.
+        least_mm: (9,) error of where the swarm's objective is really least.
+    """
+
+    errors: Mapping[str, Errors]
+    excess: float
+    before: Difference
+    after: Difference
+    crossed: Difference
+    swarm_mm: FloatArray
+    swarm_spread_mm: FloatArray
+    least_mm: FloatArray
+
+
+def dropped(
+    robot: Robot, flown: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
+) -> Drop:
+    """One drop; `number` tells those of a robot apart.
+
+    Args:
+        robot: Whose sensors.
+        flown: What flies.
+        number: For noise and, where they are not given, initial rates.
+        dlpf_cfg: Setting of the gyros' low-pass.
+        rate_rad_s: (3,) of the base at the release.
+    """
+    random = np.random.default_rng([robot.seed, number])
+    rates = np.deg2rad(RATE_STD_DEG_S) * random.standard_normal(3) if rate_rad_s is None else rate_rad_s
+    with tempfile.TemporaryDirectory() as folder:
+        return drop(
+            Path(folder),
+            robot.model,
+            flown,
+            robot.truth,
+            seed=1000 * number + robot.seed,
+            dlpf_cfg=dlpf_cfg,
+            rate_rad_s=tuple(rates.tolist()),
+        )
+
+
+def drops_of(robot: Robot) -> dict[str, Drop]:
+    """One at each low-pass."""
+    return {
+        name: dropped(robot, robot.flown, number, dlpf_cfg)
+        for number, (name, dlpf_cfg) in enumerate(LOW_PASSES.items())
+    }
+
+
+def flights_of(robot: Robot, drops: Mapping[str, Drop]) -> dict[str, Flight]:
+    """Each drop evaluated with the robot's calibration."""
+    found = {
+        name: evaluate(one.log, robot.model, robot.calibration, one.schedule) for name, one in drops.items()
+    }
+    first, second = found
+    return {
+        name: _flight(drops[name], found[name], found[other])
+        for name, other in ((first, second), (second, first))
+    }
+
+
+def _flight(one: Drop, found: Evaluation, other: Evaluation) -> Flight:
+    explained = found.explained
+    swarm = swarm_fit(explained.fit, explained.driven.flown)
+    return Flight(
+        errors_of(one, found),
+        explained.fit.excess,
+        Difference.of(explained.before),
+        Difference.of(explained.after),
+        Difference.of(explained.driven.with_offsets(other.explained.fit.values)),
+        swarm.values - one.true_com_offsets_mm,
+        swarm.spread,
+        least_of_objective(explained.driven, swarm.values) - one.true_com_offsets_mm,
+    )
+
+
+def without_calibration(robot: Robot, one: Drop) -> dict[str, Errors]:
+    """The same drop, had nobody ever calibrated a sensor."""
+    return errors_of(one, evaluate(one.log, robot.model, None, one.schedule))
+
+
+def with_dead_gyro(robot: Robot, one: Drop, body: int) -> dict[str, Errors]:
+    """The same drop, had the IMU of a body (1 to 4) not answered at all."""
+    valid = one.log.imu_valid.copy()
+    valid[:, body - 1] = False
+    deaf = replace(one.log, imu_valid=valid)
+    return errors_of(one, evaluate(deaf, robot.model, robot.calibration, one.schedule))

@@ -1,0 +1,101 @@
+"""Drops of robots and sensors that are not as filed, judged by their truth: a few of `make evaluation-report`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import few_of
+from tests.validation.calibration_proof.robots import Errors
+from tests.validation.evaluation_proof.learning import FIRST_SEED, Lesson, learning_csv, learning_page
+from tests.validation.evaluation_proof.mismatch_page import mismatch_tables, section, summary
+from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, judged, seeds_of
+from tests.validation.evaluation_proof.tables import COVERED
+
+BY_NAME = {row.name: row for row in ROWS}
+FEW = ("nothing", "masses 5 %")
+NOTHING, MASSES, SENSORS = BY_NAME["nothing"], BY_NAME["masses 5 %"], BY_NAME["an IMU 2 ms late"]
+
+
+@pytest.mark.parametrize("row", few_of(*(BY_NAME[name] for name in FEW), *ROWS, least=len(FEW)))
+def test_what_is_called_good_holds(row: Row) -> None:
+    found = judged(row, seeds_of(row)[0])
+    assert not (found.good and found.worst > 4.5)
+    assert not (found.failed and (found.good or found.worth == "to be made"))
+    if row.of_model:
+        assert not {"attitudes", "strokes"} & {*found.withheld}
+    if row.right:
+        assert not found.withheld
+
+
+def test_a_bias_that_steps_is_in_all_that_sensors_tell() -> None:
+    """Even where nothing but the evidence of the whole drop shows it."""
+    row = BY_NAME["a bias steps 0.3 deg/s in the fall"]
+    found = judged(row, seeds_of(row)[8])
+    assert found.failed == ("as filed and certified",)
+    assert {*found.withheld} == {"attitudes", "rates", "strokes", "offsets"}
+
+
+def test_axes_that_lean_by_more_than_filed_widen_what_rests_on_them() -> None:
+    row = BY_NAME["hinge axes 1 deg"]
+    found = judged(row, seeds_of(row)[2])
+    assert "gyros of bodies 1 and 2" in found.failed
+    assert not found.withheld and found.widening > 1.0 and found.worst < 4.0 and not found.good
+
+
+def made(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
+    """Errors so many times as wide as stated."""
+    random = np.random.default_rng(1)
+    errors = [
+        {name: Errors(times * random.standard_normal(3), np.ones(3)) for name in PROTECTED}
+        for _ in range(count)
+    ]
+    return [replace(Judged(one, (), False, "to be made", (), 1.0), **changed) for one in errors]  # type: ignore[arg-type]
+
+
+def test_right_intervals_are_told_from_wrong_ones() -> None:
+    right = summary(NOTHING, made(100))
+    assert right.met and COVERED[0] < right.hold < COVERED[1] and not right.off
+    for wrong in (made(100, 2.0), made(100, 0.3)):
+        assert not summary(NOTHING, wrong).met
+    assert summary(SENSORS, made(100, 2.0)).off == tuple(PROTECTED)
+
+
+def test_good_is_said_of_numbers_that_hold_alone() -> None:
+    off = {"CoM": Errors(np.array([5.0]), np.ones(1))}
+    first, *others = made(100)
+    far = replace(first, errors={**first.errors, **off})
+    assert summary(NOTHING, [*others, far]).met
+    wrong = summary(NOTHING, [*others, replace(far, good=True)])
+    assert wrong.wrong == 1 and not wrong.met
+
+
+def test_withholding_everything_is_no_answer() -> None:
+    few, many = made(95) + made(5, withheld=("offsets",)), made(94) + made(6, withheld=("offsets",))
+    assert summary(NOTHING, few).met and not summary(NOTHING, many).met
+    assert summary(MASSES, many).met
+    assert not summary(MASSES, made(99) + made(1, withheld=("strokes",))).met
+    nothing_given = summary(SENSORS, made(30, withheld=tuple({*PROTECTED.values()}), errors={}))
+    assert nothing_given.met and np.isnan(nothing_given.hold)
+
+
+def test_lessons_are_told_maneuver_by_maneuver() -> None:
+    errors = {
+        "59/70": Errors(np.full(9, 2.0), np.ones(9)),
+        "to learn: other": Errors(np.full(9, 0.5), np.ones(9)),
+    }
+    page, rows = learning_page([Lesson(errors)] * 3), learning_csv([Lesson(errors)] * 3).splitlines()
+    assert "3 hidden robots" in page
+    assert "| 59/70 | 2.0000 | 2.0000 | 1.0000 | 2.00 | 0.0 % |" in page
+    assert "| other | 0.5000 | 0.5000 | 1.0000 | 0.50 | 100.0 % |" in page
+    assert rows[1:] == [f"{seed},2.000,1.000,0.500,1.000" for seed in range(FIRST_SEED, FIRST_SEED + 3)]
+
+
+def test_the_section_has_a_row_each_and_its_tables_one_a_drop() -> None:
+    drops = {row.name: made(3) for row in ROWS}
+    assert all(f"| {row.name} | 0 | 3 | none |" in section(drops) for row in ROWS)
+    tables = mismatch_tables(drops)
+    assert tables["mismatches"].count("\n") == 1 + len(ROWS)
+    assert tables["mismatch-drops"].count("\n") == 1 + 3 * len(ROWS)

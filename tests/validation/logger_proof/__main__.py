@@ -1,0 +1,51 @@
+"""`make logger-report`: all campaigns on both machines, then docs/logger-proof.md and its tables."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+
+from tests.validation.campaign import Campaign, Progress, run_campaigns, write_proof
+from tests.validation.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
+from tests.validation.logger_proof.campaign import RATES_HZ, SEEDS, runs
+from tests.validation.logger_proof.m7 import BATCH, FULL_SEEDS, compare, count_instructions
+from tests.validation.logger_proof.measurements import (
+    SPARES,
+    measure_offsets,
+    measure_spare,
+    run_glitches,
+    shared,
+)
+from tests.validation.logger_proof.page import files
+
+
+def campaigns(folder: Path) -> list[Campaign]:
+    """Builds what they run, in this folder."""
+    pc, m7 = build_for_pc(folder / "pc"), build_for_m7(folder / "m7")
+    counting = build_for_m7(folder / "instructions", INSTRUCTIONS)
+    processor = shared(folder)
+    return [
+        runs(pc, SEEDS),
+        Campaign("twins", "the same bytes from the PC and the Cortex-M7",
+                 [partial(compare, pc, m7, count=BATCH)] * (FULL_SEEDS // BATCH), 0, BATCH),
+        Campaign("instructions", "at most a tenth of the processor",
+                 [partial(count_instructions, counting, rate_hz) for rate_hz in RATES_HZ]),
+        Campaign("failed-transfers", "no more than the sample that was hit",
+                 [partial(run_glitches, folder / "glitches", RATES_HZ)]),
+        Campaign("read-times", "each IMU is read when the log says, within 0.1 ms",
+                 [partial(measure_offsets, folder / "offsets")]),
+        Campaign("shared-processor", "no sample is dropped",
+                 [partial(measure_spare, processor, *one) for one in SPARES]),
+    ]  # fmt: skip
+
+
+def prove(folder: Path, progress: Progress) -> dict[str, str]:
+    """Builds, runs everything, and returns the page and its tables. Raises Broken, BuildError."""
+    progress("building")
+    declared = campaigns(folder)
+    return files(run_campaigns(declared, progress), declared)
+
+
+if __name__ == "__main__":
+    sys.exit(write_proof("logger", prove))

@@ -1,0 +1,178 @@
+"""What the campaign does not show, on emulated buses and boards that take their time.
+
+One failed transfer with an IMU; how much later than the sample's time each IMU is read; blocks of RAM to spare while a
+file is filled with zeros, where sampling and the card share the processor.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
+
+from tests.evaluation.drops import Drop, drop
+from tests.fixtures.cpp.compiling import EMULATOR_SOURCES, build_program, compile_objects, compiler, run
+from tests.validation.campaign import Broken
+from tests.validation.logger_proof.building import BOARD, PORTABLE, SOURCES
+from tfsat_host.emulated.imperfections import ideal
+from tfsat_host.robot import load_robot
+
+
+class Glitches(NamedTuple):
+    """Of one kind at one rate.
+
+    Attributes:
+        kind: `nack` or `timeout`.
+        rate_hz: Sampling rate; the buses run at 400 kHz.
+        times: How many.
+        lost, most: Samples of the struck IMU that they cost, in all and at most by one of them.
+        others: Samples of the other IMUs that they cost.
+    """
+
+    kind: str
+    rate_hz: int
+    times: int
+    lost: int
+    most: int
+    others: int
+
+
+def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
+    """Of both kinds at each rate. Raises Broken if one costs more than the sample that it hit."""
+    program = _built(folder)
+    found = []
+    for rate_hz in rates_hz:
+        said = subprocess.run([program, str(rate_hz)], capture_output=True, text=True, check=True).stdout
+        for line in said.splitlines():
+            kind, *numbers = line.split()
+            found.append(Glitches(kind, rate_hz, *map(int, numbers)))
+    for one in found:
+        if one.most > 1 or one.others:
+            raise Broken(
+                f"one {one.kind} costs {one.most} samples at {one.rate_hz} Hz, and others {one.others}"
+            )
+    return found
+
+
+def _built(folder: Path) -> Path:
+    sources = [BOARD / "glitches.cpp"]
+    sources += [SOURCES / "core" / f"{name}.cpp" for name in ("settings", "mpu6050", "sampler")]
+    sources += [EMULATOR_SOURCES / "sensors" / f"{name}.cpp" for name in ("mpu6050", "low_pass")]
+    folder.mkdir(parents=True, exist_ok=True)
+    return build_program(sources, folder / "glitches")
+
+
+BUSES_KHZ = (400, 100)
+FALL_S = (0.3, 2.2)
+"""After the release: strokes, and nothing of the landing."""
+MOST_DELAY_S = 0.02
+MOST_OFF_US = 100
+"""A chip renews its registers each 1000 us, and 280 Hz meets seven phases of that, 143 us apart."""
+
+
+class Offset(NamedTuple):
+    """Of one IMU at one clock of the buses.
+
+    Attributes:
+        logged_us: By the log's header.
+        measured_us: By how much earlier than IMU 1's its readings show the motion, as they stand in their samples.
+    """
+
+    bus_khz: int
+    imu: int
+    logged_us: int
+    measured_us: float
+
+
+def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> list[Offset]:
+    """Of all IMUs at each clock. Raises Broken if the log tells another one."""
+    found = []
+    model = load_robot()
+    for bus_khz in buses_khz:
+        one = drop(folder / str(bus_khz), model, model, ideal(), seed=1, bus_khz=bus_khz)
+        delays_us = [1e6 * _delay_s(one, body) for body in range(4)]
+        for i, logged_us in enumerate(one.log.header.imu_offset_us):
+            found.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
+    for offset in found:
+        if abs(offset.logged_us - offset.measured_us) > MOST_OFF_US:
+            raise Broken(
+                f"IMU {offset.imu} is read {offset.measured_us:.0f} us after the sample's time, "
+                f"the log says {offset.logged_us}, at {offset.bus_khz} kHz"
+            )
+    return found
+
+
+def _delay_s(one: Drop, body: int) -> float:
+    """From the true angular speed to the one that a body's gyro shows, the low-pass and half a reading's age in it."""
+    true_s = one.truth[:, 0]
+    attitudes = Rotation.from_quat(one.truth[:, 4 + 4 * body : 8 + 4 * body])
+    speeds = (attitudes[:-1].inv() * attitudes[1:]).magnitude() / np.diff(true_s)
+    middles_s = (true_s[:-1] + true_s[1:]) / 2
+    rows = (one.log.t_s > FALL_S[0]) & (one.log.t_s < FALL_S[1])
+    t_s, shown = one.log.t_s[rows], np.linalg.norm(one.log.rate_rad_s[rows, body], axis=1)
+
+    def off(delay_s: float) -> float:
+        return float(np.sum((shown - np.interp(t_s - delay_s, middles_s, speeds)) ** 2))
+
+    found = minimize_scalar(off, bounds=(0.0, MOST_DELAY_S), method="bounded", options={"xatol": 1e-7})
+    return float(found.x)
+
+
+SPARES = list(product((280, 850, 900, 1000), (20_700, 23_000, 30_000), (0, 100)))
+"""Rates; ns of the processor for a block: the clock's limit, SdFat's maintainer's figure, a dear one; writes of which
+one stalls."""
+RUN_LIMIT_S = 300
+_EMULATOR = (
+    "sensors/mpu6050",
+    "sensors/low_pass",
+    "sensors/angle_sensor",
+    "card/block_device",
+    "boards/logger_board",
+)
+
+
+class Spare(NamedTuple):
+    """Of the ring's blocks, the fewest that were free.
+
+    Attributes:
+        rate_hz: Of sampling.
+        transfer_ns: Processor time that a block takes on its way to the card.
+        stall_one_in: Writes, of which one keeps the card busy for 50 to 500 ms; 0: none.
+        at_start: In the first 30 s of a recording with the factory's file.
+        at_change: Since the next file began, when the first was full.
+    """
+
+    rate_hz: int
+    transfer_ns: int
+    stall_one_in: int
+    at_start: int
+    at_change: int
+
+
+def shared(folder: Path) -> Path:
+    """The program of shared_processor.cpp: the emulated logger board, optimized."""
+    sources = [path for name in PORTABLE for path in sorted((SOURCES / name).glob("*.cpp"))]
+    sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in _EMULATOR]
+    flags = ("-std=c++17", "-O2")
+    objects = compile_objects([Path(__file__).with_name("shared_processor.cpp"), *sources], (), flags)
+    program = folder / "shared_processor"
+    run([compiler(), *objects, "-o", program])
+    return program
+
+
+def measure_spare(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: int) -> Spare:
+    """Runs a program of `shared`. Raises Broken: a sample was lost."""
+    command = [str(program), str(rate_hz), str(transfer_ns), str(stall_one_in)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
+    if done.returncode != 0:
+        raise Broken(f"{' '.join(command[1:])}: exit code {done.returncode}\n{done.stderr}")
+    spare = Spare(rate_hz, transfer_ns, stall_one_in, *map(int, done.stdout.split()))
+    if min(spare.at_start, spare.at_change) < 0:
+        raise Broken(f"samples were lost: {spare}")
+    return spare

@@ -1,0 +1,38 @@
+"""`make sequencer-report`: every campaign in full, and what came of it in docs/sequencer-proof.md and its tables."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tests.arduino_sequencer.avr.building import (
+    SEQUENCER,
+    build_board_library,
+    build_changed_sequencer,
+    build_sketch,
+)
+from tests.arduino_sequencer.board import build_board_library as build_native_library
+from tests.validation.campaign import Progress, run_campaigns, write_proof
+from tests.validation.sequencer_proof.campaigns import campaigns, judge_stack, least_never_used
+from tests.validation.sequencer_proof.one_rule import build_rule
+from tests.validation.sequencer_proof.page import files
+from tests.validation.sequencer_proof.resets import HANG
+from tests.validation.sequencer_proof.rigs import Bench
+
+
+def prove(folder: Path, progress: Progress) -> dict[str, str]:
+    """Builds, runs every campaign, and returns the page and its tables. Raises Broken, BuildError."""
+    progress("building")
+    for part in ("avr", "native"):
+        (folder / part).mkdir()
+    bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
+    hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
+    rule = build_rule(folder / "rule.so")
+    declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)
+    found = run_campaigns(declared, progress)
+    judge_stack(least_never_used(found), bench.image)
+    return files(found, declared, bench.image)
+
+
+if __name__ == "__main__":
+    sys.exit(write_proof("sequencer", prove))

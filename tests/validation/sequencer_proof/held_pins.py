@@ -1,0 +1,350 @@
+"""Campaign 5: servo pins that are held, and let go at any moment or never, then a reset at any moment.
+
+The truth is what was on the pins: a servo has been told the width of the last whole pulse on its pin.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
+from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.releases import Plan
+from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us
+from tests.validation.sequencer_proof.signals import (
+    CYCLES_PER_TICK,
+    CYCLES_PER_US,
+    STROKE_LINE,
+    PinEdge,
+    Pulse,
+    whole_pulses,
+)
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.limits import (
+    JOINT_COUNT,
+    SERVO_PULSE_MAX_US,
+    STROKE_NOT_BEGUN_US,
+    STROKE_TIME_UNKNOWN_US,
+)
+from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
+
+SUBSETS = ((1,), (2,), (3,), (1, 2), (1, 3), (2, 3), (1, 2, 3))
+"""Joints whose pins are held."""
+LEVELS = (PinHold.LOW, PinHold.HIGH)
+AFTER_END_US = 400_000
+"""A reset may come so long after the run's end."""
+SETTLED_US = 100
+"""From a pulse's fall until its interrupt has surely marked the stroke."""
+NOTED_US = 3_000
+"""From there until the main loop has surely noted the time."""
+EARLY_US = 1_000
+"""A pulse of a stroke is looked for from so long before its time on."""
+UNSEEN_US = 100
+"""An interrupt may come so late: what happens to a pulse for less than that, nobody sees."""
+ON_TIME_US = 50
+REPORT_TOLERANCE_US = 2
+WATCHED_US = 160_000
+"""The servos are watched for so long after a reset; all pins are let go in the first half."""
+MARK_US = 60
+"""The stroke line follows a rise within this."""
+
+
+class Change(NamedTuple):
+    """A pin is held, or let go."""
+
+    cycle: int
+    joint: int
+    hold: PinHold
+
+
+class HeldPins(NamedTuple):
+    """What came of some runs with the same pins held at the same level."""
+
+    joints: tuple[int, ...]
+    level: PinHold
+    runs: int
+    on_time: int
+    """Strokes."""
+    late: int
+    missed: int
+    """Their time had come before the reset."""
+    extra_marks: int
+    """Of the stroke line, for pulses that were cut short."""
+
+
+def held_pins(bench: Bench, joints: tuple[int, ...], level: PinHold, count: int, seed: int) -> HeldPins:
+    """Runs in which these pins are held from before or from some moment on. Raises Broken."""
+    rng = random.Random(seed)
+    rig = bench.rig()
+    plan = Plan.on(rig.connect())
+    on_time = late = missed = extra_marks = 0
+    for _ in range(count):
+        while (run := _fly(rig, plan, joints, level, rng)) is None:
+            pass
+        on_time += sum(start_us is not None and not run.is_late(i) for i, start_us in enumerate(run.begun_us))
+        late += sum(run.is_late(i) for i in range(len(run.begun_us)))
+        missed += sum(
+            begun_us is None and start_us < run.ended_us
+            for begun_us, (_, _, start_us) in zip(run.begun_us, plan.strokes, strict=True)
+        )
+        extra_marks += run.extra_marks
+        _reset_and_judge(rig, run, rng)
+    rig.close()
+    return HeldPins(joints, level, count, on_time, late, missed, extra_marks)
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """One run, until the moment of the reset, by what was on the pins."""
+
+    plan: Plan
+    begun_us: tuple[float | None, ...]
+    """When each stroke's first whole pulse rose, after the release; None where it has not."""
+    ended_us: float
+    extra_marks: int
+
+    def is_late(self, stroke: int) -> bool:
+        begun_us = self.begun_us[stroke]
+        return begun_us is not None and begun_us > self.plan.strokes[stroke][2] + ON_TIME_US
+
+    @property
+    def angles_cdeg(self) -> tuple[int, ...]:
+        """That each servo has been told."""
+        told, angles = [0] * JOINT_COUNT, [0] * JOINT_COUNT
+        for begun_us, (joint, change_cdeg, _) in zip(self.begun_us, self.plan.strokes, strict=True):
+            angles[joint - 1] += change_cdeg
+            if begun_us is not None:
+                told[joint - 1] = angles[joint - 1]
+        return tuple(told)
+
+    @property
+    def is_over(self) -> bool:
+        """The board has come to the run's end, or has not; a reset in between is left out."""
+        return self.ended_us > self.plan.end_us + SERVO_PULSE_MAX_US + 2 * NOTED_US
+
+
+def _fly(rig: AvrRig, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: random.Random) -> _Run | None:
+    """To the moment of the reset. None where a pulse's width came out so near to a stroke's that nobody can tell."""
+    for joint in range(1, JOINT_COUNT + 1):
+        rig.board.hold_pin(joint, PinHold.FREE)
+    before = [joint for joint in joints if rng.random() < 0.6]
+    for joint in before:
+        rig.board.hold_pin(joint, level)
+    rig.board.cable(False)
+    arm(rig, rig.connect())
+    rig.board.cable(False)
+    run_us(rig, rng.randint(20_000, 60_000))
+    for index in (0, 1):
+        rig.set_switch(index, closed=False)
+    released = rig.now
+    ends = released + _end_us(plan, rng) * CYCLES_PER_US
+    _play(rig, _changes(rng, plan, joints, before, level, released), ends)
+    _settle(rig, edges := rig.edges())
+    if _is_doubtful(edges, plan):
+        return None
+    begun = _onsets(edges, plan, released)
+    last = released + (plan.end_us + SERVO_PULSE_MAX_US + NOTED_US) * CYCLES_PER_US
+    # A stroke back to where its joint never left has the width that the servo is told anyway.
+    at_rest = _back_to_where_it_stands(plan, begun)
+    if any(rise is not None and rise > last and not at_rest[i] for i, rise in enumerate(begun)):
+        raise Broken(f"a stroke began after the run's end: {begun}")
+    begun = [None if rise is not None and rise > last else rise for rise in begun]
+    marks = [pulse.rise for pulse in whole_pulses(edges, STROKE_LINE)]
+    _check_marks(marks, begun, rig.now)
+    return _Run(
+        plan,
+        tuple(None if rise is None else (rise - released) / CYCLES_PER_US for rise in begun),
+        (rig.now - released) / CYCLES_PER_US,
+        max(0, len(marks) - sum(rise is not None for rise in begun)),
+    )
+
+
+def _end_us(plan: Plan, rng: random.Random) -> int:
+    """A moment for the reset; not right at the run's end, when the board may be RUNNING still, or not."""
+    end_us = rng.randint(20_000, plan.end_us + AFTER_END_US)
+    if plan.end_us - NOTED_US < end_us < plan.end_us + SERVO_PULSE_MAX_US + 3 * NOTED_US:
+        end_us = plan.end_us + SERVO_PULSE_MAX_US + 3 * NOTED_US
+    return end_us
+
+
+def _changes(
+    rng: random.Random,
+    plan: Plan,
+    joints: Iterable[int],
+    held: Sequence[int],
+    level: PinHold,
+    released: int,
+) -> list[Change]:
+    """In order of time. A pin that is free is held from some moment on; half of them are let go later."""
+    found = []
+    for joint in joints:
+        first = 0 if joint in held else _moment(rng, plan)
+        if joint not in held:
+            found.append(Change(released + first, joint, level))
+        if rng.random() < 0.6:
+            freed = max(first + UNSEEN_US * CYCLES_PER_US, _moment(rng, plan))
+            found.append(Change(released + freed, joint, PinHold.FREE))
+    return sorted(found)
+
+
+def _moment(rng: random.Random, plan: Plan) -> int:
+    """After the release, cycles. Often around the first pulse of a stroke, where it matters most."""
+    if rng.random() < 0.5:
+        return rng.randint(20_000, plan.end_us + AFTER_END_US) * CYCLES_PER_US
+    _, _, start_us = rng.choice(plan.strokes)
+    return (start_us - 500) * CYCLES_PER_US + rng.randint(0, 3_000 * CYCLES_PER_US)
+
+
+def _play(rig: AvrRig, changes: Iterable[Change], ends: int) -> None:
+    """Those that come after the end are left out."""
+    for cycle, joint, hold in changes:
+        if cycle >= ends:
+            break
+        rig.run_to(max(cycle, rig.now))
+        rig.board.hold_pin(joint, hold)
+    rig.run_to(max(ends, rig.now))
+
+
+def _settle(rig: AvrRig, edges: list[PinEdge]) -> None:
+    """Until no servo's pulse has just ended: its interrupt may or may not have marked the stroke."""
+    while any(
+        edge.pin < JOINT_COUNT and not edge.high and rig.now - edge.cycle < SETTLED_US * CYCLES_PER_US
+        for edge in edges
+    ):
+        run_us(rig, SETTLED_US)
+        edges += rig.edges()
+
+
+def _is_doubtful(edges: Sequence[PinEdge], plan: Plan) -> bool:
+    """A pulse that is a little longer or shorter than one of a stroke, or that is hardly over when its pin is high."""
+    by_pin = ([edge for edge in edges if edge.pin == pin] for pin in range(JOINT_COUNT))
+    if any(
+        after.high and after.cycle - before.cycle < UNSEEN_US * CYCLES_PER_US
+        for of_pin in by_pin
+        for before, after in pairwise(of_pin)
+    ):
+        return True
+    return any(
+        0 < abs(pulse.width - width * CYCLES_PER_TICK) < UNSEEN_US * CYCLES_PER_US
+        for pin, widths in enumerate(plan.widths())
+        for pulse in whole_pulses(edges, pin)
+        for width in widths
+    )
+
+
+def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | None]:
+    """The rise of each stroke's first whole pulse, by the pins alone."""
+    trains = [whole_pulses(edges, pin) for pin in range(JOINT_COUNT)]
+    widths = [iter(of_joint[1:]) for of_joint in plan.widths()]
+    found: list[int | None] = []
+    for index, (joint, _, start_us) in enumerate(plan.strokes):
+        width = next(widths[joint - 1]) * CYCLES_PER_TICK
+        until_us = next((us for one, _, us in plan.strokes[index + 1 :] if one == joint), 2 * plan.end_us)
+        found.append(
+            next(
+                (
+                    pulse.rise
+                    for pulse in trains[joint - 1]
+                    if pulse.width == width
+                    and start_us - EARLY_US <= (pulse.rise - released) / CYCLES_PER_US < until_us - EARLY_US
+                ),
+                None,
+            )
+        )
+    return found
+
+
+def _back_to_where_it_stands(plan: Plan, begun: Sequence[int | None]) -> list[bool]:
+    """Of each stroke: it ends where its joint stands after the strokes before it that have begun."""
+    stands, planned = [0] * JOINT_COUNT, [0] * JOINT_COUNT
+    found = []
+    for rise, (joint, change_cdeg, _) in zip(begun, plan.strokes, strict=True):
+        planned[joint - 1] += change_cdeg
+        found.append(planned[joint - 1] == stands[joint - 1])
+        if rise is not None:
+            stands[joint - 1] = planned[joint - 1]
+    return found
+
+
+def _check_marks(marks: list[int], begun: list[int | None], now: int) -> None:
+    for rise in begun:
+        near = [mark for mark in marks if rise is not None and rise < mark < rise + MARK_US * CYCLES_PER_US]
+        shared = [mark for mark in marks if rise is not None and mark <= rise < mark + 1_300 * CYCLES_PER_US]
+        over = rise is None or now - rise < 2_000 * CYCLES_PER_US
+        if not (over or near or shared):
+            raise Broken(f"a stroke began at cycle {rise}, the stroke line rose at {marks}")
+
+
+def _reset_and_judge(rig: AvrRig, run: _Run, rng: random.Random) -> None:
+    """Every pulse afterwards is one of before, or there are none; STATUS and RUN_REPORT tell what was."""
+    cause = rng.choice((ResetCause.WATCHDOG, ResetCause.BROWN_OUT))
+    rig.board.reset(cause)
+    at = rig.now
+    free_at = at + rng.randint(0, WATCHED_US // 2) * CYCLES_PER_US
+    _play(rig, [Change(free_at, joint, PinHold.FREE) for joint in range(1, JOINT_COUNT + 1)], free_at + 1)
+    rig.run_to(at + WATCHED_US * CYCLES_PER_US)
+    edges = rig.edges()
+    rig.connect()
+    client = rig.connect()
+    status, report = client.status(), client.run_report()
+    for joint in range(1, JOINT_COUNT + 1):
+        after = [
+            pulse
+            for pulse in whole_pulses(edges, joint - 1)
+            if pulse.rise > at and not pulse.rise - 1 <= free_at <= pulse.rise + pulse.width + 1
+        ]
+        _check_told(status, run, joint, after)
+    _check_status(status, run, cause)
+    _check_report(report, run)
+    client.disarm()
+
+
+def _check_told(status: SequencerStatusReply, run: _Run, joint: int, pulses: list[Pulse]) -> None:
+    holding = status.state == SequencerState.FAULT and bool(status.servos_driven >> (joint - 1) & 1)
+    width = run.plan.ticks(joint, run.angles_cdeg[joint - 1]) * CYCLES_PER_TICK
+    found = {pulse.width for pulse in pulses}
+    if found != ({width} if holding else set()):
+        raise Broken(
+            f"servo {joint} gets pulses of {sorted(found)} cycles after the reset, {width} before "
+            f"({'driven' if holding else 'limp'})"
+        )
+
+
+def _check_status(status: SequencerStatusReply, run: _Run, cause: ResetCause) -> None:
+    begun = sum(begun_us is not None for begun_us in run.begun_us)
+    complete = begun == len(run.begun_us)
+    fault = ErrorCode.STROKE_MISSED if run.is_over else ErrorCode.RESET_WHILE_RUNNING
+    expected = (
+        (SequencerState.SAFE, ErrorCode.NONE, 0, (0,) * JOINT_COUNT, 0)
+        if run.is_over and complete
+        else (SequencerState.FAULT, fault, begun, run.angles_cdeg, (1 << JOINT_COUNT) - 1)
+    )
+    found = (
+        status.state,
+        status.fault,
+        status.strokes_started,
+        status.joint_angle_cdeg,
+        status.servos_driven,
+    )
+    if found != expected or status.reset_cause.name != cause.name:
+        raise Broken(f"after a run with strokes at {run.begun_us}: {found}, not {expected}")
+
+
+def _check_report(report: RunReportReply, run: _Run) -> None:
+    if not report.released or report.stroke_count != len(run.begun_us):
+        raise Broken(f"RUN_REPORT forgot the run: {report}")
+    for told_us, begun_us in zip(report.start_us, run.begun_us, strict=False):
+        unknown = told_us == STROKE_TIME_UNKNOWN_US
+        just_begun = begun_us is not None and run.ended_us - begun_us < NOTED_US + SERVO_PULSE_MAX_US
+        if unknown and just_begun:
+            continue
+        if begun_us is None:
+            fits = told_us == STROKE_NOT_BEGUN_US
+        else:
+            fits = not unknown and abs(told_us - begun_us) <= REPORT_TOLERANCE_US
+        if not fits:
+            raise Broken(f"RUN_REPORT tells of {report.start_us}, the strokes began at {run.begun_us}")

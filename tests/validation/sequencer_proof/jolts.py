@@ -1,0 +1,180 @@
+"""Campaign 1d: jolts before the release. The truth is when the robot left, not what its contacts did."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
+from tests.validation.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly, judge
+from tests.validation.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
+from tests.validation.sequencer_proof.signals import CYCLES_PER_MS, CYCLES_PER_US, read_signal
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.limits import (
+    RELEASE_BOUNCE_US,
+    RELEASE_DEBOUNCE_US,
+    RELEASE_SEATED_US,
+)
+
+MOST_JOLTS = 11
+TOLERANCE_US = 1_100
+"""Where contacts chatter on for long, the image loses edges until the main loop comes round, 1.02 ms at the most."""
+
+
+class Jolted(NamedTuple):
+    """One release after jolts.
+
+    Attributes:
+        jolts: How many opened both switches.
+        error_us: The date less the moment at which the robot left.
+        interval_us: Reported, width; 0: the edges fit one release.
+    """
+
+    jolts: int
+    error_us: float
+    interval_us: int
+
+
+def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
+    """Releases with up to eleven jolts before them. Raises Broken where the truth is not in what is reported."""
+    rig = bench.rig()
+    client = rig.connect()
+    rng = random.Random(seed)
+    arm(rig, client)
+    start = rig.now + CYCLES_PER_MS
+    first = open_switches(rig, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
+    zero_us = _dated(rig, client)[0] - first / CYCLES_PER_US
+    found = [_jolted(rig, client, rng, zero_us) for _ in range(count)]
+    rig.close()
+    alone = max((abs(one.error_us) for one in found if not one.jolts), default=0)
+    if alone > 1_000:
+        raise Broken(f"a release without a jolt is dated {alone} us wrong")
+    return found
+
+
+def _jolted(rig: Rig, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
+    arm(rig, client)
+    fallen, jolts = _drawn(rng, rig)
+    play(rig, fallen.contacts)
+    at_us, earlier_us, later_us = _dated(rig, client)
+    error_us = at_us - zero_us - fallen.released / CYCLES_PER_US
+    if not -earlier_us - TOLERANCE_US <= -error_us <= later_us + TOLERANCE_US and earlier_us + later_us:
+        raise Broken(f"the robot left {-error_us} us after the date, told -{earlier_us} to +{later_us} us")
+    if not earlier_us + later_us and abs(error_us) > RELEASE_BOUNCE_US + TOLERANCE_US:
+        raise Broken(f"a release is dated {error_us} us wrong, and nothing is said of it")
+    both = sum(len(one.switches) == 2 for one in jolts)
+    return Jolted(both, error_us, earlier_us + later_us)
+
+
+def _drawn(rng: random.Random, rig: Rig) -> tuple[Fall, list[Jolt]]:
+    """Jolts of 0.3 to 50 ms, 0.3 to 40 ms apart, most of them short, and contacts that bounce for up to 5 ms."""
+    while True:
+        jolts: list[Jolt] = []
+        before_us = 0
+        for _ in range(rng.randint(0, MOST_JOLTS)):
+            most_us = rng.choice((3_000, 3_000, 40_000))
+            before_us += rng.randint(300, most_us)
+            open_us = rng.randint(300, rng.choice((2_000, 2_000, RELEASE_DEBOUNCE_US - 200, 50_000)))
+            before_us += open_us
+            jolts.append(Jolt(before_us, open_us, rng.choice(((0, 1), (0, 1), (0, 1), (0,), (1,)))))
+        released = rig.now + (before_us + rng.randint(2_000, 30_000)) * CYCLES_PER_US
+        chatter = rng.choice((Chatter.FAST, Chatter.FAST, Chatter.SLOW))
+        try:
+            fallen = fall(rng, released, rig.resolution, chatter, jolts=jolts)
+        except ValueError:
+            continue
+        if fallen.contacts[-1].cycle - released < 5 * CYCLES_PER_MS:
+            return fallen, jolts
+
+
+def _dated(rig: Rig, client: SequencerClient) -> tuple[float, int, int]:
+    run_us(rig, SETTLE_US)
+    report, status = client.run_report(), client.status()
+    if status.state != SequencerState.RUNNING:
+        raise Broken(f"after a release: {status.state.name}")
+    return report.release_ms * 1000.0 + report.release_us, report.earlier_us, report.later_us
+
+
+class ClosedAgain(NamedTuple):
+    """Both switches closed again for good.
+
+    Attributes:
+        before: Runs in which that was before the first stroke: armed again, nothing moved.
+        after: Runs in which it was after a stroke: the servos held, FAULT.
+        releases: The drops after the first kind.
+    """
+
+    before: int
+    after: int
+    releases: list[Release]
+
+
+def closed_again(bench: Bench, seed: int, count: int) -> ClosedAgain:
+    """Jolts as long as a release, then the drop; and a robot that is caught in its run. Raises Broken."""
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    first_us, last_us = plan.strokes[0][2], plan.strokes[-1][2]
+    releases = []
+    for _ in range(count):
+        arm(rig, client)
+        _close_again(rig, rng, rng.randint(RELEASE_DEBOUNCE_US + 200, first_us - RELEASE_SEATED_US - 5_000))
+        status = client.status()
+        if (status.state, status.false_releases) != (SequencerState.ARMED, 1):
+            raise Broken(f"closed again: {status.state.name}, {status.false_releases} false releases")
+        run_us(rig, rng.randint(1_000, LONGEST_WAIT_US))
+        if (signal := read_signal(rig.edges())).onsets:
+            raise Broken(f"a servo moved on the crane: {signal.onsets}")
+        releases.append(fly(rig, client, plan, rng, Chatter.SLOW))
+        arm(rig, client)
+        _close_again(rig, rng, rng.randint(first_us + 5_000, last_us))
+        _check_caught(rig, client, plan)
+    rig.close()
+    judge(releases)
+    return ClosedAgain(count, count, releases)
+
+
+def _close_again(rig: Rig, rng: random.Random, open_us: int) -> None:
+    chatter = rng.choice((Chatter.FAST, Chatter.SLOW))
+    jolt = Jolt(open_us, open_us)
+    begins = rig.now + rng.randint(1_000, 40_000) * CYCLES_PER_US
+    # Only the jolt: what `fall` appends, the release itself, is left out.
+    late = begins + (open_us + 20_000) * CYCLES_PER_US
+    fallen = fall(rng, late, rig.resolution, chatter, jolts=[Jolt(open_us + 20_000, jolt.open_us)])
+    play(rig, [contact for contact in fallen.contacts if contact.cycle < late])
+    run_us(rig, RELEASE_SEATED_US + 20_000)
+
+
+def _check_caught(rig: Rig, client: SequencerClient, plan: Plan) -> None:
+    """What was commanded stays; nothing more begins."""
+    status = client.status()
+    if (status.state, status.fault) != (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING):
+        raise Broken(f"caught in its run: {status.state.name}, {status.fault.name}")
+    run_us(rig, plan.end_us)
+    begun = len(read_signal(rig.edges()).onsets)
+    if begun != status.strokes_started:
+        raise Broken(f"{begun} strokes began, {status.strokes_started} when the board stopped")
+    told = [0] * len(status.joint_angle_cdeg)
+    for joint, change_cdeg, _ in plan.strokes[:begun]:
+        told[joint - 1] += change_cdeg
+    if list(status.joint_angle_cdeg) != told:
+        raise Broken(f"held at {status.joint_angle_cdeg}, commanded {told}")
+
+
+def jolt_rows(jolted: Sequence[Jolted]) -> list[tuple[object, ...]]:
+    """Releases, the worst and the median error of their dates, the widest interval, ms."""
+    kinds = {
+        "none": [one for one in jolted if not one.jolts],
+        "1 or more, the edges fit one release": [one for one in jolted if one.jolts and not one.interval_us],
+        "1 or more, the edges fit two: an interval is reported": [one for one in jolted if one.interval_us],
+    }
+    rows = []
+    for name, kind in kinds.items():
+        errors = sorted(abs(one.error_us) for one in kind)
+        widest = max(one.interval_us for one in kind)
+        figures = (f"{us / 1000:.3f}" for us in (errors[-1], errors[len(errors) // 2]))
+        rows.append((name, len(kind), *figures, f"{widest / 1000:.1f}" if widest else ""))
+    return rows

@@ -1,0 +1,280 @@
+"""Campaign 4: resets while armed and while running, and a main loop that hangs in every state."""
+
+from __future__ import annotations
+
+import random
+from enum import Enum
+from typing import NamedTuple
+
+from tests.arduino_sequencer.avr.avr_board import ResetCause
+from tests.arduino_sequencer.avr.building import Edit
+from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
+from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat
+from tests.validation.sequencer_proof.signals import (
+    CYCLES_PER_MS,
+    CYCLES_PER_TICK,
+    CYCLES_PER_US,
+    Extremes,
+    PinEdge,
+    Signal,
+    read_signal,
+)
+from tests.validation.sequencer_proof.waiting import knock
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, STROKE_NOT_BEGUN_US
+from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
+
+MOST_KNOCKS = 3
+"""Between arming and what comes next."""
+WATCH_US = 100_000
+"""The servos are watched for so long after a reset."""
+BAD_FRAME = b"\x05\xff\xff\xff\xff\x00"
+"""Well-formed COBS with a wrong CRC."""
+BAD_FRAMES = 3
+HANG = Edit(
+    "arduino_sequencer.ino",
+    "  host_link.poll();\n",
+    f"  host_link.poll();\n  while (host_link.rejected_frames() >= {BAD_FRAMES}) {{\n  }}\n",
+)
+"""The change that makes the firmware hang on order: after three damaged frames, in any state. A reset forgets them."""
+HANG_LIMIT_US = 1_300_000
+"""The watchdog's second, and the 10 % that its oscillator may be off, and time to look."""
+LOOK_US = 1000
+
+
+class Moment(Enum):
+    """What the board was doing, and where its switches were after the reset."""
+
+    ARMED = "armed, both switches closed"
+    ARMED_FIRST_OPEN = "armed, switch 1 open"
+    ARMED_SECOND_OPEN = "armed, switch 2 open"
+    ARMED_BOTH_OPEN = "armed, both switches open"
+    RUNNING = "running"
+
+    @property
+    def opened(self) -> tuple[int, ...]:
+        return {
+            Moment.ARMED_FIRST_OPEN: (0,),
+            Moment.ARMED_SECOND_OPEN: (1,),
+            Moment.ARMED_BOTH_OPEN: (0, 1),
+        }.get(self, ())
+
+    @property
+    def fault(self) -> ErrorCode:
+        if self is Moment.ARMED:
+            return ErrorCode.NONE
+        return ErrorCode.RESET_WHILE_RUNNING if self is Moment.RUNNING else ErrorCode.RESET_WHILE_ARMED
+
+
+class Resets(NamedTuple):
+    """Outcomes of one kind of reset at random moments.
+
+    Attributes:
+        fault: Latched afterwards; `none`: ARMED again.
+        silence_ms: From the reset to the first pulse of each servo.
+        errors_us: Of the strokes after the release that followed, where one did.
+    """
+
+    moment: Moment
+    cause: ResetCause
+    resets: int
+    fault: ErrorCode
+    silence_ms: Extremes
+    errors_us: Extremes | str
+
+
+def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, seed: int) -> Resets:
+    """Resets one board again and again. Raises Broken where it does not come back as it must."""
+    rng = random.Random(seed)
+    rig = bench.rig()
+    client = rig.connect()
+    plan = Plan.on(client)
+    silences: list[int] = []
+    errors: list[int] = []
+    for _ in range(count):
+        last = client.run_report()
+        before = _bring_to(rig, client, moment, plan, rng)
+        at = rig.now
+        for index in moment.opened:
+            rig.set_switch(index, closed=False)
+        rig.board.reset(cause)
+        signal = watch_after_reset(rig, at)
+        silences += [train[0].rise - at for train in signal.trains]
+        check_held_widths(signal, before.widths)
+        client = rig.connect()
+        check_state(client.status(), moment, cause.name, before.knocks)
+        check_report(client.run_report(), before.begun_us, last)
+        if moment is Moment.ARMED:
+            errors += _fly_on(rig, plan)
+            client = rig.connect()
+        client.disarm()
+        _check_safe(rig, client)
+    rig.close()
+    errors_us = Extremes.of(errors, CYCLES_PER_US) if errors else ""
+    return Resets(moment, cause, count, moment.fault, Extremes.of(silences, CYCLES_PER_MS), errors_us)
+
+
+class Before(NamedTuple):
+    """What the board knew before its reset."""
+
+    widths: list[int]
+    """Of each servo's pulses, cycles."""
+    knocks: int
+    begun_us: tuple[int, ...] | None
+    """When the strokes of the run began that had begun, after the release; None while ARMED."""
+
+
+def _bring_to(rig: AvrRig, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random) -> Before:
+    """To a random moment of the state, after some knocks."""
+    arm(rig, client)
+    knocks = rng.randint(0, MOST_KNOCKS)
+    for _ in range(knocks):
+        knock(rig, rng, both=rng.random() < 0.5)
+    rig.run_to(rig.now + rng.randint(50_000, LONGEST_WAIT_US) * CYCLES_PER_US)
+    if moment is not Moment.RUNNING:
+        return Before([widths[0] * CYCLES_PER_TICK for widths in plan.widths()], knocks, None)
+    for index in (0, 1):
+        rig.set_switch(index, closed=False)
+    # No pulse of a stroke is the first and under way, so that it is plain which width was the last.
+    after_us = rng.randint(20_000, plan.end_us - 20_000)
+    for _, _, start_us in plan.strokes:
+        if -1000 < after_us - start_us < SERVO_PULSE_MAX_US + 1000:
+            after_us = start_us + SERVO_PULSE_MAX_US + 1000
+    rig.run_to(rig.now + after_us * CYCLES_PER_US)
+    begun = tuple(start_us for _, _, start_us in plan.strokes if start_us <= after_us)
+    return Before(widths_at(plan, after_us), knocks, begun)
+
+
+def widths_at(plan: Plan, after_us: int) -> list[int]:
+    """Each servo's pulse width so long after the release, cycles."""
+    begun = [0] * len(plan.widths())
+    for joint, _, start_us in plan.strokes:
+        begun[joint - 1] += start_us <= after_us
+    return [widths[n] * CYCLES_PER_TICK for widths, n in zip(plan.widths(), begun, strict=True)]
+
+
+def watch_after_reset(rig: AvrRig, at: int) -> Signal:
+    """The servos' signals from the reset on. A pulse that was under way ends with it, and does not count."""
+    run_us(rig, WATCH_US)
+    risen: set[int] = set()
+    edges: list[PinEdge] = []
+    for edge in rig.edges():
+        if edge.cycle > at and edge.high:
+            risen.add(edge.pin)
+        if edge.pin in risen:
+            edges.append(edge)
+    return read_signal(edges)
+
+
+def check_held_widths(signal: Signal, expected: list[int]) -> None:
+    """Raises Broken where a servo is told anything but what it was told before."""
+    signal.check_widths()
+    for joint, (train, width) in enumerate(zip(signal.trains, expected, strict=True), start=1):
+        found = {pulse.width for pulse in train}
+        if found != {width}:
+            raise Broken(
+                f"servo {joint} gets pulses of {sorted(found)} cycles after the reset, {width} before"
+            )
+
+
+def check_state(status: SequencerStatusReply, moment: Moment, cause: str, knocks: int) -> None:
+    """Raises Broken where the board did not come back in the right state, or hides what happened."""
+    state = SequencerState.ARMED if moment is Moment.ARMED else SequencerState.FAULT
+    if (status.state, status.fault, status.reset_cause.name) != (state, moment.fault, cause):
+        raise Broken(
+            f"reset while {moment.value}: {status.state.name}, fault {status.fault.name}, "
+            f"cause {status.reset_cause.name}"
+        )
+    if moment is not Moment.RUNNING and status.resets_while_armed != 1:
+        raise Broken(f"{status.resets_while_armed} resets while armed are counted, not 1")
+    if status.knocks != knocks:
+        raise Broken(f"{status.knocks} knocks are counted after the reset, {knocks} were before")
+
+
+def check_report(found: RunReportReply, begun_us: tuple[int, ...] | None, last: RunReportReply) -> None:
+    """Raises Broken where RUN_REPORT does not tell of the run that was reset; where there was none, of the last."""
+    if begun_us is None:
+        if found != last:
+            raise Broken(f"the reset turned RUN_REPORT from {last} into {found}")
+        return
+    told_us = tuple(start_us for start_us in found.start_us if start_us != STROKE_NOT_BEGUN_US)
+    if not found.released or told_us != begun_us or found.start_us[: len(begun_us)] != begun_us:
+        raise Broken(f"RUN_REPORT tells of strokes at {found.start_us}, {begun_us} had begun")
+
+
+def _fly_on(rig: AvrRig, plan: Plan) -> tuple[int, ...]:
+    """Without a cable; the release must be flown as if nothing had happened."""
+    rig.board.cable(False)
+    run_us(rig, WATCH_US)
+    rig.set_switch(0, closed=False)
+    run_us(rig, 100)
+    rig.set_switch(1, closed=False)
+    released = rig.now
+    run_us(rig, plan.end_us + AFTER_RUN_US)
+    return measure(rig.edges(), plan, released).errors
+
+
+def _check_safe(rig: AvrRig, client: SequencerClient) -> None:
+    """DISARM clears everything."""
+    seat(rig)
+    status = client.status()
+    if (status.state, status.fault) != (SequencerState.SAFE, ErrorCode.NONE):
+        raise Broken(f"{status.state.name}, fault {status.fault.name} after DISARM")
+    if status.resets_while_armed:
+        raise Broken("DISARM left a reset counted")
+
+
+class Hangs(NamedTuple):
+    """Main loops that hung in one state; from the order to hang to the reset."""
+
+    state: SequencerState
+    hangs: int
+    reset_after_ms: Extremes
+
+
+def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Hangs:
+    """Lets the main loop of an image with HANG hang at random moments of a state.
+
+    Raises Broken where the watchdog does not bite, or the board comes back wrongly.
+    """
+    rng = random.Random(seed)
+    rig = bench.rig()
+    client = rig.connect()
+    plan = Plan.on(client)
+    taken = []
+    for _ in range(count):
+        knocks = 0
+        client.disarm()
+        seat(rig)
+        if state == SequencerState.ARMED:
+            arm(rig, client)
+        elif state == SequencerState.RUNNING:
+            knocks = _bring_to(rig, client, Moment.ARMED, plan, rng).knocks
+            for index in (0, 1):
+                rig.set_switch(index, closed=False)
+            run_us(rig, 10_000)
+        run_us(rig, rng.randint(0, 200_000))
+        taken.append(_hang(rig))
+        client = rig.connect()
+        status = client.status()
+        if state == SequencerState.SAFE:
+            if (status.state, status.reset_cause.name) != (SequencerState.SAFE, ResetCause.WATCHDOG.name):
+                raise Broken(f"{status.state.name} after a hang while SAFE, cause {status.reset_cause.name}")
+        else:
+            moment = Moment.ARMED if state == SequencerState.ARMED else Moment.RUNNING
+            check_state(status, moment, ResetCause.WATCHDOG.name, knocks)
+    rig.close()
+    return Hangs(state, count, Extremes.of(taken, 1000))
+
+
+def _hang(rig: AvrRig) -> int:
+    """Orders it; returns how long the reset took to come, us."""
+    ordered_us = rig.board.now_us
+    rig.board.send(b"\0" + BAD_FRAME * BAD_FRAMES)
+    while rig.board.link_ready:
+        if rig.board.now_us > ordered_us + HANG_LIMIT_US:
+            raise Broken(f"no reset within {HANG_LIMIT_US} us of a main loop that hangs")
+        run_us(rig, LOOK_US)
+    return rig.board.now_us - ordered_us

@@ -1,0 +1,127 @@
+"""A page has its campaigns' figures; the stack keeps its spare."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
+from tests.paths import REPOSITORY
+from tests.validation.campaign import Broken, Campaign, run_campaigns
+from tests.validation.sequencer_proof.campaigns import FAST_BEYOND, campaigns, judge_stack
+from tests.validation.sequencer_proof.contacts import Chatter
+from tests.validation.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
+from tests.validation.sequencer_proof.held_pins import HeldPins
+from tests.validation.sequencer_proof.jolts import ClosedAgain, Jolted
+from tests.validation.sequencer_proof.link import Abuse, Abused, Noise, Noisy
+from tests.validation.sequencer_proof.one_rule import Agreement
+from tests.validation.sequencer_proof.page import files, hex_sha256
+from tests.validation.sequencer_proof.power_cuts import Cuts, History, Record
+from tests.validation.sequencer_proof.releases import Dated, Flights, Plan, Release, avr_releases, judge
+from tests.validation.sequencer_proof.resets import Hangs, Moment, Resets
+from tests.validation.sequencer_proof.rigs import Bench
+from tests.validation.sequencer_proof.signals import Extremes
+from tests.validation.sequencer_proof.waiting import Knocks, Wait
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.servo_settings import FACTORY
+
+PAGE = REPOSITORY / "docs" / "sequencer-proof.md"
+RELEASE = Release((-3, 0, 5, 16), Extremes(16_000, 28_448), Extremes(315_000, 322_000), 12)
+LATE = RELEASE._replace(errors=(0, 0, 0, 801))
+STROKES = ((1, 5900, 700_000), (2, 7000, 1_050_000), (1, -5900, 1_470_000), (2, -7000, 1_820_000))
+FLIGHTS = Flights(Plan(STROKES, 2_231_765, FACTORY), [RELEASE, RELEASE], 600)
+OFF_US = Extremes(-0.125, 0.25)
+FOUND: dict[str, Sequence[Any]] = {
+    "waits": [Wait(75.0, 2, 2, 675_000, OFF_US)],
+    "native": [FLIGHTS],
+    "avr": [FLIGHTS],
+    "fast": [FLIGHTS._replace(never_used=590)],
+    "dated": [Dated(0.5, False), Dated(-1.5, True), Dated(42.0, False)],
+    "fast_dated": [Dated(0.5, False), Dated(0.0, False)],
+    "fastest_dated": [Dated(0.5, False), Dated(21.0, True)],
+    "jolted": [Jolted(0, 12.0, 0), Jolted(1, 40.0, 0), Jolted(2, -3_500.0, 4_100)],
+    "closed": [ClosedAgain(25, 25, [RELEASE])],
+    "rule": [Agreement(1_000, 600, 300, 50)],
+    "knocks": [Knocks(3, 4, OFF_US)],
+    "cuts": [Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
+    "damaged": [Damaged(Case.ONE, Counter({Place.MARKER: 7}), Counter({Place.MARKER: 6}))],
+    "damaged_image": [DamagedImage(Case.ONE, 11)],
+    "rewrites": [8, 0],
+    "abused": [Abused(Abuse.PULLED, 251, 0, 580)],
+    "noisy": [Noisy(Noise.BYTES, drops=1, never_used=570)],
+    "resets": [Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, ErrorCode.NONE, Extremes(11, 24.5), OFF_US)],
+    "held": [HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
+    "hangs": [Hangs(SequencerState.SAFE, 10, Extremes(1_020, 1_024))],
+}
+
+
+def test_a_page_has_its_campaigns_figures_and_every_table(bench: Bench) -> None:
+    declared = campaigns(bench, bench.image, Path("native"), Path("rule"))
+    assert {one.name for one in declared} == set(FOUND)
+    written = files(FOUND, declared, bench.image)
+    text = written["sequencer-proof.md"]
+    for row in (
+        "| slow | 2 | -0.1875 to 1 | 1000 to 1778 | 19.69 to 20.12 |",
+        "| slow | 3 | 1 | 2 | 0 | one in 10000 | 42.0 | 1 |",
+        "| stack never touched | 570 | at least 512 |",
+        f"`{hex_sha256(bench.image)}`",
+    ):
+        assert row in text
+    for name, row in {
+        "strokes": "slow,4,2,-70,1820000,1820001,1820001,1820001,1",
+        "paths": "an edge of servo 1,__vector_17",
+        "waits": "75,2,2,675000,-0.125 to 0.25",
+        "damage": '"a maneuver, factory settings",a marker,7,6,0,0,0',
+        "resets": '"armed, both switches closed",brown_out,25,none,11 to 24.5,-0.125 to 0.25',
+        "held-pins": "1 3,low,20,30,3,7,2",
+        "jolts": '"1 or more, the edges fit two: an interval is reported",1,3.500,3.500,4.1',
+        "link": "cable pulled,251,0",
+        "campaigns": "held,14,9000,1",
+    }.items():
+        assert f"\n{row}" in written[f"sequencer-proof/{name}.csv"]
+    for name in written:
+        assert name.removeprefix("sequencer-proof/") in text or name == "sequencer-proof.md"
+        assert (PAGE.parent / name).is_file()
+    committed = PAGE.read_text().splitlines()
+    for line in committed:
+        assert len(line) <= 130 or line.startswith("|")
+    assert len(committed) <= 120
+
+
+def test_a_late_stroke_is_found_in_each_flight_and_among_all_of_them(bench: Bench) -> None:
+    judge([RELEASE])
+    with pytest.raises(Broken, match=r"50\.0625 us off"):
+        judge([LATE])
+    two_late = [FLIGHTS._replace(releases=[LATE])] * (FAST_BEYOND + 1)
+    declared = campaigns(bench, bench.image, Path("native"), Path("rule"))
+    fast = next(one for one in declared if one.name == "fast")
+    fast.judge(two_late[1:])
+    with pytest.raises(Broken, match="off its time"):
+        fast.judge(two_late)
+
+
+def _seed_of(seed: int) -> list[int]:
+    return [seed]
+
+
+def test_a_campaign_runs_each_job_with_its_seed_and_judges_all_results() -> None:
+    def judge_sum(found: Sequence[int]) -> None:
+        if sum(found) != 15 + 18 + 21:
+            raise Broken(f"{found}")
+
+    campaign = Campaign("seeds", "their sum", [_seed_of] * 3, 15, 3, judge_sum)
+    assert run_campaigns([campaign]) == {"seeds": [15, 18, 21]}
+    with pytest.raises(Broken):
+        run_campaigns([Campaign("seeds", "their sum", [_seed_of] * 2, 15, 3, judge_sum)])
+
+
+def test_the_stack_leaves_its_spare(bench: Bench) -> None:
+    never_used = avr_releases(bench, Chatter.SLOW, seed=9, count=1).never_used
+    assert never_used is not None
+    judge_stack(never_used, bench.image)
+    with pytest.raises(Broken, match="only 511 bytes of stack"):
+        judge_stack(511, bench.image)

@@ -1,0 +1,150 @@
+"""Campaign 1, continued: hours of waiting, turns of the 32-bit tick clock, knocks that start nothing."""
+
+from __future__ import annotations
+
+import random
+from typing import NamedTuple
+
+from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.contacts import (
+    LATEST_SECOND_US,
+    Chatter,
+    Contact,
+    bounce,
+    draw,
+    in_order,
+    open_switches,
+    opening,
+    play,
+)
+from tests.validation.sequencer_proof.releases import (
+    AFTER_RUN_US,
+    Plan,
+    check_own_report,
+    errors_us,
+    fly,
+    judge,
+    measure,
+)
+from tests.validation.sequencer_proof.rigs import Bench, Rig, arm, run_us
+from tests.validation.sequencer_proof.signals import (
+    CYCLES_PER_TICK,
+    CYCLES_PER_US,
+    Extremes,
+    PinEdge,
+    read_signal,
+)
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.limits import RELEASE_DEBOUNCE_US
+
+TURN_US = 2**32 * CYCLES_PER_TICK // CYCLES_PER_US
+"""The tick clock is at 0 again: every 35.8 minutes."""
+LONG_WAIT_US = 75 * 60 * 1_000_000
+ACROSS_TURN_US = TURN_US - 1_250_000
+"""Armed this long after power-up, a release has its strokes on both sides of the turn."""
+LOOK_US = 20_000_000
+ONE_SWITCH_US = 20_000
+"""How long one switch opens in the crane's lift."""
+KNOCK_PAUSE_US = 20_000
+
+
+class Wait(NamedTuple):
+    """An armed wait that ended in a release.
+
+    Attributes:
+        turns: Of the tick clock until then.
+        turns_later: Until the last stroke.
+        pulses: That held the servos meanwhile.
+    """
+
+    waited_min: float
+    turns: int
+    turns_later: int
+    pulses: int
+    errors_us: Extremes
+
+
+def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
+    """Armed soon after power-up, the cable pulled; released this long after power-up. Raises Broken."""
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    arm(rig, client)
+    rig.board.cable(False)
+    seen: list[PinEdge] = []
+    pulses = 0
+    while rig.now < (waited_us - LOOK_US) * CYCLES_PER_US:
+        run_us(rig, LOOK_US)
+        seen = [*seen, *rig.edges()]
+        signal = read_signal(seen)
+        if signal.onsets:
+            raise Broken(f"a servo moved after {rig.now // CYCLES_PER_US} us armed")
+        pulses += sum(map(len, signal.trains))
+        # Each pin's last rise without its fall stays for the next look.
+        last = {edge.pin: edge for edge in seen}
+        seen = [edge for edge in last.values() if edge.high]
+    rig.run_to(waited_us * CYCLES_PER_US)
+    contacts = opening(rng, rig.now, rig.resolution, Chatter.SLOW)
+    released = open_switches(rig, contacts)
+    run_us(rig, plan.end_us + AFTER_RUN_US)
+    release = measure([*seen, *rig.edges()], plan, released, contact_edges=len(contacts))
+    check_own_report(rig.connect(), plan, release)
+    rig.close()
+    judge([release])
+    turns, turns_later = ((waited_us + us) // TURN_US for us in (0, plan.strokes[-1][2]))
+    return Wait(round(waited_us / 60e6, 1), turns, turns_later, pulses, errors_us([release]))
+
+
+class Knocks(NamedTuple):
+    """Knocks that started nothing, and the release after them."""
+
+    one_switch: int
+    both_switches: int
+    errors_us: Extremes
+
+
+def knocks(bench: Bench, seed: int, count: int) -> Knocks:
+    """Knocks of both kinds with fast chatter in the image, then such a release.
+
+    Raises Broken where a knock is not counted, or moves a servo.
+    """
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    arm(rig, client)
+    both_switches = 0
+    for number in range(1, count + 1):
+        both = rng.random() < 0.5
+        both_switches += both
+        knock(rig, rng, both=both)
+        status = client.status()
+        if (status.state, status.knocks) != (SequencerState.ARMED, number):
+            raise Broken(f"after {number} knocks: {status.state.name}, {status.knocks} counted")
+    signal = read_signal(rig.edges())
+    signal.check_widths()
+    if signal.onsets:
+        raise Broken("a knock moved a servo")
+    release = fly(rig, client, plan, rng, Chatter.FAST)
+    rig.close()
+    judge([release])
+    return Knocks(count - both_switches, both_switches, errors_us([release]))
+
+
+def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
+    """One switch for 20 ms; or both, one after the other, together for less than the debounce."""
+    resolution, first = rig.resolution, rng.randrange(2)
+
+    def change(index: int, cycle: int, *, closed: bool) -> list[Contact]:
+        return bounce(rng, Contact(cycle, index, closed), resolution, Chatter.FAST)
+
+    contacts = change(first, rig.now, closed=False)
+    if both:
+        second = rig.now + draw(rng, 1, LATEST_SECOND_US, resolution)
+        contacts = in_order([*contacts, *change(1 - first, second, closed=False)])
+        back = second + draw(rng, 1, RELEASE_DEBOUNCE_US - 10, resolution)
+        ends = max(back, contacts[-1].cycle + CYCLES_PER_US)
+        play(rig, in_order([*contacts, *change(0, ends, closed=True), *change(1, ends, closed=True)]))
+    else:
+        ends = rig.now + ONE_SWITCH_US * CYCLES_PER_US
+        play(rig, [*contacts, *change(first, ends, closed=True)])
+    run_us(rig, KNOCK_PAUSE_US)

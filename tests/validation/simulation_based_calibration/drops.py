@@ -1,0 +1,125 @@
+"""One drop with everything drawn from what the evaluation takes for granted, and how far each of its numbers is off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import logm
+
+from tests.validation.calibration_proof.robots import Errors
+from tests.validation.evaluation_proof.errors import errors_of
+from tests.validation.evaluation_proof.hidden import hidden
+from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics.multibody import Multibody, across
+from tfsat_host.evaluation.com_fit.offsets import Offsets, Parameter
+from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.robot import RobotModel, load_robot
+
+FILED = load_robot()
+CHIPS = "imu-clocks=1"
+"""Each IMU's oscillator is off by up to 1 %, as the evaluation allows; all else is in the file and the certificate."""
+LEAST_A_DEG, LEAST_B_DEG, ROOM_DEG = 30.0, 30.0, 45.0
+QUANTITIES = (
+    "CoM",
+    "CoM of body 4",
+    "mass",
+    "inertia",
+    "hinge point",
+    "hinge axis",
+    "reorientation of body 1",
+    "final attitude of body 1",
+    "initial rate",
+    "joint angle",
+    "stroke",
+    "measured less predicted",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One drop.
+
+    Attributes:
+        errors: By quantity, one value a parameter.
+        withheld: Results that were not given.
+        widened: The certificate was taken to be worse than it says.
+    """
+
+    errors: Mapping[str, Errors]
+    withheld: tuple[str, ...]
+    widened: bool
+
+
+def judged(seed: int) -> Judged:
+    """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds."""
+    drop, calibration = hidden(maneuver(seed), FILED, seed, [CHIPS])
+    found = evaluate(drop.log, FILED, calibration, drop.schedule)
+    errors = dict(errors_of(drop, found))
+    fit = found.explained.fit
+    p = len(fit.offsets)
+    off = fit.values - true_offsets(fit.offsets, drop.flown)
+    for name, rows in rows_of(fit.offsets).items():
+        errors[name] = Errors(off[rows], np.sqrt(np.diag(fit.covariance)[:p])[rows])
+    errors["hinge axis"] = _axes(found, drop.flown)
+    return Judged({name: errors[name] for name in QUANTITIES}, tuple(found.withheld), found.widening > 1.0)
+
+
+def maneuver(seed: int) -> Schedule:
+    """Of four strokes, no two seeds the same."""
+    a_deg, b_deg = np.round(np.random.default_rng([seed, 31]).uniform(0.0, ROOM_DEG, 2), 2)
+    return schedule_maneuver(four_stroke(LEAST_A_DEG + a_deg, LEAST_B_DEG + b_deg))
+
+
+def rows_of(offsets: Offsets) -> dict[str, list[int]]:
+    """Which of its parameters belong to a quantity."""
+    rows: dict[str, list[int]] = {}
+    names = {"com": "CoM", "mass": "mass", "inertia": "inertia", "point": "hinge point"}
+    for k, one in enumerate(offsets.parameters):
+        name = "CoM of body 4" if one.kind == "com" and k >= offsets.sought else names[one.kind]
+        rows.setdefault(name, []).append(k)
+    return rows
+
+
+def true_offsets(offsets: Offsets, flown: RobotModel) -> FloatArray:
+    """(p,) what the parameters should be, in their units."""
+    return np.array([_true(one, offsets.body, Multibody.of(flown)) / one.si for one in offsets.parameters])
+
+
+def _true(one: Parameter, filed: Multibody, flown: Multibody) -> float:
+    k = one.of
+    if one.kind == "mass":
+        return float(np.log(flown.mass_kg[k] / filed.mass_kg[k]))
+    if one.kind == "inertia":
+        entry = _strain(filed.inertia_kg_m2[k], flown.inertia_kg_m2[k]) * one.shape
+        return float(entry.sum() / one.shape.sum())
+    moved = (
+        flown.com_m[k] - filed.com_m[k]
+        if one.kind == "com"
+        else flown.joint_point_m[k] - filed.joint_point_m[k]
+    )
+    return float(one.shape @ moved)
+
+
+def _strain(filed: FloatArray, flown: FloatArray) -> FloatArray:
+    """E of S' = L e^E L^T, with L of the principal axes of S, as the fit has it."""
+    moments, axes = np.linalg.eigh(_second_moments(filed))
+    back = np.linalg.inv(axes * np.sqrt(moments))
+    return np.asarray(logm(back @ _second_moments(flown) @ back.T).real)
+
+
+def _second_moments(inertia: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+
+
+def _axes(found: Evaluation, flown: RobotModel) -> Errors:
+    """Tilts about the two directions across each axis, deg."""
+    fit, driven = found.explained.fit, found.explained.driven.flown
+    first = len(fit.offsets) + 3
+    tilt = driven.corrected(fit.errors).tilt_rad.ravel()
+    by_errors = driven.tilt_errors.reshape(len(tilt), -1)
+    std = np.sqrt(np.diag(by_errors @ fit.covariance[first:, first:] @ by_errors.T))
+    true = [across(a) @ np.cross(a, b) for a, b in zip(found.model.joint_axis, flown.joint_axis, strict=True)]
+    return Errors(np.rad2deg(tilt - np.concatenate(true)), np.rad2deg(std))

@@ -1,0 +1,61 @@
+"""A drop with everything drawn is judged by its truth; the campaign of a thousand is `make sbc-report`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.validation.calibration_proof.robots import Errors
+from tests.validation.simulation_based_calibration.drops import (
+    FILED,
+    QUANTITIES,
+    Judged,
+    judged,
+    true_offsets,
+)
+from tests.validation.simulation_based_calibration.page import histograms_csv, page, picture, rows
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
+from tfsat_host.rehearsal.hidden import draw_hidden
+
+
+def test_the_true_parameters_make_the_true_robot() -> None:
+    flown = draw_hidden(FILED, 3).model
+    offsets = model_offsets(FILED)
+    made, true = offsets.corrected(true_offsets(offsets, flown)), Multibody.of(flown)
+    for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_point_m"):
+        np.testing.assert_allclose(
+            getattr(made, name), getattr(true, name), rtol=1e-9, atol=1e-12, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.prove)])
+def test_no_number_of_a_drop_is_far_from_its_truth(seed: int) -> None:
+    found = judged(seed)
+    assert tuple(found.errors) == QUANTITIES and not found.withheld and not found.widened
+    z_scores = np.concatenate([one.error / one.std for one in found.errors.values()])
+    assert len(z_scores) > 70 and np.abs(z_scores).max() < 4.5
+    assert 0.5 < np.sqrt(np.mean(z_scores**2)) < 1.4
+
+
+def made(drops: int, times: float, off: float = 0.0) -> list[Judged]:
+    """Errors so many times as wide as stated."""
+    random = np.random.default_rng(1)
+    return [
+        Judged(
+            {name: Errors(times * random.standard_normal(2) + off, np.ones(2)) for name in QUANTITIES},
+            (),
+            False,
+        )
+        for _ in range(drops)
+    ]
+
+
+def test_right_intervals_are_told_from_wrong_ones() -> None:
+    right = rows(made(400, 1.0))
+    assert all(row.met for row in right)
+    for wrong in (made(400, 0.8), made(400, 1.25), made(400, 1.0, off=0.4)):
+        assert not any(row.met for row in rows(wrong))
+    assert "| **no** |" in page(made(400, 0.8)) and "**no**" not in page(made(400, 1.0))
+    assert histograms_csv(made(40, 1.0)).count("\n") == 1 + 2 * len(QUANTITIES)
+    assert picture(made(40, 1.0)).lstrip().startswith("<?xml")
