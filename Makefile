@@ -78,7 +78,7 @@ bench-design: venv  ## measure the maneuver design next to the same swarm by MuJ
 	@$(BIN)/python -m tests.validation.design_bench
 
 .PHONY: paper-numbers
-paper-numbers: venv  ## compute the paper's numbers (half a minute) and write docs/paper-numbers.md
+paper-numbers: venv  ## compute the tables of docs/paper-numbers.md (half a minute)
 	$(call say,the paper's numbers and ours)
 	@$(BIN)/python -m tests.validation.paper_numbers
 
@@ -94,30 +94,34 @@ decoders: venv
 	  touch build/bench-decode/installed; }
 
 .PHONY: sequencer-report
-sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) and write docs/sequencer-proof.md
+sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) for docs/sequencer-proof.md
 	$(call say,proving the sequencer's image)
 	@$(BIN)/python -m tests.validation.sequencer_proof
 
 .PHONY: logger-report
-logger-report: toolchain venv  ## try the logger's core on a failing card in full (minutes) and write docs/logger-proof.md
+logger-report: toolchain venv  ## try the logger's core on a failing card in full (minutes) for docs/logger-proof.md
 	$(call say,proving the logger's core)
 	@$(BIN)/python -m tests.validation.logger_proof
 
 .PHONY: calibration-report
-calibration-report: compiler venv  ## calibrate thirty emulated robots (minutes) and write docs/calibration-proof.md
+calibration-report: compiler venv  ## calibrate thirty emulated robots (minutes) for docs/calibration-proof.md
 	$(call say,how far calibrations are from the truth)
 	@$(BIN)/python -m tests.validation.calibration_proof
 
 # One core a process: the campaign has two of them.
 .PHONY: evaluation-report
-evaluation-report: compiler venv  ## evaluate a thousand emulated drops (an hour on two cores) and write docs/evaluation-proof.md
+evaluation-report: compiler venv  ## evaluate a thousand emulated drops (an hour on two cores) for docs/evaluation-proof.md
 	$(call say,how far evaluations are from the truth)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.evaluation_proof
 
 .PHONY: sbc-report
-sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarter of an hour) and write docs/simulation-based-calibration.md
+sbc-report: compiler venv  ## evaluate a thousand drops with all drawn (a quarter of an hour) for docs/simulation-based-calibration.md
 	$(call say,whether every ± of an evaluation is right)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.validation.simulation_based_calibration
+
+.PHONY: pages
+pages: venv  ## put the campaigns' tables into the pages of docs/
+	@$(BIN)/python -m tests.validation.pages
 
 .PHONY: prove
 prove: toolchain compiler venv firmware  ## run the campaigns whose code has changed, plant defects that the suite must see (an hour or two)

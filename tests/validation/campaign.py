@@ -1,25 +1,24 @@
-"""What the proofs of both boards share: a campaign's declaration, jobs on all cores, a page with its tables."""
+"""What the proofs of both boards share: a campaign's declaration, jobs on all cores, tables that are written."""
 
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tests.arduino_sequencer.avr.building import BuildError
-from tests.paths import REPOSITORY
+from tests.paths import DOCS
+from tests.validation.provenance import CampaignRun
+from tests.validation.tables import csv_text
 
 Progress = Callable[[str], None]
 Found = Mapping[str, Sequence[Any]]
@@ -77,30 +76,31 @@ def run_campaigns(campaigns: Sequence[Campaign], progress: Progress = lambda _: 
     return found
 
 
-def write_proof(board: str, prove: Callable[[Path, Progress], Mapping[str, str]]) -> int:
-    """`make BOARD-report`: writes the files that `prove` gives, by their paths in docs/; it may use an empty folder.
+Results = tuple[Mapping[str, str], Mapping[str, object]]
+"""The tables by their files' names, and what else the campaign was run with: versions of tools, numbers of runs."""
+
+
+def write_proof(name: str, command: str, prove: Callable[[Path, Progress], Results]) -> int:
+    """Run a board's campaigns and write their tables into docs/NAME; `prove` may use an empty folder.
 
     Exit code 0 when everything held; 1, and no new file, when not.
     """
-    parser = argparse.ArgumentParser(prog=f"make {board}-report")
-    parser.add_argument("--out", type=Path, default=REPOSITORY / "docs", help="folder of the page")
+    parser = argparse.ArgumentParser(prog=command)
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the pages")
     arguments = parser.parse_args()
-    started_s = time.monotonic()
+    run, started_s = CampaignRun(name), time.monotonic()
 
     def progress(what: str) -> None:
         print(f"  {time.monotonic() - started_s:4.0f} s  {what}", flush=True)
 
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as folder:
         try:
-            files = prove(Path(name), progress)
+            tables, more = prove(Path(folder), progress)
         except (AssertionError, BuildError) as error:
-            print(f"Error: {error}\n  The {board} is not proven; its page is as it was.", file=sys.stderr)
+            print(f"Error: {error}\n  Nothing is proven; docs/{name} is as it was.", file=sys.stderr)
             return 1
-    for path, text in files.items():
-        place = arguments.out / path
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8")
-    print(f"Written: {', '.join(files)}")
+    run.write(tables, more, arguments.out)
+    print(f"Written: docs/{name}")
     return 0
 
 
@@ -114,35 +114,6 @@ def declared(campaigns: Sequence[Campaign]) -> str:
 
 def _seeds(one: Campaign) -> tuple[object, object]:
     return ("", "") if one.seed is None else (one.seed, one.step)
-
-
-def results_csv(results: Sequence[Any]) -> str:
-    """Results that are named tuples of one type, a row each."""
-    return csv_text(results[0]._fields, results)
-
-
-def csv_text(columns: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    """A table as CSV."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(cell, row) for row in (columns, *rows))
-    return text.getvalue()
-
-
-def table(columns: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    """A table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join("| " + " | ".join(map(cell, line)) + " |" for line in lines)
-
-
-def cell(value: object) -> str:
-    """A value as the tables show it: numbers to four decimals, enumerations by their words."""
-    if isinstance(value, Enum):
-        return value.value if isinstance(value.value, str) else value.name.lower()
-    if isinstance(value, float):
-        return f"{value + 0.0:.4f}".rstrip("0").rstrip(".")
-    if type(value) is tuple:
-        return " ".join(map(cell, value))
-    return str(value)
 
 
 def output(*command: str) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.validation import provenance, release
-from tests.validation.provenance import PROOFS, Proof
+from tests.validation import release
+from tests.validation.provenance import PROOFS, SHA256_ROW, Proof, read_provenance
 from tfsat_host import __version__
 
 
@@ -46,20 +47,11 @@ def test_the_changelog_has_a_section_of_the_version(headings: tuple[str, ...], s
 
 
 @pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
-def test_a_page_is_stale_as_soon_as_its_subject_differs(
-    proof: Proof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(provenance, "REPOSITORY", tmp_path)
-    (tmp_path / "docs").mkdir()
-    present = Proof(
-        proof.name, proof.command, proof.subject, lambda: "a" * 64, proof.more_pages, proof.of_board
-    )
-    pages = [tmp_path / "docs" / f"{page}.md" for page in (proof.name, *proof.more_pages)]
-    for page in pages:
-        page.write_text(f"SHA-256 `{'a' * 64}`")
-    assert not present.is_stale()
-    pages[-1].write_text(f"SHA-256 `{'b' * 64}`")
-    assert present.is_stale() and proof.command in present.stale_sentence()
+def test_a_page_is_stale_as_soon_as_its_subject_differs(proof: Proof) -> None:
+    recorded = read_provenance(proof.folder)[SHA256_ROW]
+    assert not replace(proof, hash_subject=lambda: recorded).is_stale()
+    changed = replace(proof, hash_subject=lambda: "0" * 64)
+    assert changed.is_stale() and proof.command in changed.stale_sentence()
 
 
 def test_a_stale_page_is_refused_with_its_command(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.paths import DOCS
-from tests.validation.calibration_proof.page import TARGETS
+from tests.validation.calibration_proof.results import RMS_MAX
 from tests.validation.calibration_proof.robots import (
     QUANTITIES,
     calibrated,
@@ -22,19 +22,21 @@ from tests.validation.calibration_proof.robots import (
 
 ROBOTS = DOCS / "calibration-proof" / "robots.csv"
 MOST_DEVIATIONS = 5.0
+PRINTED = 2e-5
+"""To the last digit of the table but one: other processors round otherwise."""
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.prove) for seed in (2, 3, 4))])
 def test_a_robot_of_the_proof(seed: int) -> None:
     day = recorded_day(seed)
     errors = errors_of(day, calibrated(day))
-    for name, target in TARGETS.items():
-        assert errors[name].rms <= target, name
+    for name, rms_max in RMS_MAX.items():
+        assert errors[name].rms <= rms_max, name
         assert (abs(errors[name].error) / errors[name].std).max() < MOST_DEVIATIONS, name
-    assert [errors[name].rms for name in QUANTITIES] == pytest.approx(_on_the_page(seed), abs=2e-5)
+    assert [errors[name].rms for name in QUANTITIES] == pytest.approx(_read_row(seed), abs=PRINTED)
 
 
-def _on_the_page(seed: int) -> list[float]:
+def _read_row(seed: int) -> list[float]:
     rows = csv.reader(ROBOTS.read_text(encoding="utf-8").splitlines())
     return next([float(cell) for cell in row[1:]] for row in rows if row[0] == str(seed))
 

@@ -1,4 +1,4 @@
-"""`make evaluation-report`: evaluates emulated drops and writes docs/evaluation-proof.md and its tables."""
+"""`make evaluation-report`: evaluates emulated drops, for evaluation-proof, paper-setting and causes in docs/."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from tests.validation.evaluation_proof.campaign import Proof, mismatched, prove
 from tests.validation.evaluation_proof.causes import CAUSES, one_cause
 from tests.validation.evaluation_proof.learning import FIRST_SEED, robot
 from tests.validation.evaluation_proof.learning import ROBOTS as TAUGHT
-from tests.validation.evaluation_proof.mismatch_page import summaries
+from tests.validation.evaluation_proof.mismatch_tables import summaries
 from tests.validation.evaluation_proof.mismatches import DROPS, ROWS, Judged, seeds_of
-from tests.validation.evaluation_proof.page import files
-from tests.validation.evaluation_proof.summary import judged
-from tests.validation.provenance import seal
+from tests.validation.evaluation_proof.results import describe_campaign, make_tables
+from tests.validation.evaluation_proof.summary import find_targets
+from tests.validation.provenance import CampaignRun
+from tests.validation.targets import report_targets
 from tfsat_host.emulated.build import ensure_built
 
 ROBOTS = 20
@@ -38,7 +39,7 @@ def of_row(drop: tuple[str, int]) -> Judged:
 
 
 def main() -> int:
-    """Writes the page; 1 if a target is missed."""
+    """Write the tables; 1 if a target is missed."""
     parser = argparse.ArgumentParser(prog="make evaluation-report", description=__doc__)
     parser.add_argument("--robots", type=int, default=ROBOTS, help="how many, from number 1")
     parser.add_argument(
@@ -47,10 +48,10 @@ def main() -> int:
     parser.add_argument(
         "--taught", type=int, default=TAUGHT, help="robots dropped with the maneuver that learns"
     )
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page and its tables")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the pages")
     arguments = parser.parse_args()
     ensure_built(progress=print)
-    proved = seal("evaluation-proof")
+    run = CampaignRun("evaluation-proof")
     seeds = range(1, arguments.robots + 1)
     with ProcessPoolExecutor(PROCESSES) as pool:
         shown = Console(stderr=True)
@@ -68,18 +69,13 @@ def main() -> int:
         taught = range(FIRST_SEED, FIRST_SEED + arguments.taught)
         lessons = list(track(pool.map(robot, taught), "lessons", total=len(taught), console=shown))
     rows = {row.name: drops[k * arguments.drops :][: arguments.drops] for k, row in enumerate(ROWS)}
-    for name, text in files(proofs, rows, causes, lessons).items():
-        place = arguments.out / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text + (proved if name.endswith(".md") else ""), encoding="utf-8")
-    targets = judged(proofs)
-    for target in targets:
-        print(f"{target.what}: {target.found} of {target.wanted}: {'good' if target.met else 'MISSED'}")
+    results = (proofs, rows, causes, lessons)
+    run.write(make_tables(*results), describe_campaign(*results), arguments.out)
     judgement = summaries(rows)
     for row in judgement:
-        print(f"{row.row.name}: {'good' if row.met else 'MISSED'}")
-    print(f"{arguments.out}/evaluation-proof.md and its tables are written.")
-    return 0 if all(target.met for target in targets) and all(row.met for row in judgement) else 1
+        print(f"{row.row.name}: {'met' if row.met else 'MISSED'}")
+    missed = report_targets(find_targets(proofs))
+    return missed if all(row.met for row in judgement) else 1
 
 
 if __name__ == "__main__":

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from tests.validation.evaluation_proof.campaign import kept
 from tests.validation.evaluation_proof.hidden import hidden
-from tests.validation.evaluation_proof.tables import csv_text, table
 from tests.validation.simulation_based_calibration.drops import FILED, maneuver
+from tests.validation.tables import csv_text
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.check import Cause
 from tfsat_host.evaluation.checks.drop_checks import checks_of
@@ -24,7 +24,8 @@ from tfsat_host.evaluation.rest import rest_before_release
 DROPS = 30
 FIRST_SEED = 8001
 """Of all causes; none of these drops was looked at before the campaign."""
-LEAST_FIRST, MOST_TIED = 0.8, 0.2
+FIRST_MIN, TIED_MAX = 0.8, 0.2
+"""Shares of the drops of a cause."""
 CAUSES: Mapping[str, Sequence[str]] = {
     "masses": ("wrong-masses=40",),
     "hinge points": ("wrong-hinge-points=10",),
@@ -41,15 +42,6 @@ CAUSES: Mapping[str, Sequence[str]] = {
 """By kind of cause: the fault that is drawn, on top of all that the robot file calls uncertain. The size of those of
 the robot itself is a standard deviation, 10 or 20 times the file's: many smaller ones lie within what the file states,
 and what centers of mass explain as well cannot be told from them."""
-_PAGE = """# Which cause an evaluation names
-
-Written by `make evaluation-report`; do not edit.
-
-{drops} drops of each cause, a maneuver and a robot as its file allows drawn for each, seeds from {seed}: the cause that
-was the likeliest, and how often two could not be told apart. Nothing named: no check failed. Wanted: the true one first
-in {first:.0%}, ties in {tied:.0%} at most. Drop by drop: [causes.csv](evaluation-proof/causes.csv).
-
-"""
 
 
 class Named(NamedTuple):
@@ -110,28 +102,26 @@ def tied_share(drops: Sequence[Named]) -> float:
     return sum(one.tied for one in drops) / len(drops)
 
 
-def causes_page(causes: Drops) -> str:
-    """docs/causes.md."""
+def count_causes(causes: Drops) -> str:
+    """Return a table with a row a kind of cause: how often the true one was the likeliest."""
     rows = []
     for kind, drops in causes.items():
         others = Counter(one.first for one in drops if one.first not in (kind, SOUND))
-        met = first_share(kind, drops) >= LEAST_FIRST and tied_share(drops) <= MOST_TIED
+        met = first_share(kind, drops) >= FIRST_MIN and tied_share(drops) <= TIED_MAX
         rows.append(
             (
                 kind,
                 ", ".join(f"`{fault}`" for fault in CAUSES[kind]) or "–",
                 ", ".join(f"{other} {count}" for other, count in others.most_common()) or "–",
-                "yes" if met else "**no**",
-                str(len(drops)),
-                str(sum(one.first == kind for one in drops)),
-                str(sum(one.tied for one in drops)),
-                str(sum(not one.causes for one in drops)),
+                met,
+                len(drops),
+                sum(one.first == kind for one in drops),
+                sum(one.tied for one in drops),
+                sum(not one.causes for one in drops),
             )
         )
     columns = ("cause", "fault", "named instead", "met", "drops", "true one first", "tied", "nothing named")
-    most = max(map(len, causes.values()))
-    head = _PAGE.format(drops=most, seed=FIRST_SEED, first=LEAST_FIRST, tied=MOST_TIED)
-    return head + table(columns, rows, words=4)
+    return csv_text(columns, rows)
 
 
 def causes_csv(causes: Drops) -> str:

@@ -11,20 +11,16 @@ import numpy as np
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.campaign import kept
 from tests.validation.evaluation_proof.errors import joined
+from tests.validation.evaluation_proof.figures import figures
 from tests.validation.evaluation_proof.hidden import hidden
-from tests.validation.evaluation_proof.tables import csv_text, figures, filled, table
 from tests.validation.simulation_based_calibration.drops import CHIPS, FILED
+from tests.validation.tables import csv_text
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Maneuver, schedule_maneuver
 from tfsat_host.rehearsal.learning import USUAL, learn
 
 ROBOTS = 50
 FIRST_SEED = 9001
-_TEXT = """
-`design --learn com` next to 59/70: {robots} hidden robots, all drawn, dropped once with either. Error of the nine
-offsets, mm; robot by robot: [learning.csv](evaluation-proof/learning.csv). They trade exactly with the hinge points,
-which the file has within {hinge} mm: no maneuver tells them apart.
-"""
 
 
 class Lesson(NamedTuple):
@@ -60,17 +56,14 @@ def robot(seed: int) -> Lesson:
     return found
 
 
-def learning_page(lessons: Sequence[Lesson]) -> str:
-    """The part of the page."""
-    names = list(lessons[0].by)
-    hinge = (FILED.uncertainty.joint_point_m if FILED.uncertainty else 0.0) * 1e3
-    text = _TEXT.format(robots=len(lessons), hinge=f"{hinge:g}")
-    rows = []
-    for name in names:
-        rms, largest, std, z, hold = figures(joined(one.by[name] for one in lessons))
-        rows.append((name.removeprefix("to learn: "), rms, largest, std, z, hold))
+def compare_maneuvers(lessons: Sequence[Lesson]) -> str:
+    """Return a table with a row a maneuver: errors of the nine offsets over all robots."""
+    rows = [
+        (name.removeprefix("to learn: "), *figures(joined(one.by[name] for one in lessons)))
+        for name in lessons[0].by
+    ]
     columns = ("maneuver", "rms", "largest", "stated ±, median", "z", "95 % hold")
-    return f"\n## A maneuver that learns\n\n{filled(text)}\n{table(columns, rows)}"
+    return csv_text(columns, rows)
 
 
 def learning_csv(lessons: Sequence[Lesson]) -> str:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.campaign import Proof
 from tests.validation.evaluation_proof.errors import BODY_2_Z, joined
+from tests.validation.evaluation_proof.figures import COVERED, covered, rms
 from tests.validation.evaluation_proof.flights import LOW_PASSES, Flight
-from tests.validation.evaluation_proof.tables import COVERED, covered, percent, rms
+from tests.validation.targets import Target
 
 Proofs = Mapping[int, Proof]
 
-TARGETS = {"reorientation of body 1": {"42 Hz": 0.1, "5 Hz": 0.2}}
-"""Root mean square, deg."""
-COM_MM, BODY_2_Z_MM = 1.0, 2.5
+RMS_MAX_DEG = {"reorientation of body 1": {"42 Hz": 0.1, "5 Hz": 0.2}}
+COM_MAX_MM, BODY_2_Z_MAX_MM = 1.0, 2.5
 BETTER = 0.95
 """Share of the drops in which the corrected model must be nearer to the measurement."""
 STATED = {
@@ -28,23 +27,6 @@ STATED = {
     "CoM": ("CoM",),
 }
 """Their intervals are judged: by these quantities."""
-
-
-@dataclass(frozen=True, slots=True)
-class Judged:
-    """One target.
-
-    Attributes:
-        what: It is of.
-        found: In words.
-        wanted: Likewise.
-        met: It is.
-    """
-
-    what: str
-    found: str
-    wanted: str
-    met: bool
 
 
 def flights(proofs: Proofs, low_pass: str) -> list[Flight]:
@@ -67,43 +49,43 @@ def nearer(proofs: Proofs, low_pass: str) -> float:
     return float(np.mean([one.after.final_deg < one.before.final_deg for one in flights(proofs, low_pass)]))
 
 
-def judged(proofs: Proofs) -> list[Judged]:
-    """Every target at both low-passes."""
-    found: list[Judged] = []
+def find_targets(proofs: Proofs) -> list[Target]:
+    """Return every target at both low-passes."""
+    found: list[Target] = []
     for low_pass in LOW_PASSES:
-        for quantity, wanted in TARGETS.items():
-            value, most = rms(errors(proofs, low_pass, quantity).error), wanted[low_pass]
+        for quantity, rms_max in RMS_MAX_DEG.items():
+            value = rms(errors(proofs, low_pass, quantity).error)
             found.append(
-                Judged(f"{quantity}, {low_pass}", f"{value:.4f} deg rms", f"{most:g} deg", value <= most)
+                Target(f"rms error of {quantity}, {low_pass}", value, high=rms_max[low_pass], unit="deg")
             )
-        found += _com(proofs, low_pass)
+        found += _com_targets(proofs, low_pass)
         for quantity, parts in STATED.items():
             share = covered(joined(errors(proofs, low_pass, one) for one in parts))
-            good = COVERED[0] <= share <= COVERED[1]
+            bounds = (100.0 * COVERED[0], 100.0 * COVERED[1])
             found.append(
-                Judged(f"95 % intervals of {quantity}, {low_pass}", percent(share), "90 to 99 %", good)
+                Target(
+                    f"95 % intervals of {quantity} that hold, {low_pass}",
+                    round(100.0 * share, 1),
+                    *bounds,
+                    "%",
+                )
             )
         share = nearer(proofs, low_pass)
         found.append(
-            Judged(f"corrected model nearer, {low_pass}", percent(share), percent(BETTER), share >= BETTER)
+            Target(
+                f"corrected model nearer, {low_pass}",
+                round(100.0 * share, 1),
+                100.0 * BETTER,
+                unit="% of drops",
+            )
         )
     return found
 
 
-def _com(proofs: Proofs, low_pass: str) -> list[Judged]:
+def _com_targets(proofs: Proofs, low_pass: str) -> list[Target]:
     each = [rms(part(errors(proofs, low_pass, "CoM"), k, 9).error) for k in range(9)]
     worst = max(value for k, value in enumerate(each) if k != BODY_2_Z)
     return [
-        Judged(
-            f"CoM, worst axis but body 2 z, {low_pass}",
-            f"{worst:.3f} mm rms",
-            f"{COM_MM:g} mm",
-            worst <= COM_MM,
-        ),
-        Judged(
-            f"CoM, body 2 z, {low_pass}",
-            f"{each[BODY_2_Z]:.3f} mm rms",
-            f"{BODY_2_Z_MM:g} mm",
-            each[BODY_2_Z] <= BODY_2_Z_MM,
-        ),
+        Target(f"rms error of CoM, worst axis but body 2 z, {low_pass}", worst, high=COM_MAX_MM, unit="mm"),
+        Target(f"rms error of CoM, body 2 z, {low_pass}", each[BODY_2_Z], high=BODY_2_Z_MAX_MM, unit="mm"),
     ]

@@ -16,13 +16,13 @@ from tests.evaluation.drops import DROPPED, Drop, certificate, flown
 from tests.paths import DOCS
 from tests.validation.evaluation_proof.causes import named
 from tests.validation.evaluation_proof.errors import BODY_2_Z, errors_of
+from tests.validation.evaluation_proof.figures import rms
 from tests.validation.evaluation_proof.flights import LOW_PASSES, drops_of, flights_of, with_dead_gyro
-from tests.validation.evaluation_proof.page import row_of
-from tests.validation.evaluation_proof.paper_page import PAPER_COLUMNS, paper_row_of
 from tests.validation.evaluation_proof.paper_setting import replays_of
+from tests.validation.evaluation_proof.paper_tables import PAPER_COLUMNS, paper_row_of
+from tests.validation.evaluation_proof.results import row_of
 from tests.validation.evaluation_proof.robots import Robot, robot_of
-from tests.validation.evaluation_proof.summary import BODY_2_Z_MM, COM_MM, TARGETS
-from tests.validation.evaluation_proof.tables import rms
+from tests.validation.evaluation_proof.summary import BODY_2_Z_MAX_MM, COM_MAX_MM, RMS_MAX_DEG
 from tfsat_host.evaluation.checks.evidence import SOUND
 from tfsat_host.evaluation.evaluation import evaluate
 
@@ -43,9 +43,9 @@ def dropped(seed: int) -> tuple[Robot, dict[str, Drop]]:
 def test_a_drop_is_as_good_as_the_proof() -> None:
     one = flown(1)
     errors = errors_of(one, evaluate(one.log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED))
-    for quantity, wanted in TARGETS.items():
+    for quantity, wanted in RMS_MAX_DEG.items():
         assert rms(errors[quantity].error) <= wanted["42 Hz"], quantity
-    assert rms(np.delete(errors["CoM"].error, BODY_2_Z)) <= COM_MM
+    assert rms(np.delete(errors["CoM"].error, BODY_2_Z)) <= COM_MAX_MM
     for quantity, found in errors.items():
         assert (np.abs(found.error) / found.std).max() < MOST_DEVIATIONS, quantity
 
@@ -54,11 +54,11 @@ def test_a_drop_is_as_good_as_the_proof() -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
     for low_pass, flight in flights_of(*dropped(seed)).items():
-        for quantity, wanted in TARGETS.items():
+        for quantity, wanted in RMS_MAX_DEG.items():
             assert rms(flight.errors[quantity].error) <= wanted[low_pass], quantity
         com = flight.errors["CoM"].error
-        assert rms(np.delete(com, BODY_2_Z)) <= COM_MM
-        assert abs(com[BODY_2_Z]) <= BODY_2_Z_MM
+        assert rms(np.delete(com, BODY_2_Z)) <= COM_MAX_MM
+        assert abs(com[BODY_2_Z]) <= BODY_2_Z_MAX_MM
         for quantity, errors in flight.errors.items():
             assert (np.abs(errors.error) / errors.std).max() < MOST_DEVIATIONS, quantity
         assert flight.after.final_deg < flight.before.final_deg
@@ -70,7 +70,7 @@ def test_a_robot_with_a_dead_gyro() -> None:
     robot, drops = dropped(1)
     (low_pass, *_) = LOW_PASSES
     errors = with_dead_gyro(robot, drops[low_pass], 2)
-    assert rms(errors["reorientation of body 1"].error) <= TARGETS["reorientation of body 1"][low_pass]
+    assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][low_pass]
     for quantity, found in errors.items():
         assert (np.abs(found.error) / found.std).max() < MOST_DEVIATIONS, quantity
 

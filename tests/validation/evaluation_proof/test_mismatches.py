@@ -9,10 +9,10 @@ import pytest
 
 from tests.evaluation.drops import few_of
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof.learning import FIRST_SEED, Lesson, learning_csv, learning_page
-from tests.validation.evaluation_proof.mismatch_page import mismatch_tables, section, summary
+from tests.validation.evaluation_proof.figures import COVERED
+from tests.validation.evaluation_proof.learning import FIRST_SEED, Lesson, compare_maneuvers, learning_csv
+from tests.validation.evaluation_proof.mismatch_tables import make_mismatch_tables, summary
 from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, judged, seeds_of
-from tests.validation.evaluation_proof.tables import COVERED
 
 BY_NAME = {row.name: row for row in ROWS}
 FEW = ("nothing", "masses 5 %")
@@ -86,16 +86,15 @@ def test_lessons_are_told_maneuver_by_maneuver() -> None:
         "59/70": Errors(np.full(9, 2.0), np.ones(9)),
         "to learn: other": Errors(np.full(9, 0.5), np.ones(9)),
     }
-    page, rows = learning_page([Lesson(errors)] * 3), learning_csv([Lesson(errors)] * 3).splitlines()
-    assert "3 hidden robots" in page
-    assert "| 59/70 | 2.0000 | 2.0000 | 1.0000 | 2.00 | 0.0 % |" in page
-    assert "| other | 0.5000 | 0.5000 | 1.0000 | 0.50 | 100.0 % |" in page
+    compared = compare_maneuvers([Lesson(errors)] * 3).splitlines()
+    rows = learning_csv([Lesson(errors)] * 3).splitlines()
+    assert compared[1:] == ["59/70,2.0000,2.0000,1.0000,2.00,0.0", "other,0.5000,0.5000,1.0000,0.50,100.0"]
     assert rows[1:] == [f"{seed},2.000,1.000,0.500,1.000" for seed in range(FIRST_SEED, FIRST_SEED + 3)]
 
 
-def test_the_section_has_a_row_each_and_its_tables_one_a_drop() -> None:
-    drops = {row.name: made(3) for row in ROWS}
-    assert all(f"| {row.name} | 0 | 3 | none |" in section(drops) for row in ROWS)
-    tables = mismatch_tables(drops)
+def test_tables_have_a_row_each_or_one_a_drop() -> None:
+    tables = make_mismatch_tables({row.name: made(3) for row in ROWS})
+    verdicts = [line.replace('"', "") for line in tables["mismatch-verdicts"].splitlines()]
+    assert all(f"\n{row.name},0,3,none," in "\n" + "\n".join(verdicts) for row in ROWS)
     assert tables["mismatches"].count("\n") == 1 + len(ROWS)
     assert tables["mismatch-drops"].count("\n") == 1 + 3 * len(ROWS)

@@ -1,4 +1,4 @@
-"""`make logger-report`: all campaigns on both machines, then docs/logger-proof.md and its tables."""
+"""`make logger-report`: all campaigns on both machines, then the tables of docs/logger-proof.md."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from tests.validation.campaign import Campaign, Progress, run_campaigns, write_proof
+from tests.validation.campaign import Campaign, Progress, Results, run_campaigns, write_proof
 from tests.validation.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.validation.logger_proof.campaign import RATES_HZ, SEEDS, runs
 from tests.validation.logger_proof.m7 import BATCH, FULL_SEEDS, compare, count_instructions
@@ -17,7 +17,7 @@ from tests.validation.logger_proof.measurements import (
     run_glitches,
     shared,
 )
-from tests.validation.logger_proof.page import files
+from tests.validation.logger_proof.results import describe_machines, make_tables
 
 
 def campaigns(folder: Path) -> list[Campaign]:
@@ -40,12 +40,13 @@ def campaigns(folder: Path) -> list[Campaign]:
     ]  # fmt: skip
 
 
-def prove(folder: Path, progress: Progress) -> dict[str, str]:
-    """Builds, runs everything, and returns the page and its tables. Raises Broken, BuildError."""
+def prove(folder: Path, progress: Progress) -> Results:
+    """Build and run everything; return the tables and what they were run with. Raises Broken, BuildError."""
     progress("building")
     declared = campaigns(folder)
-    return files(run_campaigns(declared, progress), declared)
+    found = run_campaigns(declared, progress)
+    return make_tables(found, declared), describe_machines(found)
 
 
 if __name__ == "__main__":
-    sys.exit(write_proof("logger", prove))
+    sys.exit(write_proof("logger-proof", "make logger-report", prove))

@@ -59,7 +59,7 @@ def compare(pc: Path, m7: Path, seed: int, count: int = 1) -> list[bytes]:
 
 
 CLOCK_HZ = 600_000_000
-MOST_SHARE = 0.10
+SHARE_MAX = 0.10
 """Of the processor, that sampling may take at an instruction a cycle; what it waits for at the buses comes on top."""
 
 
@@ -116,6 +116,6 @@ def count_instructions(program: Path, rate_hz: int) -> Instructions:
         empty_pass=figures["pass"],
         pass_with_block=figures["pass_with_block"],
     )
-    if counted.share > MOST_SHARE:
+    if counted.share > SHARE_MAX:
         raise Broken(f"the core takes {counted.share:.1%} of the processor at {rate_hz} Hz")
     return counted

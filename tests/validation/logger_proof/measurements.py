@@ -72,7 +72,7 @@ BUSES_KHZ = (400, 100)
 FALL_S = (0.3, 2.2)
 """After the release: strokes, and nothing of the landing."""
 MOST_DELAY_S = 0.02
-MOST_OFF_US = 100
+READ_TIME_MAX_US = 100
 """A chip renews its registers each 1000 us, and 280 Hz meets seven phases of that, 143 us apart."""
 
 
@@ -100,7 +100,7 @@ def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> lis
         for i, logged_us in enumerate(one.log.header.imu_offset_us):
             found.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
     for offset in found:
-        if abs(offset.logged_us - offset.measured_us) > MOST_OFF_US:
+        if abs(offset.logged_us - offset.measured_us) > READ_TIME_MAX_US:
             raise Broken(
                 f"IMU {offset.imu} is read {offset.measured_us:.0f} us after the sample's time, "
                 f"the log says {offset.logged_us}, at {offset.bus_khz} kHz"

@@ -1,9 +1,9 @@
-"""A page has its runs' figures; a wrong measurement leaves none."""
+"""Tables have their runs' figures, some of them found again; a wrong measurement leaves none."""
 
 from __future__ import annotations
 
+import csv
 import hashlib
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,17 +12,19 @@ from typing import Any
 import pytest
 
 from tests.evaluation.drops import Drop, drop
-from tests.paths import REPOSITORY
+from tests.paths import DOCS
 from tests.validation.campaign import Broken
 from tests.validation.logger_proof.building import core_files
 from tests.validation.logger_proof.campaign import RATES_HZ, SEEDS
 from tests.validation.logger_proof.judge import Outcome
 from tests.validation.logger_proof.m7 import Figure, Instructions
 from tests.validation.logger_proof.measurements import Glitches, Offset, Spare, measure_offsets, run_glitches
-from tests.validation.logger_proof.page import files
+from tests.validation.logger_proof.results import describe_machines, make_tables
 from tests.validation.logger_proof.truth import Kind
+from tests.validation.provenance import read_provenance
+from tests.validation.tables import read_rows, results_csv
 
-PAGE = REPOSITORY / "docs" / "logger-proof.md"
+FOLDER = DOCS / "logger-proof"
 RUN = Outcome(
     **dict.fromkeys(Outcome._fields, 0)  # type: ignore[arg-type]
     | {"seed": 1, "verdict": "truncated", "decoded": 950, "torn": 2, "loss_us": 123_000, "number": 1}
@@ -60,50 +62,58 @@ def test_the_hash_is_of_everything_that_knows_no_hardware() -> None:
 
 
 def test_the_page_is_of_the_full_campaign() -> None:
-    counts = re.search(r"(\d+) recordings, (\d+) of them cut off", PAGE.read_text().replace("\n", " "))
-    assert counts is not None
-    assert int(counts[1]) >= SEEDS
-    assert int(counts[2]) >= 2000
+    figures = dict(read_rows(FOLDER / "figures.csv", "faults")[1:])
+    assert int(figures["recordings"]) >= SEEDS
+    assert int(figures["cut off by the power"]) >= 2000
 
 
-def test_a_page_has_its_runs_figures_and_every_table() -> None:
-    written = files(FOUND, [])
-    text = written["logger-proof.md"]
+def test_tables_have_their_runs_figures() -> None:
+    written = make_tables(FOUND, [])
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
-    for figures in (
-        f"{len(RUNS)} recordings, {cuts} of them cut off",
-        "| takes what comes | 280 | 14 | 123 | 123 |",
-        "| 1000 | 15 | 15 | 450 | 77 | 0 |",
-        "| 1000 | 3800 | 11800 | 1800 | 300 | 250 | 0.64% |",
-        f"| `{hashlib.sha256(b'imagetruth').hexdigest()}` |",
-        "are the same 10 bytes",
-        "at least 816 of the 896 blocks of RAM were free, 479 where",
-        "within 21 µs",
-    ):
-        assert figures in text.replace("\n  ", " ").replace("\n", " ")
     for name, row in {
+        "figures": f"faults,cut off by the power,{cuts}",
+        "losses": "takes what comes,280,14,123,123",
+        "stalls": "1000,15,15,450,77,0",
+        "instructions": "1000,3800,11800,1800,300,250,0.64",
         "shared-processor": "1000,23000,100,479,544",
         "failed-transfers": "nack,280,200,150,1,0",
         "read-times": "100,2,1560,1538.7",
         "recordings": "the block under way is torn,1000,3,3,0,3,0,0,6,0",
+        "targets": "\"a sensor's time in the log's header, off by\",21.3,,100,µs,yes",
     }.items():
-        assert f"\n{row}\n" in written[f"logger-proof/{name}.csv"]
-    for name in written:
-        assert name.removeprefix("logger-proof/") in text or name == "logger-proof.md"
-        assert (PAGE.parent / name).is_file()
-    committed = PAGE.read_text().splitlines()
-    for line in committed:
-        assert len(line) <= 130 or line.startswith("|")
-    assert len(committed) <= 120
+        assert f"\n{row.replace(chr(34), '')}\n" in written[f"{name}.csv"].replace(chr(34), ""), name
+    for figure in ("machine,runs on both,1", 'machine,"bytes, the same",10'):
+        assert figure in written["figures.csv"]
+    assert '"fewest free blocks of RAM, processor shared",816\n' in written["figures.csv"]
+    assert '"likewise, one write in 100 stalls",479\n' in written["figures.csv"]
+    for name, text in written.items():
+        assert text.splitlines()[0] == (FOLDER / name).read_text().splitlines()[0], name
+    assert _labels((FOLDER / "figures.csv").read_text()) == _labels(written["figures.csv"])
+    assert _labels((FOLDER / "targets.csv").read_text(), 1) == _labels(written["targets.csv"], 1)
+
+
+def _labels(table: str, columns: int = 2) -> list[list[str]]:
+    return [row[:columns] for row in csv.reader(table.splitlines())]
+
+
+def test_what_both_machines_wrote_stands_with_the_campaign() -> None:
+    described = describe_machines(FOUND)
+    twins = described["SHA-256 of what PC and Cortex-M7 wrote"]
+    assert twins == hashlib.sha256(b"imagetruth").hexdigest()
+    assert set(described) < set(read_provenance(FOLDER))
 
 
 def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
     found = run_glitches(tmp_path, RATES_HZ)
     assert [(one.kind, one.lost) for one in found] == 2 * [("nack", 200), ("timeout", 200)]
+    assert results_csv(found) == (FOLDER / "failed-transfers.csv").read_text()
 
 
 def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:
-    offsets = [(one.bus_khz, one.logged_us) for one in measure_offsets(tmp_path)]
+    measured = measure_offsets(tmp_path)
+    committed = [float(row[3]) for row in read_rows(FOLDER / "read-times.csv")[1:]]
+    assert [one.measured_us for one in measured] == pytest.approx(committed, abs=0.5)
+    offsets = [(one.bus_khz, one.logged_us) for one in measured]
     assert offsets == [
         *zip([400] * 4, 2 * (0, 390), strict=True),
         *zip([100] * 4, 2 * (0, 1560), strict=True),

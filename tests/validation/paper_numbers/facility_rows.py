@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.validation.paper_numbers.page import Row, row
+from tests.validation.paper_numbers.numbers import GIVEN, Row, row
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import (
@@ -24,34 +24,32 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
     mass_kg = float(robot.mass_kg.sum())
     envelope = envelope_of(robot, schedule_maneuver(four_stroke(59.0, 70.0)), until_s=tower.fall_s)
     radius = tower.envelope_radius_mm
+    permissible_with_ours_mm_s = permissible_transversal_velocity_mm_s(
+        radius, envelope.max_radius_mm, tower.fall_s
+    )
     return [
         row(
             "permissible transversal velocity",
             "26",
             permissible_transversal_velocity_mm_s(radius, PAPERS_ENVELOPE_MM, tower.fall_s),
             unit="mm/s",
-            why="(165 mm - 100 mm) / 2.5 s, with the paper's maximum envelope.",
         ),
         row(
             "maximum envelope of the moving robot",
             "100",
             envelope.max_radius_mm,
             unit="mm",
-            why="The paper names neither outlines nor the line that it measures from. Ours is the farthest "
-            "corner of the boxes in drop_tower.toml (assumed) from the line of fall of the center of mass, "
-            f"{envelope.max_radius_body} at {envelope.max_radius_t_s:.2f} s; folded it is "
-            f"{envelope.folded_radius_mm:.0f} mm. With ours the permissible velocity is "
-            f"{permissible_transversal_velocity_mm_s(radius, envelope.max_radius_mm, tower.fall_s):.0f} mm/s; 7 mm/s "
-            "were observed.",
+            details={
+                "farthest corner": f"{envelope.max_radius_body} at {envelope.max_radius_t_s:.2f} s",
+                "folded": f"{envelope.folded_radius_mm:.0f} mm",
+                "permissible velocity with ours": f"{permissible_with_ours_mm_s:.0f} mm/s",
+            },
         ),
         row(
             "least energy of both switches",
             "2.35",
             low_mj,
             unit="mJ",
-            why="The paper prints no formula. Both numbers result from its figure if the force falls linearly from OF "
-            "to RF between total travel and releasing position, and follows the pressing line from there to the "
-            "free one.",
         ),
         row("greatest energy of both switches", "3.12", high_mj, unit="mJ"),
         row(
@@ -59,7 +57,7 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "40.6",
             release_velocity_mm_s(low_mj, mass_kg),
             unit="mm/s",
-            why=f"From the rounded 2.35 mJ it is {release_velocity_mm_s(2.35, mass_kg):.1f} mm/s.",
+            details={"from the rounded 2.35 mJ": f"{release_velocity_mm_s(2.35, mass_kg):.1f} mm/s"},
         ),
         row("greatest release velocity", "46.8", release_velocity_mm_s(high_mj, mass_kg), unit="mm/s"),
         row(
@@ -72,14 +70,12 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "detaching force of the spring",
             "11.1 N",
             f"{tower.spring_force_n:.1f}",
-            "given",
-            "Neither rate nor preload is printed. It exceeds the residual force by 1.1 N.",
+            GIVEN,
         ),
         row(
             "pause before the first stroke",
             "0.7",
             pause_s(tower.clearance_mm, tower.observed_release_velocity_mm_s[0]),
             unit="s",
-            why="At the slowest release, 30 mm/s. The clearance of 21 mm is inferred from these two numbers.",
         ),
     ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.validation.paper_numbers.page import Row, row
+from tests.validation.paper_numbers.numbers import Row, row
 from tfsat_host.arrays import FloatArray
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.design import candidate, find_optimum, search
@@ -41,9 +41,10 @@ def maneuver_rows(robot: RobotModel) -> list[Row]:
             "26.11",
             papers.reorientation_deg,
             unit="deg",
-            why="No independent test: the bodies' masses in drop_tower.toml, of which the paper gives only the sum, "
-            f"were chosen so that this number results (before: {_untuned(robot):.2f} deg). The rotation vector is "
-            f"({', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)}) deg, about -z as in the paper.",
+            details={
+                "with masses that were not chosen for it": f"{_untuned(robot):.2f} deg",
+                "rotation vector": f"{', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)} deg",
+            },
         ),
         *_time_rows(),
         *_optimum_rows(robot, problem, papers.reorientation_deg),
@@ -66,15 +67,17 @@ def schedule_rows() -> list[Row]:
 
 def _time_rows() -> list[Row]:
     needed = TRAVEL_DEG / 1.5
+    penalty_deg = 1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2
     return [
         row(
             "time of the strokes at 170 deg/s",
             "1.50",
             TRAVEL_DEG / SPEED_DEG_S,
             unit="s",
-            why=f"1.50 s needs {needed:.2f} deg/s. With P = 1e11 the paper's objective would charge "
-            f"{1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2:.1e} deg for the overtime: its optimization must have had "
-            "another speed or time. Below it is the time that the displacements take.",
+            details={
+                "speed that 1.50 s needs": f"{needed:.2f} deg/s",
+                "charge of the paper's objective for the overtime": f"{penalty_deg:.1e} deg",
+            },
         )
     ]
 
@@ -86,22 +89,27 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
     swarms = _swarms(robot, problem)
     first, third = swarms.alpha_deg[:, 0], swarms.alpha_deg[:, 2]
     gaps = best_deg - swarms.reorientation_deg
-    flat = (
-        f"The objective is flat: the true optimum in the same time gives {best_deg:.3f} deg, "
-        f"{best_deg - papers_deg:.3f} deg more than the paper's point. {SEEDS} swarms with the paper's settings "
-        f"scatter by {first.std(ddof=1):.2f} deg in the first displacement ({first.min():.1f} to {first.max():.1f}) "
-        f"and stay {np.median(gaps):.3f} deg behind the optimum (median; at most {gaps.max():.3f})."
-    )
+    scatter = f"{first.std(ddof=1):.2f} deg ({first.min():.1f} to {first.max():.1f})"
+    flat = {
+        "reorientation at the true optimum": f"{best_deg:.3f} deg",
+        "more than at the paper's point": f"{best_deg - papers_deg:.3f} deg",
+        "scatter of the swarms' first displacement": scatter,
+        "swarms behind the optimum, median": f"{np.median(gaps):.3f} deg",
+        "swarms behind the optimum, at most": f"{gaps.max():.3f} deg",
+    }
     return [
-        row("optimal displacement of joint 1", "58.75", float(alpha[0]), unit="deg", why=flat),
+        row("optimal displacement of joint 1", "58.75", float(alpha[0]), unit="deg", details=flat),
         row("optimal displacement of joint 2", "70.29", float(alpha[1]), unit="deg"),
         row(
             "optimal displacement of joint 3",
             "0.00",
             float(alpha[2]),
             unit="deg",
-            why=f"Of {SEEDS} swarms {int((third < 0.005).sum())} find 0.00, the others at most {third.max():.2f} deg. "
-            f"Joint 3 begins to help at {_third_joint_s(robot):.1f} s.",
+            details={
+                f"of {SEEDS} swarms find 0.00": str(int((third < 0.005).sum())),
+                "the others, at most": f"{third.max():.2f} deg",
+                "joint 3 begins to help at": f"{_third_joint_s(robot):.1f} s",
+            },
         ),
     ]
 
@@ -139,5 +147,4 @@ def _rounded_row(problem: Problem) -> Row:
         "not printed",
         f"{flown.reorientation_deg:.3f} deg",
         "",
-        "Whole degrees for the microprocessor.",
     )

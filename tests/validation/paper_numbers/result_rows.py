@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.validation.paper_numbers.page import Row, row
+from tests.validation.paper_numbers.numbers import GIVEN, Row, row
 from tfsat_host.dynamics.history import TimedMove, moved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
@@ -31,53 +31,44 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "23.3",
             turning,
             unit="deg",
-            why="Not to be reproduced: the paper prints one stroke as flown, and the initial rates without body or "
-            f"instant. Ours is +{FIRST_STROKE_DEG}/+70/-{FIRST_STROKE_DEG}/-70 deg from joint 1 at +{HUNG_DEG:g} deg "
-            f"with those rates, at {FALL_S} s; without them it is {still:.1f} deg.",
+            details={"without the initial rates": f"{still:.1f} deg"},
         ),
         Row(
             "first stroke, commanded 59 deg",
             f"{FIRST_STROKE_DEG} deg",
             "-",
-            "given",
-            "`evaluate` gives every stroke with its uncertainty; `calibrate servo` removes most of such an error.",
+            GIVEN,
         ),
         Row(
             "initial rates about x, y, z",
             "-0.73, -0.48, -0.77 deg/s",
             "-",
-            "given",
-            "Rehearsals of the robot as filed start with them.",
+            GIVEN,
         ),
         row(
             "cutoff of a moving average over 25 samples",
             "5",
             cutoff_hz(25, 280.0),
             unit="Hz",
-            why="At 280 Hz, by the half-power point that the paper's source gives.",
         ),
         row(
             "final attitude error before the correction",
             "0.31",
             before,
             unit="deg",
-            why="The norm of the three angles, printed with two decimals each; the paper uses 0.314 later.",
         ),
         row(
             "final attitude error after it",
             "0.24",
             after,
             unit="deg",
-            why="Likewise; later 0.237.",
         ),
         row(
             "reduction of the error",
             "30",
             100.0 * (1.0 - 0.237 / 0.314),
             unit="%",
-            why="With the paper's 0.314 and 0.237 deg. Its figure is the excess of the one over the other, "
-            f"{100.0 * (0.314 / 0.237 - 1.0):.0f} %, rounded. What such a difference can mean: "
-            "[paper-setting.md](paper-setting.md).",
+            details={"excess of the one over the other": f"{100.0 * (0.314 / 0.237 - 1.0):.0f} %"},
         ),
     ]
 

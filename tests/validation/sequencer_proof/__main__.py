@@ -1,4 +1,4 @@
-"""`make sequencer-report`: every campaign in full, and what came of it in docs/sequencer-proof.md and its tables."""
+"""`make sequencer-report`: every campaign in full, and what came of it in the tables of docs/sequencer-proof.md."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from tests.arduino_sequencer.avr.building import (
     build_sketch,
 )
 from tests.arduino_sequencer.board import build_board_library as build_native_library
-from tests.validation.campaign import Progress, run_campaigns, write_proof
+from tests.validation.campaign import Progress, Results, run_campaigns, write_proof
 from tests.validation.sequencer_proof.campaigns import campaigns, judge_stack, least_never_used
 from tests.validation.sequencer_proof.one_rule import build_rule
-from tests.validation.sequencer_proof.page import files
 from tests.validation.sequencer_proof.resets import HANG
+from tests.validation.sequencer_proof.results import describe_image, make_tables
 from tests.validation.sequencer_proof.rigs import Bench
 
 
-def prove(folder: Path, progress: Progress) -> dict[str, str]:
-    """Builds, runs every campaign, and returns the page and its tables. Raises Broken, BuildError."""
+def prove(folder: Path, progress: Progress) -> Results:
+    """Build and run every campaign; return the tables and what they were run with. Raises Broken, BuildError."""
     progress("building")
     for part in ("avr", "native"):
         (folder / part).mkdir()
@@ -31,8 +31,8 @@ def prove(folder: Path, progress: Progress) -> dict[str, str]:
     declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)
     found = run_campaigns(declared, progress)
     judge_stack(least_never_used(found), bench.image)
-    return files(found, declared, bench.image)
+    return make_tables(found, declared, bench.image), describe_image(bench.image)
 
 
 if __name__ == "__main__":
-    sys.exit(write_proof("sequencer", prove))
+    sys.exit(write_proof("sequencer-proof", "make sequencer-report", prove))

@@ -22,6 +22,9 @@ ENTRY_CYCLES = 5
 """From the end of the instruction that was interrupted to the vector's jump (ATmega32U4 datasheet, section 4.7.1)."""
 JUMP_CYCLES = 3
 VECTOR_BYTES = 4
+BLOCKED_BEFORE_RELEASE_MAX_US = 78
+"""Arming, which holds a servo's line; while armed, a servo's edge and the switches' interrupt are next."""
+BLOCKED_MAX_US = 188
 NEVER_ON = (10, 11)
 """USB's vectors never interrupt: usb_stream.cpp calls them, and masks them with interrupts off."""
 ONCE = ("tfsat_save_reset_flags", "abort", "_exit")

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from tests.validation.campaign import Broken, cell
+from tests.validation.campaign import Broken
+from tests.validation.tables import cell
 from tfsat_host.protocol.limits import JOINT_COUNT, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 
 CYCLES_PER_US = 16

@@ -13,7 +13,12 @@ from tests.arduino_sequencer.avr.avr_board import EEPROM_BYTES, PinHold, ResetCa
 from tests.arduino_sequencer.avr.building import build_changed_sequencer
 from tests.arduino_sequencer.board import build_board_library
 from tests.validation.campaign import Broken
-from tests.validation.sequencer_proof.blocking import FOLLOWING_US, blocked_paths
+from tests.validation.sequencer_proof.blocking import (
+    BLOCKED_BEFORE_RELEASE_MAX_US,
+    BLOCKED_MAX_US,
+    FOLLOWING_US,
+    blocked_paths,
+)
 from tests.validation.sequencer_proof.contacts import (
     TOGETHER_US,
     Chatter,
@@ -66,9 +71,6 @@ DATED_SEED, DATED = 1, 2_500
 """Two switches that move within one interrupt are among these."""
 LONGEST_SILENCE_MS = 40
 """Start-up and two frames."""
-LONGEST_BEFORE_RELEASE_US = 78
-"""Arming, which holds a servo's line; while armed, a servo's edge and the switches' interrupt are next."""
-LONGEST_US = 188
 SERVO_EDGES = [4 * vector for vector in (17, 18, 19)]
 SWITCHES = [4 * vector for vector in (16, 31)]
 
@@ -183,8 +185,8 @@ def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:
 def assert_paths_are_short(bench: Bench) -> None:
     elf = bench.image.with_suffix(".elf")
     before = blocked_paths(elf, scheduled=False)
-    assert before[0].cycles <= LONGEST_BEFORE_RELEASE_US * CYCLES_PER_US
-    assert blocked_paths(elf)[0].cycles <= LONGEST_US * CYCLES_PER_US
+    assert before[0].cycles <= BLOCKED_BEFORE_RELEASE_MAX_US * CYCLES_PER_US
+    assert blocked_paths(elf)[0].cycles <= BLOCKED_MAX_US * CYCLES_PER_US
     assert {path.address for path in before} >= {*SERVO_EDGES, *SWITCHES}
 
 

@@ -1,7 +1,9 @@
-"""A page has its campaigns' figures; the stack keeps its spare."""
+"""Tables have their campaigns' figures; the stack keeps its spare."""
 
 from __future__ import annotations
 
+import csv
+import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +12,10 @@ from typing import Any
 import pytest
 
 from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
-from tests.paths import REPOSITORY
+from tests.paths import DOCS
 from tests.validation.campaign import Broken, Campaign, run_campaigns
+from tests.validation.provenance import SHA256_ROW, hash_image, read_provenance
+from tests.validation.sequencer_proof.blocking import path_rows
 from tests.validation.sequencer_proof.campaigns import FAST_BEYOND, campaigns, judge_stack
 from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
@@ -19,17 +23,18 @@ from tests.validation.sequencer_proof.held_pins import HeldPins
 from tests.validation.sequencer_proof.jolts import ClosedAgain, Jolted
 from tests.validation.sequencer_proof.link import Abuse, Abused, Noise, Noisy
 from tests.validation.sequencer_proof.one_rule import Agreement
-from tests.validation.sequencer_proof.page import files, hex_sha256
-from tests.validation.sequencer_proof.power_cuts import Cuts, History, Record
+from tests.validation.sequencer_proof.power_cuts import Cuts, History, Record, second_upload_writes
 from tests.validation.sequencer_proof.releases import Dated, Flights, Plan, Release, avr_releases, judge
 from tests.validation.sequencer_proof.resets import Hangs, Moment, Resets
+from tests.validation.sequencer_proof.results import describe_image, make_tables
 from tests.validation.sequencer_proof.rigs import Bench
 from tests.validation.sequencer_proof.signals import Extremes
 from tests.validation.sequencer_proof.waiting import Knocks, Wait
+from tests.validation.tables import read_rows, results_csv
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.servo_settings import FACTORY
 
-PAGE = REPOSITORY / "docs" / "sequencer-proof.md"
+FOLDER = DOCS / "sequencer-proof"
 RELEASE = Release((-3, 0, 5, 16), Extremes(16_000, 28_448), Extremes(315_000, 322_000), 12)
 LATE = RELEASE._replace(errors=(0, 0, 0, 801))
 STROKES = ((1, 5900, 700_000), (2, 7000, 1_050_000), (1, -5900, 1_470_000), (2, -7000, 1_820_000))
@@ -59,19 +64,15 @@ FOUND: dict[str, Sequence[Any]] = {
 }
 
 
-def test_a_page_has_its_campaigns_figures_and_every_table(bench: Bench) -> None:
+def test_tables_have_their_campaigns_figures(bench: Bench) -> None:
     declared = campaigns(bench, bench.image, Path("native"), Path("rule"))
     assert {one.name for one in declared} == set(FOUND)
-    written = files(FOUND, declared, bench.image)
-    text = written["sequencer-proof.md"]
-    for row in (
-        "| slow | 2 | -0.1875 to 1 | 1000 to 1778 | 19.69 to 20.12 |",
-        "| slow | 3 | 1 | 2 | 0 | one in 10000 | 42.0 | 1 |",
-        "| stack never touched | 570 | at least 512 |",
-        f"`{hex_sha256(bench.image)}`",
-    ):
-        assert row in text
+    written = make_tables(FOUND, declared, bench.image)
     for name, row in {
+        "signals": "slow,2,-0.1875 to 1,1000 to 1778,19.69 to 20.12",
+        "dates": "slow,3,1,2,0,one in 10000,42.0,1",
+        "targets": "stack never touched,570,512,,bytes,yes",
+        "figures": "releases,false ones,50",
         "strokes": "slow,4,2,-70,1820000,1820001,1820001,1820001,1",
         "paths": "an edge of servo 1,__vector_17",
         "waits": "75,2,2,675000,-0.125 to 0.25",
@@ -82,14 +83,34 @@ def test_a_page_has_its_campaigns_figures_and_every_table(bench: Bench) -> None:
         "link": "cable pulled,251,0",
         "campaigns": "held,14,9000,1",
     }.items():
-        assert f"\n{row}" in written[f"sequencer-proof/{name}.csv"]
-    for name in written:
-        assert name.removeprefix("sequencer-proof/") in text or name == "sequencer-proof.md"
-        assert (PAGE.parent / name).is_file()
-    committed = PAGE.read_text().splitlines()
-    for line in committed:
-        assert len(line) <= 130 or line.startswith("|")
-    assert len(committed) <= 120
+        assert f"\n{row}" in written[f"{name}.csv"]
+    for name, text in written.items():
+        assert text.splitlines()[0] == (FOLDER / name).read_text().splitlines()[0], name
+    for name, columns in (("figures.csv", 2), ("targets.csv", 1)):
+        committed = csv.reader((FOLDER / name).read_text().splitlines())
+        computed = csv.reader(written[name].splitlines())
+        assert [row[:columns] for row in committed] == [row[:columns] for row in computed]
+
+
+def test_what_the_image_is_stands_with_the_campaign(bench: Bench) -> None:
+    described = describe_image(bench.image)
+    assert re.fullmatch("[0-9a-f]{8}", str(described["CRC-32 of the image, in HELLO and STATUS"]))
+    assert set(described) < set(read_provenance(FOLDER))
+
+
+def test_rows_of_the_tables_are_found_again(bench: Bench) -> None:
+    """In the image that was measured; any other keeps the bounds that test_campaigns.py holds it to."""
+    paths, writes = (
+        path_rows(bench.image.with_suffix(".elf")),
+        [second_upload_writes(bench, one) for one in Record],
+    )
+    assert len(paths) > 10 and len(writes) == 2
+    if read_provenance(FOLDER)[SHA256_ROW] == hash_image():
+        assert results_csv(paths) == (FOLDER / "paths.csv").read_text()
+        shown = [
+            value for figure, value in read_rows(FOLDER / "figures.csv", "power cuts") if "upload" in figure
+        ]
+        assert shown == [str(count) for count in writes]
 
 
 def test_a_late_stroke_is_found_in_each_flight_and_among_all_of_them(bench: Bench) -> None:

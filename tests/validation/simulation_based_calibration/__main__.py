@@ -1,4 +1,4 @@
-"""`make sbc-report`: a thousand drops with everything drawn, and docs/simulation-based-calibration.md."""
+"""`make sbc-report`: a thousand drops with everything drawn, for docs/simulation-based-calibration.md."""
 
 from __future__ import annotations
 
@@ -11,36 +11,32 @@ from rich.console import Console
 from rich.progress import track
 
 from tests.paths import DOCS
-from tests.validation.evaluation_proof.tables import percent
-from tests.validation.provenance import seal
+from tests.validation.evaluation_proof.figures import percent
+from tests.validation.provenance import CampaignRun
 from tests.validation.simulation_based_calibration.drops import judged
-from tests.validation.simulation_based_calibration.page import histograms_csv, page, picture, rows
+from tests.validation.simulation_based_calibration.results import describe_campaign, make_tables, rows
 from tfsat_host.emulated.build import ensure_built
 
-NAME = "simulation-based-calibration"
 DROPS = 1000
 PROCESSES = 2
 
 
 def main() -> int:
-    """Writes the page; 1 if a quantity is not as it should be."""
+    """Write the tables; 1 if a quantity is not as it should be."""
     parser = argparse.ArgumentParser(prog="make sbc-report", description=__doc__)
     parser.add_argument("--drops", type=int, default=DROPS, help="how many, from seed 1")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page and its files")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the pages")
     arguments = parser.parse_args()
     ensure_built(progress=print)
-    proved = seal(NAME)
+    run = CampaignRun("simulation-based-calibration")
     with ProcessPoolExecutor(PROCESSES) as pool:
         found = pool.map(judged, range(1, arguments.drops + 1), chunksize=5)
         drops = list(track(found, "drops", total=arguments.drops, console=Console(stderr=True)))
-    (arguments.out / NAME).mkdir(parents=True, exist_ok=True)
-    (arguments.out / f"{NAME}.md").write_text(page(drops) + proved, encoding="utf-8")
-    (arguments.out / NAME / "ranks.csv").write_text(histograms_csv(drops), encoding="utf-8")
-    (arguments.out / NAME / "ranks.svg").write_text(picture(drops), encoding="utf-8")
+    run.write(make_tables(drops), describe_campaign(drops), arguments.out)
     judgement = rows(drops)
     for row in judgement:
-        good = "good" if row.met else "MISSED"
-        print(f"{row.name}: p {row.p:.2g}, z {row.z:.3f}, {percent(row.half)}, {percent(row.most)}: {good}")
+        met = "met" if row.met else "MISSED"
+        print(f"{row.name}: p {row.p:.2g}, z {row.z:.3f}, {percent(row.half)}, {percent(row.most)}: {met}")
     return 0 if all(row.met for row in judgement) else 1
 
 

@@ -1,4 +1,4 @@
-"""docs/paper-setting.md: what the paper's setting could conclude, and what not."""
+"""What the paper's setting could conclude, and what not: the tables of docs/paper-setting.md."""
 
 from __future__ import annotations
 
@@ -8,35 +8,14 @@ import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import BODY_2_Z, LABELS
+from tests.validation.evaluation_proof.figures import percent, rms, z_rms
 from tests.validation.evaluation_proof.paper_setting import Replay
 from tests.validation.evaluation_proof.summary import Proofs
-from tests.validation.evaluation_proof.tables import csv_text, filled, percent, rms, table, z_rms
+from tests.validation.tables import csv_text
 from tfsat_host.arrays import FloatArray
 
 PAPER_BODY_2_Z_MM, PAPER_BEFORE_DEG, PAPER_AFTER_DEG = 7.10, 0.31, 0.24
 
-_HEAD = """# The paper's setting replayed
-
-Written by `make evaluation-report`; do not edit. The {robots} robots are those of
-[evaluation-proof.md](evaluation-proof.md).
-
-The paper calibrates biases, zero points and misalignments, no scale factors; its low-pass is at 5 Hz; a swarm searches
-nine offsets on the averaged momentum (N = 25; here that of its maneuver design, once a drop). The same robots, with
-scale factors up to 3 % off and taken for one, are evaluated like that. Each flies twice: with centers of mass up to
-10 mm off ("10 mm off"), and exactly as its model says, with the paper's initial rates ("exact"): there every correction
-is an error, and every difference between measurement and model is the sensors'.
-
-"""
-_OFFSETS = """
-Offset by offset, rms in mm: [paper-offsets.csv](evaluation-proof/paper-offsets.csv), the swarm's, the least of its
-objective, our fit's of the same data with unknown scale factors, and our fit's with everything calibrated. Robot by
-robot, mm and deg: [paper-drops.csv](evaluation-proof/paper-drops.csv).
-"""
-_MODEL = """
-Final difference of body 1 between measurement and model, norm of the Euler angles, deg: median (5 % to 95 %). The last
-two columns judge by calibrated sensors.
-
-"""
 OFFSET_COLUMNS = ("drops", "offset", "swarm", "least", "our fit", "stated std", "z", "our fit, calibrated")
 PAPER_COLUMNS = (
     "swarm, body 2 z",
@@ -60,34 +39,24 @@ _MODELS = (
 )
 
 
-def paper_page(proofs: Proofs) -> str:
-    """All of it but its tables in files."""
-    replays = {name: _replays(proofs, name) for name in next(iter(proofs.values())).replays}
-    return "".join(
-        [
-            _HEAD.format(robots=len(proofs)),
-            _conclusions(replays["10 mm off"], replays["exact"]),
-            _OFFSETS,
-            _MODEL,
-            table(
-                ("drops", *(what for what, _ in _MODELS)),
-                [(name, *(_spread(ones, field) for _, field in _MODELS)) for name, ones in replays.items()],
-            ),
-        ]
-    )
-
-
 def paper_tables(proofs: Proofs) -> dict[str, str]:
-    """What stands in files next to the page, by name."""
+    """Return the text of each table by its name."""
     names = next(iter(proofs.values())).replays
     offsets = [(name, *row) for name in names for row in _offsets(_replays(proofs, name))]
+    replays = {name: _replays(proofs, name) for name in names}
+    differences = [(name, *(_spread(ones, field) for _, field in _MODELS)) for name, ones in replays.items()]
+    figures = find_figures(replays["10 mm off"], replays["exact"])
     return {
+        "paper-figures": csv_text(("of", "figure", "value", "unit"), figures),
+        "paper-differences": csv_text(("drops", *(what for what, _ in _MODELS)), differences),
         "paper-offsets": csv_text(OFFSET_COLUMNS, offsets),
         "paper-drops": csv_text(("robot", "drop", *PAPER_COLUMNS), _rows(proofs)),
     }
 
 
-def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
+def find_figures(off: list[Replay], exact: list[Replay]) -> list[tuple[object, ...]]:
+    """Return what docs/paper-setting.md concludes from: of, figure, value, unit."""
+
     def share(ones: list[Replay], holds: Callable[[Replay], bool]) -> str:
         return percent(float(np.mean([holds(one) for one in ones])))
 
@@ -103,31 +72,56 @@ def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
     as_good = share(exact, lambda one: one.after.final_deg <= ratio * one.before.final_deg)
     nearer_off = share(off, lambda one: one.judged_after.final_deg < one.judged_before.final_deg)
     worse_exact = share(exact, lambda one: one.judged_after.final_deg > one.judged_before.final_deg)
-    middle = np.median([one.before.final_deg for one in exact])
-    judged = np.median([one.judged_after.final_deg for one in exact])
-    learnt = np.median([one.learnt.final_deg for one in exact])
-    calibrated = np.median([one.judged_before.final_deg for one in exact])
-    return filled(f"""**The offsets.** With an exact model the swarm still moves
-the center of mass of body 2 along z by
-{body_2_z:.1f} mm rms, in {beyond} of the drops by the paper's {PAPER_BODY_2_Z_MM:.2f} mm or more, and the other
-eight by {others:.1f} mm. Part of that is the search, which stops early: the least of the objective is
-{least_2_z:.1f} mm rms from the truth there, and {least_others:.1f} mm for the others. That much the unknown
-scale factors do. A fit that has them among its unknowns finds, from the same drops, body 2 z to {ours_2_z:.2f}
-mm and all nine to {rms(ours.error):.2f} mm (z = {z_rms(ours):.1f}), and with all sensors calibrated to
-{rms(_joined(exact, "calibrated_fit").error):.2f} mm.
 
-**The model's error, {PAPER_BEFORE_DEG} deg.** Seen by gyros of unknown scale factors an exact model is
-{middle:.2f} deg from the measurement (median), in {same_before} of the drops at least the paper's
-{PAPER_BEFORE_DEG} deg; by calibrated ones {calibrated:.3f} deg, and by gyros whose scale factors are fitted to
-the same drop {learnt:.3f} deg. So the paper's sensors make {PAPER_BEFORE_DEG} deg of a perfect model: it may
-conclude that its model is right to about a degree, which is what it says, and no more.
+    def median_deg(field: str) -> str:
+        return f"{np.median([getattr(one, field).final_deg for one in exact]):.3f}"
 
-**The improvement, {PAPER_BEFORE_DEG} to {PAPER_AFTER_DEG} deg.** With the exact model, where nothing is to be
-corrected, the swarm's offsets shrink the difference by as great a share in {as_good} of the drops. Judged by
-calibrated sensors they make that model worse in {worse_exact} of the drops, from {calibrated:.3f} to
-{judged:.2f} deg. Where centers of mass are off by up to 10 mm, they bring the model nearer in {nearer_off}. A
-step from {PAPER_BEFORE_DEG} to {PAPER_AFTER_DEG} deg lies far inside what unknown scale factors do by chance.
-""")
+    paper_mm, paper_deg = f"{PAPER_BODY_2_Z_MM:.2f} mm", f"{PAPER_BEFORE_DEG} deg"
+    return [
+        ("offsets", "the swarm's error, body 2 z", f"{body_2_z:.1f}", "mm rms"),
+        ("offsets", "the swarm's error, the other eight", f"{others:.1f}", "mm rms"),
+        ("offsets", f"the swarm moves body 2 z by the paper's {paper_mm} or more", beyond, "% of drops"),
+        ("offsets", "the least of its objective, body 2 z", f"{least_2_z:.1f}", "mm rms"),
+        ("offsets", "the least of its objective, the other eight", f"{least_others:.1f}", "mm rms"),
+        ("offsets", "our fit, scale factors among its unknowns, body 2 z", f"{ours_2_z:.2f}", "mm rms"),
+        (
+            "offsets",
+            "our fit, scale factors among its unknowns, all nine",
+            f"{rms(ours.error):.2f}",
+            "mm rms",
+        ),
+        ("offsets", "the same, in its own ±", f"{z_rms(ours):.1f}", "z"),
+        (
+            "offsets",
+            "our fit, all calibrated, all nine",
+            f"{rms(_joined(exact, 'calibrated_fit').error):.2f}",
+            "mm rms",
+        ),
+        ("model", "exact model, by gyros of unknown scale factors", median_deg("before"), "deg, median"),
+        ("model", f"the same, at least the paper's {paper_deg}", same_before, "% of drops"),
+        ("model", "exact model, by calibrated gyros", median_deg("judged_before"), "deg, median"),
+        ("model", "exact model, by gyros fitted to the same drop", median_deg("learnt"), "deg, median"),
+        (
+            "improvement",
+            "exact model, the difference shrinks as the paper's does",
+            as_good,
+            "% of drops",
+        ),
+        ("improvement", "exact model, judged: made worse", worse_exact, "% of drops"),
+        (
+            "improvement",
+            "exact model, judged, before",
+            median_deg("judged_before"),
+            "deg, median",
+        ),
+        (
+            "improvement",
+            "exact model, judged, after",
+            median_deg("judged_after"),
+            "deg, median",
+        ),
+        ("improvement", "centers of mass 10 mm off: brought nearer", nearer_off, "% of drops"),
+    ]
 
 
 def _replays(proofs: Proofs, name: str) -> list[Replay]:

@@ -1,4 +1,4 @@
-"""docs/simulation-based-calibration.md: ranks of the truth, z and coverage, quantity by quantity."""
+"""Ranks of the truth, z and coverage by quantity: the tables of docs/simulation-based-calibration.md."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 from scipy.stats import binom, kstest, norm
 
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof.tables import csv_text, filled, percent, table
+from tests.validation.evaluation_proof.figures import percent
 from tests.validation.simulation_based_calibration.drops import QUANTITIES, Judged
+from tests.validation.tables import csv_text
 from tfsat_host.arrays import FloatArray
 
 P_LEAST = 0.05
@@ -19,20 +20,8 @@ Z_RANGE = (0.9, 1.1)
 CHANCE = 1e-3
 """Of a coverage outside of its binomial bounds."""
 BINS = 20
-_TEXT = """
-Written by `make sbc-report`; do not edit. {drops} drops, seeds 1 to {drops}: masses, centers of mass, inertias, hinge
-points and axes of the robot are drawn from the `[uncertainty]` of its file, the sensors' errors from the certificate's
-covariance, each IMU's oscillator, the rates at the release and the maneuver (four strokes of 30 to 75 deg) too.
-`evaluate` gets the recording, the file, the certificate and the schedule. If every ± is right, the truth stands at a
-rank among draws from what was found that is uniform (S. Talts et al., Validating Bayesian Inference Algorithms with
-Simulation-Based Calibration, 2018, arXiv 1804.06788). Posteriors are normal here, so the rank is its cumulative
-probability.
-
-Rank: least p of the Kolmogorov-Smirnov tests of a quantity's values, after Holm over all {tests} of the page; wanted
-above 0.05. z: rms of the errors in stated standard deviations; wanted 0.9 to 1.1. Hold: how often 50 and 95 % intervals
-hold the truth; wanted within what chance does in 99.9 % of cases. In {widened} drops the certificate was taken to be
-worse than it says, in {withheld} something was withheld: chance makes a check fail once in ten thousand drops.
-"""
+FIRST_DROPS = 10
+"""So many stand one by one in a table, to be computed again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,36 +81,46 @@ def _row(name: str, errors: Errors, p: float) -> Row:
     return Row(name, int(known.sum()), p, rms, half, most, met)
 
 
-def page(drops: Sequence[Judged]) -> str:
-    """Text, table and the picture's name."""
-    found = rows(drops)
-    tests = sum(cells(drops[:1], name).error.shape[1] for name in QUANTITIES)
-    text = filled(
-        _TEXT.format(
-            drops=len(drops),
-            tests=tests,
-            widened=sum(one.widened for one in drops),
-            withheld=sum(bool(one.withheld) for one in drops),
-        )
-    )
-    shown = [
+def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
+    """Return the text of each file by its name: the judgement, the histograms and their picture."""
+    judgement = [
         (
             row.name,
-            str(row.values),
+            row.values,
             f"{row.p:.2g}",
             f"{row.z:.3f}",
             percent(row.half),
             percent(row.most),
-            "yes" if row.met else "**no**",
+            row.met,
         )
-        for row in found
+        for row in rows(drops)
     ]
     columns = ("quantity", "values", "rank", "z", "50 % hold", "95 % hold", "met")
-    return (
-        f"# Simulation-based calibration of the evaluation\n\n{text}\n{table(columns, shown)}\n"
-        "![Rank histograms](simulation-based-calibration/ranks.svg)\n\n"
-        "Each value's histogram: [ranks.csv](simulation-based-calibration/ranks.csv).\n"
-    )
+    return {
+        "quantities.csv": csv_text(columns, judgement),
+        "first-drops.csv": csv_text(
+            ("seed", *QUANTITIES),
+            [(seed, *(f"{z:.3f}" for z in list_z(one))) for seed, one in enumerate(drops[:FIRST_DROPS], 1)],
+        ),
+        "ranks.csv": histograms_csv(drops),
+        "ranks.svg": picture(drops),
+    }
+
+
+def list_z(drop: Judged) -> list[float]:
+    """Return the rms of each quantity's errors in one drop, in stated standard deviations."""
+    found = (drop.errors[name] for name in QUANTITIES)
+    return [float(np.sqrt(np.mean((one.error / one.std) ** 2))) for one in found]
+
+
+def describe_campaign(drops: Sequence[Judged]) -> dict[str, object]:
+    """Return how many drops and tests there were, and in how many drops something was widened or withheld."""
+    return {
+        "drops, seeds from 1": len(drops),
+        "rank tests": sum(cells(drops[:1], name).error.shape[1] for name in QUANTITIES),
+        "drops whose certificate was taken to be worse than it says": sum(one.widened for one in drops),
+        "drops in which something was withheld": sum(bool(one.withheld) for one in drops),
+    }
 
 
 def histograms_csv(drops: Sequence[Judged]) -> str:

@@ -1,4 +1,4 @@
-"""The section on robots and sensors that are not as filed: what was said of each row of drops, and what held."""
+"""Robots and sensors that are not as filed: what was said of each row of drops, and what held."""
 
 from __future__ import annotations
 
@@ -10,30 +10,17 @@ from scipy.stats import binom, norm
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import joined
+from tests.validation.evaluation_proof.figures import COVERED, covered, percent
 from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, seeds_of
-from tests.validation.evaluation_proof.tables import COVERED, covered, csv_text, filled, percent, table
+from tests.validation.tables import csv_text
 
-MOST_STDS = 4.0
+STDS_MAX = 4.0
 CHANCE = 1e-3
 """Of a quantity outside of its bounds, were its intervals right."""
-WITHHELD_MOST = 0.05
+WITHHELD_MAX = 0.05
 """Share of the drops of robots that are as filed."""
 ALWAYS_GIVEN = ("attitudes", "strokes")
 """Of robots whose file alone is wrong."""
-_HEAD = "## Robots and sensors that are not as filed\n"
-_TEXT = """
-{drops} drops a row, seeds fixed beforehand, each of another robot, maneuver and certificate, all drawn as in
-[simulation-based calibration](simulation-based-calibration.md); masses, inertias, hinges and centers of mass that a row
-names are drawn from what it says instead of the file's `[uncertainty]`. `evaluate` gets the file and the certificate.
-
-GOOD: the verdict, nothing speaks against any number. To be made: so the correction is called. Withheld: drops in which
-something is not given, by what. Worst: the greatest error of a number that is given, in its own ±. Beyond 4, GOOD:
-drops that are called GOOD with such a number; wanted are none, and right ± would give {chance:.1f} of all rows at most.
-Hold: share of the 95 % intervals of all given numbers, wanted {low} to {high}. Off: quantities whose share chance would
-give in less than one case in a thousand. With a right file something may be withheld in {withheld_most} of the drops;
-where the file alone is wrong reorientation and strokes must be given.
-[By quantity](evaluation-proof/mismatches.csv), [drop by drop](evaluation-proof/mismatch-drops.csv).
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +34,7 @@ class Summary:
         to_be_made: So many corrections.
         withheld: Drops by what is not given.
         worst: In its own standard deviations.
-        wrong: GOOD drops with an error beyond `MOST_STDS`.
+        wrong: GOOD drops with an error beyond `STDS_MAX`.
         hold: Of all quantities together.
         by_quantity: Of each.
         off: Names of those that chance does not explain.
@@ -69,7 +56,7 @@ class Summary:
         """All that is wanted of it."""
         held = not self.hold < COVERED[0] and not self.hold > COVERED[1]
         given = not (self.row.of_model and set(ALWAYS_GIVEN) & set(self.withheld))
-        kept = not self.row.right or max(self.withheld.values(), default=0) <= WITHHELD_MOST * self.drops
+        kept = not self.row.right or max(self.withheld.values(), default=0) <= WITHHELD_MAX * self.drops
         return held and given and kept and not self.wrong and not self.off
 
 
@@ -85,7 +72,7 @@ def summary(row: Row, drops: Sequence[Judged]) -> Summary:
         sum(one.worth == "to be made" for one in drops),
         {name: n for name in PROTECTED.values() if (n := sum(name in one.withheld for one in drops))},
         max(one.worst for one in drops),
-        sum(one.good and one.worst > MOST_STDS for one in drops),
+        sum(one.good and one.worst > STDS_MAX for one in drops),
         _held([error for ones in given.values() for error in ones]),
         shares,
         off,
@@ -111,32 +98,18 @@ def summaries(drops: Drops) -> list[Summary]:
     return [summary(row, drops[row.name]) for row in ROWS]
 
 
-def section(drops: Drops) -> str:
-    """For the page."""
-    rows = summaries(drops)
-    text = _TEXT.format(
-        drops=rows[0].drops,
-        chance=chance(drops),
-        low=percent(COVERED[0]),
-        high=percent(COVERED[1]),
-        withheld_most=percent(WITHHELD_MOST),
-    )
-    columns = ("wrong is", "GOOD", "to be made", "withheld", "worst", "beyond 4, GOOD", "hold", "off", "met")
-    return f"\n{_HEAD}\n{filled(text)}\n{table(columns, map(_cells, rows))}"
-
-
-def chance(drops: Drops) -> float:
-    """How many GOOD drops would have a number beyond `MOST_STDS`, were all ± right and all numbers independent."""
+def expect_by_chance(drops: Drops) -> float:
+    """Return how many GOOD drops would have a number beyond `STDS_MAX`, were all ± right."""
     given = [
         sum(errors.error.size for errors in one.errors.values())
         for of_row in drops.values()
         for one in of_row
         if one.good
     ]
-    return float(sum(1.0 - norm.cdf(MOST_STDS) ** (2 * count) for count in given))
+    return float(sum(1.0 - norm.cdf(STDS_MAX) ** (2 * count) for count in given))
 
 
-def _cells(one: Summary) -> tuple[str, ...]:
+def _verdict_cells(one: Summary) -> tuple[object, ...]:
     return (
         one.row.name,
         str(one.good),
@@ -146,12 +119,12 @@ def _cells(one: Summary) -> tuple[str, ...]:
         str(one.wrong),
         "–" if np.isnan(one.hold) else percent(one.hold),
         ", ".join(one.off) or "none",
-        "yes" if one.met else "**no**",
+        one.met,
     )
 
 
-def mismatch_tables(drops: Drops) -> dict[str, str]:
-    """The section's CSV files, by name."""
+def make_mismatch_tables(drops: Drops) -> dict[str, str]:
+    """Return the text of each table by its name."""
     shares = [
         (one.row.name, *(percent(one.by_quantity[name]) for name in PROTECTED)) for one in summaries(drops)
     ]
@@ -160,7 +133,9 @@ def mismatch_tables(drops: Drops) -> dict[str, str]:
         for row in ROWS
         for seed, one in zip(seeds_of(row, len(drops[row.name])), drops[row.name], strict=True)
     ]
+    columns = ("wrong is", "GOOD", "to be made", "withheld", "worst", "beyond 4, GOOD", "hold", "off", "met")
     return {
+        "mismatch-verdicts": csv_text(columns, map(_verdict_cells, summaries(drops))),
         "mismatches": csv_text(("wrong is", *PROTECTED), shares),
         "mismatch-drops": csv_text(("wrong is", "seed", *ROW_COLUMNS), each),
     }

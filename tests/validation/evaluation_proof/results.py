@@ -1,4 +1,4 @@
-"""docs/evaluation-proof.md: how far evaluations were from the truth, and whether they knew it."""
+"""How far evaluations were from the truth, and whether they knew it: the tables of docs/evaluation-proof.md."""
 
 from __future__ import annotations
 
@@ -7,61 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof import causes, learning, mismatch_page
+from tests.validation.evaluation_proof import causes, learning, mismatch_tables
 from tests.validation.evaluation_proof.errors import BODY_2_Z, LABELS, joined
+from tests.validation.evaluation_proof.figures import figures, percent, rms
 from tests.validation.evaluation_proof.flights import BODIES, LOW_PASSES, Flight
-from tests.validation.evaluation_proof.paper_page import paper_page, paper_tables
-from tests.validation.evaluation_proof.summary import Proofs, errors, flights, judged, nearer, part
-from tests.validation.evaluation_proof.tables import csv_text, figures, percent, rms, table
+from tests.validation.evaluation_proof.paper_tables import paper_tables
+from tests.validation.evaluation_proof.summary import Proofs, errors, find_targets, flights, nearer, part
+from tests.validation.tables import csv_text
+from tests.validation.targets import targets_csv
 
-_HEAD = """# What the evaluation was measured to do
-
-Written by `make evaluation-report`; do not edit. {robots} emulated robots (those of docs/calibration-proof.md) were
-each calibrated once by the steps of docs/calibration.md and dropped twice with the maneuver 59/70: with the gyros'
-low-pass at 42 Hz and at 5 Hz. `evaluate` had the recording, the robot file, the calibration and the schedule. The
-paper's setting with them: [paper-setting.md](paper-setting.md). Of each robot
-
-- the centers of mass of bodies 1 to 3 lie within 10 mm, along each axis, of where its file has them;
-- servos are 5 % off in gain, with up to 1 deg of play; each board's clock is off by 20 ppm rms;
-- the rates at the release are 0.7 deg/s rms about each axis;
-- gyros have what no calibration finds: 0.1 deg/s for each g, a bias that wanders and follows the die's temperature;
-- masses, inertias, hinge points and axes and body 4's center of mass are off by what the robot file's `[uncertainty]`
-  says, each drawn from it; the hinges leaned when the sensors were calibrated against them;
-- each IMU converts and filters by an oscillator of its own, within 1 %.
-
-## Targets
-
-"""
-_ERRORS = """
-## Errors and intervals
-
-deg, deg/s, and mm for CoM. z: rms of the error in stated standard deviations (1: they are right); 95 % hold: how
-often the interval holds the truth. Reorientation is from the release to 0.05 s before the landing, joint angles are
-at both ends of that, `measured less predicted` are the Euler angles z-y-x of body 1 less those of the corrected
-model, at the end. By quantity: [errors.csv](evaluation-proof/errors.csv); axis by axis:
-[axes.csv](evaluation-proof/axes.csv); drop by drop: [drops.csv](evaluation-proof/drops.csv).
-"""
-_MODEL = """
-## Does the corrected model predict better?
-
-Measured less predicted attitude of body 1, norm of three Euler angles, deg: median over the drops, at the end and rms
-over the fall. Other drop: corrected by the robot's drop at the other low-pass. Nearer: share of the drops that the
-correction brings nearer to the measurement. Excess: variance left by the fit over that of the sensors' noise.
-
-"""
-_OTHERS = """
-## Other ways to evaluate the same drops
-
-- [swarm.csv](evaluation-proof/swarm.csv): the nine offsets by the paper's swarm, rms of the error, mm. It minimizes the
-  paper's objective, N = 25, over the same bounds: the best of ten searches. Spread: standard deviation over the ten.
-  Least: where a descent from there ends. The objective is right with calibrated sensors; the swarm stops long before.
-- [uncalibrated.csv](evaluation-proof/uncalibrated.csv): without any calibration: mountings known to 5 deg, scales to
-  3 %, biases from the rest before the release, joints within 6 deg of where their servos start. Four gyros measure
-  twelve numbers of a motion that has six; that and the angle sensors calibrate them from the drop itself, but for where
-  a joint began.
-- [dead-gyro.csv](evaluation-proof/dead-gyro.csv): at 42 Hz, {robots} robots with the gyro of one body silent, its
-  body's rate from its neighbours and the angle sensors between them.
-"""
 ROW_COLUMNS = (
     "reorientation",
     "attitude",
@@ -77,44 +31,43 @@ ROW_COLUMNS = (
 )
 
 
-def files(
-    proofs: Proofs, mismatched: mismatch_page.Drops, named: causes.Drops, lessons: Sequence[learning.Lesson]
+def make_tables(
+    proofs: Proofs, mismatched: mismatch_tables.Drops, named: causes.Drops, lessons: Sequence[learning.Lesson]
 ) -> dict[str, str]:
-    """The page and its tables, by their paths in docs/."""
+    """Return the text of each CSV file by its name."""
     tables = {
+        "targets": targets_csv(find_targets(proofs)),
         "errors": _errors(proofs),
         "axes": _axes(proofs),
+        "model": _model(proofs),
         "swarm": _swarm(proofs),
         "uncalibrated": _bare(proofs),
         "dead-gyro": _deaf(proofs),
         "drops": _rows(proofs),
         "causes": causes.causes_csv(named),
+        "cause-counts": causes.count_causes(named),
         "learning": learning.learning_csv(lessons),
-        **mismatch_page.mismatch_tables(mismatched),
+        "learning-errors": learning.compare_maneuvers(lessons),
+        **mismatch_tables.make_mismatch_tables(mismatched),
         **paper_tables(proofs),
     }
+    return {f"{name}.csv": text for name, text in tables.items()}
+
+
+def describe_campaign(
+    proofs: Proofs, mismatched: mismatch_tables.Drops, named: causes.Drops, lessons: Sequence[learning.Lesson]
+) -> dict[str, object]:
+    """Return how many robots and drops there were."""
     return {
-        "evaluation-proof.md": _page(proofs, mismatched, lessons),
-        "paper-setting.md": paper_page(proofs),
-        "causes.md": causes.causes_page(named),
-        **{f"evaluation-proof/{name}.csv": text for name, text in tables.items()},
+        "robots": len(proofs),
+        "robots with a dead gyro": sum(bool(proof.deaf) for proof in proofs.values()),
+        "drops a row of what is not as filed": max(map(len, mismatched.values())),
+        "of all of them GOOD with an error beyond 4 ±, by chance": (
+            f"{mismatch_tables.expect_by_chance(mismatched):.1f} at most"
+        ),
+        "drops a cause": max(map(len, named.values())),
+        "robots of the maneuver that learns": len(lessons),
     }
-
-
-def _page(proofs: Proofs, mismatched: mismatch_page.Drops, lessons: Sequence[learning.Lesson]) -> str:
-    targets = [(one.what, one.found, one.wanted, "yes" if one.met else "**no**") for one in judged(proofs)]
-    return "".join(
-        [
-            _HEAD.format(robots=len(proofs)),
-            table(("quantity", "found", "wanted", "met"), targets),
-            _ERRORS,
-            _MODEL,
-            _model(proofs),
-            _OTHERS.format(robots=sum(bool(proof.deaf) for proof in proofs.values())),
-            mismatch_page.section(mismatched),
-            learning.learning_page(lessons),
-        ]
-    )
 
 
 def _errors(proofs: Proofs) -> str:
@@ -154,7 +107,7 @@ def _model(proofs: Proofs) -> str:
         spread = f"{np.median(excess):.2f}, {np.quantile(excess, 0.95):.2f}, {excess.max():.2f}"
         rows.append((low_pass, *cells, percent(nearer(proofs, low_pass)), spread))
     sides = ("before", "after", "other drop")
-    return table(
+    return csv_text(
         (
             "low-pass",
             *(f"{side}, {when}" for side in sides for when in ("end", "rms")),

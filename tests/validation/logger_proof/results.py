@@ -1,0 +1,195 @@
+"""The tables of docs/logger-proof.md. Every figure in them comes from a run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Sequence
+from statistics import median
+
+from tests.validation.campaign import Campaign, Found, declared, output
+from tests.validation.logger_proof.campaign import RATES_HZ
+from tests.validation.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
+from tests.validation.logger_proof.m7 import MACHINE, SHARE_MAX, Instructions
+from tests.validation.logger_proof.measurements import READ_TIME_MAX_US, Spare
+from tests.validation.logger_proof.truth import Kind
+from tests.validation.tables import csv_text, results_csv
+from tests.validation.targets import Target, targets_csv
+from tfsat_host.protocol.limits import FIRMWARE_VERSION
+
+TEXT = {
+    Kind.BETWEEN: "between two blocks; the card keeps what it took",
+    Kind.TORN: "the block under way is torn",
+    Kind.CACHE_LOST: "the card's RAM is lost, up to 64 blocks",
+    Kind.OUT_OF_ORDER: "its RAM was programmed in any order, one block torn",
+    Kind.STALE: "likewise, in a file full of an older recording",
+    Kind.STALLS: "likewise, 1 % of the writes stall",
+    Kind.SECOND_COPY: "while the fall is written again",
+    Kind.CLOSE: "while the file is closed, over an older recording",
+    Kind.PULLED: "after the card was out of its contacts, once or twice",
+    Kind.DEAD_SENSORS: "one to three IMUs, a bus or an angle sensor fail",
+    Kind.SMALL_RING: "2 % of the writes stall, with a ring of 10 to 63 blocks",
+    Kind.FALSE_RELEASE: "after both switches opened and closed again before the release",
+    Kind.RECLOSED: "after both switches closed for good behind the landing",
+    Kind.CARD_LOST: "the card is gone for good before, in or after the fall",
+    Kind.NEXT_FILE: "the file is full before the release, another follows",
+    Kind.SPOILED: "after the end; 5 % of the blocks written twice and the header spoiled",
+}
+VERDICTS = ("complete", "truncated", "damaged", "nothing yet")
+
+
+def make_tables(found: Found, campaigns: Sequence[Campaign]) -> dict[str, str]:
+    """Return the text of each CSV file by its name."""
+    outcomes: Sequence[Outcome] = found["runs"]
+    counts = ("recordings", "cuts", *VERDICTS, "torn blocks", "stale blocks")
+    stalls = ("Hz", "runs", "stalls", "longest, ms", "most blocks waiting", "samples dropped")
+    machine = (
+        "Hz",
+        "a sample: mean",
+        "most",
+        "mean when idle",
+        "a pass with a block",
+        "an empty pass",
+        "% of 600 MHz",
+    )
+    tables = {
+        "campaigns": declared(campaigns),
+        "targets": targets_csv(find_targets(found)),
+        "figures": csv_text(("of", "figure", "value"), list_figures(found)),
+        "recordings": csv_text(("when the power goes", "Hz", *counts), map(_recordings, *_parts(outcomes))),
+        "losses": csv_text(("the card", "Hz", "cuts", "median, ms", "worst, ms"), _losses(outcomes)),
+        "stalls": csv_text(stalls, [_stall_row(outcomes, rate_hz) for rate_hz in RATES_HZ]),
+        "instructions": csv_text(machine, map(_instruction_row, found["instructions"])),
+        **{name: results_csv(found[name]) for name in ("shared-processor", "failed-transfers", "read-times")},
+    }
+    return {f"{name}.csv": text for name, text in tables.items()}
+
+
+def describe_machines(found: Found) -> dict[str, object]:
+    """Return what the campaigns were run with besides the core."""
+    qemu = output("qemu-system-arm", "--version").splitlines()[0].split("version ")[1].split(" ")[0]
+    return {
+        "firmware": ".".join(map(str, FIRMWARE_VERSION)),
+        "compiler for the Cortex-M7": f"arm-none-eabi-gcc {output('arm-none-eabi-g++', '-dumpversion')}",
+        "emulator": f"QEMU {qemu}, machine {MACHINE}",
+        "SHA-256 of what PC and Cortex-M7 wrote": hashlib.sha256(b"".join(found["twins"])).hexdigest(),
+    }
+
+
+def find_targets(found: Found) -> list[Target]:
+    """Return what the core is held to, with its bounds."""
+    outcomes: Sequence[Outcome] = found["runs"]
+    stalled = [one for rate_hz in RATES_HZ for one in _stalled(outcomes, rate_hz)]
+    quiet = [one for one in outcomes if one.cut and not one.stalls and not one.pulled]
+    glitches, offsets = found["failed-transfers"], found["read-times"]
+    return [
+        Target("samples dropped, with the firmware's own ring", sum(one.dropped for one in stalled), high=0),
+        Target(
+            "oldest sample lost to a power cut, on a card that takes what comes",
+            max(one.loss_us for one in quiet if one.kind is not Kind.SMALL_RING) / 1e3,
+            high=(PARTIAL_AND_SYNC_US + LOOP_US) / 1e3,
+            unit="ms",
+        ),
+        Target(
+            "share of the processor",
+            max(100 * one.share for one in found["instructions"]),
+            high=100 * SHARE_MAX,
+            unit="%",
+        ),
+        Target("samples lost by one failed transfer", max(one.most for one in glitches), high=1),
+        Target("samples of other IMUs lost by it", sum(one.others for one in glitches), high=0),
+        Target(
+            "a sensor's time in the log's header, off by",
+            max(abs(one.logged_us - one.measured_us) for one in offsets),
+            high=READ_TIME_MAX_US,
+            unit="µs",
+        ),
+    ]
+
+
+def list_figures(found: Found) -> list[tuple[str, str, object]]:
+    """Return what the page's sections rest on: section, figure, value."""
+    outcomes: Sequence[Outcome] = found["runs"]
+    twins, spares, glitches = found["twins"], found["shared-processor"], found["failed-transfers"]
+    dropped = [one.dropped for one in outcomes if one.dropped]
+    figures: dict[str, dict[str, object]] = {
+        "faults": {
+            "recordings": len(outcomes),
+            "cut off by the power": sum(one.cut for one in outcomes),
+            "last seed": max(one.seed for one in outcomes),
+            "samples read back and compared": sum(one.decoded for one in outcomes),
+            "samples that found no room": sum(dropped),
+            "in so many runs": len(dropped),
+            "runs whose power went before the first sync": sum(one.headerless for one in outcomes),
+            "recordings that followed another in their run": sum(one.number > 1 for one in outcomes),
+            "drops fetched from RAM": sum(one.from_ram for one in outcomes),
+            "recordings whose file was full before the end": sum(one.file_full for one in outcomes),
+        },
+        "machine": {
+            "runs on both": len(twins) // 2,
+            "bytes, the same": sum(map(len, twins)),
+        },
+        "buses": {
+            "fewest free blocks of RAM, processor shared": _fewest_free(spares, stalled=False),
+            "likewise, one write in 100 stalls": _fewest_free(spares, stalled=True),
+            "failed transfers": sum(one.times for one in glitches),
+            "samples that they cost": sum(one.lost for one in glitches),
+        },
+    }
+    return [(section, what, value) for section, rows in figures.items() for what, value in rows.items()]
+
+
+def _fewest_free(spares: Sequence[Spare], stalled: bool) -> int:
+    return min(min(one.at_start, one.at_change) for one in spares if bool(one.stall_one_in) == stalled)
+
+
+def _parts(outcomes: Sequence[Outcome]) -> tuple[list[Kind], list[int], list[list[Outcome]]]:
+    """By kind and rate."""
+    pairs = [(kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ]
+    parts = [[one for one in outcomes if (one.kind, one.rate_hz) == pair] for pair in pairs]
+    return [kind for kind, _ in pairs], [rate_hz for _, rate_hz in pairs], parts
+
+
+def _recordings(kind: Kind, rate_hz: int, part: Sequence[Outcome]) -> tuple[object, ...]:
+    verdicts = Counter(one.verdict for one in part)
+    sums = (sum(getattr(one, name) for one in part) for name in ("torn", "stale"))
+    cuts = sum(one.cut for one in part)
+    return TEXT[kind], rate_hz, len(part), cuts, *(verdicts[name] for name in VERDICTS), *sums
+
+
+def _losses(outcomes: Sequence[Outcome]) -> list[tuple[object, ...]]:
+    """The age of the oldest sample that a cut took."""
+    rows: list[tuple[object, ...]] = []
+    for rate_hz in RATES_HZ:
+        cut = [one for one in outcomes if one.rate_hz == rate_hz and one.cut and one.kind != Kind.SMALL_RING]
+        for name, stalled, pulled in (
+            ("takes what comes", False, False),
+            ("stalls, 1 % of the writes", True, False),
+            ("was pulled", None, True),
+        ):
+            chosen = (one for one in cut if one.pulled == pulled and stalled in (None, one.stalls > 0))
+            losses = [one.loss_us / 1e3 for one in chosen]
+            rows.append((name, rate_hz, len(losses), f"{median(losses):.0f}", f"{max(losses):.0f}"))
+    return rows
+
+
+def _stalled(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome]:
+    """With the firmware's own ring, to the end of a file that had room."""
+    own = (one for one in outcomes if one.rate_hz == rate_hz and one.kind is not Kind.SMALL_RING)
+    return [one for one in own if one.stalls and not one.pulled and not one.file_full]
+
+
+def _stall_row(outcomes: Sequence[Outcome], rate_hz: int) -> tuple[object, ...]:
+    part = _stalled(outcomes, rate_hz)
+    return (
+        *(rate_hz, len(part), sum(one.stalls for one in part)),
+        f"{max(one.longest_stall_us for one in part) / 1e3:.0f}",
+        *(max(one.ring_peak_blocks for one in part), sum(one.dropped for one in part)),
+    )
+
+
+def _instruction_row(one: Instructions) -> tuple[object, ...]:
+    return (
+        *(one.rate_hz, one.core.mean, one.core.most, one.idle_sample.mean - one.ports),
+        *(one.pass_with_block.mean, one.empty_pass.mean, f"{100 * one.share:.2f}"),
+    )

@@ -1,0 +1,226 @@
+"""The tables of docs/sequencer-proof.md. Every figure in them comes from a campaign or from the build."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.validation.campaign import Campaign, Found, declared, output
+from tests.validation.sequencer_proof.blocking import (
+    BLOCKED_BEFORE_RELEASE_MAX_US,
+    BLOCKED_MAX_US,
+    blocked_paths,
+    path_rows,
+)
+from tests.validation.sequencer_proof.campaigns import DATES, least_never_used
+from tests.validation.sequencer_proof.damage import TOLD, Damaged, Place
+from tests.validation.sequencer_proof.jolts import jolt_rows
+from tests.validation.sequencer_proof.link import STATES, Abuse, Noise, Noisy
+from tests.validation.sequencer_proof.power_cuts import Cuts, Record, Tear
+from tests.validation.sequencer_proof.releases import (
+    WORST_ERROR_US,
+    all_releases,
+    date_row,
+    errors_us,
+    signal_row,
+    stroke_rows,
+)
+from tests.validation.sequencer_proof.rigs import image_report
+from tests.validation.sequencer_proof.signals import CYCLES_PER_US, Extremes
+from tests.validation.tables import csv_text, results_csv
+from tests.validation.targets import Target, targets_csv
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.limits import FIRMWARE_VERSION, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
+
+HANG_MAX_MS = 1300.0
+CONTACTS = {"avr": "slow", "fast": "fast, and mixed with slow", "native": "mixed, native core"}
+
+
+def make_tables(found: Found, campaigns: Sequence[Campaign], image: Path) -> dict[str, str]:
+    """Return the text of each CSV file by its name. The same image and results give the same text."""
+    noises = (
+        "sent",
+        "in all",
+        *STATES,
+        "damaged frames",
+        "answers",
+        "refusals",
+        "ARM refused for its token",
+        "drops",
+    )
+    tears = [f"byte {tear.value}" for tear in Tear]
+    tables = {
+        "campaigns": declared(campaigns),
+        "targets": targets_csv(find_targets(found, image)),
+        "figures": csv_text(("of", "figure", "value"), list_figures(found)),
+        "signals": csv_text(
+            ("contacts chatter", "releases", "errors of the strokes, µs", "pulses, µs", "frames, ms"),
+            [signal_row(words, found[name]) for name, words in CONTACTS.items()],
+        ),
+        "dates": csv_text(
+            (
+                "chatter",
+                "releases",
+                "within 1 µs",
+                "1 to 50 µs",
+                "more",
+                "allowed",
+                "worst, µs",
+                "two answers",
+            ),
+            [date_row(chatter, found[name]) for chatter, (name, _, _) in DATES.items()],
+        ),
+        "strokes": results_csv(
+            [row for name, words in CONTACTS.items() for row in stroke_rows(words, found[name])]
+        ),
+        "paths": results_csv(path_rows(image.with_suffix(".elf"))),
+        "waits": results_csv(found["waits"]),
+        "power-cuts": csv_text(
+            ("upload of", "store held", "byte writes", "cut at", *tears, "stored when repeated"),
+            [_cut_row(cuts) for cuts in found["cuts"]],
+        ),
+        "damage": csv_text(
+            ("EEPROM with", "the byte is of", "tried", "armed unchanged", *TOLD),
+            [_damage_row(one, place) for one in found["damaged"] for place in Place],
+        ),
+        "jolts": csv_text(
+            (
+                "jolts of both switches",
+                "releases",
+                "date off by at most ms",
+                "median ms",
+                "widest interval ms",
+            ),
+            jolt_rows(found["jolted"]),
+        ),
+        "link": csv_text(
+            ("host", "runs", "a stroke moved in"),
+            [(abuse, *(sum(row) for row in zip(*_runs(abuse, found), strict=True))) for abuse in Abuse],
+        ),
+        "noise": csv_text(noises, [_noise_row(noise, found["noisy"]) for noise in Noise]),
+        "resets": results_csv(found["resets"]),
+        "hangs": results_csv(found["hangs"]),
+        "held-pins": results_csv(found["held"]),
+    }
+    return {f"{name}.csv": text for name, text in tables.items()}
+
+
+def describe_image(image: Path) -> dict[str, object]:
+    """Return what the campaigns were run with besides the HEX."""
+    return {
+        "firmware": ".".join(map(str, FIRMWARE_VERSION)),
+        "CRC-32 of the image, in HELLO and STATUS": image_report(image)["image_crc32"],
+        "compiler": f"avr-gcc {output('avr-gcc', '-dumpversion')}",
+        "emulator": f"libsimavr {output('pkg-config', '--modversion', 'simavr')}",
+    }
+
+
+def find_targets(found: Found, image: Path) -> list[Target]:
+    """Return what the image is held to, with its bounds."""
+    report, elf = image_report(image), image.with_suffix(".elf")
+    slow = all_releases(found["avr"])
+    errors, widths = errors_us(slow), Extremes.of((us for one in slow for us in one.widths), CYCLES_PER_US)
+    return [
+        Target("earliest stroke, slow chatter", errors.least, low=-WORST_ERROR_US, unit="µs"),
+        Target("latest stroke, slow chatter", errors.greatest, high=WORST_ERROR_US, unit="µs"),
+        Target("shortest pulse", widths.least, SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US, "µs"),
+        Target("longest pulse", widths.greatest, SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US, "µs"),
+        Target("reset by the watchdog, at the latest", _hang_ms(found).greatest, high=HANG_MAX_MS, unit="ms"),
+        Target("interrupts off, strokes ahead", _blocked_us(elf), high=BLOCKED_MAX_US, unit="µs"),
+        Target(
+            "interrupts off, before the release",
+            _blocked_us(elf, scheduled=False),
+            high=BLOCKED_BEFORE_RELEASE_MAX_US,
+            unit="µs",
+        ),
+        Target("flash", int(report["flash_bytes"]), high=int(report["flash_budget_bytes"]), unit="bytes"),
+        Target("static RAM", int(report["ram_bytes"]), high=int(report["ram_budget_bytes"]), unit="bytes"),
+        Target(
+            "stack never touched", least_never_used(found), int(report["stack_spare_bytes"]), unit="bytes"
+        ),
+    ]
+
+
+def _blocked_us(elf: Path, scheduled: bool = True) -> float:
+    return blocked_paths(elf, scheduled=scheduled)[0].cycles / CYCLES_PER_US
+
+
+def _hang_ms(found: Found) -> Extremes:
+    return Extremes.of(ms for one in found["hangs"] for ms in one.reset_after_ms)
+
+
+def list_figures(found: Found) -> list[tuple[str, str, object]]:
+    """Return what the page's sections rest on: section, figure, value."""
+    damaged, resets = found["damaged"], found["resets"]
+    after = Extremes.of(us for one in resets if one.errors_us for us in one.errors_us)
+    closed, rule = found["closed"], found["rule"]
+    figures: dict[str, dict[str, object]] = {
+        "releases": {
+            "edges of a release, at most": max(
+                one.contact_edges for name in CONTACTS for one in all_releases(found[name])
+            ),
+            "knocks of one switch": sum(part.one_switch for part in found["knocks"]),
+            "knocks of both": sum(part.both_switches for part in found["knocks"]),
+            "closed again before the first stroke": sum(part.before for part in closed),
+            "drops after that, µs off": errors_us([one for part in closed for one in part.releases]),
+            "closed again after a stroke": sum(part.after for part in closed),
+            "random edge trains": sum(part.trains for part in rule),
+            "releases in them, found alike": sum(part.releases for part in rule),
+            "with an interval that holds two": sum(part.ambiguous for part in rule),
+            "false ones": sum(part.false_releases for part in rule),
+            "jolts whose edges fit one release, ms off at most": max(
+                float(str(row[2])) for row in jolt_rows(found["jolted"])[:2]
+            ),
+        },
+        "power cuts": {
+            "cut points": sum(one.points for one in found["cuts"]),
+            **{
+                f"byte writes of an upload of the {record.value} that is stored": n
+                for record, n in zip(Record, found["rewrites"], strict=True)
+            },
+            "damaged bytes tried": sum(one.values.total() for one in damaged),
+            "armed unchanged": sum(one.armed.total() for one in damaged),
+            "tried in the image": sum(one.tried for one in found["damaged_image"]),
+        },
+        "link": {
+            "runs": sum(one.runs for one in found["abused"]),
+            "a stroke moved in": sum(one.moved for one in found["abused"]),
+            "random bytes": _noise_row(Noise.BYTES, found["noisy"])[1],
+            "random frames": _noise_row(Noise.FRAMES, found["noisy"])[1],
+        },
+        "resets": {
+            "resets": sum(one.resets for one in resets),
+            "first pulse after, ms at most": f"{max(one.silence_ms.greatest for one in resets):.2f}",
+            "strokes of a release after it, µs off": after,
+            "hangs": sum(one.hangs for one in found["hangs"]),
+            "reset after, ms": _hang_ms(found),
+        },
+        "pins held": {
+            "runs": sum(one.runs for one in found["held"]),
+            "strokes on time": sum(one.on_time for one in found["held"]),
+            "late": sum(one.late for one in found["held"]),
+            "missed": sum(one.missed for one in found["held"]),
+        },
+    }
+    return [(section, what, value) for section, rows in figures.items() for what, value in rows.items()]
+
+
+def _cut_row(cuts: Cuts) -> tuple[object, ...]:
+    outcomes = (f"{cuts.old[tear]} / {cuts.told[tear]} / {cuts.new[tear]}" for tear in Tear)
+    return cuts.record, cuts.history, cuts.writes, cuts.points, *outcomes, cuts.stored_afterwards
+
+
+def _damage_row(one: Damaged, place: Place) -> tuple[object, ...]:
+    return one.case, place, one.values[place], one.armed[place], *(one.refused[place, code] for code in TOLD)
+
+
+def _runs(abuse: Abuse, found: Found) -> list[tuple[int, int]]:
+    return [(part.runs, part.moved) for part in found["abused"] if part.abuse is abuse]
+
+
+def _noise_row(noise: Noise, found: Sequence[Noisy]) -> tuple[object, ...]:
+    parts = [part for part in found if part.noise is noise]
+    sent = [sum(part.sent[state] for part in parts) for state in STATES]
+    counts = (sum(getattr(part, name) for part in parts) for name in ("rejected", "answers", "refusals"))
+    tokens = sum(part.arms_refused[ErrorCode.STALE_TOKEN] for part in parts)
+    return noise, sum(sent), *sent, *counts, tokens, sum(part.drops for part in parts)
