@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.paths import DOCS
 from tests.sdlog.test_decode_command import decode_json
+from tests.validation.decode_bench.report import describe_drop
 from tests.validation.decode_bench.scenarios import CUT_AT_S, NOISE_SHARE, Scenario, make
+from tests.validation.tables import read_rows
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.sdlog import DropLog, load
+
+DECODED = DOCS / "decode-report" / "drops.csv"
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +45,7 @@ def test_verdict_exit_code_and_values(
     scenario = scenarios[name]
     facts = decode_json(scenario.path, expect=exit_code)
     log, whole = load(scenario.path), load(scenario.card)
+    assert [str(cell) for cell in describe_drop(scenario, exit_code, facts)] in read_rows(DECODED)
     assert (facts["verdict"], log.verdict, log.session) == (verdict, verdict, whole.session)
     assert_no_wrong_value(log, whole)
     if name == "cut.bin":
