@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.emulator.fault_bench import bench, nothing, read_card, record
-from tests.paths import REPOSITORY
+from tests.paths import HOST
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu, shipped_imus
 from tfsat_host.emulated.library import EmulationError
@@ -156,7 +156,7 @@ def test_what_is_drawn_otherwise_has_none_of_it() -> None:
         assert wrong.warming_c == wrong.gyro_wander_rad_s == wrong.gyro_shock_limit_g == 0.0
 
 
-GOOD = (REPOSITORY / "host/tfsat_host/emulated/imus/mpu6050.toml").read_text(encoding="utf-8")
+GOOD = (HOST / "emulated/imus/mpu6050.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

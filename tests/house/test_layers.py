@@ -8,9 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.paths import REPOSITORY
+from tests.paths import HOST
 
-HOST = REPOSITORY / "host" / "tfsat_host"
 LAYERS = (
     (
         "angles",

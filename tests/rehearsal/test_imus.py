@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
-from tests.paths import REPOSITORY
+from tests.paths import HOST
 from tests.rehearsal.days import Rehearsing
 from tests.rehearsal.imus_page import IMUS, ORBIT_S, PAGE, fly, orbit_rows, robots_table, wander_deg
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S
@@ -19,7 +19,7 @@ from tfsat_host.rehearsal.series import Flown
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot
 
-SHIPPED = REPOSITORY / "host/tfsat_host/emulated/imus"
+SHIPPED = HOST / "emulated/imus"
 
 
 def test_a_robot_of_another_imu_differs_by_that_alone() -> None:
