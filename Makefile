@@ -130,7 +130,7 @@ prove: toolchain compiler venv firmware  ## run the campaigns whose code has cha
 	$(call say,planted defects and wide grids)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m prove
 	$(call say,a defect in each package of the host)
-	@$(BIN)/python -m tests.validation.planted
+	@$(BIN)/python -m tests.validation.planted_defects
 
 .PHONY: release
 release: toolchain venv firmware  ## refuse stale proof pages, a dirty tree, a silent CHANGELOG; else build dist/

@@ -7,23 +7,14 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
 from tests.fixtures.cpp.compiling import compile_objects, compiler, run
+from tests.fixtures.planting import Edit, plant
 from tests.paths import REPOSITORY
 
 SEQUENCER = "firmware/arduino_sequencer"
 _HERE = Path(__file__).resolve().parent
 _BOARDS = REPOSITORY / "tools" / "emulator" / "src" / "boards"
-
-
-class Edit(NamedTuple):
-    """A change of a copied sketch: the only occurrence of a text becomes another text."""
-
-    file: str
-    """Below the sketch's folder."""
-    old: str
-    new: str
 
 
 class BuildError(RuntimeError):
@@ -38,10 +29,10 @@ def build_sketch(sketch: str, build: Path) -> Path:
 
 
 def build_changed_sequencer(edits: Iterable[Edit], folder: Path, like: Path) -> Path:
-    """The HEX of a copy of the sequencer with these changes.
+    """Build a copy of the sequencer with these changes; return its HEX.
 
     Args:
-        edits: In this order.
+        edits: Of files below the sketch's folder, in this order.
         folder: Where copy and build go.
         like: A HEX of the unchanged sequencer, whose compiled Arduino core is used again.
 
@@ -51,11 +42,7 @@ def build_changed_sequencer(edits: Iterable[Edit], folder: Path, like: Path) -> 
     """
     sketch = folder / "sketch" / Path(SEQUENCER).name
     shutil.copytree(REPOSITORY / SEQUENCER, sketch)
-    for name, old, new in edits:
-        text = (sketch / name).read_text()
-        if text.count(old) != 1:
-            raise ValueError(f"{name} has {old!r} {text.count(old)} times: the edit must be renewed")
-        (sketch / name).write_text(text.replace(old, new))
+    plant(sketch, edits)
     build = folder / "build"
     shutil.copytree(like.parent / "core", build / "core")
     shutil.copy2(like.parent / "core.a", build)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.fixtures.planting import Edit, plant
 from tests.paths import REPOSITORY
 from tests.validation.fuzz.fuzzing import BOARD, FRAME, TARGETS, Target, build, fuzz
 
@@ -18,29 +19,31 @@ SHARED = ("tests/validation/fuzz", "firmware/arduino_sequencer/src", "tools/emul
 FRAME_HEADER = "firmware/arduino_sequencer/src/protocol/frame.h"
 SEQUENCER = "firmware/arduino_sequencer/src/core/sequencer.cpp"
 
-# Defects as a person might make them: file, what stands there, what is planted instead.
+# Defects as a person might make them.
 FRAME_DEFECTS = {
-    "crc not checked": ("crc16(buffer_, size_ - 2) ==", "0 * crc16(buffer_, size_ - 2) <="),
-    "frame too long": ("!overflow_ && ", ""),
-    "frame too short": ("size_ >= kFrameOverheadBytes", "size_ >= 3"),
-    "run cut short": ("run_left_ == 0 && size_", "size_"),
-    "buffer overrun": ("size_ < sizeof buffer_", "size_ <= sizeof buffer_"),
-    "run of 254": ("zero_pending_ = byte != 0xFF", "zero_pending_ = true"),
+    "crc not checked": Edit(FRAME_HEADER, "crc16(buffer_, size_ - 2) ==", "0 * crc16(buffer_, size_ - 2) <="),
+    "frame too long": Edit(FRAME_HEADER, "!overflow_ && ", ""),
+    "frame too short": Edit(FRAME_HEADER, "size_ >= kFrameOverheadBytes", "size_ >= 3"),
+    "run cut short": Edit(FRAME_HEADER, "run_left_ == 0 && size_", "size_"),
+    "buffer overrun": Edit(FRAME_HEADER, "size_ < sizeof buffer_", "size_ <= sizeof buffer_"),
+    "run of 254": Edit(FRAME_HEADER, "zero_pending_ = byte != 0xFF", "zero_pending_ = true"),
 }
 BOARD_DEFECTS = {
-    "any token arms": ("if (token != retained_.token)", "if (token == 0)"),
-    "a servo snaps back": ("if (state_ == SequencerState::kDone && !near", "if (false && !near"),
-    "an open switch arms": ("if (switches_.levels() != 0) return", "if (switches_.levels() == 3) return"),
+    "any token arms": Edit(SEQUENCER, "if (token != retained_.token)", "if (token == 0)"),
+    "a servo snaps back": Edit(
+        SEQUENCER, "if (state_ == SequencerState::kDone && !near", "if (false && !near"
+    ),
+    "an open switch arms": Edit(
+        SEQUENCER, "if (switches_.levels() != 0) return", "if (switches_.levels() == 3) return"
+    ),
 }
 
 
-def planted(tree: Path, file: str, defect: tuple[str, str]) -> Path:
-    """A copy of what the targets are built from, with one defect in it."""
+def copy_with_defect(tree: Path, defect: Edit) -> Path:
+    """Copy what the targets are built from, with one defect in it."""
     for folder in SHARED:
         shutil.copytree(REPOSITORY / folder, tree / folder)
-    sound = (tree / file).read_text()
-    assert sound.count(defect[0]) == 1, f"{file} has changed: plant the defect again"
-    (tree / file).write_text(sound.replace(*defect))
+    plant(tree, [defect])
     return tree
 
 
@@ -66,8 +69,8 @@ def test_nothing_is_found(target: Target, share: float, tmp_path: Path) -> None:
 
 @pytest.mark.prove
 @pytest.mark.parametrize("defect", FRAME_DEFECTS.values(), ids=FRAME_DEFECTS)
-def test_a_defect_of_the_receiver_is_found(defect: tuple[str, str], tmp_path: Path) -> None:
-    assert_found(FRAME, tmp_path / "build", planted(tmp_path / "tree", FRAME_HEADER, defect), "")
+def test_a_defect_of_the_receiver_is_found(defect: Edit, tmp_path: Path) -> None:
+    assert_found(FRAME, tmp_path / "build", copy_with_defect(tmp_path / "tree", defect), "")
 
 
 @pytest.mark.prove
@@ -81,5 +84,5 @@ def test_a_defect_of_the_receiver_is_found(defect: tuple[str, str], tmp_path: Pa
     ids=BOARD_DEFECTS,
 )
 def test_a_defect_of_the_sequencer_is_found(defect: str, broken: str, tmp_path: Path) -> None:
-    tree = planted(tmp_path / "tree", SEQUENCER, BOARD_DEFECTS[defect])
+    tree = copy_with_defect(tmp_path / "tree", BOARD_DEFECTS[defect])
     assert_found(BOARD, tmp_path / "build", tree, broken)

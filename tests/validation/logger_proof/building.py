@@ -7,8 +7,8 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.arduino_sequencer.avr.building import Edit
 from tests.fixtures.cpp.compiling import build_program, compile_objects, run
+from tests.fixtures.planting import Edit, plant
 from tests.paths import REPOSITORY
 
 BOARD = Path(__file__).resolve().parent / "board"
@@ -71,10 +71,5 @@ def _tree(folder: Path, edits: Sequence[Edit]) -> Path:
     tree = folder / "tree"
     for path in (*(SOURCES / name for name in PORTABLE), BOARD):
         shutil.copytree(path, tree / path.relative_to(REPOSITORY))
-    for name, old, new in edits:
-        path = tree / FIRMWARE / name
-        text = path.read_text()
-        if text.count(old) != 1:
-            raise ValueError(f"{name} has {old!r} {text.count(old)} times: the edit must be renewed")
-        path.write_text(text.replace(old, new))
+    plant(tree / FIRMWARE, edits)
     return tree

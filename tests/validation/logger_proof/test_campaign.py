@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.arduino_sequencer.avr.building import Edit
+from tests.fixtures.planting import Edit
 from tests.validation.campaign import Broken, run_campaigns
 from tests.validation.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.validation.logger_proof.campaign import RATES_HZ, run_each, runs, seeds_of

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from tests.arduino_sequencer.avr.avr_board import ResetCause
-from tests.arduino_sequencer.avr.building import Edit
+from tests.fixtures.planting import Edit
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
 from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
-from tests.arduino_sequencer.avr.building import BuildError, Edit
+from tests.arduino_sequencer.avr.building import BuildError
 from tests.arduino_sequencer.board import build_board_library
+from tests.fixtures.planting import Edit
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.blocking import UnboundedError
 from tests.validation.sequencer_proof.conftest import Plant

@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from tests.paths import REPOSITORY
-from tests.validation.planted.__main__ import Defect, defects, places
+from tests.validation.planted_defects.__main__ import Defect, read_defects
 
 
-@pytest.mark.parametrize("defect", defects(), ids=lambda one: one.name)
+@pytest.mark.parametrize("defect", read_defects(), ids=lambda one: one.name)
 def test_a_defect_can_be_planted(defect: Defect) -> None:
-    assert len(places(defect)) == 1
+    assert (REPOSITORY / defect.edit.file).read_text(encoding="utf-8").count(defect.edit.old) == 1
     assert all((REPOSITORY / path).exists() for path in defect.tests)
 
 
 def test_enough_are_planted() -> None:
-    assert len(defects()) >= 40
+    assert len(read_defects()) >= 40

@@ -1,4 +1,4 @@
-"""`python -m tests.validation.planted [NAME ...]`: plants defects in copies of the host; the suite must see each."""
+"""`python -m tests.validation.planted_defects [NAME]`: plants defects in copies of the host; a test must see each."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import tomllib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
+from tests.fixtures.planting import Edit, plant
 from tests.paths import REPOSITORY
 
 HOST = "host"
@@ -23,52 +23,36 @@ NOT_LINKED = frozenset({HOST, "build", ".git"})
 
 @dataclass(frozen=True)
 class Defect:
-    """A line that is wrong.
+    """A line of the host package that is wrong.
 
     Attributes:
         name: Of the package, and what of it.
-        old: What stands there; once in the package.
-        new: What stands there instead.
+        edit: The change, of a file of the repository.
         tests: Of which at least one must fail.
     """
 
     name: str
-    old: str
-    new: str
+    edit: Edit
     tests: tuple[str, ...]
 
 
-def defects() -> list[Defect]:
-    """All of `defects.toml`."""
+def read_defects() -> list[Defect]:
+    """Read all of `defects.toml`."""
     listed = tomllib.loads(Path(__file__).with_name("defects.toml").read_text(encoding="utf-8"))["defect"]
-    return [Defect(**{**one, "tests": tuple(one["tests"])}) for one in listed]
+    return [
+        Defect(one["name"], Edit(one["file"], one["old"], one["new"]), tuple(one["tests"])) for one in listed
+    ]
 
 
-def places(defect: Defect) -> list[Path]:
-    """Where its line stands; a line that stands twice in a file is there twice."""
-    return [path for path, text in _sources().items() for _ in range(text.count(defect.old))]
-
-
-@cache
-def _sources() -> dict[Path, str]:
-    """What each file of the host package holds, by its path in the repository."""
-    return {
-        path.relative_to(REPOSITORY): path.read_text(encoding="utf-8")
-        for path in (REPOSITORY / HOST).rglob("*.py")
-    }
-
-
-def red_test(defect: Defect) -> str:
-    """The first test that fails with the defect; empty: none."""
+def find_red_test(defect: Defect) -> str:
+    """Return the first test that fails with the defect; empty: none."""
     with tempfile.TemporaryDirectory() as made:
         copy = Path(made)
         for entry in REPOSITORY.iterdir():
             if entry.name not in NOT_LINKED:
                 (copy / entry.name).symlink_to(entry)
         shutil.copytree(REPOSITORY / HOST, copy / HOST, ignore=shutil.ignore_patterns("__pycache__"))
-        (place,) = places(defect)
-        planted = _sources()[place].replace(defect.old, defect.new)
-        (copy / place).write_text(planted, encoding="utf-8")
+        plant(copy, [defect.edit])
         done = subprocess.run(
             [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *defect.tests],
             cwd=copy,
@@ -82,11 +66,11 @@ def red_test(defect: Defect) -> str:
 
 
 def main(names: Sequence[str]) -> int:
-    """Plants all, or those whose name begins so; 1 if one stays unseen."""
-    chosen = [one for one in defects() if not names or one.name.startswith(tuple(names))]
+    """Plant all, or those whose name begins so; 1 if one stays unseen."""
+    chosen = [one for one in read_defects() if not names or one.name.startswith(tuple(names))]
     unseen = 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for defect, red in zip(chosen, pool.map(red_test, chosen), strict=True):
+        for defect, red in zip(chosen, pool.map(find_red_test, chosen), strict=True):
             unseen += not red
             print(f"{'red ' if red else 'GREEN'}  {defect.name}: {red or 'no test failed'}", flush=True)
     print(f"{len(chosen) - unseen} of {len(chosen)} planted defects are seen.")
