@@ -137,6 +137,12 @@ release: toolchain venv firmware  ## refuse stale proof pages, a dirty tree, a s
 	$(call say,release)
 	@$(BIN)/python -m tests.validation.release
 
+.PHONY: contract
+contract: compiler venv  ## record what commands print and write, after an intended difference; review its diff
+	$(call say,what commands print and write from now on)
+	@$(BIN)/python -m tests.contract
+	@git --no-pager diff --stat tests/contract
+
 .PHONY: screenshots
 screenshots: compiler venv  ## draw the pictures of docs/report.md again (needs Chromium)
 	$(call say,pictures of the report)

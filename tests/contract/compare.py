@@ -1,18 +1,34 @@
-"""Whether a result is what it was: the same keys, names and whole numbers, and other numbers within a tolerance."""
+"""Whether a result is what it was: the same keys and words, and numbers within a tolerance that follows their ±."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
+from difflib import unified_diff
 from typing import Any
 
-RELATIVE = 1e-4
+OF_STD = 0.05
+"""A number whose standard deviation is stated may change by this part of it."""
+RELATIVE = 1e-3
 ABSOLUTE = 1e-6
-"""In the unit of the number: far below each figure's standard deviation, far above what another processor changes."""
+"""For a number without one, in its unit: far above what another processor changes."""
+LAST_DIGITS = 2.0
+"""A printed number may change by so many units of its last digit."""
+
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+_RULE = re.compile(r"([ ─━-])\1+")
 
 
-def differences(expected: Any, found: Any, place: str = "") -> Iterator[str]:
-    """Each place where two JSON values differ, with both values."""
+def differences(expected: Any, found: Any, place: str = "", std: Any = None) -> Iterator[str]:
+    """Each place where two JSON values differ, with both values.
+
+    Args:
+        expected: What was recorded.
+        found: What is there now.
+        place: Where both stand, for the message.
+        std: The standard deviation of the number, or of each number of the list, if one is stated beside it.
+    """
     if isinstance(expected, dict) and isinstance(found, dict):
         for key in sorted({*expected, *found}):
             if key not in found:
@@ -20,21 +36,67 @@ def differences(expected: Any, found: Any, place: str = "") -> Iterator[str]:
             elif key not in expected:
                 yield f"{place}.{key}: new"
             else:
-                yield from differences(expected[key], found[key], f"{place}.{key}")
+                stated = _std_beside(key, expected)
+                yield from differences(expected[key], found[key], f"{place}.{key}", stated)
     elif isinstance(expected, list) and isinstance(found, list):
         if len(expected) != len(found):
             yield f"{place}: {len(expected)} items became {len(found)}"
+        each_std = std if isinstance(std, list) and len(std) == len(expected) else [None] * len(expected)
         for number, (old, new) in enumerate(zip(expected, found, strict=False)):
-            yield from differences(old, new, f"{place}[{number}]")
-    elif not _same(expected, found):
+            yield from differences(old, new, f"{place}[{number}]", each_std[number])
+    elif not _same(expected, found, std):
         yield f"{place}: {expected!r} became {found!r}"
 
 
-def _same(expected: Any, found: Any) -> bool:
+def _std_beside(key: str, beside: Mapping[str, Any]) -> Any:
+    return beside.get("std") if key == "value" else beside.get(f"{key}_std")
+
+
+def _same(expected: Any, found: Any, std: Any) -> bool:
     if isinstance(expected, bool) or isinstance(found, bool):
         return expected is found
-    if isinstance(expected, float) and isinstance(found, int | float):
-        return math.isclose(expected, found, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
-    if isinstance(expected, int) and isinstance(found, float):
+    if isinstance(expected, float | int) and isinstance(found, float | int):
+        if isinstance(expected, int) and isinstance(found, int):
+            return expected == found
+        if isinstance(std, float) and std > 0:
+            return abs(expected - found) <= OF_STD * std
         return math.isclose(expected, found, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     return bool(expected == found)
+
+
+def text_differences(expected: str, found: str, *, numbers: bool = True) -> list[str]:
+    """The lines that differ between two texts, as `diff -u` shows them; empty if only numbers do, within tolerance.
+
+    Args:
+        expected: What was recorded.
+        found: What is printed now.
+        numbers: Compare numbers, and where lines end; else neither, as both are of a moment.
+    """
+    old, new = (_words(text) if numbers else " ".join(_words(text).split()) for text in (expected, found))
+    if old == new and (not numbers or all(map(_same_digits, _numbers(expected), _numbers(found)))):
+        return []
+    return list(unified_diff(expected.splitlines(), found.splitlines(), "recorded", "now", lineterm="", n=1))
+
+
+def _words(text: str) -> str:
+    """A text with each number as `#`, and runs of blanks and of rules as one, as they fill up to a number's digits."""
+    return _RULE.sub(r"\1", _NUMBER.sub("#", text))
+
+
+def _numbers(text: str) -> list[str]:
+    return _NUMBER.findall(text)
+
+
+def _same_digits(old: str, new: str) -> bool:
+    """As many decimals, and in the last of them about the same."""
+    if old == new:
+        return True
+    decimals, exponent = _decimals(old)
+    if decimals == 0 or _decimals(new) != (decimals, exponent):
+        return False
+    return abs(float(old) - float(new)) <= LAST_DIGITS * 10.0 ** (exponent - decimals) * (1 + 1e-9)
+
+
+def _decimals(number: str) -> tuple[int, int]:
+    mantissa, _, exponent = number.partition("e")
+    return len(mantissa.partition(".")[2]), int(exponent or 0)

@@ -1,25 +1,26 @@
-"""What is compared of a result: names, shapes, units, numbers and names of choices; not sentences.
+"""What is compared of a JSON value: keys, names, shapes, units and key numbers; not sentences, not every row.
 
-Numbers that are text of a moment (hashes, temporary folders, versions of libraries) are replaced by their kind. A long
-list of numbers is compared by its length, mean, spread, first and last.
+A text of a moment (a hash, a temporary folder, a time) is replaced by its kind, a long list of numbers by its shape,
+mean and spread, a long list of objects by what its items have in common.
 """
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import re
-import tomllib
-import zipfile
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-LONG_LIST = 12
+from tfsat_host import __version__
+
+MAX_NUMBERS = 12
+MAX_OBJECTS = 6
+"""Lists up to these lengths are compared item by item."""
+SENTENCE = "(a sentence)"
+NUMBER = "(a number)"
 _ROBOTS = re.compile(r"/\S*/robots/")
-_HASH = re.compile(r"\b[0-9a-f]{64}\b")
+_HASH = re.compile(r"\b([0-9a-f]{64}|[0-9a-f]{16})\b")
 _SESSION = re.compile(r"\bRAM-[0-9a-f]{8}\b")
 _TIME = re.compile(r"\b20\d\d-?\d\d-?\d\dT\d\d:?\d\d:?\d\d(\.\d+)?(Z|\+00:00)?")
 _MOMENTARY = frozenset({"environment", "age_s", "seconds", "bytes", "session"})
@@ -27,8 +28,8 @@ _NOT_DETERMINED = frozenset({"directions"})
 """Eigenvectors of the singular part of a fit: as good with another sign or mixed."""
 
 
-def outline(value: Any, folder: Path) -> Any:
-    """A JSON value without sentences, temporary folders, hashes and long lists.
+def outline(value: Any, folder: str) -> Any:
+    """Return a JSON value without sentences, temporary folders, hashes and long lists.
 
     Args:
         value: Any JSON value.
@@ -40,27 +41,65 @@ def outline(value: Any, folder: Path) -> Any:
             for key, item in value.items()
         }
     if isinstance(value, list):
-        numbers = _numbers(value)
-        return numbers if numbers is not None else [outline(item, folder) for item in value]
+        numbers = _outline_numbers(value)
+        return numbers if numbers is not None else shorten([outline(item, folder) for item in value])
     if isinstance(value, str):
-        return _name(value, folder)
+        return _outline_text(value, folder)
     return value
 
 
-def _numbers(value: list[Any]) -> Any:
+def shorten(items: list[Any]) -> Any:
+    """A list of outlines; a long one as its length and what all of them have."""
+    if len(items) <= MAX_OBJECTS or all(isinstance(item, str) and item != SENTENCE for item in items):
+        return items
+    return {"items": len(items), "each": common(items)}
+
+
+def common(items: Sequence[Any]) -> Any:
+    """What outlines have in common: the same value, the names that occur, or the kind of number."""
+    if all(item == items[0] for item in items):
+        return items[0]
+    present = [item for item in items if item is not None]
+    if all(isinstance(item, dict) for item in items):
+        keys = list(dict.fromkeys(key for item in items for key in item))
+        return {
+            key if all(key in item for item in items) else f"{key}?": common(
+                [x[key] for x in items if key in x]
+            )
+            for key in keys
+        }
+    if all(isinstance(item, list) for item in items):
+        lengths = sorted({len(item) for item in items})
+        inner = [value for item in items for value in item]
+        return {
+            "items": lengths if len(lengths) > 1 else lengths[0],
+            "each": common(inner) if inner else None,
+        }
+    if all(isinstance(item, bool) for item in present):
+        kind: Any = "true or false"
+    elif all(isinstance(item, int | float) for item in present):
+        kind = NUMBER
+    elif all(isinstance(item, str) for item in present):
+        kind = " | ".join(sorted(set(present)))
+    else:
+        kind = " | ".join(sorted({type(item).__name__ for item in present}))
+    return kind if len(present) == len(items) else f"{kind} | null"
+
+
+def _outline_numbers(value: list[Any]) -> Any:
     """The outline of a long list of numbers, or of equally long lists of numbers; else None."""
-    if len(value) <= LONG_LIST:
+    if len(value) <= MAX_NUMBERS:
         return None
     try:
         array = np.array([[np.nan if x is None else x for x in row] if isinstance(row, list) else
                           np.nan if row is None else row for row in value])  # fmt: skip
     except ValueError:
         return None
-    return array_outline(array) if array.dtype.kind in "fiub" else None
+    return outline_array(array) if array.dtype.kind in "fiub" else None
 
 
-def array_outline(array: np.ndarray[Any, Any]) -> dict[str, Any]:
-    """Shape and kind of an array, and of numbers the mean, the spread and how many are none."""
+def outline_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:
+    """Shape and kind of an array, and of numbers the mean, the RMS and how many are none."""
     outlined: dict[str, Any] = {"shape": list(array.shape), "kind": array.dtype.kind}
     if array.dtype.names:
         return {**outlined, "fields": list(array.dtype.names)}
@@ -73,104 +112,26 @@ def array_outline(array: np.ndarray[Any, Any]) -> dict[str, Any]:
     return outlined
 
 
-def _name(text: str, folder: Path) -> str:
-    text = _ROBOTS.sub("ROBOTS/", text.replace(str(folder), "FOLDER"))
+def _outline_text(text: str, folder: str) -> str:
+    text = _ROBOTS.sub("ROBOTS/", text.replace(folder, "FOLDER"))
     if " " in text.strip() or "\n" in text:
-        return "(a sentence)"
-    return without_moments(_SESSION.sub("RAM-SESSION", _HASH.sub("(a SHA-256)", text)))
+        return SENTENCE
+    return "VERSION" if text == __version__ else without_moments(text)
 
 
 def without_moments(text: str) -> str:
-    """A text, such as a file's name, with every date and time replaced."""
-    return _TIME.sub("TIME", text)
+    """A text, such as a file's name, with every date, time, hash, serial number and drawn session as its kind."""
+    return _TIME.sub("TIME", _SESSION.sub("RAM-SESSION", _HASH.sub("(a hash)", text)))
 
 
 def without_numbers(value: Any) -> Any:
-    """An outline's keys and names alone."""
+    """An outline's keys and names alone; lists of numbers as their shape, lists of objects as what they share."""
     if isinstance(value, dict):
         return {key: without_numbers(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [without_numbers(item) for item in value]
-    return value if isinstance(value, str | bool) or value is None else "(a number)"
-
-
-def file_outline(path: Path, folder: Path) -> Any:
-    """What is compared of a file that a command wrote."""
-    match path.suffix:
-        case ".json":
-            return outline(json.loads(path.read_text(encoding="utf-8")), folder)
-        case ".toml":
-            return outline(
-                json.loads(json.dumps(tomllib.loads(path.read_text(encoding="utf-8")), default=str)), folder
-            )
-        case ".csv":
-            return _csv(path)
-        case ".npz":
-            with np.load(path, allow_pickle=False) as arrays:
-                return {name: array_outline(arrays[name]) for name in sorted(arrays)}
-        case ".mat":
-            from scipy.io import whosmat
-
-            return {name: [list(shape), kind] for name, shape, kind in whosmat(path)}
-        case ".parquet":
-            from pyarrow import parquet
-
-            schema = parquet.read_schema(path)
-            return {
-                field.name: [
-                    str(field.type),
-                    sorted((k.decode(), v.decode()) for k, v in (field.metadata or {}).items()),
-                ]
-                for field in schema
-            }
-        case ".mcap":
-            return _mcap(path)
-        case ".html":
-            return _page(path, folder)
-        case ".zip":
-            with zipfile.ZipFile(path) as archive:
-                return sorted(archive.namelist())
-        case ".bin":
-            return {"bytes": path.stat().st_size}
-    return "(a file)"
-
-
-def _csv(path: Path) -> dict[str, Any]:
-    lines = path.read_text(encoding="utf-8").splitlines()
-    body = [line for line in lines if not line.startswith("#")]
-    header, *rows = csv.reader(io.StringIO("\n".join(body)))
-    columns: dict[str, Any] = {}
-    for name, column in zip(header, zip(*rows, strict=True) if rows else [()] * len(header), strict=True):
-        try:
-            columns[name] = array_outline(np.array([float(x) if x else np.nan for x in column]))
-        except ValueError:
-            columns[name] = "(text)"
-    return {"comments": len(lines) - len(body), "rows": len(rows), "columns": columns}
-
-
-def _mcap(path: Path) -> dict[str, Any]:
-    from mcap.reader import make_reader
-
-    with path.open("rb") as stream:
-        summary = make_reader(stream).get_summary()
-    assert summary is not None and summary.statistics is not None
-    return {
-        channel.topic: [
-            channel.message_encoding,
-            summary.schemas[channel.schema_id].name,
-            summary.statistics.channel_message_counts[number],
-        ]
-        for number, channel in summary.channels.items()
-    }
-
-
-def _page(path: Path, folder: Path) -> Any:
-    """The document that a report page draws: whole where the page is called so, else its headings."""
-    found = re.search(
-        r'<script type="application/json" id="document">(.*?)</script>', path.read_text("utf-8"), re.DOTALL
-    )
-    assert found
-    document = json.loads(found[1])
-    if path.name == "page.html":
-        return outline(document, folder)
-    return {"keys": sorted(document), "drops": [sorted(drop) for drop in document["drops"]]}
+        items = [without_numbers(item) for item in value]
+        alike = all(item == items[0] for item in items)
+        if items and alike and isinstance(items[0], str) and items[0].endswith(NUMBER):
+            return f"{len(items)} x {items[0]}"
+        return {"items": len(items), "each": common(items)} if items and isinstance(items[0], dict) else items
+    return value if isinstance(value, str | bool) or value is None else NUMBER

@@ -1,4 +1,4 @@
-"""Types a scenario's commands in this process and collects what they left."""
+"""Types a scenario's commands in this process and collects what they printed and left."""
 
 from __future__ import annotations
 
@@ -6,102 +6,117 @@ import contextlib
 import io
 import json
 import lzma
+import re
 import shlex
 import shutil
+import tempfile
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.contract.outline import file_outline, outline, without_moments, without_numbers
-from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
+from tests.contract.outline import outline, without_moments, without_numbers
+from tests.contract.outline_file import outline_file
+from tests.contract.scenarios import SCENARIOS, SERVED
 from tests.emulated.served import Served
+from tfsat_host import __version__
 from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import parser_with
 from tfsat_host.report import figures
 
-HERE = Path(__file__).parent
-BUNDLE = HERE / "today/drop.tfsat.zip.xz"
-EXPECTED = HERE / "expected"
+BUNDLE = Path(__file__).parent / "0.2.0/drop.tfsat.zip.xz"
+FOLDER = "/tmp/contract-"
+"""Of the same length everywhere, as lines are filled with it."""
+_DRAWN = "x" * 8
+_HEXADECIMAL = re.compile(r"\b([0-9a-f]{64}|[0-9a-f]{16}|[0-9a-f]{12}|[0-9a-f]{8})\b")
+_DATE_OR_TIME = re.compile(r"\b20\d\d-?\d\d-?\d\d(T\d{6}(\.\d+|Z)?)?|\b\d\d:\d\d(:\d\d)?\b")
+
+Result = dict[str, Any]
+"""Of one line: `typed`; and `exit`, `document` and `files`, or the `text` that says all of them."""
+
+
+class Terminal(io.StringIO):
+    """A terminal of 80 columns that cannot move its cursor: bars and live views show their last state alone."""
+
+    def isatty(self) -> bool:
+        return True
 
 
 def unpack_drop(folder: Path) -> None:
-    """Puts `drop.tfsat.zip`, and its `run/`, into a folder."""
+    """Put `drop.tfsat.zip`, and its `run/`, into a folder."""
     bundle = folder / "drop.tfsat.zip"
     bundle.write_bytes(lzma.decompress(BUNDLE.read_bytes()))
     with zipfile.ZipFile(bundle) as archive:
         archive.extractall(folder, [name for name in archive.namelist() if name.startswith("run/")])
 
 
-def results_of(scenario: str, folder: Path) -> list[dict[str, Any]]:
-    """The outline of each command's result, and of the files that it wrote or changed.
-
-    Args:
-        scenario: Its name in `SCENARIOS`.
-        folder: An empty folder.
-    """
-    unpack_drop(folder)
-    (folder / "next").mkdir()
-    for name in ("maneuver.toml", "robot.toml", "calibration-emulated.toml"):
-        shutil.copy(folder / "run" / name, folder / "next")
-    outlined: dict[str, str] = {}
-    with (
-        contextlib.chdir(folder),
-        pytest.MonkeyPatch.context() as patch,
-        Served() if scenario in SERVED else contextlib.nullcontext(),
-    ):
+def run_scenario(scenario: str) -> list[Result]:
+    """Type all lines of a scenario in a folder of its own and return the result of each."""
+    with _folder() as folder, contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+        unpack_drop(folder)
+        (folder / "next").mkdir()
+        for name in ("maneuver.toml", "robot.toml", "calibration-emulated.toml"):
+            shutil.copy(folder / "run" / name, folder / "next")
         # What figures show is proved by tests/report/test_figures.py; here only where they lie.
         patch.setattr(figures, "_save", lambda _figure, _kind, path: path.write_bytes(figures.MARKER))
-        results = [_result_of(line, folder, outlined) for line in SCENARIOS[scenario]]
-    if scenario in MOMENTARY:
-        return [{**without_numbers(result), "exit": result["exit"]} for result in results]
+        patch.setenv("COLUMNS", "80")
+        patch.setenv("TERM", "dumb")
+        patch.setattr("serial.tools.list_ports.comports", lambda *_args, **_options: [])
+        outlined: dict[str, str] = {}
+        with Served() if scenario in SERVED else contextlib.nullcontext():
+            results = [_type_line(line, folder, outlined) for line in SCENARIOS[scenario]]
+    if scenario in SERVED:
+        return [
+            {**result, "document": without_numbers(result["document"])} if "document" in result else result
+            for result in results
+        ]
     return results
 
 
-def _result_of(line: str, folder: Path, outlined: dict[str, str]) -> dict[str, Any]:
-    """A command's result; of two files that say the same the second is only named."""
+@contextlib.contextmanager
+def _folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix=Path(FOLDER).name, dir=Path(FOLDER).parent) as made:
+        yield Path(made)
+
+
+def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
+    """The result of a line; of two files with the same keys and columns the second is only named."""
     before = _stamps(folder)
-    code, printed = _typed([*shlex.split(line), "--json"])
+    argv = shlex.split(line)
+    code, printed, shown = _run(argv)
     files: dict[str, Any] = {}
     for name, stamp in _stamps(folder).items():
         if before.get(name) != stamp:
-            content = file_outline(folder / name, folder)
-            first = outlined.setdefault(json.dumps(content), without_moments(name))
-            files[without_moments(name)] = content if first == without_moments(name) else f"as {first}"
-    document = outline(_document(printed), folder)
-    return {"typed": line, "exit": code, "document": document, "files": dict(sorted(files.items()))}
+            content, alias = outline_file(folder / name, str(folder)), without_moments(name)
+            first = outlined.setdefault(json.dumps(without_numbers(content)), alias)
+            files[alias] = content if first == alias else f"like {first}"
+    files = dict(sorted(files.items()))
+    if "--json" in argv:
+        document = outline(_document(printed), str(folder))
+        same = without_numbers(document)
+        files = {name: "the document" if content == same else content for name, content in files.items()}
+        return {"typed": line, "exit": code, "document": document, "files": files}
+    written = "".join(f"wrote {name}\n" for name in files)
+    return {
+        "typed": line,
+        "text": f"$ tfsat-host {line}\n{_without_moments(shown, folder)}exit {code}\n{written}",
+    }
 
 
-def options_of_all_commands() -> dict[str, Any]:
-    """Each command's arguments: their names, defaults and choices."""
-    parser, _ = parser_with(HELPS)
-    return _options(parser)
-
-
-def _options(parser: Any) -> dict[str, Any]:
-    listed: dict[str, Any] = {}
-    for action in parser._actions:
-        if action.choices and hasattr(action, "add_parser"):
-            listed |= {f"{name} …": _options(child) for name, child in action.choices.items()}
-            continue
-        name = " ".join(action.option_strings) or action.dest
-        listed[name] = {
-            "nargs": action.nargs,
-            "required": action.required,
-            "default": str(action.default),
-            "choices": [str(choice) for choice in action.choices or ()],
-        }
-    return listed
-
-
-def _typed(argv: list[str]) -> tuple[int, str]:
-    out, err = io.StringIO(), io.StringIO()
+def _run(argv: list[str]) -> tuple[int, str, str]:
+    """Exit code, what was printed to stdout, and both streams as a terminal shows them."""
+    if "--json" in argv:
+        out, err = io.StringIO(), io.StringIO()
+    else:
+        out = err = Terminal()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(argv)
-    assert "Traceback" not in err.getvalue() and "a bug of its own" not in out.getvalue(), (argv, out, err)
-    return code, out.getvalue()
+    shown = out.getvalue() if out is err else out.getvalue() + err.getvalue()
+    assert "Traceback" not in shown and "a bug of its own" not in shown, (argv, shown)
+    return code, out.getvalue(), shown
 
 
 def _document(printed: str) -> Any:
@@ -110,9 +125,42 @@ def _document(printed: str) -> Any:
     return objects[0] if len(objects) == 1 else objects
 
 
+def _without_moments(shown: str, folder: Path) -> str:
+    """A text with what differs from run to run replaced by as many characters, as lines are filled with it."""
+    shown = shown.replace(str(folder), FOLDER + _DRAWN).replace(__version__, "VERSION")
+    shown = re.sub(r"/\S*/robots/", "ROBOTS/", shown)
+    shown = _HEXADECIMAL.sub(lambda id_: "x" * len(id_[0]), shown)
+    shown = _DATE_OR_TIME.sub(lambda moment: re.sub(r"\d", "0", moment[0]), shown)
+    return "".join(f"{line.rstrip()}\n" for line in shown.splitlines())
+
+
 def _stamps(folder: Path) -> dict[str, tuple[int, int]]:
     return {
         str(path.relative_to(folder)): (path.stat().st_mtime_ns, path.stat().st_size)
         for path in sorted(folder.rglob("*"))
         if path.is_file() and path.parent.name != "robot" and not path.name.startswith(".")
     }
+
+
+def options_of_all_commands() -> dict[str, dict[str, str]]:
+    """Return each command's arguments: by its name a line of what each takes."""
+    parser, _ = parser_with(HELPS)
+    return dict(_options("tfsat-host", parser))
+
+
+def _options(command: str, parser: Any) -> Iterator[tuple[str, dict[str, str]]]:
+    taken: dict[str, str] = {}
+    for action in parser._actions:
+        if action.choices and hasattr(action, "add_parser"):
+            for name, child in action.choices.items():
+                yield from _options(f"{command} {name}".removeprefix("tfsat-host "), child)
+            continue
+        name = " ".join(action.option_strings) or action.dest
+        said = {
+            "takes": action.nargs,
+            "default": action.default,
+            "one of": list(map(str, action.choices or ())),
+        }
+        kept = [f"{key} {value}" for key, value in said.items() if value not in (None, [], "==SUPPRESS==")]
+        taken[name] = ", ".join([*(["required"] if action.required else []), *kept])
+    yield command, taken

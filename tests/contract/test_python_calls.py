@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.contract.running import EXPECTED, unpack_drop
+from tests.contract.running import unpack_drop
 from tests.paths import DOCS
 
-PYTHON_NAMES = json.loads((EXPECTED.parent / "python_names.json").read_text(encoding="utf-8"))
+PYTHON_NAMES = json.loads((Path(__file__).parent / "python_names.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("path", PYTHON_NAMES)
