@@ -193,12 +193,13 @@ vendor: venv  ## fetch again what the report page is drawn with, as tools/report
 	@$(BIN)/python tools/vendor_report.py
 
 .PHONY: lint
-lint: venv  ## check style and types
+lint: venv  ## check style, types and which package imports which
 	$(call say,style and types)
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --check --quiet || { $(BIN)/ruff format --check; \
 	  echo "Error: not formatted. Run: $(BIN)/ruff format" >&2; exit 1; }
 	@$(BIN)/mypy --no-error-summary
+	@broken=$$($(BIN)/lint-imports --no-logo --no-cache) || { echo "$$broken"; exit 1; }
 
 # uv resolves for every platform and Python version at once; it lives apart, so that nothing else needs it.
 .PHONY: lock
