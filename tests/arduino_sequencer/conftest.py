@@ -7,18 +7,20 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.arduino_sequencer.board import ERASED, Board, build_board
+from tests.fixtures.sequencer.board import ERASED, Board, load_library
+from tests.fixtures.sequencer.building import build_native_library
+from tests.fixtures.sequencer.cable import native_board
 
 
 @pytest.fixture(scope="session")
 def board_library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    return build_board(tmp_path_factory.mktemp("sequencer"))
+    return load_library(build_native_library(tmp_path_factory.mktemp("sequencer")))
 
 
 @pytest.fixture(scope="session")
 def new_board(board_library: ctypes.CDLL) -> Callable[..., Board]:
     """Makes a board: `new_board(eeprom)`."""
-    return lambda eeprom=None: Board(board_library, eeprom)
+    return lambda eeprom=None: native_board(board_library, eeprom)
 
 
 @pytest.fixture

@@ -8,10 +8,12 @@ from collections.abc import Iterable
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant
 
-from tests.arduino_sequencer.board import ERASED, OLD, Board, Reset, client, connect, pulses
 from tests.arduino_sequencer.maneuvers import RawManeuver
 from tests.arduino_sequencer.model import ARMED, DONE, FAULT, RUNNING, SAFE, Model
 from tests.arduino_sequencer.store_model import Store
+from tests.fixtures.sequencer.board import ERASED, ResetCause
+from tests.fixtures.sequencer.cable import OLD, client, connect, native_board
+from tests.fixtures.sequencer.pulses import pulses
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.limits import RELEASE_SEATED_US, SERVO_PULSE_MAX_US, STROKE_NOT_BEGUN_US
@@ -39,7 +41,7 @@ class SideBySide(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.board = Board(self.library, ERASED)
+        self.board = native_board(self.library, ERASED)
         self.model = Model(Store(RawManeuver.of(OLD)))
         self.sent: list[Payload] = []
         self.tokens: dict[int, SequencerState] = {}
@@ -52,7 +54,7 @@ class SideBySide(RuleBasedStateMachine):
     def take_a_board(self, uploaded: bool) -> None:
         """A fresh one, or one that was used before."""
         if uploaded:
-            self.board = Board(self.library)
+            self.board = native_board(self.library)
             self.model.maneuver.put(RawManeuver.of(OLD))
             self.model.maneuver.busy = False
         self.learn_the_token()
@@ -74,7 +76,7 @@ class SideBySide(RuleBasedStateMachine):
 
     @property
     def opened(self) -> int:
-        return sum(1 << index for index, opened in self.board.opened.items() if opened)
+        return sum(1 << index for index, closed in enumerate(self.board.closed) if not closed)
 
     def send(self, request: Payload, *, await_stores: bool = True) -> None:
         self.catch_up()
@@ -101,7 +103,7 @@ class SideBySide(RuleBasedStateMachine):
 
     def await_stores(self) -> None:
         if self.model.storing:
-            self.board.advance(STORE_US)
+            self.board.run(STORE_US)
             self.model.maneuver.busy = self.model.settings.busy = False
 
     def request(self, request: Payload) -> None:
@@ -112,7 +114,7 @@ class SideBySide(RuleBasedStateMachine):
         """Leaves no moment within 20 ms ahead or 1 ms behind; True once it lies behind."""
         left_us = moment_us - self.board.now_us
         if -1000 < left_us < 20_000:
-            self.board.advance(left_us + 1000)
+            self.board.run(left_us + 1000)
         return self.board.now_us > moment_us
 
     def catch_up(self) -> None:
@@ -134,17 +136,17 @@ class SideBySide(RuleBasedStateMachine):
             for _, _, start_us in self.model.maneuver.record.strokes:
                 self.pass_by(self.model.run_from_us + start_us - RELEASE_SEATED_US)
         for index in (0, 1):
-            self.board.switch(index, opened=False)
+            self.board.switch(index, closed=True)
 
     def settle(self) -> None:
         """After the switches moved: what the release detector must have made of it."""
         moved_us = self.board.now_us
         self.model.closed_from_us = moved_us if self.opened == 0 else None
-        self.board.advance(SETTLE_US)
+        self.board.run(SETTLE_US)
         if self.model.switches_stand(self.opened, moved_us):
             self.report, self.released_us = None, moved_us - self.started_us
 
-    def restart(self, cause: Reset | None, flips: Iterable[tuple[int, int]] = ()) -> None:
+    def restart(self, cause: ResetCause | None, flips: Iterable[tuple[int, int]] = ()) -> None:
         """What was sent before a reset may come late; after a power cut, tokens begin again.
 
         `flips` are bits of the EEPROM that turn over while there is no power: address, bit.
@@ -168,14 +170,14 @@ class SideBySide(RuleBasedStateMachine):
             self.board.reset(cause)
             self.started_us = reset_us
         self.board.edges()
-        self.board.advance(SETTLE_US)
+        self.board.run(SETTLE_US)
         self.model.restart(power_lost=cause is None, opened=self.opened, now_us=reset_us)
         self.learn_the_token()
         self.servos_are_held(self.model.held_ns())
 
     def servos_are_held(self, widths_ns: tuple[int, ...]) -> None:
         """Since the edges were last taken: pulses of these widths and no other, or none at all."""
-        self.board.advance(50_000)
+        self.board.run(50_000)
         edges = self.board.edges()
         if not widths_ns:
             assert edges == []

@@ -11,7 +11,6 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import precondition, rule
 
-from tests.arduino_sequencer.board import NEW, OLD, STROKE_LINE, Board, Reset, connect, pulses, release
 from tests.arduino_sequencer.maneuvers import RawManeuver
 from tests.arduino_sequencer.model import ARMED, DONE, FAULT, JOGGING
 from tests.arduino_sequencer.servo_model import FACTORY_SERVO, FACTORY_SETTINGS
@@ -23,6 +22,9 @@ from tests.arduino_sequencer.store_model import (
     SETTINGS_USED_BYTES,
     SLOT_BYTES,
 )
+from tests.fixtures.sequencer.board import STROKE_LINE, Board, ResetCause
+from tests.fixtures.sequencer.cable import NEW, OLD, connect
+from tests.fixtures.sequencer.pulses import pulses, release
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.framing import Frame, crc16
 from tfsat_host.protocol.limits import JOG_CONFIRM, START_POSE_TOLERANCE_CDEG
@@ -120,7 +122,7 @@ class AnyOrder(SideBySide):
     @rule(noise=st.binary(max_size=40))
     def noise(self, noise: bytes) -> None:
         self.board.write(noise + b"\0")
-        self.board.advance(2000)
+        self.board.run(2000)
         self.board.read()
 
     @rule(index=st.integers(0, 1))
@@ -128,7 +130,7 @@ class AnyOrder(SideBySide):
         if self.opened == 1 << index:
             self.close_both()
         else:
-            self.board.switch(index, opened=not self.board.opened[index])
+            self.board.switch(index, closed=not self.board.closed[index])
         self.settle()
 
     @rule()
@@ -141,34 +143,34 @@ class AnyOrder(SideBySide):
     @rule()
     def drop(self) -> None:
         for index in (0, 1):
-            self.board.switch(index, opened=True)
+            self.board.switch(index, closed=False)
         self.settle()
 
     @rule(open_us=st.integers(1, 4900))
     def knock(self, open_us: int) -> None:
         """Both open for less than the debounce, then as they were."""
-        before = dict(self.board.opened)
+        before = list(self.board.closed)
         for index in (0, 1):
-            self.board.switch(index, opened=True)
-        if self.model.state == ARMED and not all(before.values()):
+            self.board.switch(index, closed=False)
+        if self.model.state == ARMED and any(before):
             self.model.touched = True
-        self.board.advance(open_us)
-        if not any(before.values()):
+        self.board.run(open_us)
+        if all(before):
             self.close_both()
-        for index, opened in before.items():
-            self.board.switch(index, opened=opened)
+        for index, closed in enumerate(before):
+            self.board.switch(index, closed=closed)
         self.settle()
 
     @rule(ms=st.integers(1, 3000))
     def wait(self, ms: int) -> None:
-        self.board.advance(1000 * ms)
+        self.board.run(1000 * ms)
         self.catch_up()
 
     @precondition(lambda self: self.model.state == JOGGING or not self.model.at_start_pose())
     @rule(s=st.sampled_from([15, 31]))
     def wait_long(self, s: int) -> None:
         """Jogs and reports grow old."""
-        self.board.advance(1_000_000 * s)
+        self.board.run(1_000_000 * s)
         self.catch_up()
 
     @rule(angles_cdeg=st.sampled_from([*START_POSES, *OTHER_POSES]))
@@ -219,12 +221,12 @@ class AnyOrder(SideBySide):
     @rule()
     def pull_the_cable(self) -> None:
         self.board.cable(False)
-        self.board.advance(2000)
+        self.board.run(2000)
         self.board.cable(True)
         self.model.end_jog()
 
-    @rule(cause=st.sampled_from([None, *Reset]))
-    def start_again(self, cause: Reset | None) -> None:
+    @rule(cause=st.sampled_from([None, *ResetCause]))
+    def start_again(self, cause: ResetCause | None) -> None:
         self.restart(cause)
 
     @rule(
@@ -262,23 +264,23 @@ class AnyOrder(SideBySide):
             self.request(FACTORY_SETTINGS)
 
     @precondition(lambda self: self.model.state == ARMED)
-    @rule(cause=st.sampled_from(list(Reset)), opened=st.sampled_from([(), (0,), (1,)]))
-    def reset_while_armed(self, cause: Reset, opened: tuple[int, ...]) -> None:
+    @rule(cause=st.sampled_from(list(ResetCause)), opened=st.sampled_from([(), (0,), (1,)]))
+    def reset_while_armed(self, cause: ResetCause, opened: tuple[int, ...]) -> None:
         for index in opened:
-            self.board.switch(index, opened=True)
+            self.board.switch(index, closed=False)
         self.settle()
         self.restart(cause)
 
     @precondition(lambda self: self.model.state == ARMED)
-    @rule(cause=st.sampled_from(list(Reset)), ms=st.integers(0, 2400))
-    def drop_and_reset(self, cause: Reset, ms: int) -> None:
+    @rule(cause=st.sampled_from(list(ResetCause)), ms=st.integers(0, 2400))
+    def drop_and_reset(self, cause: ResetCause, ms: int) -> None:
         self.drop()
-        self.board.advance(1000 * ms)
+        self.board.run(1000 * ms)
         self.restart(cause)
 
     @precondition(lambda self: self.model.state in (FAULT, JOGGING, DONE))
-    @rule(cause=st.sampled_from(list(Reset)))
-    def reset_again(self, cause: Reset) -> None:
+    @rule(cause=st.sampled_from(list(ResetCause)))
+    def reset_again(self, cause: ResetCause) -> None:
         self.restart(cause)
 
 
@@ -301,12 +303,12 @@ def test_the_model_flies(board: Board) -> None:
     sequencer = connect(board)
     for request in MANEUVERS[3].requests():
         board.ask(Frame(request.TYPE, 1, request.encode()))
-    board.advance(STORE_US)
+    board.run(STORE_US)
     sequencer.arm()
-    board.switch(0, opened=True)
-    board.switch(1, opened=True)
+    board.switch(0, closed=False)
+    board.switch(1, closed=False)
     released_ns = 1000 * board.now_us
-    board.advance(800_000)
+    board.run(800_000)
     edges = board.edges()
     assert [p.rise_ns - released_ns for p in pulses(edges, STROKE_LINE)] == [700_000_000, 710_000_000]
 
@@ -316,9 +318,9 @@ def test_status_of_a_shorter_maneuver_after_a_run(board: Board) -> None:
     sequencer = connect(board)
     sequencer.arm()
     release(board)
-    board.advance(2_500_000)
+    board.run(2_500_000)
     for index in (0, 1):
-        board.switch(index, opened=False)
+        board.switch(index, closed=True)
     sequencer.disarm()
     sequencer.upload(schedule_maneuver(Maneuver((Stroke(3, 77.0),))))
     status = sequencer.status()

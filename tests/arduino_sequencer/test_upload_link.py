@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.arduino_sequencer.board import NEW, OLD, Board, Cable, connect, rows
 from tests.arduino_sequencer.store_model import without_markers
+from tests.fixtures.sequencer.board import Board
+from tests.fixtures.sequencer.cable import NEW, OLD, Cable, connect, rows
 from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
@@ -93,7 +94,7 @@ class LossyCable(Cable):
         self._rng.shuffle(self._late)
         for data in self._late:
             super().write(data)
-            self.board.advance(2000)
+            self.board.run(2000)
 
 
 @pytest.mark.parametrize("rate", [0.02, 0.2, 0.5])
@@ -110,7 +111,7 @@ def test_a_lossy_cable_leaves_the_old_or_the_new_maneuver(new_board: NewBoard, r
         except (BoardError, NoAnswer, VerifyError, ProtocolError):
             pass
         cable.deliver_late()
-        board.advance(1_000_000)
+        board.run(1_000_000)
         board.write(b"\0")
         held = held_after_power_cycle(board).strokes
         assert held in (rows(OLD), rows(NEW)), f"seed {seed}"
@@ -139,7 +140,7 @@ class CutCable(Cable):
         super().write(data[: self._left])
         self._left -= len(data)
         if self._left < 0:
-            self.board.advance(self._settle_us)
+            self.board.run(self._settle_us)
             self.board.cable(False)
             raise PortError(PortProblem.OTHER, what="The cable was pulled.", next_step="Plug it in.")
 
@@ -173,7 +174,7 @@ def test_cable_pulled_at_every_byte_of_an_upload(new_board: NewBoard, settle_us:
         board = new_board(image)
         with pytest.raises(PortError):
             SequencerClient.connect(CutCable(board, n_bytes, settle_us)).upload(NEW)
-        board.advance(700_000)
+        board.run(700_000)
         assert board.eeprom() == image or n_bytes >= counter.begun
         assert without_markers(board.eeprom()) == without_markers(image) or n_bytes >= counter.committed
         board.cable(True)
@@ -194,9 +195,9 @@ def test_half_a_frame_before_the_cable_was_pulled_does_not_spoil_the_next(board:
     frame = encode_frame(Frame(DisarmRequest.TYPE, 1, b""))
     for cut in range(1, len(frame)):
         board.write(frame[:cut])
-        board.advance(1000)
+        board.run(1000)
         board.cable(False)
-        board.advance(1000)
+        board.run(1000)
         board.cable(True)
         board.write(encode_frame(Frame(DisarmRequest.TYPE, 2, b"")))
         (answer,) = FrameReceiver().feed(board.read(10_000))

@@ -8,22 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.arduino_sequencer.board import (
-    ERASED,
-    JOINTS,
-    OLD,
-    STROKE_LINE,
-    Board,
-    assert_servo_signal,
-    client,
-    connect,
-    pulses,
-    release,
-    rows,
-    width_ns,
-)
 from tests.arduino_sequencer.maneuvers import RawManeuver, defect, flyable, raw_maneuvers
 from tests.arduino_sequencer.store_model import without_markers
+from tests.fixtures.sequencer.board import ERASED, JOINTS, STROKE_LINE, Board
+from tests.fixtures.sequencer.cable import OLD, client, connect, rows
+from tests.fixtures.sequencer.pulses import assert_servo_signal, pulses, release, width_ns
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin
@@ -112,7 +101,7 @@ def test_the_board_believes_no_host(new_board: Callable[..., Board], raw: RawMan
     image = board.eeprom()
     expected = defect(raw)
     assert upload_raw(board, raw) == expected
-    board.advance(700_000)
+    board.run(700_000)
     if expected[0] == ErrorCode.NONE:
         assert connect(board).read_back().strokes == raw.strokes
     else:
@@ -151,12 +140,12 @@ def test_every_pulse_of_a_random_maneuver(
     sequencer = connect(board)
     sequencer.upload(schedule)
     sequencer.arm()
-    board.advance(seed)
+    board.run(seed)
     released_us = release(board)
-    board.advance(2_600_000)
+    board.run(2_600_000)
     assert sequencer.status().strokes_started == len(schedule.strokes)
     sequencer.disarm()
-    board.advance(10_000)
+    board.run(10_000)
     edges = board.edges()
     rises = [pulse.rise_ns for pulse in pulses(edges, STROKE_LINE)]
     assert rises == [1000 * (released_us + stroke.t_us) for stroke in schedule.strokes]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from tests.arduino_sequencer.board import Board
+from tests.fixtures.sequencer.board import Board
 from tfsat_host.protocol.framing import FrameReceiver
 
 STEP_US = 1000
@@ -50,7 +50,7 @@ class BoardOnPty:
         while not self._ending.is_set():
             if select.select([self._master], [], [], 0.001)[0]:
                 self._pass_on(os.read(self._master, 1000))
-            self._board.advance(STEP_US)
+            self._board.run(STEP_US)
             if answer := self._board.read():
                 os.write(self._master, answer)
 
@@ -58,7 +58,7 @@ class BoardOnPty:
         left = data
         while left:
             left = left[self._board.write(left) :]
-            self._board.advance(STEP_US)
+            self._board.run(STEP_US)
             if answer := self._board.read():
                 os.write(self._master, answer)
         for frame in self._receiver.feed(data):

@@ -10,10 +10,12 @@ from typing import NoReturn
 
 import pytest
 
-from tests.arduino_sequencer.board import Board, Reset, client, connect, release
 from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
+from tests.fixtures.sequencer.board import Board, ResetCause
+from tests.fixtures.sequencer.cable import client, connect
+from tests.fixtures.sequencer.pulses import release
 from tfsat_host.cli.main import main
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
@@ -77,7 +79,7 @@ def test_the_state_afterwards_is_read_back(
 ) -> None:
     def after_arming() -> None:
         happens(board)
-        board.advance(20_000)
+        board.run(20_000)
 
     with BoardOnPty(board, {ArmRequest.TYPE: after_arming}) as served:
         error = tfsat_host.json("arm", "--yes", "--port", served.port, expect=1)["error"]
@@ -88,9 +90,9 @@ def test_the_state_afterwards_is_read_back(
 
 def test_a_latched_fault_is_named(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
-    board.switch(0, opened=True)
-    board.reset(Reset.BROWN_OUT)
-    board.advance(50_000)
+    board.switch(0, closed=False)
+    board.reset(ResetCause.BROWN_OUT)
+    board.run(50_000)
     with BoardOnPty(board) as served:
         error = tfsat_host.json("arm", "--port", served.port, expect=4)["error"]
     assert error["code"] == "fault_latched"
@@ -118,9 +120,9 @@ def test_a_board_with_the_factory_maneuver_is_not_armed(fresh_board: Board, tfsa
 
 def test_in_fault_the_cause_is_looked_at_before_it_is_cleared(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
-    board.switch(0, opened=True)
-    board.reset(Reset.BROWN_OUT)
-    board.advance(50_000)
+    board.switch(0, closed=False)
+    board.reset(ResetCause.BROWN_OUT)
+    board.run(50_000)
     with BoardOnPty(board) as served:
         where = f"--port {served.port}"
         error = tfsat_host.json("upload-sequence", 59, 70, "--port", served.port, expect=4)["error"]
@@ -184,12 +186,12 @@ def test_after_a_run_the_servos_hold_its_end_pose(
     board: Board, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     connect(board).arm()
-    board.advance(10_000)
+    board.run(10_000)
     release(board)
-    board.advance(3_000_000)
+    board.run(3_000_000)
     for switch in (0, 1):
-        board.switch(switch, opened=False)
-    board.advance(10_000)
+        board.switch(switch, closed=True)
+    board.run(10_000)
     monkeypatch.setattr(sys, "stdin", Person("ARM\n"))
     with BoardOnPty(board) as served:
         assert main(["arm", "--port", served.port]) == 0

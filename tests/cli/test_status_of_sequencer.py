@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 
-from tests.arduino_sequencer.board import NEW, Board, PinHold, Reset, client, connect, release
 from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
+from tests.fixtures.sequencer.board import Board, PinHold, ResetCause
+from tests.fixtures.sequencer.cable import NEW, client, connect
+from tests.fixtures.sequencer.pulses import release
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.present.sequencer_state import sequencer_state
 from tfsat_host.protocol.limits import JOG_CONFIRM
@@ -51,9 +53,9 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
 
 def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
-    board.advance(100_000)
+    board.run(100_000)
     release(board)
-    board.advance(3_000_000)
+    board.run(3_000_000)
     told = Told(board, tfsat_host)
     assert told.json["state"] == told.rows["state"] == "done"
     run = told.json["run"]
@@ -72,12 +74,14 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     assert told.json["arm_refusal"]["number"] == 15
 
 
-@pytest.mark.parametrize(("cause", "said"), [(Reset.WATCHDOG, "watchdog"), (Reset.BROWN_OUT, "brown out")])
-def test_armed_again_after_a_reset(board: Board, tfsat_host: RunCli, cause: Reset, said: str) -> None:
+@pytest.mark.parametrize(
+    ("cause", "said"), [(ResetCause.WATCHDOG, "watchdog"), (ResetCause.BROWN_OUT, "brown out")]
+)
+def test_armed_again_after_a_reset(board: Board, tfsat_host: RunCli, cause: ResetCause, said: str) -> None:
     connect(board).arm()
     for _ in range(2):
         board.reset(cause)
-        board.advance(200_000)
+        board.run(200_000)
     told = Told(board, tfsat_host)
     assert told.json["state"] == "armed"
     assert told.json["resets_while_armed"] == 2
@@ -90,9 +94,9 @@ def test_armed_again_after_a_reset(board: Board, tfsat_host: RunCli, cause: Rese
 
 def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
-    board.switch(0, opened=True)
-    board.reset(Reset.WATCHDOG)
-    board.advance(200_000)
+    board.switch(0, closed=False)
+    board.reset(ResetCause.WATCHDOG)
+    board.run(200_000)
     told = Told(board, tfsat_host)
     assert (told.json["state"], told.json["fault"]) == ("fault", "reset_while_armed")
     explained = told.json["fault_explained"]
@@ -110,10 +114,10 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
 
 
 def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
-    board.switch(1, opened=True)
+    board.switch(1, closed=False)
     with pytest.raises(BoardRefusal):
         connect(board).arm()
-    board.switch(1, opened=False)
+    board.switch(1, closed=True)
     told = Told(board, tfsat_host)
     assert told.json["last_refusal"] == "switch_open"
     assert set(told.json["last_refusal_explained"]) == {"number", "what", "meaning", "next_step"}
@@ -125,12 +129,12 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
 def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
     for _ in range(3):
-        board.switch(0, opened=True)
-        board.advance(20_000)
-        board.switch(0, opened=False)
-        board.advance(100_000)
+        board.switch(0, closed=False)
+        board.run(20_000)
+        board.switch(0, closed=True)
+        board.run(100_000)
     board.write(b"\0\x05\x01\x02\x03\x04\0")
-    board.advance(10_000)
+    board.run(10_000)
     told = Told(board, tfsat_host)
     assert (told.json["knocks"], told.rows["knocks"]) == (3, "3; false releases: 0")
     assert told.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
@@ -141,8 +145,8 @@ def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> N
     connect(board).arm()
     for opened in (True, False):
         for index in (0, 1):
-            board.switch(index, opened=opened)
-        board.advance(250_000 if not opened else 8_000)
+            board.switch(index, closed=not opened)
+        board.run(250_000 if not opened else 8_000)
     state, rows = told_directly(board)
     assert (state["state"], state["false_releases"]) == ("armed", 1)
     assert "closed again for good 1 time: no release, nothing moved" in rows["ATTENTION"]
@@ -160,7 +164,7 @@ def test_a_joint_that_is_moved(board: Board) -> None:
     assert state["joint_angle_deg"] == [None, 0.0, None]
     assert rows["servos"].endswith("; joint 2 is moved, commanded to 0°; the others are limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
-    board.advance(700_000)
+    board.run(700_000)
     state, rows = told_directly(board)
     assert state["state"] == rows["state"] == "jogging"
     assert state["joint_angle_deg"] == [None, 10.0, None]
@@ -177,27 +181,27 @@ def test_nothing_was_uploaded(fresh_board: Board) -> None:
 
 def test_an_armed_board_stands_against_nothing_but_an_open_switch(board: Board) -> None:
     connect(board).arm()
-    board.advance(10_000)
+    board.run(10_000)
     state, _ = told_directly(board)
     assert (state["state"], state["arm_refusal"], state["attention"]) == ("armed", None, [])
-    board.switch(1, opened=True)
-    board.advance(10_000)
+    board.switch(1, closed=False)
+    board.run(10_000)
     state, rows = told_directly(board)
     assert (state["state"], state["arm_refusal"]) == ("armed", None)
     (attention,) = state["attention"]
     assert "ARMED with release switch 2 open" in attention
     assert rows["ATTENTION"] == attention
-    board.switch(0, opened=True)
-    board.advance(100_000)
+    board.switch(0, closed=False)
+    board.run(100_000)
     state, _ = told_directly(board)
     assert (state["state"], state["arm_refusal"], state["attention"]) == ("running", None, [])
 
 
 def test_a_run_that_was_disarmed_midway(board: Board) -> None:
     connect(board).arm()
-    board.advance(100_000)
+    board.run(100_000)
     release(board)
-    board.advance(1_200_000)
+    board.run(1_200_000)
     state, rows = told_directly(board)
     assert "; 2 of 4 strokes so far; " in rows["last run"]
     connect(board).disarm()
@@ -216,9 +220,9 @@ def test_a_run_that_was_disarmed_midway(board: Board) -> None:
 
 def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
     connect(board).arm()
-    board.advance(100_000)
+    board.run(100_000)
     release(board)
-    board.advance(300_000)
+    board.run(300_000)
     connect(board).disarm()
     _, rows = told_directly(board)
     assert "; it ended before its first stroke; " in rows["last run"]
@@ -227,13 +231,13 @@ def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
 def test_a_stroke_that_a_held_pin_missed(board: Board) -> None:
     board.hold_pin(1, PinHold.LOW)
     connect(board).arm()
-    board.advance(100_000)
+    board.run(100_000)
     release(board)
-    board.advance(1_200_000)
+    board.run(1_200_000)
     state, rows = told_directly(board)
     assert "; 1 of 4 strokes so far; " in rows["last run"]
     assert rows["stroke 3"] == "not yet"
-    board.advance(2_000_000)
+    board.run(2_000_000)
     state, rows = told_directly(board)
     assert (state["fault"], state["run"]["strokes_missed"]) == ("stroke_missed", 2)
     assert [stroke["state"] for stroke in state["run"]["strokes"]] == ["missed", "begun"] * 2

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.board import Board, connect
 from tests.arduino_sequencer.conftest import board, board_library, new_board
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
+from tests.fixtures.sequencer.board import Board
+from tests.fixtures.sequencer.cable import connect
 from tfsat_host.servo_settings import FACTORY, format_settings, read_settings_file
 
 __all__ = ["board", "board_library", "new_board"]

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.arduino_sequencer.board import Board, Reset, client, connect, release
 from tests.arduino_sequencer.conftest import board, board_library, fresh_board, new_board
+from tests.fixtures.sequencer.board import Board, ResetCause
+from tests.fixtures.sequencer.cable import client, connect
+from tests.fixtures.sequencer.pulses import release
 from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
@@ -31,14 +33,14 @@ FOLDED_45 = replace(FACTORY, servos=tuple(replace(servo, max_cdeg=4500) for serv
 def _done(board: Board) -> None:
     _armed(board)
     release(board)
-    board.advance(3_000_000)
+    board.run(3_000_000)
 
 
 def _done_and_seated(board: Board) -> None:
     _done(board)
-    board.switch(0, opened=False)
-    board.switch(1, opened=False)
-    board.advance(10_000)
+    board.switch(0, closed=True)
+    board.switch(1, closed=True)
+    board.run(10_000)
 
 
 def _done_and_bent(board: Board) -> None:
@@ -48,20 +50,20 @@ def _done_and_bent(board: Board) -> None:
 
 def _armed(board: Board) -> None:
     connect(board).arm()
-    board.advance(10_000)
+    board.run(10_000)
 
 
 def _running(board: Board) -> None:
     _armed(board)
     release(board)
-    board.advance(1_000_000)
+    board.run(1_000_000)
 
 
 def _faulty(board: Board) -> None:
     _armed(board)
-    board.switch(1, opened=True)
-    board.reset(Reset.WATCHDOG)
-    board.advance(100_000)
+    board.switch(1, closed=False)
+    board.reset(ResetCause.WATCHDOG)
+    board.run(100_000)
 
 
 def _jogging(board: Board) -> None:
@@ -69,7 +71,7 @@ def _jogging(board: Board) -> None:
 
 
 def _open(board: Board) -> None:
-    board.switch(1, opened=True)
+    board.switch(1, closed=False)
 
 
 def _limited(board: Board) -> None:
@@ -179,10 +181,10 @@ def test_the_joint_is_named(board: Board) -> None:
 
 def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
     connect(board).report_joints((0, 1001, 0))
-    board.advance((JOINT_REPORT_AGE_MS - 1000) * 1000)
+    board.run((JOINT_REPORT_AGE_MS - 1000) * 1000)
     assert answered(board) == ErrorCode.NOT_AT_START_POSE
     assert connect(board).status().last_refusal == ErrorCode.NOT_AT_START_POSE
-    board.advance(1_000_000)
+    board.run(1_000_000)
     assert answered(board) is None
     assert connect(board).status().state == SequencerState.ARMED
 
@@ -228,7 +230,7 @@ def test_an_upload_cut_short_and_an_old_layout_are_named(
     healthy = new_board(bytes(image))
     if not before:
         healthy.ask(Frame(ManeuverBeginRequest.TYPE, 1, ManeuverBeginRequest(4, 17_000).encode()))
-        healthy.advance(20_000)
+        healthy.run(20_000)
     refusal = predicted(healthy, AT_REST)
     assert refusal is not None
     assert (refusal.code, refusal.exit_code) == (code, 4)

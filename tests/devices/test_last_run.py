@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from tests.arduino_sequencer.board import NEW, OLD, Board, PinHold, connect, release
 from tests.arduino_sequencer.conftest import board, board_library, new_board
+from tests.fixtures.sequencer.board import Board, PinHold
+from tests.fixtures.sequencer.cable import NEW, OLD, connect
+from tests.fixtures.sequencer.pulses import release
 from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
 from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
@@ -30,13 +32,13 @@ def found(report: RunReportReply, status: SequencerStatusReply, maneuver: Stored
 
 def armed(board: Board) -> None:
     connect(board).arm()
-    board.advance(100_000)
+    board.run(100_000)
 
 
 def released_for(board: Board, duration_us: int) -> LastRun:
     armed(board)
     release(board)
-    board.advance(duration_us)
+    board.run(duration_us)
     return found(*asked(board))
 
 
@@ -55,7 +57,7 @@ def test_every_stroke_against_its_schedule(board: Board) -> None:
     uptime_us = connect(board).status().uptime_ms * 1000
     asked_us = board.now_us
     released_us = release(board)
-    board.advance(3_000_000)
+    board.run(3_000_000)
     since_us = board.now_us - released_us
     run = found(*asked(board))
     assert run.released_us - uptime_us == pytest.approx(released_us - asked_us, abs=3000)
@@ -160,9 +162,9 @@ def test_a_pin_that_was_held_and_let_go_is_a_late_stroke(board: Board) -> None:
     board.hold_pin(1, PinHold.LOW)
     armed(board)
     release(board)
-    board.advance(1_000_000)
+    board.run(1_000_000)
     board.hold_pin(1, PinHold.FREE)
-    board.advance(2_000_000)
+    board.run(2_000_000)
     run = found(*asked(board))
     assert (run.begun, run.missed) == (4, 0)
     late_us = run.onsets[0].error_us

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tests.arduino_sequencer.board import JOINTS, OLD, Board, client, connect, pulses
 from tests.arduino_sequencer.maneuvers import flyable
+from tests.fixtures.sequencer.board import JOINTS, Board
+from tests.fixtures.sequencer.cable import OLD, client, connect
+from tests.fixtures.sequencer.pulses import pulses
 from tests.servo_settings.values import all_settings, valid_settings
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, four_stroke, schedule_maneuver
@@ -115,7 +117,7 @@ def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, wanted: S
     sequencer.write_settings(fitting)
     assert sequencer.read_back().moves == tuple((s.joint, s.angle_cdeg) for s in OLD.strokes)
     sequencer.arm()
-    board.advance(100_000)
+    board.run(100_000)
     edges = board.edges()
     for joint in range(JOINTS):
         train = pulses(edges, joint)

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.arduino_sequencer.avr.building import BuildError
+from tests.fixtures.sequencer.building import BuildError
 from tests.paths import DOCS
 from tests.validation.provenance import CampaignRun
 from tests.validation.tables import csv_text

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, load_library
-from tests.arduino_sequencer.avr.board_link import eeprom_after_upload
-from tests.arduino_sequencer.avr.building import build_board_library, build_sketch
+from tests.fixtures.sequencer.board import AvrBoard, load_library
+from tests.fixtures.sequencer.building import build_avr_library, build_sketch
+from tests.fixtures.sequencer.cable import eeprom_after_upload
 from tests.paths import REPOSITORY
 from tfsat_host.emulated import build
 
@@ -43,7 +43,7 @@ def sequencer_hex() -> Path:
 
 @pytest.fixture(scope="session")
 def library(build_folder: Path) -> ctypes.CDLL:
-    return load_library(build_board_library(build_folder))
+    return load_library(build_avr_library(build_folder))
 
 
 @pytest.fixture

@@ -3,44 +3,15 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
 from itertools import pairwise
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, Edge
-from tests.arduino_sequencer.avr.board_link import UPLOADED
+from tests.fixtures.sequencer.board import STROKE_LINE, AvrBoard
+from tests.fixtures.sequencer.cable import OLD
+from tests.fixtures.sequencer.pulses import onsets_ns, pulses
 
-STROKE_LINE = 3
-STROKES = [(stroke.joint, stroke.t_us) for stroke in UPLOADED.strokes]
+STROKES = [(stroke.joint, stroke.t_us) for stroke in OLD.strokes]
 TICK_NS = 500
 NOISE_CANCELER_NS = 250
-
-
-@dataclass(frozen=True)
-class Pulse:
-    rise_ns: int
-    width_ns: int
-
-
-def pulses(edges: list[Edge], pin: int) -> list[Pulse]:
-    """The complete pulses on one pin."""
-    mine = [edge for edge in edges if edge.pin == pin]
-    if mine and not mine[0].high:
-        raise ValueError(f"pin {pin} falls at {mine[0].t_ns} ns before it rises")
-    whole = mine[: len(mine) // 2 * 2]
-    return [
-        Pulse(rise.t_ns, fall.t_ns - rise.t_ns) for rise, fall in zip(whole[::2], whole[1::2], strict=True)
-    ]
-
-
-def onsets_ns(edges: list[Edge]) -> list[tuple[int, int]]:
-    """(joint, rise) of the first pulse of each new width, in order of time."""
-    found = [
-        (after.rise_ns, joint + 1)
-        for joint in range(3)
-        for before, after in pairwise(pulses(edges, joint))
-        if after.width_ns != before.width_ns
-    ]
-    return [(joint, rise_ns) for rise_ns, joint in sorted(found)]
 
 
 def release(board: AvrBoard, seed: int) -> int:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
-from tests.arduino_sequencer.avr.board_link import UPLOADED, connect
 from tests.arduino_sequencer.avr.flight import assert_maneuver_flown, run_until_lines_are_low
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import OLD, connect
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
@@ -52,7 +52,7 @@ def test_a_new_board_arms_only_once_a_maneuver_is_uploaded(new_sequencer: AvrBoa
     assert refusal(client) == ErrorCode.NO_MANEUVER
     new_sequencer.run(100_000)
     assert new_sequencer.edges() == []
-    client.upload(UPLOADED)
+    client.upload(OLD)
     assert client.arm() == SequencerState.ARMED
 
 
@@ -65,7 +65,7 @@ def test_a_damaged_record_forbids_arming_until_both_are_uploaded_again(
     damaged[address + WITHIN_CONTENT] ^= 0x10
     client = restart_with(sequencer, bytes(damaged))
     assert refusal(client) == ErrorCode.STORE_DAMAGED
-    client.upload(UPLOADED)
+    client.upload(OLD)
     client.write_settings(FACTORY)
     assert client.arm() == SequencerState.ARMED
     client = restart_with(sequencer, sequencer.eeprom())
@@ -107,7 +107,7 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     sequencer.run(2_600_000)
     assert_maneuver_flown(sequencer, released_ns)
     flown = client.run_report()
-    assert (flown.released, flown.stroke_count) == (1, len(UPLOADED.strokes))
+    assert (flown.released, flown.stroke_count) == (1, len(OLD.strokes))
     sequencer.reset(cause)
     assert connect(sequencer).run_report() == flown
     client = restart_with(sequencer, sequencer.eeprom())

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
-from tests.arduino_sequencer.avr.board_link import connect
-from tests.arduino_sequencer.avr.flight import pulses
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.pulses import pulses
 from tfsat_host.present.sequencer_state import sequencer_state
 from tfsat_host.protocol import enums
 

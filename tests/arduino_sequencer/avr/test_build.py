@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.building import build_changed_sequencer, build_sketch
+from tests.fixtures.sequencer.building import build_changed_sequencer, build_sketch
 from tests.paths import REPOSITORY
 
 REPORT = REPOSITORY / "tools" / "firmware" / "image_report.py"

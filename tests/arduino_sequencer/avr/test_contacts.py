@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard
-from tests.arduino_sequencer.avr.board_link import connect
 from tests.arduino_sequencer.avr.flight import assert_maneuver_flown
+from tests.fixtures.sequencer.board import AvrBoard
+from tests.fixtures.sequencer.cable import connect
 
 BETWEEN_SWITCHES_US = 300
 

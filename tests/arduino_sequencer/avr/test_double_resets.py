@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
-from tests.arduino_sequencer.avr.board_link import connect
-from tests.arduino_sequencer.avr.flight import pulses, run_until_lines_are_low
+from tests.arduino_sequencer.avr.flight import run_until_lines_are_low
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.pulses import pulses
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 
 # Start-up reaches what it kept of the run before, and then the servos, about 3 ms after a reset.

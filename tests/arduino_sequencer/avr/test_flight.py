@@ -6,9 +6,10 @@ import random
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard
-from tests.arduino_sequencer.avr.board_link import connect
-from tests.arduino_sequencer.avr.flight import assert_maneuver_flown, onsets_ns, release
+from tests.arduino_sequencer.avr.flight import assert_maneuver_flown, release
+from tests.fixtures.sequencer.board import AvrBoard
+from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.pulses import onsets_ns
 from tfsat_host.protocol.enums import ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
 from tfsat_host.protocol.messages import SequencerStatusRequest
@@ -37,7 +38,7 @@ def test_a_flooding_host_moves_no_stroke(sequencer: AvrBoard) -> None:
     released_ns = release(sequencer, 1)
     noise = random.Random(2)
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
-        sequencer.send(noise.randbytes(512))
+        sequencer.write(noise.randbytes(512))
         sequencer.run(1000)
     assert_maneuver_flown(sequencer, released_ns)
     assert connect(sequencer).status().state == SequencerState.DONE
@@ -50,10 +51,10 @@ def test_a_host_that_asks_and_never_reads_moves_no_stroke(sequencer: AvrBoard) -
     released_ns = release(sequencer, 3)
     question = encode_frame(Frame(SequencerStatusRequest.TYPE, 7, b""))
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
-        sequencer.send(question * 40)
+        sequencer.write(question * 40)
         sequencer.run(2000)
     assert_maneuver_flown(sequencer, released_ns)
-    assert len(sequencer.receive()) > 4000  # the cable was full
+    assert len(sequencer.read()) > 4000  # the cable was full
 
 
 def test_plugging_the_cable_in_and_out_during_the_run_moves_no_stroke(sequencer: AvrBoard) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, PinHold, ResetCause
-from tests.arduino_sequencer.avr.board_link import connect
-from tests.arduino_sequencer.avr.flight import onsets_ns, pulses
+from tests.fixtures.sequencer.board import AvrBoard, PinHold, ResetCause
+from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.pulses import onsets_ns, pulses
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 
 AFTER_TWO_STROKES_US = 1_200_000

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, PinHold
-from tests.arduino_sequencer.avr.board_link import UPLOADED, connect, eeprom_after_upload
-from tests.arduino_sequencer.avr.flight import Pulse, pulses
+from tests.fixtures.sequencer.board import AvrBoard, PinHold
+from tests.fixtures.sequencer.cable import OLD, connect, eeprom_after_upload
+from tests.fixtures.sequencer.pulses import Pulse, pulses
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 
 CYCLES_PER_US = 16
 LOOP_US = 1_024
 """The main loop runs once in so long."""
-FIRST_US = UPLOADED.strokes[0].t_us
+FIRST_US = OLD.strokes[0].t_us
 START_POSE_NS = 1_000_000
 AFTER_US = FIRST_US + 60_000
 

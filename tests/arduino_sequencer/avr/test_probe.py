@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, Edge, ResetCause
+from tests.fixtures.sequencer.board import AvrBoard, Edge, ResetCause
 
 TICK_NS = 500
 POWER_ON, EXTERNAL, BROWN_OUT, WATCHDOG = 1, 2, 4, 8
 
 
 def ask(board: AvrBoard, command: bytes, reply_bytes: int) -> bytes:
-    assert board.send(command) == len(command)
-    return board.receive_exactly(reply_bytes)
+    assert board.write(command) == len(command)
+    return board.read_exactly(reply_bytes)
 
 
 def counters(board: AvrBoard) -> tuple[int, int, int]:
@@ -31,8 +31,8 @@ def captures(board: AvrBoard) -> tuple[int, int, int, int]:
 
 def test_bytes_come_back_in_order(probe: AvrBoard) -> None:
     payload = bytes(range(256))
-    probe.send(b"".join(b"e" + bytes([value]) for value in payload))
-    assert probe.receive_exactly(256) == payload
+    probe.write(b"".join(b"e" + bytes([value]) for value in payload))
+    assert probe.read_exactly(256) == payload
 
 
 def test_both_timers_started_together(probe: AvrBoard) -> None:
@@ -47,7 +47,7 @@ def test_pulse_is_exact_to_the_tick(probe: AvrBoard, channel: int, width: int) -
     """Two pulses at counts 20000 ticks apart rise exactly that far apart, and each is `width` long."""
     rises = []
     for at in (10000, 30000):
-        probe.send(b"p" + struct.pack("<BHH", channel, at, width))
+        probe.write(b"p" + struct.pack("<BHH", channel, at, width))
         probe.run(70_000)
         rise, fall = probe.edges()
         assert (rise.pin, rise.high, fall.pin, fall.high) == (channel, True, channel, False)
@@ -58,7 +58,7 @@ def test_pulse_is_exact_to_the_tick(probe: AvrBoard, channel: int, width: int) -
 
 def test_three_pulses_at_the_same_tick(probe: AvrBoard) -> None:
     for channel in range(3):
-        probe.send(b"p" + struct.pack("<BHH", channel, 40000, 3000))
+        probe.write(b"p" + struct.pack("<BHH", channel, 40000, 3000))
         probe.run(1000)
     probe.run(70_000)
     edges = probe.edges()
@@ -70,7 +70,7 @@ def test_three_pulses_at_the_same_tick(probe: AvrBoard) -> None:
 @pytest.mark.parametrize("index", [0, 1])
 def test_capture_stamps_the_switch_edge(probe: AvrBoard, index: int) -> None:
     """The captured count agrees with a compare match of the same timer, to the tick."""
-    probe.send(b"p" + struct.pack("<BHH", 0, 1000, 2000))
+    probe.write(b"p" + struct.pack("<BHH", 0, 1000, 2000))
     probe.run(70_000)
     rise = probe.edges()[0]
     before, *_ = captures(probe)
@@ -95,7 +95,7 @@ def test_closing_is_not_captured_on_the_rising_edge(probe: AvrBoard) -> None:
 
 
 def test_an_eeprom_write_takes_3400_us(probe: AvrBoard) -> None:
-    probe.send(b"w" + struct.pack("<HB", 300, 0x5A))
+    probe.write(b"w" + struct.pack("<HB", 300, 0x5A))
     probe.run(2500)
     assert probe.eeprom()[300] == 0xFF
     assert probe.eeprom_writes == 1
@@ -109,9 +109,9 @@ def test_an_eeprom_write_takes_3400_us(probe: AvrBoard) -> None:
 def test_a_power_cut_keeps_what_was_written_and_tears_the_byte_under_way(probe: AvrBoard) -> None:
     probe.set_eeprom(bytes([0x11]) * 1024)
     for address in (10, 11):
-        probe.send(b"w" + struct.pack("<HB", address, 0x22))
+        probe.write(b"w" + struct.pack("<HB", address, 0x22))
         probe.run(6000)
-    probe.send(b"w" + struct.pack("<HB", 12, 0x22))
+    probe.write(b"w" + struct.pack("<HB", 12, 0x22))
     while probe.eeprom_writes < 3:
         probe.run(50)
     probe.run(1000)
@@ -121,7 +121,7 @@ def test_a_power_cut_keeps_what_was_written_and_tears_the_byte_under_way(probe: 
 
 
 def test_a_reset_lets_the_eeprom_write_end(probe: AvrBoard) -> None:
-    probe.send(b"w" + struct.pack("<HB", 12, 0x22))
+    probe.write(b"w" + struct.pack("<HB", 12, 0x22))
     while probe.eeprom_writes < 1:
         probe.run(50)
     probe.reset(ResetCause.BROWN_OUT)
@@ -130,7 +130,7 @@ def test_a_reset_lets_the_eeprom_write_end(probe: AvrBoard) -> None:
 
 
 def test_power_off_ends_a_pulse(probe: AvrBoard) -> None:
-    probe.send(b"p" + struct.pack("<BHH", 1, 20000, 30000))
+    probe.write(b"p" + struct.pack("<BHH", 1, 20000, 30000))
     edges: list[Edge] = []
     while not edges:
         probe.run(100)
@@ -154,7 +154,7 @@ def test_reset_causes(probe: AvrBoard, cause: ResetCause, flag: int) -> None:
 
 
 def test_a_program_that_hangs_is_reset_by_its_watchdog(probe: AvrBoard) -> None:
-    probe.send(b"x")
+    probe.write(b"x")
     probe.run(900_000)
     assert probe.link_ready
     probe.run(200_000)
@@ -164,7 +164,7 @@ def test_a_program_that_hangs_is_reset_by_its_watchdog(probe: AvrBoard) -> None:
 
 def test_unplugging_loses_bytes_and_replugging_enumerates_again(probe: AvrBoard) -> None:
     probe.cable(False)
-    assert probe.send(b"e1") == 0
+    assert probe.write(b"e1") == 0
     probe.run(50_000)
     assert not probe.link_ready
     probe.connect()
@@ -175,7 +175,7 @@ def test_the_1200_baud_touch_resets_the_board(probe: AvrBoard) -> None:
     """The core arms a 120 ms watchdog; this sketch keeps feeding it, so it must hang to be reset."""
     probe.port(True, 1200)
     probe.run(10_000)
-    probe.send(b"x")
+    probe.write(b"x")
     probe.run(2000)
     probe.port(False, 1200)
     probe.run(300_000)

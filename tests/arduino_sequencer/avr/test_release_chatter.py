@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard
-from tests.arduino_sequencer.avr.board_link import UPLOADED, connect
-from tests.arduino_sequencer.avr.flight import onsets_ns
+from tests.fixtures.sequencer.board import AvrBoard
+from tests.fixtures.sequencer.cable import OLD, connect
+from tests.fixtures.sequencer.pulses import onsets_ns
 
 WORST_ERROR_NS = 50_000
 BEFORE_RELEASE_US = 40
@@ -28,6 +28,6 @@ def test_the_release_is_the_second_switch_opening(sequencer: AvrBoard, open_us: 
     released_ns = sequencer.now_us * 1000
     sequencer.run(2_600_000)
     onsets = onsets_ns(sequencer.edges())
-    assert [joint for joint, _ in onsets] == [stroke.joint for stroke in UPLOADED.strokes]
-    for (_, onset_ns), stroke in zip(onsets, UPLOADED.strokes, strict=True):
+    assert [joint for joint, _ in onsets] == [stroke.joint for stroke in OLD.strokes]
+    for (_, onset_ns), stroke in zip(onsets, OLD.strokes, strict=True):
         assert abs(onset_ns - released_ns - stroke.t_us * 1000) <= WORST_ERROR_NS

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
-from tests.arduino_sequencer.avr.board_link import connect
-from tests.arduino_sequencer.avr.flight import pulses, run_until_lines_are_low
+from tests.arduino_sequencer.avr.flight import run_until_lines_are_low
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import connect
+from tests.fixtures.sequencer.pulses import pulses
 from tfsat_host.protocol.enums import SequencerState
 
 HOLD_WIDTH_NS = 1_000_000

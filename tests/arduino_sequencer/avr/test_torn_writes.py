@@ -9,15 +9,15 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from tests.arduino_sequencer.avr.avr_board import AvrBoard, ResetCause
-from tests.arduino_sequencer.avr.board_link import UPLOADED, connect
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import OLD, connect
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
 
 CYCLES_PER_US = 16
 RAM_OFFSET = 0x800000
 """Of data addresses in the ELF."""
-FIRST = UPLOADED.strokes[0]
+FIRST = OLD.strokes[0]
 ANGLE_CDEG = 5900
 ALL = 0b111
 """Servos that get pulses, as STATUS tells."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tests.arduino_sequencer.avr.building import (
+from tests.fixtures.sequencer.building import (
     SEQUENCER,
-    build_board_library,
+    build_avr_library,
     build_changed_sequencer,
+    build_native_library,
     build_sketch,
 )
-from tests.arduino_sequencer.board import build_board_library as build_native_library
 from tests.validation.campaign import Progress, Results, run_campaigns, write_proof
+from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.campaigns import campaigns, judge_stack, least_never_used
 from tests.validation.sequencer_proof.one_rule import build_rule
 from tests.validation.sequencer_proof.resets import HANG
 from tests.validation.sequencer_proof.results import describe_image, make_tables
-from tests.validation.sequencer_proof.rigs import Bench
 
 
 def prove(folder: Path, progress: Progress) -> Results:
@@ -25,7 +25,7 @@ def prove(folder: Path, progress: Progress) -> Results:
     progress("building")
     for part in ("avr", "native"):
         (folder / part).mkdir()
-    bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
+    bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_avr_library(folder / "avr"))
     hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
     rule = build_rule(folder / "rule.so")
     declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)

@@ -7,8 +7,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from tests.arduino_sequencer.avr.avr_board import ResetCause
+from tests.fixtures.sequencer.board import ResetCause
 from tests.validation.campaign import Broken, Campaign, Found
+from tests.validation.sequencer_proof.bench import Bench, image_report
 from tests.validation.sequencer_proof.contacts import Chatter
 from tests.validation.sequencer_proof.damage import Case, damage_image, damage_native
 from tests.validation.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
@@ -26,7 +27,6 @@ from tests.validation.sequencer_proof.releases import (
     native_releases,
 )
 from tests.validation.sequencer_proof.resets import Moment, hang_board, reset_board
-from tests.validation.sequencer_proof.rigs import Bench, image_report
 from tests.validation.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, knocks, long_wait
 
 FAST_BEYOND = 1

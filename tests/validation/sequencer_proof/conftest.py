@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.building import build_board_library, build_changed_sequencer
 from tests.arduino_sequencer.avr.conftest import LOCK
-from tests.validation.sequencer_proof.rigs import Bench
+from tests.fixtures.sequencer.building import build_avr_library, build_changed_sequencer
+from tests.validation.sequencer_proof.bench import Bench
 from tfsat_host.emulated import build
 
 Plant = Callable[..., Bench]
@@ -23,7 +23,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     with LOCK.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         image = build.sequencer_hex()
-    return Bench.of(image, build_board_library(tmp_path_factory.mktemp("proof")))
+    return Bench.of(image, build_avr_library(tmp_path_factory.mktemp("proof")))
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from tests.validation.sequencer_proof.rigs import Rig
+from tests.fixtures.sequencer.board import Board
 from tests.validation.sequencer_proof.signals import CYCLES_PER_US
 
 LATEST_SECOND_US = 8_000
@@ -45,9 +45,9 @@ def opening(rng: random.Random, start: int, resolution: int, chatter: Chatter) -
     return _both(rng, start, resolution, chatter, closed=False)
 
 
-def open_switches(rig: Rig, contacts: list[Contact]) -> int:
+def open_switches(board: Board, contacts: list[Contact]) -> int:
     """Plays them; returns the release: the first edge at which both were open, by the rule's words."""
-    play(rig, contacts)
+    play(board, contacts)
     closed = [True, True]
     for contact in contacts:
         closed[contact.index] = contact.closed
@@ -76,19 +76,19 @@ def admissible(contacts: Sequence[Contact]) -> list[int]:
     raise ValueError("these contacts never open both switches")
 
 
-def hang_up(rig: Rig, rng: random.Random, chatter: Chatter) -> None:
+def hang_up(board: Board, rng: random.Random, chatter: Chatter) -> None:
     """Takes the robot off, if it was on, and hangs it up: both switches close with chatter."""
     for index in (0, 1):
-        rig.set_switch(index, closed=False)
-    start = rig.now + SWUNG_US * CYCLES_PER_US
-    play(rig, _both(rng, start, rig.resolution, chatter, closed=True))
+        board.switch(index, closed=False)
+    start = board.now_cycle + SWUNG_US * CYCLES_PER_US
+    play(board, _both(rng, start, board.resolution, chatter, closed=True))
 
 
-def play(rig: Rig, contacts: list[Contact]) -> None:
+def play(board: Board, contacts: list[Contact]) -> None:
     """Lets them happen. Raises ValueError where one is past."""
     for contact in contacts:
-        rig.run_to(contact.cycle)
-        rig.set_switch(contact.index, closed=contact.closed)
+        board.run_to_cycle(contact.cycle)
+        board.switch(contact.index, closed=contact.closed)
 
 
 def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter) -> list[Contact]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from tests.arduino_sequencer import board as native
 from tests.arduino_sequencer.store_model import (
     BEGUN,
     COMPLETE,
@@ -20,9 +19,11 @@ from tests.arduino_sequencer.store_model import (
     SETTINGS_USED_BYTES,
     SLOT_BYTES,
 )
+from tests.fixtures.sequencer.board import EEPROM_BYTES, ERASED, Board, load_library
+from tests.fixtures.sequencer.cable import connect, native_board
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.power_cuts import MANEUVERS, SETTINGS, Held, read_all, why_not_armed
-from tests.validation.sequencer_proof.rigs import Bench, native_library
 from tfsat_host.protocol.enums import ErrorCode
 
 VALUES, UNUSED_VALUES = 256, 8
@@ -52,8 +53,8 @@ class Case(Enum):
 
     def image(self, library: Path) -> bytes:
         """The EEPROM of a native board with this history."""
-        board = native.Board(native_library(library), native.ERASED)
-        client = native.connect(board)
+        board = native_board(load_library(library), ERASED)
+        client = connect(board)
         maneuvers, settings = self.uploads
         for number in range(maneuvers):
             client.upload(MANEUVERS[number])
@@ -110,7 +111,7 @@ def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = 
     Raises Broken where it arms with anything but what was committed last, or refuses without saying why.
     """
     image = case.image(library)
-    board = native.Board(native_library(library), image)
+    board = native_board(load_library(library), image)
     committed = _native_held(board)
     if (committed.refusal == ErrorCode.NONE) != case.may_arm:
         raise Broken(f"{case.value}: ARM says {committed.refusal.name}")
@@ -131,25 +132,24 @@ def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: i
     """A sample of the same in the flashed image, which must hold and answer what the native board does."""
     rng = random.Random(seed)
     image = case.image(library)
-    board = native.Board(native_library(library), image)
-    rig = bench.new_rig()
+    native, board = native_board(load_library(library), image), bench.new_board()
     for _ in range(count):
         address = rng.randrange(rng.choice((0, MANEUVER_AT)), len(image))
         value = rng.randrange(VALUES)
         damaged = _changed(image, address, value)
-        expected = _native_held(board, damaged)
-        rig.board.power(False)
-        rig.board.set_eeprom(damaged)
-        held = read_all(rig)
+        expected = _native_held(native, damaged)
+        board.power(False)
+        board.set_eeprom(damaged)
+        held = read_all(board)
         if held != expected:
             raise Broken(f"{case.value}, byte {address} is {value:#04x}: the image {held}, native {expected}")
-    rig.close()
+    board.close()
     return DamagedImage(case, count)
 
 
 def _changes(rng: random.Random, sample: int | None) -> Iterator[tuple[int, int]]:
     """Every byte in use with all values, every other with some; or fewer of both, but more of the markers."""
-    for address in range(native.EEPROM_BYTES):
+    for address in range(EEPROM_BYTES):
         place = Place.of(address)
         count = UNUSED_VALUES if place is Place.OTHER else VALUES
         if sample is not None:
@@ -170,12 +170,12 @@ def _check(held: Held, committed: Held, case: Case, where: str) -> None:
         raise Broken(f"{where}: ARM says {held.refusal.name}")
 
 
-def _native_held(board: native.Board, image: bytes | None = None) -> Held:
+def _native_held(board: Board, image: bytes | None = None) -> Held:
     """After a power cycle with this EEPROM."""
     board.power(False)
     if image is not None:
         board.set_eeprom(image)
     board.power(True)
-    board.advance(1000)
-    client = native.connect(board)
+    board.run(1000)
+    client = connect(board)
     return Held(client.read_back(), client.settings(), why_not_armed(client))

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
+from tests.fixtures.sequencer.board import AvrBoard, PinHold, ResetCause
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench, arm, pin_edges
 from tests.validation.sequencer_proof.releases import Plan
-from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_TICK,
     CYCLES_PER_US,
@@ -79,11 +80,11 @@ class HeldPins(NamedTuple):
 def held_pins(bench: Bench, joints: tuple[int, ...], level: PinHold, count: int, seed: int) -> HeldPins:
     """Runs in which these pins are held from before or from some moment on. Raises Broken."""
     rng = random.Random(seed)
-    rig = bench.rig()
-    plan = Plan.on(rig.connect())
+    board = bench.board()
+    plan = Plan.on(connect(board))
     on_time = late = missed = extra_marks = 0
     for _ in range(count):
-        while (run := _fly(rig, plan, joints, level, rng)) is None:
+        while (run := _fly(board, plan, joints, level, rng)) is None:
             pass
         on_time += sum(start_us is not None and not run.is_late(i) for i, start_us in enumerate(run.begun_us))
         late += sum(run.is_late(i) for i in range(len(run.begun_us)))
@@ -92,8 +93,8 @@ def held_pins(bench: Bench, joints: tuple[int, ...], level: PinHold, count: int,
             for begun_us, (_, _, start_us) in zip(run.begun_us, plan.strokes, strict=True)
         )
         extra_marks += run.extra_marks
-        _reset_and_judge(rig, run, rng)
-    rig.close()
+        _reset_and_judge(board, run, rng)
+    board.close()
     return HeldPins(joints, level, count, on_time, late, missed, extra_marks)
 
 
@@ -127,23 +128,25 @@ class _Run:
         return self.ended_us > self.plan.end_us + SERVO_PULSE_MAX_US + 2 * NOTED_US
 
 
-def _fly(rig: AvrRig, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: random.Random) -> _Run | None:
+def _fly(
+    board: AvrBoard, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: random.Random
+) -> _Run | None:
     """To the moment of the reset. None where a pulse's width came out so near to a stroke's that nobody can tell."""
     for joint in range(1, JOINT_COUNT + 1):
-        rig.board.hold_pin(joint, PinHold.FREE)
+        board.hold_pin(joint, PinHold.FREE)
     before = [joint for joint in joints if rng.random() < 0.6]
     for joint in before:
-        rig.board.hold_pin(joint, level)
-    rig.board.cable(False)
-    arm(rig, rig.connect())
-    rig.board.cable(False)
-    run_us(rig, rng.randint(20_000, 60_000))
+        board.hold_pin(joint, level)
+    board.cable(False)
+    arm(board, connect(board))
+    board.cable(False)
+    board.run(rng.randint(20_000, 60_000))
     for index in (0, 1):
-        rig.set_switch(index, closed=False)
-    released = rig.now
+        board.switch(index, closed=False)
+    released = board.now_cycle
     ends = released + _end_us(plan, rng) * CYCLES_PER_US
-    _play(rig, _changes(rng, plan, joints, before, level, released), ends)
-    _settle(rig, edges := rig.edges())
+    _play(board, _changes(rng, plan, joints, before, level, released), ends)
+    _settle(board, edges := pin_edges(board))
     if _is_doubtful(edges, plan):
         return None
     begun = _onsets(edges, plan, released)
@@ -154,11 +157,11 @@ def _fly(rig: AvrRig, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: 
         raise Broken(f"a stroke began after the run's end: {begun}")
     begun = [None if rise is not None and rise > last else rise for rise in begun]
     marks = [pulse.rise for pulse in whole_pulses(edges, STROKE_LINE)]
-    _check_marks(marks, begun, rig.now)
+    _check_marks(marks, begun, board.now_cycle)
     return _Run(
         plan,
         tuple(None if rise is None else (rise - released) / CYCLES_PER_US for rise in begun),
-        (rig.now - released) / CYCLES_PER_US,
+        (board.now_cycle - released) / CYCLES_PER_US,
         max(0, len(marks) - sum(rise is not None for rise in begun)),
     )
 
@@ -199,24 +202,24 @@ def _moment(rng: random.Random, plan: Plan) -> int:
     return (start_us - 500) * CYCLES_PER_US + rng.randint(0, 3_000 * CYCLES_PER_US)
 
 
-def _play(rig: AvrRig, changes: Iterable[Change], ends: int) -> None:
+def _play(board: AvrBoard, changes: Iterable[Change], ends: int) -> None:
     """Those that come after the end are left out."""
     for cycle, joint, hold in changes:
         if cycle >= ends:
             break
-        rig.run_to(max(cycle, rig.now))
-        rig.board.hold_pin(joint, hold)
-    rig.run_to(max(ends, rig.now))
+        board.run_to_cycle(max(cycle, board.now_cycle))
+        board.hold_pin(joint, hold)
+    board.run_to_cycle(max(ends, board.now_cycle))
 
 
-def _settle(rig: AvrRig, edges: list[PinEdge]) -> None:
+def _settle(board: AvrBoard, edges: list[PinEdge]) -> None:
     """Until no servo's pulse has just ended: its interrupt may or may not have marked the stroke."""
     while any(
-        edge.pin < JOINT_COUNT and not edge.high and rig.now - edge.cycle < SETTLED_US * CYCLES_PER_US
+        edge.pin < JOINT_COUNT and not edge.high and board.now_cycle - edge.cycle < SETTLED_US * CYCLES_PER_US
         for edge in edges
     ):
-        run_us(rig, SETTLED_US)
-        edges += rig.edges()
+        board.run(SETTLED_US)
+        edges += pin_edges(board)
 
 
 def _is_doubtful(edges: Sequence[PinEdge], plan: Plan) -> bool:
@@ -279,17 +282,17 @@ def _check_marks(marks: list[int], begun: list[int | None], now: int) -> None:
             raise Broken(f"a stroke began at cycle {rise}, the stroke line rose at {marks}")
 
 
-def _reset_and_judge(rig: AvrRig, run: _Run, rng: random.Random) -> None:
+def _reset_and_judge(board: AvrBoard, run: _Run, rng: random.Random) -> None:
     """Every pulse afterwards is one of before, or there are none; STATUS and RUN_REPORT tell what was."""
     cause = rng.choice((ResetCause.WATCHDOG, ResetCause.BROWN_OUT))
-    rig.board.reset(cause)
-    at = rig.now
+    board.reset(cause)
+    at = board.now_cycle
     free_at = at + rng.randint(0, WATCHED_US // 2) * CYCLES_PER_US
-    _play(rig, [Change(free_at, joint, PinHold.FREE) for joint in range(1, JOINT_COUNT + 1)], free_at + 1)
-    rig.run_to(at + WATCHED_US * CYCLES_PER_US)
-    edges = rig.edges()
-    rig.connect()
-    client = rig.connect()
+    _play(board, [Change(free_at, joint, PinHold.FREE) for joint in range(1, JOINT_COUNT + 1)], free_at + 1)
+    board.run_to_cycle(at + WATCHED_US * CYCLES_PER_US)
+    edges = pin_edges(board)
+    connect(board)
+    client = connect(board)
     status, report = client.status(), client.run_report()
     for joint in range(1, JOINT_COUNT + 1):
         after = [

@@ -6,10 +6,12 @@ import random
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from tests.fixtures.sequencer.board import Board
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import SETTLE_US, Bench, arm, pin_edges
 from tests.validation.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
 from tests.validation.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly, judge
-from tests.validation.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
 from tests.validation.sequencer_proof.signals import CYCLES_PER_MS, CYCLES_PER_US, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
@@ -40,26 +42,26 @@ class Jolted(NamedTuple):
 
 def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     """Releases with up to eleven jolts before them. Raises Broken where the truth is not in what is reported."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     rng = random.Random(seed)
-    arm(rig, client)
-    start = rig.now + CYCLES_PER_MS
-    first = open_switches(rig, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
-    zero_us = _dated(rig, client)[0] - first / CYCLES_PER_US
-    found = [_jolted(rig, client, rng, zero_us) for _ in range(count)]
-    rig.close()
+    arm(board, client)
+    start = board.now_cycle + CYCLES_PER_MS
+    first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
+    zero_us = _dated(board, client)[0] - first / CYCLES_PER_US
+    found = [_jolted(board, client, rng, zero_us) for _ in range(count)]
+    board.close()
     alone = max((abs(one.error_us) for one in found if not one.jolts), default=0)
     if alone > 1_000:
         raise Broken(f"a release without a jolt is dated {alone} us wrong")
     return found
 
 
-def _jolted(rig: Rig, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
-    arm(rig, client)
-    fallen, jolts = _drawn(rng, rig)
-    play(rig, fallen.contacts)
-    at_us, earlier_us, later_us = _dated(rig, client)
+def _jolted(board: Board, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
+    arm(board, client)
+    fallen, jolts = _drawn(rng, board)
+    play(board, fallen.contacts)
+    at_us, earlier_us, later_us = _dated(board, client)
     error_us = at_us - zero_us - fallen.released / CYCLES_PER_US
     if not -earlier_us - TOLERANCE_US <= -error_us <= later_us + TOLERANCE_US and earlier_us + later_us:
         raise Broken(f"the robot left {-error_us} us after the date, told -{earlier_us} to +{later_us} us")
@@ -69,7 +71,7 @@ def _jolted(rig: Rig, client: SequencerClient, rng: random.Random, zero_us: floa
     return Jolted(both, error_us, earlier_us + later_us)
 
 
-def _drawn(rng: random.Random, rig: Rig) -> tuple[Fall, list[Jolt]]:
+def _drawn(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
     """Jolts of 0.3 to 50 ms, 0.3 to 40 ms apart, most of them short, and contacts that bounce for up to 5 ms."""
     while True:
         jolts: list[Jolt] = []
@@ -80,18 +82,18 @@ def _drawn(rng: random.Random, rig: Rig) -> tuple[Fall, list[Jolt]]:
             open_us = rng.randint(300, rng.choice((2_000, 2_000, RELEASE_DEBOUNCE_US - 200, 50_000)))
             before_us += open_us
             jolts.append(Jolt(before_us, open_us, rng.choice(((0, 1), (0, 1), (0, 1), (0,), (1,)))))
-        released = rig.now + (before_us + rng.randint(2_000, 30_000)) * CYCLES_PER_US
+        released = board.now_cycle + (before_us + rng.randint(2_000, 30_000)) * CYCLES_PER_US
         chatter = rng.choice((Chatter.FAST, Chatter.FAST, Chatter.SLOW))
         try:
-            fallen = fall(rng, released, rig.resolution, chatter, jolts=jolts)
+            fallen = fall(rng, released, board.resolution, chatter, jolts=jolts)
         except ValueError:
             continue
         if fallen.contacts[-1].cycle - released < 5 * CYCLES_PER_MS:
             return fallen, jolts
 
 
-def _dated(rig: Rig, client: SequencerClient) -> tuple[float, int, int]:
-    run_us(rig, SETTLE_US)
+def _dated(board: Board, client: SequencerClient) -> tuple[float, int, int]:
+    board.run(SETTLE_US)
     report, status = client.run_report(), client.status()
     if status.state != SequencerState.RUNNING:
         raise Broken(f"after a release: {status.state.name}")
@@ -114,47 +116,47 @@ class ClosedAgain(NamedTuple):
 
 def closed_again(bench: Bench, seed: int, count: int) -> ClosedAgain:
     """Jolts as long as a release, then the drop; and a robot that is caught in its run. Raises Broken."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
     first_us, last_us = plan.strokes[0][2], plan.strokes[-1][2]
     releases = []
     for _ in range(count):
-        arm(rig, client)
-        _close_again(rig, rng, rng.randint(RELEASE_DEBOUNCE_US + 200, first_us - RELEASE_SEATED_US - 5_000))
+        arm(board, client)
+        _close_again(board, rng, rng.randint(RELEASE_DEBOUNCE_US + 200, first_us - RELEASE_SEATED_US - 5_000))
         status = client.status()
         if (status.state, status.false_releases) != (SequencerState.ARMED, 1):
             raise Broken(f"closed again: {status.state.name}, {status.false_releases} false releases")
-        run_us(rig, rng.randint(1_000, LONGEST_WAIT_US))
-        if (signal := read_signal(rig.edges())).onsets:
+        board.run(rng.randint(1_000, LONGEST_WAIT_US))
+        if (signal := read_signal(pin_edges(board))).onsets:
             raise Broken(f"a servo moved on the crane: {signal.onsets}")
-        releases.append(fly(rig, client, plan, rng, Chatter.SLOW))
-        arm(rig, client)
-        _close_again(rig, rng, rng.randint(first_us + 5_000, last_us))
-        _check_caught(rig, client, plan)
-    rig.close()
+        releases.append(fly(board, client, plan, rng, Chatter.SLOW))
+        arm(board, client)
+        _close_again(board, rng, rng.randint(first_us + 5_000, last_us))
+        _check_caught(board, client, plan)
+    board.close()
     judge(releases)
     return ClosedAgain(count, count, releases)
 
 
-def _close_again(rig: Rig, rng: random.Random, open_us: int) -> None:
+def _close_again(board: Board, rng: random.Random, open_us: int) -> None:
     chatter = rng.choice((Chatter.FAST, Chatter.SLOW))
     jolt = Jolt(open_us, open_us)
-    begins = rig.now + rng.randint(1_000, 40_000) * CYCLES_PER_US
+    begins = board.now_cycle + rng.randint(1_000, 40_000) * CYCLES_PER_US
     # Only the jolt: what `fall` appends, the release itself, is left out.
     late = begins + (open_us + 20_000) * CYCLES_PER_US
-    fallen = fall(rng, late, rig.resolution, chatter, jolts=[Jolt(open_us + 20_000, jolt.open_us)])
-    play(rig, [contact for contact in fallen.contacts if contact.cycle < late])
-    run_us(rig, RELEASE_SEATED_US + 20_000)
+    fallen = fall(rng, late, board.resolution, chatter, jolts=[Jolt(open_us + 20_000, jolt.open_us)])
+    play(board, [contact for contact in fallen.contacts if contact.cycle < late])
+    board.run(RELEASE_SEATED_US + 20_000)
 
 
-def _check_caught(rig: Rig, client: SequencerClient, plan: Plan) -> None:
+def _check_caught(board: Board, client: SequencerClient, plan: Plan) -> None:
     """What was commanded stays; nothing more begins."""
     status = client.status()
     if (status.state, status.fault) != (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING):
         raise Broken(f"caught in its run: {status.state.name}, {status.fault.name}")
-    run_us(rig, plan.end_us)
-    begun = len(read_signal(rig.edges()).onsets)
+    board.run(plan.end_us)
+    begun = len(read_signal(pin_edges(board)).onsets)
     if begun != status.strokes_started:
         raise Broken(f"{begun} strokes began, {status.strokes_started} when the board stopped")
     told = [0] * len(status.joint_angle_cdeg)

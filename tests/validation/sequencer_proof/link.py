@@ -10,9 +10,11 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple
 
+from tests.fixtures.sequencer.board import AvrBoard
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench, arm, pin_edges, seat, stack_never_used
 from tests.validation.sequencer_proof.releases import AFTER_RUN_US, Plan, measure
-from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat, stack_never_used
 from tests.validation.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol import messages
@@ -81,94 +83,94 @@ class Undisturbed(NamedTuple):
 @cache
 def undisturbed(bench: Bench) -> Undisturbed:
     """What every run that is abused is compared with."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan = Plan.on(client)
     first_us = plan.strokes[0][2]
     onsets = []
     for phase in range(CYCLES_PER_TICK):
-        arm(rig, client)
-        released = release(rig, phase)
-        run_us(rig, first_us + AFTER_RUN_US)
-        onsets.append(read_signal(rig.edges()).onsets[0].cycle - released)
+        arm(board, client)
+        released = release(board, phase)
+        board.run(first_us + AFTER_RUN_US)
+        onsets.append(read_signal(pin_edges(board)).onsets[0].cycle - released)
     latest = onsets.index(max(onsets))  # the earliest release of a tick
     phase = (latest + 1) % CYCLES_PER_TICK
-    arm(rig, client)
-    rig.board.cable(False)
-    run_us(rig, TALK_US)
-    released = release(rig, phase)
-    run_us(rig, plan.end_us + AFTER_RUN_US)
-    errors = measure(rig.edges(), plan, released).errors
-    rig.close()
+    arm(board, client)
+    board.cable(False)
+    board.run(TALK_US)
+    released = release(board, phase)
+    board.run(plan.end_us + AFTER_RUN_US)
+    errors = measure(pin_edges(board), plan, released).errors
+    board.close()
     return Undisturbed(phase, errors)
 
 
 def abuse_link(bench: Bench, abuse: Abuse, begins: Iterable[int], seed: int) -> Abused:
     """One run for each moment. Raises Broken unless all strokes begin on the undisturbed run's very cycles."""
     expected = undisturbed(bench)
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
     runs = moved = 0
     for begin_us in begins:
-        arm(rig, client)
+        arm(board, client)
         if abuse is Abuse.SILENT:
-            _fill_the_host(rig)
-        released = release(rig, expected.phase)
-        _host(rig, abuse, released // CYCLES_PER_US, begin_us, plan.end_us + AFTER_RUN_US, rng)
-        errors = measure(rig.edges(), plan, released).errors
+            _fill_the_host(board)
+        released = release(board, expected.phase)
+        _host(board, abuse, released // CYCLES_PER_US, begin_us, plan.end_us + AFTER_RUN_US, rng)
+        errors = measure(pin_edges(board), plan, released).errors
         runs += 1
         moved += errors != expected.errors
-        client = _reconnect(rig)
+        client = _reconnect(board)
         status = client.status()
         if status.state != SequencerState.DONE or status.resets_while_armed:
             raise Broken(f"{abuse.value} from {begin_us} us on: {status.state.name} after the run")
     if moved:
         raise Broken(f"{abuse.value}: strokes moved in {moved} of {runs} runs")
-    never_used = stack_never_used(rig, client, bench)
-    rig.close()
+    never_used = stack_never_used(board, client, bench)
+    board.close()
     return Abused(abuse, runs, moved, never_used)
 
 
-def release(rig: AvrRig, phase: int) -> int:
+def release(board: AvrBoard, phase: int) -> int:
     """Both switches open without bounce; returns when both were, so many cycles after a whole microsecond."""
-    rig.set_switch(0, closed=False)
-    run_us(rig, 100)
-    rig.run_to(rig.now + phase)
-    rig.set_switch(1, closed=False)
-    return rig.now
+    board.switch(0, closed=False)
+    board.run(100)
+    board.run_to_cycle(board.now_cycle + phase)
+    board.switch(1, closed=False)
+    return board.now_cycle
 
 
 def _host(
-    rig: AvrRig, abuse: Abuse, released_us: int, begin_us: int, run_length_us: int, rng: random.Random
+    board: AvrBoard, abuse: Abuse, released_us: int, begin_us: int, run_length_us: int, rng: random.Random
 ) -> None:
-    while rig.board.now_us < released_us + begin_us:
+    while board.now_us < released_us + begin_us:
         if abuse is not Abuse.SILENT:
-            rig.board.receive()
-            rig.board.send(QUESTION)
-        run_us(rig, min(TALK_US, released_us + begin_us - rig.board.now_us))
+            board.read()
+            board.write(QUESTION)
+        board.run(min(TALK_US, released_us + begin_us - board.now_us))
     if abuse is Abuse.PULLED:
-        rig.board.send(QUESTION)
-        rig.board.cable(False)
+        board.write(QUESTION)
+        board.cable(False)
     end_us = released_us + max(run_length_us, begin_us + STEP_US)
-    while rig.board.now_us < end_us:
+    while board.now_us < end_us:
         if abuse in (Abuse.REQUESTS, Abuse.SILENT):
-            rig.board.send(QUESTION * (FLOOD_BYTES // len(QUESTION)))
+            board.write(QUESTION * (FLOOD_BYTES // len(QUESTION)))
         elif abuse is Abuse.GARBAGE:
-            rig.board.send(rng.randbytes(FLOOD_BYTES))
-        run_us(rig, FLOOD_STEP_US)
+            board.write(rng.randbytes(FLOOD_BYTES))
+        board.run(FLOOD_STEP_US)
 
 
-def _fill_the_host(rig: AvrRig) -> None:
+def _fill_the_host(board: AvrBoard) -> None:
     for _ in range(FILLING_US // 2000):
-        rig.board.send(QUESTION)
-        run_us(rig, 2000)
+        board.write(QUESTION)
+        board.run(2000)
 
 
-def _reconnect(rig: AvrRig) -> SequencerClient:
-    rig.board.cable(False)
-    run_us(rig, 5000)
-    return rig.connect()
+def _reconnect(board: AvrBoard) -> SequencerClient:
+    board.cable(False)
+    board.run(5000)
+    return connect(board)
 
 
 # ------------------------------------------------------------------ noise
@@ -225,39 +227,39 @@ def make_noise(bench: Bench, noise: Noise, amount: int, drops: int, seed: int) -
     """
     rng = random.Random(seed)
     expected = undisturbed(bench)
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan = Plan.on(client)
     result = Noisy(noise, drops=drops)
     for number in range(drops):
         client.disarm()
-        seat(rig)
-        run_us(rig, QUIET_US)
-        rig.edges()
+        seat(board)
+        board.run(QUIET_US)
+        pin_edges(board)
         share = amount // 3 * (number + 1) // drops - amount // 3 * number // drops
-        _disturb(rig, client, result, SequencerState.SAFE, share, rng)
-        if rig.edges():
+        _disturb(board, client, result, SequencerState.SAFE, share, rng)
+        if pin_edges(board):
             raise Broken("a servo got pulses while SAFE")
         if client.arm() != SequencerState.ARMED:
             raise Broken("the board was not ready to be armed while SAFE")
-        _disturb(rig, client, result, SequencerState.ARMED, share, rng)
-        released = release(rig, expected.phase)
-        _disturb(rig, client, result, SequencerState.RUNNING, share, rng)
-        rig.run_to(max(rig.now, released + (plan.end_us + AFTER_RUN_US) * CYCLES_PER_US))
-        errors = measure(rig.edges(), plan, released).errors
+        _disturb(board, client, result, SequencerState.ARMED, share, rng)
+        released = release(board, expected.phase)
+        _disturb(board, client, result, SequencerState.RUNNING, share, rng)
+        board.run_to_cycle(max(board.now_cycle, released + (plan.end_us + AFTER_RUN_US) * CYCLES_PER_US))
+        errors = measure(pin_edges(board), plan, released).errors
         if errors != expected.errors:
             raise Broken(
                 f"{noise.value}: strokes began at {errors} instead of {expected.errors} cycles off their times"
             )
         _expect(client, SequencerState.DONE)
     result.rejected = client.status().frames_rejected
-    result.never_used = stack_never_used(rig, client, bench)
-    rig.close()
+    result.never_used = stack_never_used(board, client, bench)
+    board.close()
     return result
 
 
 def _disturb(
-    rig: AvrRig,
+    board: AvrBoard,
     client: SequencerClient,
     result: Noisy,
     state: SequencerState,
@@ -265,21 +267,21 @@ def _disturb(
     rng: random.Random,
 ) -> None:
     """Sends a share at random moments of the phase; the board must still be in that state."""
-    token, eeprom = client.status().arm_token, rig.board.eeprom()
-    end_us = rig.board.now_us + PHASE_US[state] - QUIET_US
+    token, eeprom = client.status().arm_token, board.eeprom()
+    end_us = board.now_us + PHASE_US[state] - QUIET_US
     receiver = FrameReceiver()
     while left > 0:
         taken, data = result.noise.piece(rng, left, token)
-        rig.board.send(data)
+        board.write(data)
         left -= taken
         result.sent[state] += taken
-        mean_us = max(1, (end_us - rig.board.now_us) * taken // max(1, left))
-        run_us(rig, rng.randint(0, 2 * mean_us))
-        _count(receiver, rig.board.receive(), result, state)
-    rig.board.send(b"\0")  # ends what the noise began
-    run_us(rig, QUIET_US)
-    _count(receiver, rig.board.receive(), result, state)
-    if rig.board.eeprom() != eeprom:
+        mean_us = max(1, (end_us - board.now_us) * taken // max(1, left))
+        board.run(rng.randint(0, 2 * mean_us))
+        _count(receiver, board.read(), result, state)
+    board.write(b"\0")  # ends what the noise began
+    board.run(QUIET_US)
+    _count(receiver, board.read(), result, state)
+    if board.eeprom() != eeprom:
         raise Broken(f"{result.noise.value} in {state.name} changed the EEPROM")
     _expect(client, state, *((SequencerState.DONE,) if state == SequencerState.RUNNING else ()))
     if others := set(result.arms_refused) - {ErrorCode.STALE_TOKEN, ErrorCode.BAD_LENGTH}:

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from tests.arduino_sequencer.avr.board_link import BoardTransport
 from tests.arduino_sequencer.store_model import MANEUVER_AT, SETTINGS_AT, SLOT_BYTES
+from tests.fixtures.sequencer.board import AvrBoard
+from tests.fixtures.sequencer.cable import Cable, connect
 from tests.validation.campaign import Broken
-from tests.validation.sequencer_proof.rigs import AvrRig, Bench, stack_never_used
+from tests.validation.sequencer_proof.bench import Bench, power_up, stack_never_used
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
@@ -124,19 +125,19 @@ class PowerCut(Exception):
     """The supply went as planned."""
 
 
-class WatchedTransport(BoardTransport):
+class WatchedTransport(Cable):
     """Notes each EEPROM write of the board, and may cut the power in the middle of the n-th."""
 
-    def __init__(self, rig: AvrRig, cut_at: int | None = None) -> None:
-        super().__init__(rig.board)
-        self._rig = rig
-        self._before = rig.board.eeprom_writes
+    def __init__(self, board: AvrBoard, cut_at: int | None = None) -> None:
+        super().__init__(board)
+        self._watched = board
+        self._before = board.eeprom_writes
         self._cut_at = cut_at
         self.writes: list[Write] = []
 
     def read(self, timeout_s: float) -> bytes:
         data = super().read(min(timeout_s, LOOK_S))
-        board = self._rig.board
+        board = self._watched
         count = board.eeprom_writes - self._before
         if count > len(self.writes):
             if count != len(self.writes) + 1:
@@ -160,43 +161,43 @@ def cut_points(
     after, it must arm, unless no maneuver was ever stored. Raises Broken.
     """
     rng = random.Random(seed)
-    rig = bench.new_rig()
-    before = _prepare(rig, record, history)
-    old = read_all(rig)
-    transport = WatchedTransport(rig)
-    rig.board.connect()
+    board = bench.new_board()
+    before = _prepare(board, record, history)
+    old = read_all(board)
+    transport = WatchedTransport(board)
+    board.connect()
     record.upload(SequencerClient.connect(transport), 2)
     check_writes(transport.writes, record)
-    after = rig.board.eeprom()
-    new = read_all(rig)
+    after = board.eeprom()
+    new = read_all(board)
     check_refusals(old, new)
     cuts = Cuts(record, history, len(transport.writes))
     for point in _points(len(transport.writes), sample, rng):
         cuts.points += 1
-        _restart(rig, before)
-        _cut_upload(rig, record, point)
-        torn = rig.board.eeprom()
+        _restart(board, before)
+        _cut_upload(board, record, point)
+        torn = board.eeprom()
         for tear in Tear:
             image_bytes = bytearray(torn)
             write = transport.writes[point - 1]
             image_bytes[write.address] = tear.byte(write, rng)
-            _restart(rig, bytes(image_bytes))
-            held = read_all(rig)
+            _restart(board, bytes(image_bytes))
+            held = read_all(board)
             where = f"{record.value} over {history.value}, cut {point}, byte {tear.value}"
             as_written = image_bytes[write.address] == write.new
             check_held(held, old, new, point, len(transport.writes), as_written, where)
-            check_other_store(rig.board.eeprom(), before, record, where)
+            check_other_store(board.eeprom(), before, record, where)
             outcome = cuts.new if held == new else cuts.old if held == old else cuts.told
             outcome[tear] += 1
-        record.upload(rig.connect(), 2)
-        cuts.stored_afterwards += _same_content(read_all(rig), new)
+        record.upload(connect(board), 2)
+        cuts.stored_afterwards += _same_content(read_all(board), new)
     if cuts.stored_afterwards != cuts.points:
         raise Broken("an upload after a power cut was not kept")
     check_other_store(after, before, record, "the whole upload")
-    client = rig.connect()
+    client = connect(board)
     record.upload(client, 0)
-    cuts.never_used = stack_never_used(rig, client, bench)
-    rig.close()
+    cuts.never_used = stack_never_used(board, client, bench)
+    board.close()
     return cuts
 
 
@@ -248,24 +249,24 @@ def check_other_store(image: bytes, before: bytes, record: Record, where: str) -
 
 def second_upload_writes(bench: Bench, record: Record) -> int:
     """EEPROM writes of an upload of what is stored already. Raises Broken where a byte is another afterwards."""
-    rig = bench.new_rig()
-    client = rig.connect()
+    board = bench.new_board()
+    client = connect(board)
     record.upload(client, 2)
-    before, image = rig.board.eeprom_writes, rig.board.eeprom()
+    before, image = board.eeprom_writes, board.eeprom()
     record.upload(client, 2)
-    writes = rig.board.eeprom_writes - before
-    if rig.board.eeprom() != image:
+    writes = board.eeprom_writes - before
+    if board.eeprom() != image:
         raise Broken(f"an upload of the same {record.value} left another EEPROM")
     if writes > REWRITES[record]:
         raise Broken(f"an upload of what is stored wrote {writes} bytes")
-    rig.close()
+    board.close()
     return writes
 
 
-def read_all(rig: AvrRig) -> Held:
+def read_all(board: AvrBoard) -> Held:
     """After a power cycle."""
-    _restart(rig, None)
-    client = rig.connect()
+    _restart(board, None)
+    client = connect(board)
     return Held(client.read_back(), client.settings(), why_not_armed(client))
 
 
@@ -279,28 +280,28 @@ def why_not_armed(client: SequencerClient) -> ErrorCode:
     return ErrorCode.NONE
 
 
-def _prepare(rig: AvrRig, record: Record, history: History) -> bytes:
+def _prepare(board: AvrBoard, record: Record, history: History) -> bytes:
     """The EEPROM with this history; the other store holds one record."""
-    client = rig.connect()
+    client = connect(board)
     other = Record.SETTINGS if record is Record.MANEUVER else Record.MANEUVER
     other.upload(client, 0)
     for number in range(history.uploads):
         record.upload(client, number)
-    return rig.board.eeprom()
+    return board.eeprom()
 
 
-def _restart(rig: AvrRig, eeprom: bytes | None) -> None:
-    rig.board.power(False)
+def _restart(board: AvrBoard, eeprom: bytes | None) -> None:
+    board.power(False)
     if eeprom is not None:
-        rig.board.set_eeprom(eeprom)
-    rig.board.cable(False)
-    rig.power_up()
+        board.set_eeprom(eeprom)
+    board.cable(False)
+    power_up(board)
 
 
-def _cut_upload(rig: AvrRig, record: Record, point: int) -> None:
-    rig.board.connect()
+def _cut_upload(board: AvrBoard, record: Record, point: int) -> None:
+    board.connect()
     try:
-        record.upload(SequencerClient.connect(WatchedTransport(rig, point)), 2)
+        record.upload(SequencerClient.connect(WatchedTransport(board, point)), 2)
     except PowerCut:
         return
     raise RuntimeError(f"the upload ended before write {point}")

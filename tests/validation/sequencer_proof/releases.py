@@ -13,8 +13,10 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from tests.arduino_sequencer.avr.board_link import UPLOADED
+from tests.fixtures.sequencer.board import Board, load_library
+from tests.fixtures.sequencer.cable import OLD, connect, native_board
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import SETTLE_US, Bench, arm, pin_edges, stack_never_used
 from tests.validation.sequencer_proof.contacts import (
     Chatter,
     Contact,
@@ -22,15 +24,6 @@ from tests.validation.sequencer_proof.contacts import (
     hang_up,
     open_switches,
     opening,
-)
-from tests.validation.sequencer_proof.rigs import (
-    SETTLE_US,
-    Bench,
-    Rig,
-    arm,
-    native_rig,
-    run_us,
-    stack_never_used,
 )
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_MS,
@@ -94,20 +87,20 @@ class Plan(NamedTuple):
         return round(pulse_ns(self.settings.of(joint), angle_cdeg) / NS_PER_TICK)
 
 
-def fly(rig: Rig, client: SequencerClient, plan: Plan, rng: random.Random, chatter: Chatter) -> Release:
+def fly(board: Board, client: SequencerClient, plan: Plan, rng: random.Random, chatter: Chatter) -> Release:
     """Hangs up, arms, releases after a random wait, all with chatter; measures the run. Raises Broken.
 
     Where edges of both switches lie so close together that the rule has two answers, the nearer one counts.
     """
     client.disarm()
-    hang_up(rig, rng, chatter)
-    arm(rig, client)
-    steps = CYCLES_PER_US // rig.resolution
-    start = rig.now + rng.randint(1000 * steps, LONGEST_WAIT_US * steps) * rig.resolution
-    contacts = opening(rng, start, rig.resolution, chatter)
-    open_switches(rig, contacts)
-    run_us(rig, plan.end_us + AFTER_RUN_US)
-    edges = rig.edges()
+    hang_up(board, rng, chatter)
+    arm(board, client)
+    steps = CYCLES_PER_US // board.resolution
+    start = board.now_cycle + rng.randint(1000 * steps, LONGEST_WAIT_US * steps) * board.resolution
+    contacts = opening(rng, start, board.resolution, chatter)
+    open_switches(board, contacts)
+    board.run(plan.end_us + AFTER_RUN_US)
+    edges = pin_edges(board)
     answers = [measure(edges, plan, date, contact_edges=len(contacts)) for date in admissible(contacts)]
     release = min(answers, key=lambda answer: abs(answer.errors[0]))
     check_own_report(client, plan, release, chatter)
@@ -176,23 +169,23 @@ class Flights(NamedTuple):
 
 def native_releases(library: Path, seed: int, count: int) -> Flights:
     """Many on one powered board, so that its clock turns over between them."""
-    rig = native_rig(library)
-    client = rig.connect()
-    client.upload(UPLOADED)
+    board = native_board(load_library(library))
+    client = connect(board)
+    client.upload(OLD)
     plan, rng = Plan.on(client), random.Random(seed)
-    flights = Flights(plan, [fly(rig, client, plan, rng, Chatter.BOTH) for _ in range(count)])
+    flights = Flights(plan, [fly(board, client, plan, rng, Chatter.BOTH) for _ in range(count)])
     judge(flights.releases)
     return flights
 
 
 def avr_releases(bench: Bench, chatter: Chatter, seed: int, count: int, most_beyond: int = 0) -> Flights:
     """On the image; between runs the cable stays in. Raises Broken."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
-    releases = [fly(rig, client, plan, rng, chatter) for _ in range(count)]
-    never_used = stack_never_used(rig, client, bench)
-    rig.close()
+    releases = [fly(board, client, plan, rng, chatter) for _ in range(count)]
+    never_used = stack_never_used(board, client, bench)
+    board.close()
     judge(releases, most_beyond)
     return Flights(plan, releases, never_used)
 
@@ -252,14 +245,14 @@ class Dated(NamedTuple):
 
 def dated_releases(bench: Bench, chatter: Chatter, seed: int, count: int) -> list[Dated]:
     """On one powered board with its cable in: USB's interrupts run, too."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     rng = random.Random(seed)
-    start = _armed(rig, client, rng)
-    first = open_switches(rig, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
-    zero_us = _reported_us(rig, client) - first / CYCLES_PER_US
-    found = [_dated(rig, client, rng, chatter, zero_us) for _ in range(count)]
-    rig.close()
+    start = _armed(board, client, rng)
+    first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
+    zero_us = _reported_us(board, client) - first / CYCLES_PER_US
+    found = [_dated(board, client, rng, chatter, zero_us) for _ in range(count)]
+    board.close()
     return found
 
 
@@ -275,22 +268,24 @@ def judge_dates(dated: Sequence[Dated], chatter: Chatter) -> None:
         raise Broken(f"{len(beyond)} of {len(dated)} releases were dated wrong, by {worst_us} us")
 
 
-def _dated(rig: Rig, client: SequencerClient, rng: random.Random, chatter: Chatter, zero_us: float) -> Dated:
-    contacts = opening(rng, _armed(rig, client, rng), rig.resolution, chatter)
-    open_switches(rig, contacts)
-    date_us = _reported_us(rig, client) - zero_us
+def _dated(
+    board: Board, client: SequencerClient, rng: random.Random, chatter: Chatter, zero_us: float
+) -> Dated:
+    contacts = opening(rng, _armed(board, client, rng), board.resolution, chatter)
+    open_switches(board, contacts)
+    date_us = _reported_us(board, client) - zero_us
     errors = [date_us - cycle / CYCLES_PER_US for cycle in admissible(contacts)]
     return Dated(min(errors, key=abs), len(errors) > 1)
 
 
-def _armed(rig: Rig, client: SequencerClient, rng: random.Random) -> int:
+def _armed(board: Board, client: SequencerClient, rng: random.Random) -> int:
     """Then the cycle at which the release is to begin."""
-    arm(rig, client)
-    return rig.now + rng.randint(1_000, 4_000) * CYCLES_PER_US + rng.randrange(CYCLES_PER_US)
+    arm(board, client)
+    return board.now_cycle + rng.randint(1_000, 4_000) * CYCLES_PER_US + rng.randrange(CYCLES_PER_US)
 
 
-def _reported_us(rig: Rig, client: SequencerClient) -> float:
-    run_us(rig, SETTLE_US)
+def _reported_us(board: Board, client: SequencerClient) -> float:
+    board.run(SETTLE_US)
     report, status = client.run_report(), client.status()
     if status.state != SequencerState.RUNNING or status.knocks:
         raise Broken(f"after a release: {status.state.name}, {status.knocks} knocks")

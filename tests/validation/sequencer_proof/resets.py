@@ -6,11 +6,12 @@ import random
 from enum import Enum
 from typing import NamedTuple
 
-from tests.arduino_sequencer.avr.avr_board import ResetCause
 from tests.fixtures.planting import Edit
+from tests.fixtures.sequencer.board import AvrBoard, ResetCause
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench, arm, pin_edges, seat
 from tests.validation.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
-from tests.validation.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_MS,
     CYCLES_PER_TICK,
@@ -88,30 +89,30 @@ class Resets(NamedTuple):
 def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, seed: int) -> Resets:
     """Resets one board again and again. Raises Broken where it does not come back as it must."""
     rng = random.Random(seed)
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan = Plan.on(client)
     silences: list[int] = []
     errors: list[int] = []
     for _ in range(count):
         last = client.run_report()
-        before = _bring_to(rig, client, moment, plan, rng)
-        at = rig.now
+        before = _bring_to(board, client, moment, plan, rng)
+        at = board.now_cycle
         for index in moment.opened:
-            rig.set_switch(index, closed=False)
-        rig.board.reset(cause)
-        signal = watch_after_reset(rig, at)
+            board.switch(index, closed=False)
+        board.reset(cause)
+        signal = watch_after_reset(board, at)
         silences += [train[0].rise - at for train in signal.trains]
         check_held_widths(signal, before.widths)
-        client = rig.connect()
+        client = connect(board)
         check_state(client.status(), moment, cause.name, before.knocks)
         check_report(client.run_report(), before.begun_us, last)
         if moment is Moment.ARMED:
-            errors += _fly_on(rig, plan)
-            client = rig.connect()
+            errors += _fly_on(board, plan)
+            client = connect(board)
         client.disarm()
-        _check_safe(rig, client)
-    rig.close()
+        _check_safe(board, client)
+    board.close()
     errors_us = Extremes.of(errors, CYCLES_PER_US) if errors else ""
     return Resets(moment, cause, count, moment.fault, Extremes.of(silences, CYCLES_PER_MS), errors_us)
 
@@ -126,23 +127,25 @@ class Before(NamedTuple):
     """When the strokes of the run began that had begun, after the release; None while ARMED."""
 
 
-def _bring_to(rig: AvrRig, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random) -> Before:
+def _bring_to(
+    board: AvrBoard, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random
+) -> Before:
     """To a random moment of the state, after some knocks."""
-    arm(rig, client)
+    arm(board, client)
     knocks = rng.randint(0, MOST_KNOCKS)
     for _ in range(knocks):
-        knock(rig, rng, both=rng.random() < 0.5)
-    rig.run_to(rig.now + rng.randint(50_000, LONGEST_WAIT_US) * CYCLES_PER_US)
+        knock(board, rng, both=rng.random() < 0.5)
+    board.run_to_cycle(board.now_cycle + rng.randint(50_000, LONGEST_WAIT_US) * CYCLES_PER_US)
     if moment is not Moment.RUNNING:
         return Before([widths[0] * CYCLES_PER_TICK for widths in plan.widths()], knocks, None)
     for index in (0, 1):
-        rig.set_switch(index, closed=False)
+        board.switch(index, closed=False)
     # No pulse of a stroke is the first and under way, so that it is plain which width was the last.
     after_us = rng.randint(20_000, plan.end_us - 20_000)
     for _, _, start_us in plan.strokes:
         if -1000 < after_us - start_us < SERVO_PULSE_MAX_US + 1000:
             after_us = start_us + SERVO_PULSE_MAX_US + 1000
-    rig.run_to(rig.now + after_us * CYCLES_PER_US)
+    board.run_to_cycle(board.now_cycle + after_us * CYCLES_PER_US)
     begun = tuple(start_us for _, _, start_us in plan.strokes if start_us <= after_us)
     return Before(widths_at(plan, after_us), knocks, begun)
 
@@ -155,12 +158,12 @@ def widths_at(plan: Plan, after_us: int) -> list[int]:
     return [widths[n] * CYCLES_PER_TICK for widths, n in zip(plan.widths(), begun, strict=True)]
 
 
-def watch_after_reset(rig: AvrRig, at: int) -> Signal:
+def watch_after_reset(board: AvrBoard, at: int) -> Signal:
     """The servos' signals from the reset on. A pulse that was under way ends with it, and does not count."""
-    run_us(rig, WATCH_US)
+    board.run(WATCH_US)
     risen: set[int] = set()
     edges: list[PinEdge] = []
-    for edge in rig.edges():
+    for edge in pin_edges(board):
         if edge.cycle > at and edge.high:
             risen.add(edge.pin)
         if edge.pin in risen:
@@ -204,21 +207,21 @@ def check_report(found: RunReportReply, begun_us: tuple[int, ...] | None, last: 
         raise Broken(f"RUN_REPORT tells of strokes at {found.start_us}, {begun_us} had begun")
 
 
-def _fly_on(rig: AvrRig, plan: Plan) -> tuple[int, ...]:
+def _fly_on(board: AvrBoard, plan: Plan) -> tuple[int, ...]:
     """Without a cable; the release must be flown as if nothing had happened."""
-    rig.board.cable(False)
-    run_us(rig, WATCH_US)
-    rig.set_switch(0, closed=False)
-    run_us(rig, 100)
-    rig.set_switch(1, closed=False)
-    released = rig.now
-    run_us(rig, plan.end_us + AFTER_RUN_US)
-    return measure(rig.edges(), plan, released).errors
+    board.cable(False)
+    board.run(WATCH_US)
+    board.switch(0, closed=False)
+    board.run(100)
+    board.switch(1, closed=False)
+    released = board.now_cycle
+    board.run(plan.end_us + AFTER_RUN_US)
+    return measure(pin_edges(board), plan, released).errors
 
 
-def _check_safe(rig: AvrRig, client: SequencerClient) -> None:
+def _check_safe(board: AvrBoard, client: SequencerClient) -> None:
     """DISARM clears everything."""
-    seat(rig)
+    seat(board)
     status = client.status()
     if (status.state, status.fault) != (SequencerState.SAFE, ErrorCode.NONE):
         raise Broken(f"{status.state.name}, fault {status.fault.name} after DISARM")
@@ -240,24 +243,24 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
     Raises Broken where the watchdog does not bite, or the board comes back wrongly.
     """
     rng = random.Random(seed)
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan = Plan.on(client)
     taken = []
     for _ in range(count):
         knocks = 0
         client.disarm()
-        seat(rig)
+        seat(board)
         if state == SequencerState.ARMED:
-            arm(rig, client)
+            arm(board, client)
         elif state == SequencerState.RUNNING:
-            knocks = _bring_to(rig, client, Moment.ARMED, plan, rng).knocks
+            knocks = _bring_to(board, client, Moment.ARMED, plan, rng).knocks
             for index in (0, 1):
-                rig.set_switch(index, closed=False)
-            run_us(rig, 10_000)
-        run_us(rig, rng.randint(0, 200_000))
-        taken.append(_hang(rig))
-        client = rig.connect()
+                board.switch(index, closed=False)
+            board.run(10_000)
+        board.run(rng.randint(0, 200_000))
+        taken.append(_hang(board))
+        client = connect(board)
         status = client.status()
         if state == SequencerState.SAFE:
             if (status.state, status.reset_cause.name) != (SequencerState.SAFE, ResetCause.WATCHDOG.name):
@@ -265,16 +268,16 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
         else:
             moment = Moment.ARMED if state == SequencerState.ARMED else Moment.RUNNING
             check_state(status, moment, ResetCause.WATCHDOG.name, knocks)
-    rig.close()
+    board.close()
     return Hangs(state, count, Extremes.of(taken, 1000))
 
 
-def _hang(rig: AvrRig) -> int:
+def _hang(board: AvrBoard) -> int:
     """Orders it; returns how long the reset took to come, us."""
-    ordered_us = rig.board.now_us
-    rig.board.send(b"\0" + BAD_FRAME * BAD_FRAMES)
-    while rig.board.link_ready:
-        if rig.board.now_us > ordered_us + HANG_LIMIT_US:
+    ordered_us = board.now_us
+    board.write(b"\0" + BAD_FRAME * BAD_FRAMES)
+    while board.link_ready:
+        if board.now_us > ordered_us + HANG_LIMIT_US:
             raise Broken(f"no reset within {HANG_LIMIT_US} us of a main loop that hangs")
-        run_us(rig, LOOK_US)
-    return rig.board.now_us - ordered_us
+        board.run(LOOK_US)
+    return board.now_us - ordered_us

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.validation.campaign import Campaign, Found, declared, output
+from tests.validation.sequencer_proof.bench import image_report
 from tests.validation.sequencer_proof.blocking import (
     BLOCKED_BEFORE_RELEASE_MAX_US,
     BLOCKED_MAX_US,
@@ -25,7 +26,6 @@ from tests.validation.sequencer_proof.releases import (
     signal_row,
     stroke_rows,
 )
-from tests.validation.sequencer_proof.rigs import image_report
 from tests.validation.sequencer_proof.signals import CYCLES_PER_US, Extremes
 from tests.validation.tables import csv_text, results_csv
 from tests.validation.targets import Target, targets_csv

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import EEPROM_BYTES, PinHold, ResetCause
-from tests.arduino_sequencer.avr.building import build_changed_sequencer
-from tests.arduino_sequencer.board import build_board_library
+from tests.fixtures.sequencer.board import EEPROM_BYTES, PinHold, ResetCause
+from tests.fixtures.sequencer.building import build_changed_sequencer, build_native_library
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.blocking import (
     BLOCKED_BEFORE_RELEASE_MAX_US,
     BLOCKED_MAX_US,
@@ -59,7 +60,6 @@ from tests.validation.sequencer_proof.releases import (
     native_releases,
 )
 from tests.validation.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
-from tests.validation.sequencer_proof.rigs import Bench
 from tests.validation.sequencer_proof.signals import CYCLES_PER_US
 from tests.validation.sequencer_proof.waiting import knocks, long_wait
 from tfsat_host.devices.client import BoardRefusal
@@ -77,7 +77,7 @@ SWITCHES = [4 * vector for vector in (16, 31)]
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_board_library(tmp_path_factory.mktemp("native"))
+    return build_native_library(tmp_path_factory.mktemp("native"))
 
 
 @pytest.fixture(scope="module")
@@ -192,15 +192,15 @@ def assert_paths_are_short(bench: Bench) -> None:
 
 def test_the_time_without_interrupts_is_bounded_by_what_is_computed(bench: Bench) -> None:
     assert_paths_are_short(bench)
-    rig = bench.rig()
-    client = rig.connect()
-    rig.board.watch_blocking()
+    board = bench.board()
+    client = connect(board)
+    board.watch_blocking()
     rng = random.Random(1)
     plan = Plan.on(client)
     for chatter in (Chatter.FAST, Chatter.SLOW):
-        fly(rig, client, plan, rng, chatter)
-    measured = rig.board.blocked()
-    rig.close()
+        fly(board, client, plan, rng, chatter)
+    measured = board.blocked()
+    board.close()
     computed = {path.address: path.cycles for path in blocked_paths(bench.image.with_suffix(".elf"))}
     assert set(measured) <= set(computed)
     for address, cycles in measured.items():

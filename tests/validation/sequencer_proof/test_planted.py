@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
-from tests.arduino_sequencer.avr.building import BuildError
-from tests.arduino_sequencer.board import build_board_library
 from tests.fixtures.planting import Edit
+from tests.fixtures.sequencer.board import PinHold, ResetCause
+from tests.fixtures.sequencer.building import BuildError, build_native_library
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.blocking import UnboundedError
 from tests.validation.sequencer_proof.conftest import Plant
 from tests.validation.sequencer_proof.contacts import Chatter
@@ -22,7 +22,6 @@ from tests.validation.sequencer_proof.link import Abuse, Noise, abuse_link, make
 from tests.validation.sequencer_proof.power_cuts import History, Record, cut_points
 from tests.validation.sequencer_proof.releases import avr_releases, dated_releases, judge_dates
 from tests.validation.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
-from tests.validation.sequencer_proof.rigs import Bench
 from tests.validation.sequencer_proof.test_campaigns import DATED, DATED_SEED, assert_paths_are_short
 from tests.validation.sequencer_proof.waiting import knocks
 from tfsat_host.protocol.enums import SequencerState
@@ -214,7 +213,7 @@ def test_an_image_that_differs_from_the_native_core_is_found(plant: Plant, tmp_p
     with pytest.raises(Broken, match=r"begun.*the image .*NONE.*native .*UPLOAD_INTERRUPTED"):
         damage_image(
             plant(Edit(SLOTS, TOLD_BEGUN, "Slot::kUnused")),
-            build_board_library(native),
+            build_native_library(native),
             Case.BEGUN,
             seed=1,
             count=2,

@@ -11,10 +11,11 @@ from typing import Any
 
 import pytest
 
-from tests.arduino_sequencer.avr.avr_board import PinHold, ResetCause
+from tests.fixtures.sequencer.board import PinHold, ResetCause
 from tests.paths import DOCS
 from tests.validation.campaign import Broken, Campaign, run_campaigns
 from tests.validation.provenance import SHA256_ROW, hash_image, read_provenance
+from tests.validation.sequencer_proof.bench import Bench
 from tests.validation.sequencer_proof.blocking import path_rows
 from tests.validation.sequencer_proof.campaigns import FAST_BEYOND, campaigns, judge_stack
 from tests.validation.sequencer_proof.contacts import Chatter
@@ -27,7 +28,6 @@ from tests.validation.sequencer_proof.power_cuts import Cuts, History, Record, s
 from tests.validation.sequencer_proof.releases import Dated, Flights, Plan, Release, avr_releases, judge
 from tests.validation.sequencer_proof.resets import Hangs, Moment, Resets
 from tests.validation.sequencer_proof.results import describe_image, make_tables
-from tests.validation.sequencer_proof.rigs import Bench
 from tests.validation.sequencer_proof.signals import Extremes
 from tests.validation.sequencer_proof.waiting import Knocks, Wait
 from tests.validation.tables import read_rows, results_csv

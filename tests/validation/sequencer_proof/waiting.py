@@ -5,7 +5,10 @@ from __future__ import annotations
 import random
 from typing import NamedTuple
 
+from tests.fixtures.sequencer.board import Board
+from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
+from tests.validation.sequencer_proof.bench import Bench, arm, pin_edges
 from tests.validation.sequencer_proof.contacts import (
     LATEST_SECOND_US,
     Chatter,
@@ -26,7 +29,6 @@ from tests.validation.sequencer_proof.releases import (
     judge,
     measure,
 )
-from tests.validation.sequencer_proof.rigs import Bench, Rig, arm, run_us
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_TICK,
     CYCLES_PER_US,
@@ -66,30 +68,30 @@ class Wait(NamedTuple):
 
 def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
     """Armed soon after power-up, the cable pulled; released this long after power-up. Raises Broken."""
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
-    arm(rig, client)
-    rig.board.cable(False)
+    arm(board, client)
+    board.cable(False)
     seen: list[PinEdge] = []
     pulses = 0
-    while rig.now < (waited_us - LOOK_US) * CYCLES_PER_US:
-        run_us(rig, LOOK_US)
-        seen = [*seen, *rig.edges()]
+    while board.now_cycle < (waited_us - LOOK_US) * CYCLES_PER_US:
+        board.run(LOOK_US)
+        seen = [*seen, *pin_edges(board)]
         signal = read_signal(seen)
         if signal.onsets:
-            raise Broken(f"a servo moved after {rig.now // CYCLES_PER_US} us armed")
+            raise Broken(f"a servo moved after {board.now_cycle // CYCLES_PER_US} us armed")
         pulses += sum(map(len, signal.trains))
         # Each pin's last rise without its fall stays for the next look.
         last = {edge.pin: edge for edge in seen}
         seen = [edge for edge in last.values() if edge.high]
-    rig.run_to(waited_us * CYCLES_PER_US)
-    contacts = opening(rng, rig.now, rig.resolution, Chatter.SLOW)
-    released = open_switches(rig, contacts)
-    run_us(rig, plan.end_us + AFTER_RUN_US)
-    release = measure([*seen, *rig.edges()], plan, released, contact_edges=len(contacts))
-    check_own_report(rig.connect(), plan, release)
-    rig.close()
+    board.run_to_cycle(waited_us * CYCLES_PER_US)
+    contacts = opening(rng, board.now_cycle, board.resolution, Chatter.SLOW)
+    released = open_switches(board, contacts)
+    board.run(plan.end_us + AFTER_RUN_US)
+    release = measure([*seen, *pin_edges(board)], plan, released, contact_edges=len(contacts))
+    check_own_report(connect(board), plan, release)
+    board.close()
     judge([release])
     turns, turns_later = ((waited_us + us) // TURN_US for us in (0, plan.strokes[-1][2]))
     return Wait(round(waited_us / 60e6, 1), turns, turns_later, pulses, errors_us([release]))
@@ -108,43 +110,43 @@ def knocks(bench: Bench, seed: int, count: int) -> Knocks:
 
     Raises Broken where a knock is not counted, or moves a servo.
     """
-    rig = bench.rig()
-    client = rig.connect()
+    board = bench.board()
+    client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
-    arm(rig, client)
+    arm(board, client)
     both_switches = 0
     for number in range(1, count + 1):
         both = rng.random() < 0.5
         both_switches += both
-        knock(rig, rng, both=both)
+        knock(board, rng, both=both)
         status = client.status()
         if (status.state, status.knocks) != (SequencerState.ARMED, number):
             raise Broken(f"after {number} knocks: {status.state.name}, {status.knocks} counted")
-    signal = read_signal(rig.edges())
+    signal = read_signal(pin_edges(board))
     signal.check_widths()
     if signal.onsets:
         raise Broken("a knock moved a servo")
-    release = fly(rig, client, plan, rng, Chatter.FAST)
-    rig.close()
+    release = fly(board, client, plan, rng, Chatter.FAST)
+    board.close()
     judge([release])
     return Knocks(count - both_switches, both_switches, errors_us([release]))
 
 
-def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
+def knock(board: Board, rng: random.Random, *, both: bool) -> None:
     """One switch for 20 ms; or both, one after the other, together for less than the debounce."""
-    resolution, first = rig.resolution, rng.randrange(2)
+    resolution, first = board.resolution, rng.randrange(2)
 
     def change(index: int, cycle: int, *, closed: bool) -> list[Contact]:
         return bounce(rng, Contact(cycle, index, closed), resolution, Chatter.FAST)
 
-    contacts = change(first, rig.now, closed=False)
+    contacts = change(first, board.now_cycle, closed=False)
     if both:
-        second = rig.now + draw(rng, 1, LATEST_SECOND_US, resolution)
+        second = board.now_cycle + draw(rng, 1, LATEST_SECOND_US, resolution)
         contacts = in_order([*contacts, *change(1 - first, second, closed=False)])
         back = second + draw(rng, 1, RELEASE_DEBOUNCE_US - 10, resolution)
         ends = max(back, contacts[-1].cycle + CYCLES_PER_US)
-        play(rig, in_order([*contacts, *change(0, ends, closed=True), *change(1, ends, closed=True)]))
+        play(board, in_order([*contacts, *change(0, ends, closed=True), *change(1, ends, closed=True)]))
     else:
-        ends = rig.now + ONE_SWITCH_US * CYCLES_PER_US
-        play(rig, [*contacts, *change(first, ends, closed=True)])
-    run_us(rig, KNOCK_PAUSE_US)
+        ends = board.now_cycle + ONE_SWITCH_US * CYCLES_PER_US
+        play(board, [*contacts, *change(first, ends, closed=True)])
+    board.run(KNOCK_PAUSE_US)
