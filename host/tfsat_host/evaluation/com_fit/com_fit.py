@@ -27,6 +27,8 @@ _STEPS = 40
 _CLOSE = 1e-4
 _SHORTER = 0.9
 """A step that is not so much shorter than the one before it goes round in circles: half as far from there on."""
+_MIN_SHARE = 2.0**-9
+"""Of a step: halved so often, it leads nowhere."""
 _BLOCK_S = 0.1
 """What the sensors' errors leave over is the model's, and no noise within so long."""
 
@@ -145,7 +147,8 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
     """From a place to where no step leads on.
 
     Where offsets stop at their bounds, whole steps may lead in circles between places of which each points to the
-    other. The steps are then halved until they do not.
+    other. The steps are then halved until they do not. Where halved steps point on as far as whole ones, the data
+    contradict the model and its stated deviations: it ends there, not converged.
     """
     p = len(offsets)
     share, before = 1.0, np.inf
@@ -163,7 +166,7 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
             place.steps + 1,
             arrived,
         )
-        if arrived:
+        if arrived or share < _MIN_SHARE:
             break
     return place
 
