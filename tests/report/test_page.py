@@ -137,6 +137,8 @@ def test_landmarks_names_and_focus(report: Opened) -> None:
                document.getElementById(element.getAttribute("aria-labelledby")))).map(element => element.outerHTML)"""
     )
     assert unnamed == []
+    # Wherever another test has clicked, the next Tab leads from the first button to the second.
+    page.locator("button").first.focus()
     page.keyboard.press("Tab")
     assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
 
