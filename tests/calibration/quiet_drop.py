@@ -7,10 +7,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.devices.logger import LoggerClient
+from tests.fixtures.emulated_drop import drop
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.robot import DEFAULT_SEED, US_PER_S
 
 
 @cache
@@ -26,14 +25,5 @@ def quiet_drop(
         as_built: The very robot that `calibrate --emulated` has on its bench.
     """
     built = draw_as_built(DEFAULT_SEED) if as_built else None
-    with EmulatedRobot(imperfections=built, seed=seed) as robot:
-        robot.advance(SETTLE_US)
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        logger.start_recording(unix_us=unix_us)
-        robot.advance(wait_us)
-        robot.drop()
-        while robot.falling:
-            robot.advance(10_000)
-        robot.advance(1_500_000)
-        logger.stop_recording()
-        return robot.card(), robot.imperfections.gyro_bias_rad_s
+    one = drop(imperfections=built, seed=seed, armed=False, wait_us=wait_us - US_PER_S, unix_us=unix_us)
+    return one.card, one.imperfections.gyro_bias_rad_s

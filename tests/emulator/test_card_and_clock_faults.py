@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.emulator.fault_bench import bench, fly, nothing, read_card
+from tests.emulator.fault_bench import SEED, fly, nothing
+from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -19,7 +20,7 @@ BOTH = pytest.mark.parametrize("sequencer", ["native", "avr"])
 
 @pytest.mark.parametrize("stall_us", [None, 60_000, 400_000, 900_000])
 def test_the_ring_bridges_a_card_that_stalls_now_and_then(stall_us: int | None) -> None:
-    with bench() as (robot, _, logger):
+    with releaser(seed=SEED) as (robot, _, logger):
         logger.start_recording()
         robot.faults.card_stalls(stall_us)
         robot.advance(6_000_000)
@@ -33,7 +34,7 @@ def test_the_ring_bridges_a_card_that_stalls_now_and_then(stall_us: int | None) 
 
 
 def test_stalls_come_about_as_often_as_they_are_told() -> None:
-    with bench() as (robot, _, logger):
+    with releaser(seed=SEED) as (robot, _, logger):
         logger.start_recording()
         robot.faults.card_stalls(200_000, 1_000_000)
         robot.advance(24_000_000)
@@ -46,7 +47,7 @@ def test_stalls_come_about_as_often_as_they_are_told() -> None:
 
 
 def test_a_card_that_stalls_at_each_block_is_more_than_the_ring_bridges() -> None:
-    with bench() as (robot, _, logger):
+    with releaser(seed=SEED) as (robot, _, logger):
         logger.start_recording()
         robot.faults.card_stalls(400_000, 0)
         robot.advance(40_000_000)
@@ -57,7 +58,7 @@ def test_a_card_that_stalls_at_each_block_is_more_than_the_ring_bridges() -> Non
 @BOTH
 def test_a_sequencers_clock_may_go_wrong_in_the_middle_of_a_run(sequencer: str) -> None:
     """1.2 s after the release it gets 2 % slow: the strokes at 1.47 and 1.82 s come 2 % of what was left later."""
-    with bench(sequencer, ideal()) as (robot, board, logger):
+    with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, logger):
         logger.start_recording()
         fly(robot, board, nothing, until_us=1_200_000)
         turned_us = robot.now_us - robot.released_us
@@ -73,7 +74,7 @@ def test_a_sequencers_clock_may_go_wrong_in_the_middle_of_a_run(sequencer: str) 
 
 
 def test_a_loggers_clock_may_go_wrong_while_it_records_and_its_time_has_no_jump() -> None:
-    with bench(imperfections=ideal()) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=ideal()) as (robot, _, logger):
         logger.start_recording()
         robot.advance(1_000_000)
         before_us = robot.now_us
@@ -115,7 +116,7 @@ def test_a_supply_that_goes_at_any_moment_takes_no_block_that_was_synced_and_no_
 ) -> None:
     """Whatever the card was doing: the log ends within a quarter of a second of the cut, and all of it is whole."""
     for cut_us in range(1_000_000, 1_260_000, 20_111)[::every]:
-        with bench() as (robot, _, logger):
+        with releaser(seed=SEED) as (robot, _, logger):
             logger.start_recording()
             robot.advance(cut_us)
             at_us = robot.now_us

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.emulated.build import sequencer_hex
+from tests.fixtures.emulated_drop import OF_THE_PAPER, read_card, releaser
 from tfsat_host.emulated.imperfections import draw, draw_as_built, ideal
 from tfsat_host.emulated.library import EmulationError
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
 from tfsat_host.protocol.messages import HelloRequest
 from tfsat_host.robot import load_robot
-from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog import DropLog
 
 SCHEDULE_S = np.array([0.70, 1.05, 1.47, 1.82])
 MOVED_JOINTS = (0, 1, 0, 1)
@@ -62,15 +57,8 @@ class Flight:
 def fly(sequencer: str, sequencer_ppm: float, logger_ppm: float) -> Flight:
     """Exact servos and sensors, so that the clocks alone are off."""
     wrong = replace(ideal(), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
-    hex_path = sequencer_hex() if sequencer == "avr" else None
-    with (
-        EmulatedRobot(imperfections=wrong, seed=1, hex_path=hex_path) as robot,
-        tempfile.TemporaryDirectory() as at,
-    ):
-        robot.advance(SETTLE_US)
-        board = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        board.upload(schedule_maneuver(four_stroke(59, 70)))
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+    with releaser(imperfections=wrong, sequencer=sequencer) as (robot, board, logger):
+        board.upload(OF_THE_PAPER)
         logger.start_recording()
         board.arm()
         robot.advance(RELEASED_US - robot.now_us)
@@ -79,9 +67,7 @@ def fly(sequencer: str, sequencer_ppm: float, logger_ppm: float) -> Flight:
         robot.advance(LANDED_US - robot.now_us)
         truth = robot.truth()
         logger.stop_recording()
-        card = Path(at) / "SD.bin"
-        card.write_bytes(robot.card())
-        return Flight(load(card), truth, robot.released_us * 1e-6, board.status().state)
+        return Flight(read_card(robot), truth, robot.released_us * 1e-6, board.status().state)
 
 
 @BOTH

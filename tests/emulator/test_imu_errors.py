@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.emulator.fault_bench import bench, nothing, read_card, record
+from tests.emulator.fault_bench import SEED, nothing, record
+from tests.fixtures.emulated_drop import read_card, releaser
 from tests.paths import HOST
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu, shipped_imus
@@ -27,7 +28,7 @@ def gyro_deg_s(log: DropLog) -> NDArray[np.float64]:
 
 def dropped(wrong: Imperfections) -> DropLog:
     """One second in the releaser, one in the air without a turn or a stroke, and the landing."""
-    with bench(imperfections=wrong) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         logger.start_recording()
         robot.advance(1_000_000)
         robot.drop(fall_s=1.0)
@@ -52,7 +53,7 @@ def test_a_gyro_that_feels_forces_shows_another_bias_in_free_fall() -> None:
 def test_dies_that_get_warm_take_their_bias_along() -> None:
     slope = np.deg2rad([[0.4, -0.2, 0.1]]) * np.array([[1.0], [2.0], [-1.0], [0.0]])
     warm = replace(ideal(), gyro_bias_slope_rad_s_c=slope, warming_c=8.0, warming_s=20.0)
-    with bench(imperfections=warm) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=warm) as (robot, _, logger):
         logger.start_recording()
         robot.advance(60_000_000)
         logger.stop_recording()
@@ -68,7 +69,7 @@ def test_dies_that_get_warm_take_their_bias_along() -> None:
 
 def test_a_power_cycle_lets_the_dies_cool_in_no_time_and_warm_anew() -> None:
     warm = replace(ideal(), warming_c=8.0, warming_s=5.0)
-    with bench(imperfections=warm) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=warm) as (robot, _, logger):
         robot.advance(20_000_000)
         robot.set_power(BoardIndex.LOGGER, False)
         robot.set_power(BoardIndex.LOGGER, True)

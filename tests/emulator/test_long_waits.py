@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.emulator.fault_bench import bench, read_card
+from tests.emulator.fault_bench import SEED
+from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.emulated.imperfections import Imperfections, ideal
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.sdlog import DropLog
@@ -20,7 +21,7 @@ WARM = replace(
 
 def waited(wrong: Imperfections, *waits_s: float, powered: bool = True) -> tuple[DropLog, int]:
     """A second of recording, the waits, another second; and how far virtual time went in the waits."""
-    with bench(imperfections=wrong) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         robot.advance(500_000)
         if not powered:
             robot.set_power(BoardIndex.LOGGER, False)
@@ -74,7 +75,11 @@ def test_waits_add_up_and_end_with_the_power() -> None:
 @pytest.mark.parametrize(("wait_s", "like_before"), [(1.0, True), (1000.0, False)])
 def test_biases_wander_on_by_the_time_that_passed(wait_s: float, like_before: bool) -> None:
     means = []
-    with bench(imperfections=replace(ideal(), gyro_wander_rad_s=np.deg2rad(0.5))) as (robot, _, logger):
+    with releaser(seed=SEED, imperfections=replace(ideal(), gyro_wander_rad_s=np.deg2rad(0.5))) as (
+        robot,
+        _,
+        logger,
+    ):
         robot.wait(1000.0)
         logger.start_recording()
         starts_us = []
@@ -107,5 +112,8 @@ def test_the_same_seed_waits_the_same_way_and_a_robot_without_slow_errors_not_at
 
 
 def test_no_time_passes_backwards() -> None:
-    with bench(imperfections=ideal()) as (robot, _, _), pytest.raises(ValueError, match="cannot be waited"):
+    with (
+        releaser(seed=SEED, imperfections=ideal()) as (robot, _, _),
+        pytest.raises(ValueError, match="cannot be waited"),
+    ):
         robot.wait(-1.0)

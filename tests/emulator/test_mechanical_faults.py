@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.emulator.fault_bench import Act, bench, fly, nothing, read_card
+from tests.emulator.fault_bench import SEED, fly, nothing
+from tests.fixtures.emulated_drop import Act, read_card, releaser
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.robot import EmulatedRobot, Reset
@@ -22,7 +23,7 @@ def flown(
     sequencer: str, before_drop: Act, until_us: int = 2_450_000
 ) -> tuple[NDArray[np.float64], SequencerStatusReply]:
     """(n, 3) true joint angles, deg, each ms from just before the release; the status at the end."""
-    with bench(sequencer, ideal()) as (robot, board, _):
+    with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
         fly(robot, board, before_drop, until_us=until_us)
         return np.rad2deg(robot.truth()[:, 1:4]), board.status()
 
@@ -60,7 +61,7 @@ def test_a_reversed_servo_goes_to_the_mirrored_angle(sequencer: str) -> None:
 @pytest.mark.parametrize("when_us", range(700_000, 1_000_000, 37_000))
 def test_a_servo_may_break_in_the_middle_of_a_stroke_without_a_jump(kind: str, when_us: int) -> None:
     """It turns with 200 deg/s at most, and no faster changes its rate than with 4000 deg/s^2."""
-    with bench("native", ideal()) as (robot, board, _):
+    with releaser(seed=SEED, imperfections=ideal()) as (robot, board, _):
         fly(robot, board, nothing, until_us=when_us)
         at_fault = robot.truth()[-1, 1]
         robot.faults.servo(1, kind)  # type: ignore[arg-type]
@@ -79,7 +80,7 @@ def test_a_servo_may_break_in_the_middle_of_a_stroke_without_a_jump(kind: str, w
 
 @BOTH
 def test_a_servo_that_is_well_again_follows_its_pulses(sequencer: str) -> None:
-    with bench(sequencer, ideal()) as (robot, board, _):
+    with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
         fly(robot, board, lambda robot: robot.faults.servo(1, "dead"), until_us=1_000_000)
         assert robot.joint_angles_deg()[0] == pytest.approx(0.0, abs=1e-6)
         robot.faults.servo(1, None)
@@ -96,7 +97,7 @@ def test_with_a_switch_stuck_closed_the_robot_falls_without_a_stroke(sequencer: 
 
 @BOTH
 def test_with_a_switch_stuck_open_it_does_not_arm(sequencer: str) -> None:
-    with bench(sequencer) as (robot, board, logger):
+    with releaser(seed=SEED, sequencer=sequencer) as (robot, board, logger):
         board.upload(schedule_maneuver(four_stroke(59, 70)))
         robot.faults.switch(1, "stuck-open")
         robot.seat()
@@ -113,7 +114,7 @@ def test_with_a_switch_stuck_open_it_does_not_arm(sequencer: str) -> None:
 @BOTH
 @pytest.mark.parametrize("bounce_us", [5_000, 50_000, 120_000])
 def test_contacts_bounce_for_as_long_as_they_are_told(sequencer: str, bounce_us: int) -> None:
-    with bench(sequencer, ideal()) as (robot, board, logger):
+    with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, logger):
         logger.start_recording()
         fly(robot, board, lambda robot: robot.faults.bounce(bounce_us))
         assert board.status().state == SequencerState.DONE
@@ -136,7 +137,7 @@ def test_contacts_bounce_for_as_long_as_they_are_told(sequencer: str, bounce_us:
 
 
 def test_good_contacts_bounce_for_a_few_milliseconds() -> None:
-    with bench() as (robot, board, logger):
+    with releaser(seed=SEED) as (robot, board, logger):
         logger.start_recording()
         fly(robot, board, nothing, until_us=100_000)
         logger.stop_recording()
@@ -165,7 +166,7 @@ def test_a_reset_while_armed_is_survived(sequencer: str, cause: Reset) -> None:
 def test_a_reset_while_falling_ends_the_run_with_the_joints_held(
     sequencer: str, cause: Reset, after_us: int
 ) -> None:
-    with bench(sequencer, ideal()) as (robot, board, _):
+    with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
         fly(robot, board, nothing, until_us=after_us)
         robot.reset(cause)
         robot.advance(500_000)
@@ -183,7 +184,7 @@ def test_a_reset_at_the_very_release_is_a_fault_or_a_flight_and_never_a_stroke_a
     sequencer: str,
 ) -> None:
     for after_us in (0, 2_000, 4_000, 6_000, 10_000):
-        with bench(sequencer, ideal()) as (robot, board, _):
+        with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
             fly(robot, board, nothing, until_us=after_us)
             robot.reset(Reset.BROWN_OUT)
             robot.advance(2_400_000)

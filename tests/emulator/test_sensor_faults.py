@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.emulator.fault_bench import bench, nothing, read_card, record
+from tests.emulator.fault_bench import SEED, nothing, record
+from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.emulated.faults import Faults
 from tfsat_host.emulated.library import EmulationError
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -40,7 +41,7 @@ def test_an_imu_that_is_dead_or_frozen_is_invalid_and_the_others_are_not(
 
 def test_a_healed_imu_is_configured_anew_and_valid() -> None:
     for kind in ("dead", "frozen"):
-        with bench() as (robot, _, logger):
+        with releaser(seed=SEED) as (robot, _, logger):
             robot.faults.imu(2, kind)
             robot.advance(500_000)
             assert logger.status().imu_present == 0b1101
@@ -103,7 +104,7 @@ def test_a_stuck_bus_silences_its_two_imus_until_the_logger_loses_its_supply(bus
     causes = {event.arg for event in log.events if event.name == "sensor_fault"}
     assert causes == {ErrorCode.BUS_STUCK}
     assert log.samples_lost == 0
-    with bench() as (robot, _, logger):
+    with releaser(seed=SEED) as (robot, _, logger):
         robot.faults.bus(bus, True)
         robot.advance(500_000)
         assert logger.status().imu_present == (0b1100 if bus == 1 else 0b0011)
@@ -114,7 +115,7 @@ def test_a_stuck_bus_silences_its_two_imus_until_the_logger_loses_its_supply(bus
 
 
 def test_a_stuck_bus_is_healed_without_a_power_cycle() -> None:
-    with bench() as (robot, _, logger):
+    with releaser(seed=SEED) as (robot, _, logger):
         robot.faults.bus(2, True)
         robot.advance(500_000)
         assert logger.status().imu_present == 0b0011
@@ -223,7 +224,7 @@ def test_what_heals_all_leaves_a_robot_that_records_as_if_nothing_had_been() -> 
 def test_the_log_of_a_broken_sensor_is_the_same_for_the_same_seed() -> None:
     cards = []
     for _ in range(2):
-        with bench() as (robot, _, logger):
+        with releaser(seed=SEED) as (robot, _, logger):
             logger.start_recording()
             robot.faults.imu(4, "saturated")
             robot.faults.card_stalls(100_000, 300_000)

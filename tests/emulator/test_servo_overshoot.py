@@ -10,12 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.devices.sequencer import SequencerClient
+from tests.fixtures.emulated_drop import OF_THE_PAPER, releaser
 from tfsat_host.dynamics import Multibody, joint_momentum, locked_inertia
 from tfsat_host.emulated.imperfections import draw, draw_as_built, ideal
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot
 
@@ -30,10 +27,8 @@ RATE_RAD_S = (-0.013, -0.008, 0.02)
 def fly(clock_ppm: float = 0.0, beyond_deg: tuple[float, ...] = BEYOND_DEG) -> NDArray[np.float64]:
     """Truth of a drop, in seconds after the release."""
     wrong = replace(ideal(), servo_overshoot_rad=np.deg2rad(beyond_deg), sequencer_clock_ppm=clock_ppm)
-    with EmulatedRobot(imperfections=wrong, seed=1) as robot:
-        robot.advance(SETTLE_US)
-        board = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        board.upload(schedule_maneuver(four_stroke(59, 70)))
+    with releaser(imperfections=wrong) as (robot, board, _):
+        board.upload(OF_THE_PAPER)
         board.arm()
         robot.advance(1_000_000)
         robot.record_truth(TRUTH_US)

@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import MODEL, Drop, certificate, flown, moved
+from tests.evaluation.drops import MODEL, certificate, flown, moved
+from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.checks.check import Check

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import shutil
 import tempfile
 import zlib
@@ -15,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import MORNING, RATE_RAD_S, Drop, calibrated_from_truth, drop, with_com_offsets
+from tests.evaluation.drops import MORNING, RATE_RAD_S, calibrated_from_truth, with_com_offsets
+from tests.fixtures.emulated_drop import Drop, drop
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.maneuver import format_maneuver, four_stroke
@@ -40,9 +42,11 @@ class _Made:
 @cache
 def _made(seed: int) -> _Made:
     folder = Path(tempfile.mkdtemp(prefix="tfsat-drop-"))
+    atexit.register(shutil.rmtree, folder)
     model, imperfections = load_robot(), draw_as_built(ROBOT)
     off = with_com_offsets(model, np.random.default_rng(ROBOT).uniform(-0.008, 0.008, (3, 3)))
-    flown = drop(folder, model, off, imperfections, seed=seed, rate_rad_s=RATE_RAD_S)
+    flown = drop(off, imperfections, model=model, seed=seed, rate_rad_s=RATE_RAD_S)
+    (folder / "SD.bin").write_bytes(flown.card)
     calibration = calibrated_from_truth(model, imperfections, ROBOT)
     tell_time(folder / "SD.bin", DROPPED)
     (folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")

@@ -11,16 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.evaluation.clock_log import log_with
-from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient
+from tests.fixtures.emulated_drop import drop
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.evaluation.camera import Mark, VideoFileError, read_video_marks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.clocks import Clocks, align_clocks, match_strokes
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.release import Release
 
 SCHEDULE = schedule_maneuver(four_stroke(59, 70))
@@ -178,10 +175,10 @@ def test_stated_deviations_are_those_of_the_errors() -> None:
 
 
 @pytest.mark.parametrize(("sequencer_ppm", "logger_ppm"), [(40.0, -30.0), (-8000.0, 20.0)])
-def test_the_emulated_boards_clocks(tmp_path: Path, sequencer_ppm: float, logger_ppm: float) -> None:
+def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> None:
     """The real firmware of both boards, each on a clock of its own."""
     wrong = replace(draw(5), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
-    fit = align_clocks(flown(tmp_path, wrong_by=wrong), SCHEDULE).sequencer
+    fit = align_clocks(flown(wrong), SCHEDULE).sequencer
     assert fit is not None
     expected_ppm = 1e6 * ((1 + 1e-6 * sequencer_ppm) / (1 + 1e-6 * logger_ppm) - 1)
     assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
@@ -189,22 +186,8 @@ def test_the_emulated_boards_clocks(tmp_path: Path, sequencer_ppm: float, logger
     assert fit.fits == (abs(expected_ppm) < 300)
 
 
-def flown(folder: Path, wrong_by: Imperfections) -> DropLog:
-    with EmulatedRobot(seed=5, imperfections=wrong_by) as robot:
-        robot.advance(SETTLE_US)
-        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        sequencer.upload(SCHEDULE)
-        logger.start_recording()
-        sequencer.arm()
-        robot.advance(US_PER_S)
-        robot.drop()
-        while robot.falling:
-            robot.advance(1000)
-        robot.advance(SETTLE_US)
-        logger.stop_recording()
-        (folder / "SD.bin").write_bytes(robot.card())
-    return load(folder / "SD.bin")
+def flown(wrong_by: Imperfections) -> DropLog:
+    return drop(imperfections=wrong_by, seed=5, wait_us=0).log
 
 
 # ---- the video

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, Drop, certificate, flown
+from tests.evaluation.drops import DROPPED, certificate, flown
+from tests.fixtures.emulated_drop import Drop
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of

@@ -8,7 +8,8 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, few_of, flown, moved
+from tests.evaluation.drops import DROPPED, MORNING, certificate, few_of, flown, moved
+from tests.fixtures.emulated_drop import Drop
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.evaluation.fallback_calibration import Fallback, with_fallbacks
 from tfsat_host.evaluation.motion.gyro_signal import LEAST_DENSITY_RAD_S_RTHZ, noise_densities

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.evaluation.corrupted import failed, gyro_plus
-from tests.evaluation.drops import (
-    RATE_RAD_S,
-    STDS,
-    Drop,
-    assert_angle_holds,
-    certificate,
-    drop,
-    few_of,
-    moved,
-    turn_off,
-)
+from tests.evaluation.drops import RATE_RAD_S, STDS, assert_angle_holds, certificate, few_of, moved, turn_off
+from tests.fixtures.emulated_drop import Drop, drop
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
@@ -45,8 +34,7 @@ def flown(seed: int, times: float = 1.0) -> Drop:
     model, random = load_robot(), np.random.default_rng([seed, 60])
     felt = times * np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
     robot = replace(draw_as_built(seed), gyro_g_sensitivity_rad_s_g=felt)
-    with tempfile.TemporaryDirectory() as folder:
-        return drop(Path(folder), model, model, robot, seed=seed, rate_rad_s=RATE_RAD_S)
+    return drop(model, robot, seed=seed, rate_rad_s=RATE_RAD_S)
 
 
 @cache

@@ -9,17 +9,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tests.fixtures.emulated_drop import OF_THE_PAPER, releaser
+from tfsat_host.emulated.robot import SETTLE_US, US_PER_S
 from tfsat_host.evaluation.camera import LaserTracks, read_tracks
 from tfsat_host.evaluation.laser_identity import Reading, _others
 from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyTurning
 from tfsat_host.evaluation.laser_velocity import LaserError, ReleaseVelocity, release_velocity, windows_of
 from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.evaluation.motion.attitude import integrate_rates
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
@@ -47,11 +44,8 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
     """The card, and the tracks as somebody would type them: to half a millimetre."""
     folder = tmp_path_factory.mktemp("drop")
     frames = []
-    with EmulatedRobot(seed=6) as robot:
-        robot.advance(SETTLE_US)
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        sequencer.upload(schedule_maneuver(four_stroke(59.0, 70.0)))
+    with releaser(seed=6) as (robot, sequencer, logger):
+        sequencer.upload(OF_THE_PAPER)
         logger.start_recording()
         robot.advance(3 * US_PER_S)
         sequencer.arm()

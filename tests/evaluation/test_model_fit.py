@@ -10,17 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import (
-    DLPF_5_HZ,
-    DLPF_42_HZ,
-    DROPPED,
-    Drop,
-    certificate,
-    few_of,
-    flown,
-    motion,
-    moved,
-)
+from tests.evaluation.drops import DROPPED, certificate, few_of, flown, motion, moved
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate

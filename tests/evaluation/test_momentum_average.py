@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, few_of, fitted
+from tests.evaluation.drops import few_of, fitted
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
 from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
 
 RATE_HZ = 280.0

@@ -10,7 +10,8 @@ import pytest
 
 from tests.evaluation import drops
 from tests.evaluation.corrupted import without_samples
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, certificate, few_of, flown, moved
+from tests.evaluation.drops import certificate, few_of, flown, moved
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.evaluation.motion.attitude import BodyMotion
@@ -221,7 +222,7 @@ def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
     slow: Drop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of 1 ms, shorter than a reading of both IMUs of a bus, and of 100 ms."""
-    monkeypatch.setattr("tests.evaluation.drops.TRUTH_PERIOD_US", 100_000)
+    monkeypatch.setattr("tests.fixtures.emulated_drop.TRUTH_PERIOD_US", 100_000)
     coarse = flown.__wrapped__(1, bus_khz=100)
     rows = min(len(slow.log), len(coarse.log))
     np.testing.assert_array_equal(slow.log.t_us[:rows], coarse.log.t_us[:rows])

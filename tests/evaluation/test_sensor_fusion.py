@@ -18,7 +18,6 @@ from tests.evaluation import drops
 from tests.evaluation.corrupted import failed, gyro_plus, unanswered, with_angles
 from tests.evaluation.drops import (
     STDS,
-    Drop,
     angle_off_deg,
     assert_angle_holds,
     certificate,
@@ -28,6 +27,7 @@ from tests.evaluation.drops import (
     moved,
     turn_off,
 )
+from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from tests.evaluation import drops
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, few_of
+from tests.evaluation.drops import few_of
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import (

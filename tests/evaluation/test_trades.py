@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_42_HZ, MODEL, calibrated_from_truth, fitted
+from tests.evaluation.drops import MODEL, calibrated_from_truth, fitted
+from tests.fixtures.emulated_drop import DLPF_42_HZ
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import couplings

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import MODEL, Drop, drop
+from tests.evaluation.drops import MODEL
+from tests.fixtures.emulated_drop import Drop, drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.dynamics.multibody import Multibody
@@ -145,8 +144,7 @@ def test_a_hidden_robot_is_as_its_file_may_be_with_mismatches_on_top() -> None:
 
 
 def flies(truth: Truth, before: Callable[[EmulatedRobot], None] = lambda _: None) -> Drop:
-    with tempfile.TemporaryDirectory() as folder:
-        return drop(Path(folder), MODEL, truth.model, truth.imperfections, seed=SEED, before_drop=before)
+    return drop(truth.model, truth.imperfections, model=MODEL, seed=SEED, before_drop=before)
 
 
 @cache

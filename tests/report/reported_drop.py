@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
+from tests.evaluation.run_folder import CERTIFICATE, made_drop, made_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.verdict import verdict_of
@@ -22,12 +21,9 @@ from tfsat_host.sdlog import load
 MADE = datetime(2026, 1, 5, 12, 0, tzinfo=UTC)
 
 
-@cache
 def folder() -> Path:
-    """Of the run."""
-    place = Path(tempfile.mkdtemp(prefix="tfsat-report-")) / "run"
-    run_folder(place)
-    return place
+    """Of the run; not to be changed."""
+    return made_folder()
 
 
 @cache

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import Drop
+from tests.fixtures.emulated_drop import Drop
 from tests.validation.calibration_proof.robots import Errors
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.motion.attitude import BodyMotion

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, drop
+from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop, drop
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.objective import least_of_objective
@@ -76,16 +74,14 @@ def dropped(
     """
     random = np.random.default_rng([robot.seed, number])
     rates = np.deg2rad(RATE_STD_DEG_S) * random.standard_normal(3) if rate_rad_s is None else rate_rad_s
-    with tempfile.TemporaryDirectory() as folder:
-        return drop(
-            Path(folder),
-            robot.model,
-            flown,
-            robot.truth,
-            seed=1000 * number + robot.seed,
-            dlpf_cfg=dlpf_cfg,
-            rate_rad_s=tuple(rates.tolist()),
-        )
+    return drop(
+        flown,
+        robot.truth,
+        model=robot.model,
+        seed=1000 * number + robot.seed,
+        dlpf_cfg=dlpf_cfg,
+        rate_rad_s=tuple(rates.tolist()),
+    )
 
 
 def drops_of(robot: Robot) -> dict[str, Drop]:

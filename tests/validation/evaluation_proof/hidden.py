@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.evaluation.drops import Drop
+from tests.fixtures.emulated_drop import Drop
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.faults import fault_named

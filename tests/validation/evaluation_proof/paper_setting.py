@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.evaluation.drops import DLPF_5_HZ, Drop
+from tests.fixtures.emulated_drop import DLPF_5_HZ, Drop
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.flights import Difference, dropped
 from tests.validation.evaluation_proof.objective import least_of_objective, with_centers

@@ -12,7 +12,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, Drop, certificate, flown
+from tests.evaluation.drops import DROPPED, certificate, flown
+from tests.fixtures.emulated_drop import Drop
 from tests.paths import DOCS
 from tests.validation.evaluation_proof.causes import named
 from tests.validation.evaluation_proof.errors import BODY_2_Z, errors_of

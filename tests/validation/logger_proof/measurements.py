@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import Drop, drop
 from tests.fixtures.cpp.compiling import EMULATOR_SOURCES, build_program, compile_objects, compiler, run
+from tests.fixtures.emulated_drop import Drop, drop
 from tests.validation.campaign import Broken
 from tests.validation.logger_proof.building import BOARD, PORTABLE, SOURCES
 from tfsat_host.emulated.imperfections import ideal
@@ -95,7 +95,7 @@ def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> lis
     found = []
     model = load_robot()
     for bus_khz in buses_khz:
-        one = drop(folder / str(bus_khz), model, model, ideal(), seed=1, bus_khz=bus_khz)
+        one = drop(model, ideal(), seed=1, bus_khz=bus_khz)
         delays_us = [1e6 * _delay_s(one, body) for body in range(4)]
         for i, logged_us in enumerate(one.log.header.imu_offset_us):
             found.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from tests.evaluation.drops import Drop, drop
+from tests.fixtures.emulated_drop import Drop, drop
 from tests.paths import DOCS
 from tests.validation.campaign import Broken
 from tests.validation.logger_proof.building import core_files
