@@ -21,6 +21,7 @@ from tfsat_host.dynamics import (
     poses,
     stroke_rotation,
 )
+from tfsat_host.dynamics.momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.robot import load_robot
 
 Shape = tuple[int, ...]
@@ -96,7 +97,12 @@ def test_shapes_of_what_depends_on_the_pose(
         compare(function, body, [angles], [1])
     for part in (0, 1):
         compare(lambda b, a, part=part: poses(b, a)[part], body, [angles], [1])
-    compare(kinetic_energy_j, body, [angles, rates, rng.normal(size=(*shapes[7], 3))], [1, 1, 1])
+    base_rate = rng.normal(size=(*shapes[7], 3))
+    compare(kinetic_energy_j, body, [angles, rates, base_rate], [1, 1, 1])
+    compare(angular_momentum, body, [angles, base_rate, rates], [1, 1, 1])
+    inertia, of_joints = inertia_and_joint_momentum(body, angles)
+    parts = (inertia @ base_rate[..., None])[..., 0] + (of_joints @ rates[..., None])[..., 0]
+    assert angular_momentum(body, angles, base_rate, rates) == pytest.approx(parts, abs=1e-12)
 
 
 @settings(max_examples=10, deadline=None, derandomize=True)

@@ -79,6 +79,27 @@ def inertia_and_joint_momentum(body: Multibody, angles_rad: FloatArray) -> tuple
     )
 
 
+def angular_momentum(
+    body: Multibody, angles_rad: FloatArray, base_rate_rad_s: FloatArray, rates_rad_s: FloatArray
+) -> FloatArray:
+    """h (..., 3), kg m^2/s, about the center of mass, base axes.
+
+    Args:
+        body: The robot, or a batch of robots.
+        angles_rad: (..., n - 1) joint angles.
+        base_rate_rad_s: (..., 3) rate of the base body, base axes.
+        rates_rad_s: (..., n - 1) joint rates.
+
+    The batch axes of all arguments are broadcast against each other.
+    """
+    given = [np.asarray(v, dtype=np.float64) for v in (angles_rad, base_rate_rad_s, rates_rad_s)]
+    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in given))
+    angles, base_rate, rates = (pad(batch_last(v), 1, len(shape)) for v in given)
+    whole = gathered(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
+    momentum = matvec(whole.inertia, base_rate) + _or_zero(whole.momentum)
+    return batch_first(np.broadcast_to(momentum, (3, *shape)), 1)
+
+
 def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     """(..., 3, n - 1): the base rate for unit rate of each joint at zero momentum, base axes.
 

@@ -35,7 +35,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.statistics import root_of
-from tfsat_host.dynamics.momentum import inertia_and_joint_momentum
+from tfsat_host.dynamics.momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.slopes import Moving, momentum_slopes
@@ -171,7 +171,8 @@ def _shown(motion: Motion, solved: Solved) -> FloatArray:
 
 def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
-    return _momentum(*inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad), flown)
+    robot = body.tilted(flown.tilt_rad)
+    return angular_momentum(robot, flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s)
 
 
 def _momentum(inertia: FloatArray, joints: FloatArray, flown: Flown) -> FloatArray:

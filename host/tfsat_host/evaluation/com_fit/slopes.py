@@ -13,6 +13,7 @@ whole robot's center drops out of every first derivative:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.com_fit.offsets import Offsets, Parameter
+from tfsat_host.evaluation.com_fit.offsets import Kind, Offsets, Parameter
 
 
 class Moving(NamedTuple):
@@ -69,11 +70,17 @@ class Moving(NamedTuple):
             velocity - np.einsum("n,mni->mi", share, velocity)[:, None],
         )
 
-    def shifted(self, body: int, of: int, direction: FloatArray) -> FloatArray:
-        """(m, 3) momentum by a shift of a body's center of mass along (3,) `direction` in the axes of body `of`."""
-        by = self.rotation[:, of] @ direction
-        turned = np.cross(self.com_m[:, body], np.cross(self.rate_rad_s[:, of], by))
-        return np.asarray(self.mass_kg[body] * (np.cross(by, self.velocity_m_s[:, body]) + turned))
+    def shifted(self, body: int, of: int) -> FloatArray:
+        """(m, 3, 3) momentum by a shift of a body's center of mass in the axes of body `of`.
+
+        Of a shift d it is m (R d x v + r x (w x R d)) = m (w r^T - r.w 1 - [v]) R d, where [v] a = v x a.
+        """
+        com, velocity = self.com_m[:, body], self.velocity_m_s[:, body]
+        rate = self.rate_rad_s[:, of]
+        across = rate[:, :, None] * com[:, None, :]
+        across -= np.einsum("mi,mi->m", rate, com)[:, None, None] * np.eye(3)
+        across += np.cross(velocity[:, None], np.eye(3))
+        return np.asarray(self.mass_kg[body] * across @ self.rotation[:, of])
 
 
 def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: Moving) -> FloatArray:
@@ -84,23 +91,39 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: Moving) -> Flo
         vector: (p,) where the slopes are taken.
         moving: The robot with those offsets.
     """
-    columns = [one.si * _slope(one, offsets, vector, moving) for one in offsets.parameters]
-    return np.stack(columns, axis=-1)
+    slopes = np.empty((len(moving.rate_rad_s), 3, len(offsets)))
+    for (kind, of), columns in _by_what(offsets.parameters).items():
+        parameters = [offsets.parameters[column] for column in columns]
+        units = np.array([one.si for one in parameters])
+        slopes[:, :, columns] = units * _slopes(kind, of, parameters, offsets, vector, moving)
+    return slopes
 
 
-def _slope(one: Parameter, offsets: Offsets, vector: FloatArray, moving: Moving) -> FloatArray:
-    if one.kind == "mass":
-        b = one.of
-        return np.asarray(moving.mass_kg[b] * np.cross(moving.com_m[:, b], moving.velocity_m_s[:, b]))
-    if one.kind == "com":
-        return moving.shifted(one.of, one.of, one.shape)
-    if one.kind == "inertia":
-        turn = moving.rotation[:, one.of]
-        own = turn @ offsets.inertia_slope(one, vector) @ turn.swapaxes(1, 2)
-        return np.asarray(np.einsum("mij,mj->mi", own, moving.rate_rad_s[:, one.of]))
-    step = next(step for step in offsets.body.steps if step.joint == one.of)
-    beyond = [
-        moving.shifted(far, step.parent, one.shape) - moving.shifted(far, step.child, one.shape)
-        for far in offsets.body.moved_by(one.of)
-    ]
-    return np.asarray(np.sum(beyond, axis=0))
+def _by_what(parameters: Sequence[Parameter]) -> dict[tuple[Kind, int], list[int]]:
+    """The columns of the parameters of each body or joint, by kind."""
+    columns: dict[tuple[Kind, int], list[int]] = {}
+    for column, one in enumerate(parameters):
+        columns.setdefault((one.kind, one.of), []).append(column)
+    return columns
+
+
+def _slopes(
+    kind: Kind, of: int, parameters: Sequence[Parameter], offsets: Offsets, vector: FloatArray, moving: Moving
+) -> FloatArray:
+    """(m, 3, k) in SI, of k parameters of one kind and one body or joint."""
+    if kind == "mass":
+        momentum = moving.mass_kg[of] * np.cross(moving.com_m[:, of], moving.velocity_m_s[:, of])
+        return np.asarray(momentum[..., None])
+    if kind == "inertia":
+        turn = moving.rotation[:, of]
+        own_rate = np.einsum("mij,mi->mj", turn, moving.rate_rad_s[:, of])
+        changes = np.stack([offsets.inertia_slope(one, vector) for one in parameters], axis=-1)
+        return turn @ np.tensordot(own_rate, changes, ((1,), (1,)))
+    if kind == "com":
+        by_point = moving.shifted(of, of)
+    else:
+        step = next(step for step in offsets.body.steps if step.joint == of)
+        beyond = offsets.body.moved_by(of)
+        shifts = [moving.shifted(far, step.parent) - moving.shifted(far, step.child) for far in beyond]
+        by_point = np.sum(shifts, axis=0)
+    return by_point @ np.stack([one.shape for one in parameters], axis=-1)
