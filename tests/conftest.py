@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.cli.process import RunCli, clean_environment
+from tests.fixtures.once import Once
 
 # Under `make test` a make that a test runs would think itself a part of it, and print where it is.
 for variable in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL"):
@@ -29,6 +30,12 @@ def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
         monkeypatch.setenv(name, value)
     for name in [name for name in os.environ if name.startswith("TFSAT_")]:
         monkeypatch.delenv(name)
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
+    """`once("name", make)`: what `make` makes, once in a run of the tests."""
+    return Once(tmp_path_factory)
 
 
 @pytest.fixture

@@ -14,16 +14,16 @@ from tests.contract.compare import differences, text_differences
 from tests.contract.recorded import EXPECTED, path_of, read_result
 from tests.contract.running import Result, options_of_all_commands, run_scenario
 from tests.contract.scenarios import SCENARIOS, SERVED
-from tests.fixtures.once import make_once
+from tests.fixtures.once import Once
 
 LINES = [(scenario, line) for scenario, lines in SCENARIOS.items() for line in lines]
 COMMANDS = sorted(path.stem for path in (EXPECTED / "options").iterdir())
 
 
 @pytest.fixture
-def result(scenario: str, line: str, tmp_path_factory: pytest.TempPathFactory) -> Result:
-    """The result of a line; its scenario is typed once, by whichever worker wants it first."""
-    results = make_once(tmp_path_factory, f"contract-{scenario}", lambda: run_scenario(scenario))
+def result(scenario: str, line: str, once: Once) -> Result:
+    """The result of a line; its scenario is typed once."""
+    results: list[Result] = once(f"contract, {scenario}", lambda: run_scenario(scenario))
     return next(result for result in results if result["typed"] == line)
 
 
