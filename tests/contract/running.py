@@ -69,11 +69,19 @@ def run_scenario(scenario: str) -> list[Result]:
         with Served() if scenario in SERVED else contextlib.nullcontext():
             results = [_type_line(line, folder, outlined) for line in SCENARIOS[scenario]]
     if scenario in SERVED:
-        return [
-            {**result, "document": without_numbers(result["document"])} if "document" in result else result
-            for result in results
-        ]
+        return [_without_sizes(result) for result in results]
     return results
+
+
+def _without_sizes(result: Result) -> Result:
+    """A served board's result: its numbers, and how much it has recorded, are of a moment."""
+    if "text" in result:
+        return result
+    files = {
+        name: "(a file)" if isinstance(content, dict) and set(content) == {"bytes"} else content
+        for name, content in result["files"].items()
+    }
+    return {**result, "document": without_numbers(result["document"]), "files": files}
 
 
 @contextlib.contextmanager

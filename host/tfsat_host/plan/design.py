@@ -37,6 +37,9 @@ GRID_POINTS = 2500
 # A summit stands at most this factor above the best grid point near it; what is lower cannot win.
 _WORTH_CLIMBING = 0.85
 _DIFFERENCE_RAD = 2e-3
+_FLAT = 1e-7
+"""A residual below it is of a summit."""
+_MAX_RESTARTS = 5
 
 
 class Summit(NamedTuple):
@@ -89,7 +92,17 @@ def find_optimum(
 
 
 def climb(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
-    """The summit of `sequence` that is reached from displacements `start_rad` (d,)."""
+    """Climb to the summit of `sequence` that is reached from displacements `start_rad` (d,)."""
+    summit = _climb_once(problem, sequence, start_rad)
+    # Along a flat ridge SLSQP may stop below the summit; a new start forgets the curvature that misled it.
+    for _ in range(_MAX_RESTARTS):
+        if summit.residual < _FLAT:
+            break
+        summit = _climb_once(problem, sequence, summit.displacements_rad)
+    return summit
+
+
+def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
     loops = problem.loops((sequence,))
     d = len(start_rad)
 
