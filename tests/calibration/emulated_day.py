@@ -17,7 +17,7 @@ from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.limits import JOINT_COUNT
-from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.robot import RobotModel
 
 DAY_BEGINS = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
@@ -57,7 +57,7 @@ def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOpera
     taken = DAY_BEGINS + timedelta(microseconds=robot.now_us)
     identity, who = logger.identity, logger.status().who_am_i
     origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)
-    samples: list[LiveSampleStream] = []
+    samples: list[LiveSample] = []
     with logger.live() as scales:
         operator.begin(step)
         end_us = robot.now_us + round(1e6 * operator.duration_s(step))

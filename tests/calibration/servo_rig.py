@@ -26,7 +26,7 @@ from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, Emul
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.robot import load_robot
 
 MODEL = load_robot()
@@ -101,7 +101,7 @@ def befall(here: Rig, monkeypatch: pytest.MonkeyPatch, after: int, what: Callabl
     samples_of = here.bench.logger.samples_of
     pauses = 0
 
-    def pausing(duration_s: float) -> list[LiveSampleStream]:
+    def pausing(duration_s: float) -> list[LiveSample]:
         nonlocal pauses
         pauses += 1
         if pauses == after:

@@ -26,7 +26,7 @@ from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.robot import load_robot
 
 SCALES = Scales(280.0, 65.5, 16384.0, 4096)
@@ -76,7 +76,7 @@ def swung() -> Iterator[tuple[EmulatedRobot, Calibrated]]:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         robot.record_truth(1000)
         EmulatedOperator(robot).swing(swings(2)[0])
-        samples: list[LiveSampleStream] = []
+        samples: list[LiveSample] = []
         with logger.live() as reply:
             while not samples or samples[-1].time_us - samples[0].time_us < 6e6:
                 samples += logger.live_samples()

@@ -33,7 +33,8 @@ from tfsat_host.calibration.steps.step import (
     Step,
     StepKind,
 )
-from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
+from tfsat_host.protocol.messages import LiveReply
 from tfsat_host.robot import RobotModel
 
 LONGEST_S = 90.0
@@ -155,11 +156,11 @@ class Watch:
         self._scales = scales
         self._look = partial(progress_of, step, known=known, model=model)
         self._show = show
-        self._fresh: list[LiveSampleStream] = []
+        self._fresh: list[LiveSample] = []
         self._parts: list[Counts] = []
         self._due_us = 0
 
-    def __call__(self, fresh: Sequence[LiveSampleStream]) -> bool:
+    def __call__(self, fresh: Sequence[LiveSample]) -> bool:
         """Whether these samples were the last that the step needs."""
         self._fresh += fresh
         if fresh[-1].time_us < self._due_us:

@@ -14,6 +14,7 @@ from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH, REPLY_BIT, SWITCH_COUNT
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.record import Payload
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -224,7 +225,7 @@ class Client:
         self._on_busy = on_busy
         self._receiver = FrameReceiver()
         self._sequence = 0
-        self._live: deque[msg.LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
+        self._live: deque[LiveSample] = deque(maxlen=LONGEST_BACKLOG)
         self._log_pieces: list[LogPiece] = []
 
     def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:
@@ -282,7 +283,7 @@ class Client:
         frames = []
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
             if frame.type == msg.LiveSampleStream.TYPE:
-                self._live.append(msg.LiveSampleStream.decode(frame.payload))
+                self._live.append(LiveSample.of(frame.payload))
             elif frame.type == msg.LogPartStream.TYPE:
                 self._log_pieces.append(msg.LogPartStream.decode(frame.payload))
             elif frame.type == msg.LogZerosStream.TYPE:
@@ -293,7 +294,7 @@ class Client:
                 frames.append(frame)
         return frames
 
-    def live_samples(self, timeout_s: float) -> list[msg.LiveSampleStream]:
+    def live_samples(self, timeout_s: float) -> list[LiveSample]:
         """Live samples that have arrived, waiting up to `timeout_s` for the first. Raises PortError."""
         deadline = self.transport.now_s() + timeout_s
         while not self._live and (left := deadline - self.transport.now_s()) > 0:

@@ -22,6 +22,7 @@ from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, CardState, DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.remedies import REMEDIES
 
 STOP_TIMEOUT_S = 20.0
@@ -232,7 +233,7 @@ class LoggerClient(BoardClient):
         """Switches live sampling off."""
         self._client.request(msg.LiveRequest(0), msg.LiveReply)
 
-    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[msg.LiveSampleStream]:
+    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[LiveSample]:
         """Samples that have arrived since the last call, while live sampling is on.
 
         Raises:
@@ -247,7 +248,7 @@ class LoggerClient(BoardClient):
             )
         return samples
 
-    def samples_of(self, duration_s: float) -> list[msg.LiveSampleStream]:
+    def samples_of(self, duration_s: float) -> list[LiveSample]:
         """Likewise, after so long a time; there may be none. Raises PortError."""
         self.wait(duration_s)
         return self._client.live_samples(0.0)

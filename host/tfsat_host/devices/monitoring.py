@@ -16,6 +16,7 @@ from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import Board, SequencerState
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.log_layout import ANGLE_VALID_BIT, CLIPPED_BIT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 from tfsat_host.robot import AngleSensor
@@ -113,7 +114,7 @@ class StreamMeter:
         self.gaps = 0
         self._recent: deque[tuple[int, int]] = deque()
 
-    def add(self, samples: Iterable[LiveSampleStream]) -> None:
+    def add(self, samples: Iterable[LiveSample]) -> None:
         """Takes samples in the order in which they came."""
         for sample in samples:
             if self._recent:
@@ -184,7 +185,7 @@ class LoggerWatch:
         while True:
             samples = self._board.live_samples()
             self.meter.add(samples)
-            self.reading = convert(samples[-1], self._scales, self._sensors)
+            self.reading = convert(samples[-1].read(), self._scales, self._sensors)
             if transport.now_s() >= until_s:
                 return
 

@@ -34,6 +34,7 @@ from tfsat_host.preflight.evidence import (
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.sdlog import LogError, load
 from tfsat_host.units import US_PER_S
 
@@ -128,7 +129,7 @@ def _recording_since(logger: LoggerClient, status: msg.LoggerStatusReply) -> dat
 
 def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
     """`WATCH_S` of live samples; Missing: none came. Raises PortError."""
-    samples: list[msg.LiveSampleStream] = []
+    samples: list[LiveSample] = []
     with logger.live() as reply:
         for _ in range(round(WATCH_S / STEP_S)):
             samples += logger.samples_of(STEP_S)

@@ -73,8 +73,7 @@ class Record:
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read a record from exactly `SIZE` bytes. Raises ProtocolError."""
-        if len(data) != cls.SIZE:
-            raise _broken(f"{cls.__name__} has {len(data)} bytes instead of {cls.SIZE}")
+        check_length(cls, data)
         return _take(cls, iter(cls._CODEC.unpack(data)))
 
     @classmethod
@@ -118,6 +117,12 @@ def _scalars(record: Record) -> Iterator[Any]:
                 yield from _scalars(item)
             else:
                 yield item
+
+
+def check_length(record: type[Record], data: bytes) -> None:
+    """Refuse bytes that are too few or too many for a record. Raises ProtocolError."""
+    if len(data) != record.SIZE:
+        raise _broken(f"{record.__name__} has {len(data)} bytes instead of {record.SIZE}")
 
 
 def _take(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:

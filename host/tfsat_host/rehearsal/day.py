@@ -34,7 +34,7 @@ from tfsat_host.preflight import PreflightCheck, judge, may_drop
 from tfsat_host.preflight.boards import ask_boards
 from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, Reference, origin_of_logger
 from tfsat_host.preflight.logger import Trace
-from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 
@@ -172,7 +172,7 @@ def _rested(robot: EmulatedRobot) -> Rest:
     EmulatedOperator(robot).begin(step)
     origin = origin_of_logger(logger.identity, logger.status().who_am_i)
 
-    def fresh() -> Sequence[LiveSampleStream]:
+    def fresh() -> Sequence[LiveSample]:
         robot.advance(_PIECE_US)
         return logger.live_samples()
 

@@ -27,9 +27,9 @@ from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.framing import FrameReceiver
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import (
     ErrorReply,
-    LiveSampleStream,
     LogEntry,
     LogListReply,
     LogListRequest,
@@ -265,7 +265,7 @@ def test_a_logger_that_records_lists_nothing() -> None:
 def test_a_thousand_samples_a_second_arrive_without_a_gap(bench: Bench) -> None:
     settings = bench.logger.settings().settings
     bench.logger.write_settings(replace(settings, rate_hz=1000))
-    samples: list[LiveSampleStream] = []
+    samples: list[LiveSample] = []
     meter = StreamMeter()
     with bench.logger.live() as scales:
         assert scales.rate_hz == 1000

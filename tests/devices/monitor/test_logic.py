@@ -14,6 +14,7 @@ from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.record import Payload
 from tfsat_host.robot import AngleSensor
 
@@ -24,6 +25,10 @@ SENSORS = [AngleSensor(joint, direction, math.pi) for joint in range(3) for dire
 def sample(index: int = 0, time_us: int = 0, flags: int = 0x3FF, angle: int = 2048) -> msg.LiveSampleStream:
     imus = tuple(msg.ImuReading((0, 0, 0), 0, (131 * body, -262, 0)) for body in range(1, 5))
     return msg.LiveSampleStream(index, time_us, msg.Sample(0, flags, imus, (angle,) * 6))
+
+
+def live(index: int, time_us: int) -> LiveSample:
+    return LiveSample.of(sample(index, time_us).encode())
 
 
 def test_rates_are_degrees_per_second_and_angles_degrees() -> None:
@@ -49,19 +54,19 @@ def test_flags_say_what_is_valid() -> None:
 def test_the_rate_is_that_of_the_last_second_on_the_loggers_clock() -> None:
     meter = StreamMeter()
     assert meter.rate_hz is None
-    meter.add(sample(i, 10_000 * i) for i in range(300))
+    meter.add(live(i, 10_000 * i) for i in range(300))
     assert meter.rate_hz == pytest.approx(100)
-    meter.add(sample(300 + i, 3_000_000 + 5_000 * i) for i in range(300))
+    meter.add(live(300 + i, 3_000_000 + 5_000 * i) for i in range(300))
     assert meter.rate_hz == pytest.approx(200)
     assert (meter.missed, meter.gaps) == (0, 0)
 
 
 def test_gaps_are_counted_and_a_restart_of_the_logger_is_none() -> None:
     meter = StreamMeter()
-    meter.add(sample(i, 1000 * i) for i in (0, 1, 5, 6, 8))
+    meter.add(live(i, 1000 * i) for i in (0, 1, 5, 6, 8))
     assert (meter.missed, meter.gaps) == (4, 2)
     assert meter.rate_hz == pytest.approx(1000), "what was taken, not what arrived"
-    meter.add(sample(i, 1000 * i) for i in (0, 1, 2))
+    meter.add(live(i, 1000 * i) for i in (0, 1, 2))
     assert (meter.missed, meter.gaps) == (4, 2)
 
 

@@ -18,7 +18,8 @@ from tfsat_host.calibration.steps.evidence import Visit
 from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, Step, bodies, title
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
-from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, ServoSetting
+from tfsat_host.protocol.live_sample import LiveSample
+from tfsat_host.protocol.messages import LiveReply, ServoSetting
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import CDEG_PER_DEG
 
@@ -59,7 +60,7 @@ def tour_task(step: Step, stops_cdeg: Sequence[int], hold_s: float, duration_s: 
     )
 
 
-def latest(samples: Sequence[LiveSampleStream], scales: LiveReply) -> Counts:
+def latest(samples: Sequence[LiveSample], scales: LiveReply) -> Counts:
     """The last `LOOK_S` of some samples, at least one."""
     begin_us = samples[-1].time_us - round(LOOK_S * 1e6)
     first = bisect_left(samples, begin_us, key=lambda sample: sample.time_us)
@@ -82,12 +83,12 @@ class LoggedTour:
 
     def __init__(
         self,
-        read: Callable[[float], Sequence[LiveSampleStream]],
+        read: Callable[[float], Sequence[LiveSample]],
         scales: LiveReply,
         shown: Callable[[int, int], None],
         rested: Callable[[Counts], None],
     ) -> None:
-        self.samples: list[LiveSampleStream] = []
+        self.samples: list[LiveSample] = []
         self.shown = shown
         self._read, self._scales, self._rested = read, scales, rested
         self._silent_s = 0.0

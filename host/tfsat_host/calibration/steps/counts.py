@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.header import MPU_6050, parts_of
@@ -86,16 +87,16 @@ class Counts:
     scales: Scales
 
     @classmethod
-    def from_live(cls, samples: Sequence[LiveSampleStream], reply: LiveReply) -> Counts:
+    def from_live(cls, samples: Sequence[LiveSample], reply: LiveReply) -> Counts:
         """Of live samples, at least one, with the scales that the logger named."""
-        flags = np.array([sample.sample.flags for sample in samples])
-        bits = flags[:, None] >> np.arange(_FLAG_ENDS[-1]) & 1 > 0
+        stream = np.frombuffer(b"".join(sample.payload for sample in samples), LiveSampleStream.dtype())
+        sample, imu = stream["sample"], stream["sample"]["imu"]
+        bits = sample["flags"][:, None] >> np.arange(_FLAG_ENDS[-1]) & 1 > 0
         imu_valid, angle_valid, _, clipped, _ = np.split(bits, _FLAG_ENDS, axis=1)
-        imus = [[(*imu.accel, imu.temperature, *imu.gyro) for imu in sample.sample.imu] for sample in samples]
         return cls(
-            t_us=np.array([sample.time_us for sample in samples], dtype=np.int64),
-            imu_counts=np.array(imus, dtype=np.int16),
-            angle_counts=np.array([sample.sample.angle for sample in samples], dtype=np.uint16),
+            t_us=stream["time_us"].astype(np.int64),
+            imu_counts=np.concatenate([imu["accel"], imu["temperature"][..., None], imu["gyro"]], axis=2),
+            angle_counts=sample["angle"].copy(),
             imu_valid=imu_valid,
             angle_valid=angle_valid,
             clipped=clipped,

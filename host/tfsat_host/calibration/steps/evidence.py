@@ -20,7 +20,8 @@ from tfsat_host.calibration.steps.counts import COLUMNS, Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import Step, StepKind
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.protocol.live_sample import LiveSample
+from tfsat_host.protocol.messages import LiveReply
 
 FORMAT = 1
 
@@ -167,7 +168,7 @@ def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
     return found
 
 
-Enough = Callable[[Sequence[LiveSampleStream]], bool]
+Enough = Callable[[Sequence[LiveSample]], bool]
 """Given the samples that have just come: whether they are the last."""
 
 
@@ -182,7 +183,7 @@ class LiveSource:
         now: The time of day, with its time zone.
     """
 
-    fresh: Callable[[], Sequence[LiveSampleStream]]
+    fresh: Callable[[], Sequence[LiveSample]]
     scales: LiveReply
     origin: Origin
     now: Callable[[], datetime]
@@ -200,7 +201,7 @@ def pass_over(live: LiveSource, lead_s: float) -> None:
 def read_step(step: Step, live: LiveSource, enough: Enough) -> Evidence:
     """Reads until there is enough. Raises what `live.fresh` does."""
     taken = live.now()
-    samples: list[LiveSampleStream] = []
+    samples: list[LiveSample] = []
     while True:
         fresh = live.fresh()
         samples += fresh
@@ -212,7 +213,7 @@ def until_s(duration_s: float) -> Enough:
     """Enough after so long a time on the logger's clock."""
     first_us: int | None = None
 
-    def enough(fresh: Sequence[LiveSampleStream]) -> bool:
+    def enough(fresh: Sequence[LiveSample]) -> bool:
         nonlocal first_us
         first_us = fresh[0].time_us if first_us is None else first_us
         return fresh[-1].time_us - first_us >= duration_s * 1e6
