@@ -135,7 +135,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
     silent = fused.bridged[..., None, None]
-    left = np.where(silent, 0.0, jacobians.gyros - jacobians.bodies)
+    left = np.where(silent[fall], 0.0, jacobians.gyros[fall] - jacobians.bodies[fall])
     seen = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
     alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - seen)
     return Flown(
@@ -146,8 +146,8 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         fused.covariance[fall],
         integrate_rates(t, base).as_matrix(),
         taken,
-        jacobians.rates[fall] @ root,
-        jacobians.angles[fall] @ root,
+        _by_independent(jacobians.rates[fall], root),
+        _by_independent(jacobians.angles[fall], root),
         jacobians.in_own_units @ root,
         prior.tilt_of(solved.errors),
         (prior.tilt[:, None] * root[prior.tilts]).reshape(-1, 2, len(root)),
@@ -155,10 +155,15 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         OwnGyros(
             _shown(motion, solved)[fall],
             fused.gyro_map[fall],
-            left[fall] @ root,
+            _by_independent(left, root),
             alone[fall],
         ),
     )
+
+
+def _by_independent(by_errors: FloatArray, root: FloatArray) -> FloatArray:
+    """(..., r) by independent errors of variance one, whose root (r, r) gives the errors themselves."""
+    return np.asarray((by_errors.reshape(-1, len(root)) @ root).reshape(by_errors.shape))
 
 
 def _shown(motion: Motion, solved: Solved) -> FloatArray:
@@ -235,12 +240,13 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, flown), flown.tilt_errors, 2)
     # An error that turns the attitude turns the momentum in base axes.
     turned = cumulative_trapezoid(flown.attitude @ flown.rate_errors[:, :3], flown.t_s, axis=0, initial=0)
-    across = np.cross(momentum[:, None], turned, axisa=0, axisb=1, axisc=1)
-    by_attitude = -inverse @ flown.attitude.swapaxes(1, 2) @ across
+    by_momentum = -inverse @ flown.attitude.swapaxes(1, 2)
+    by_attitude = by_momentum @ np.cross(momentum, np.eye(3), axisb=0, axisc=0)
+    by_all = np.concatenate([both, by_angles, by_attitude], axis=2)
     return Derivatives(
         inverse @ momentum_slopes(offsets, vector, moving),
-        -inverse @ flown.attitude.swapaxes(1, 2),
-        both @ flown.rate_errors + by_angles @ flown.angle_errors + by_tilts + by_attitude,
+        by_momentum,
+        by_all @ np.concatenate([flown.rate_errors, flown.angle_errors, turned], axis=1) + by_tilts,
         both @ flown.rate_covariance @ both.swapaxes(1, 2),
         rate,
     )

@@ -220,7 +220,8 @@ def error_jacobians(
     for _ in range(_CARRIED):
         angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
     rates = direct + both_by_angles @ angles
-    bodies = fused.gyro_map @ direct[:, None] + bodies_by_angles @ angles[:, None]
+    by_both = np.concatenate([fused.gyro_map, bodies_by_angles], axis=-1).reshape(n, -1, 6 + len(prior.start))
+    bodies = (by_both @ np.concatenate([direct, angles], axis=1)).reshape(gyros.shape)
     bodies[..., prior.tilts] += by_tilts * prior.tilt
     return ErrorJacobians(prior.gyro_root, gyros, rates, bodies, angles, covariance)
 
