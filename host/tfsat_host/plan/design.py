@@ -122,7 +122,7 @@ def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> 
             problem.time_limit_s,
             jac=lambda x: 2.0 * problem.stroke_s_per_rad(x)[None],
         ),
-        options={"ftol": 1e-15, "maxiter": 200},
+        options={"ftol": 1e-13, "maxiter": 200},
     )
     top = np.clip(result.x, 0.0, problem.limit_rad)
     top = np.where(top < 1e-7, 0.0, top)

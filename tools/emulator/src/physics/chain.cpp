@@ -1,5 +1,7 @@
 #include "chain.h"
 
+#include <cstring>
+
 namespace tfsat {
 namespace emulator {
 namespace {
@@ -110,6 +112,7 @@ void Chain::advance(double dt_s, const JointMotion& end) {
       next.angle_rad[j] = joints_.angle_rad[j];
       next.rate_rad_s[j] = next.acceleration_rad_s2[j] = 0.0;
     }
+  if (stands_as(next)) return;
   if (mode_ == ChainMode::kFree) {
     if (dt_s > 0.0) integrate_attitude(dt_s, next);
     com_m_ += dt_s * com_velocity_m_s_ - (0.5 * kStandardGravity_m_s2 * dt_s * dt_s) * kUp;
@@ -125,6 +128,12 @@ void Chain::advance(double dt_s, const JointMotion& end) {
   }
   joints_ = next;
   refresh();
+}
+
+// Held, and neither a joint nor the hands have moved since the last step: all follows from them.
+bool Chain::stands_as(const JointMotion& next) const {
+  return mode_ == ChainMode::kHeld && std::memcmp(&next, &joints_, sizeof next) == 0 &&
+         std::memcmp(&carried_, &refreshed_, sizeof carried_) == 0;
 }
 
 Vec3 Chain::free_rate(const JointMotion& joints, const Quaternion& attitude) const {
@@ -147,6 +156,8 @@ void Chain::integrate_attitude(double dt_s, const JointMotion& end) {
 }
 
 void Chain::refresh() {
+  ++changes_;
+  refreshed_ = carried_;
   switch (mode_) {
     case ChainMode::kHeld: refresh_held(); break;
     case ChainMode::kFree: refresh_free(); break;

@@ -60,6 +60,8 @@ class Chain {
   // Locked joints ignore `end`: read back angle_rad().
   void advance(double dt_s, const JointMotion& end);
 
+  // Counts what has changed rates and forces: while it stays the same, so do they.
+  uint64_t changes() const { return changes_; }
   uint32_t held() const { return held_; }  // bit mask of the bodies that `hold` named last
   ChainMode mode() const { return mode_; }
   int n_bodies() const { return tree_.parameters().n_bodies; }
@@ -83,6 +85,7 @@ class Chain {
  private:
   Vec3 free_rate(const JointMotion& joints, const Quaternion& attitude) const;
   void integrate_attitude(double dt_s, const JointMotion& end);
+  bool stands_as(const JointMotion& next) const;
   void refresh();
   void refresh_held();
   void refresh_free();
@@ -101,6 +104,8 @@ class Chain {
   Quaternion holder_attitude_;
   Vec3 holder_position_m_;
   Turning carried_;                // the holder against holder_attitude_
+  Turning refreshed_;              // carried_ as of the last refresh
+  uint64_t changes_ = 0;
   Vec3 momentum_;                  // world frame, kFree
   Vec3 com_m_, com_velocity_m_s_;  // world frame, kFree
   LandingPulse pulse_;
