@@ -111,9 +111,9 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
     system = _System.of(offsets, place, flown)
     rows = system.design.reshape(len(flown.t_s), 3, -1)
     left = system.target.reshape(len(flown.t_s), 3)
-    excess = max(1.0, Blocks.of(flown.t_s, _BLOCK_S).excess(rows, left, system.prior))
+    excess = max(1.0, Blocks.of(flown.t_s, _BLOCK_S).excess(rows, left, system.normal, system.prior))
     if excess > 1.0:
-        place = _settled(offsets, flown, place, excess)
+        place = _settled(offsets, flown, place, excess, system)
         system = _System.of(offsets, place, flown)
     return _fit(offsets, system, place, excess, excess)
 
@@ -143,8 +143,10 @@ class _Place(NamedTuple):
         return cls(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
 
 
-def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> _Place:
-    """From a place to where no step leads on.
+def _settled(
+    offsets: Offsets, flown: Flown, place: _Place, widening: float, system: _System | None = None
+) -> _Place:
+    """From a place, and its system if that is there already, to where no step leads on.
 
     Where offsets stop at their bounds, whole steps may lead in circles between places of which each points to the
     other. The steps are then halved until they do not. Where halved steps point on as far as whole ones, the data
@@ -153,7 +155,7 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
     p = len(offsets)
     share, before = 1.0, np.inf
     for _ in range(_STEPS):
-        system = _System.of(offsets, place, flown)
+        system = system or _System.of(offsets, place, flown)
         moved = system.solved(offsets, place, widening)
         length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
@@ -168,6 +170,7 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
         )
         if arrived or share < _MIN_SHARE:
             break
+        system = None
     return place
 
 
@@ -203,6 +206,7 @@ class _System(NamedTuple):
     """One linear step: columns of offsets, momentum and errors, whitened."""
 
     design: FloatArray
+    normal: FloatArray
     target: FloatArray
     prior: FloatArray
     whitening: FloatArray
@@ -220,18 +224,16 @@ class _System(NamedTuple):
         p, r = len(offsets), found.by_errors.shape[2]
         # The prior pulls towards no offset at all, from wherever the last step led.
         prior = np.diag([*offsets.prior_std**-2.0, *np.zeros(3), *np.ones(r)])
+        design = (whitening @ columns).reshape(-1, p + 3 + r)
         return cls(
-            (whitening @ columns).reshape(-1, p + 3 + r),
+            design,
+            design.T @ design,
             -np.einsum("nij,nj->ni", whitening, found.residual_rad_s).reshape(-1),
             prior,
             whitening,
             unit,
             found,
         )
-
-    @property
-    def normal(self) -> FloatArray:
-        return np.asarray(self.design.T @ self.design)
 
     def solved(self, offsets: Offsets, place: _Place, widening: float) -> FloatArray:
         """What to add to offsets, momentum and errors."""

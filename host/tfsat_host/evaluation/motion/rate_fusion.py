@@ -208,5 +208,5 @@ def information_by_neighbours(
     normal, pull = flat.T @ flat, flat.T @ left.ravel()
     # The errors that are yet to be found explain a part of it.
     left = left + rows @ np.linalg.solve(normal + np.eye(r), -pull - errors)
-    excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, left, np.eye(r)))
+    excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, left, normal, np.eye(r)))
     return normal / excess, (normal @ errors - pull) / excess

@@ -58,7 +58,7 @@ class Blocks(NamedTuple):
         counts = self.counts.reshape(-1, *[1] * (values.ndim - 1))
         return np.asarray(np.add.reduceat(values, self.edges, axis=0) / counts)
 
-    def excess(self, rows: FloatArray, left: FloatArray, prior: FloatArray) -> float:
+    def excess(self, rows: FloatArray, left: FloatArray, normal: FloatArray, prior: FloatArray) -> float:
         """By how much more a least-squares solution is off, in variance, than noise of one a number would have it.
 
         What is left over counts as far as it moves the solution, block by block: frames that ring after each stroke
@@ -68,11 +68,10 @@ class Blocks(NamedTuple):
         Args:
             rows: (n, k, r) slopes of the numbers by what was solved for.
             left: (n, k) numbers left over.
+            normal: (r, r) information in the rows, rows^T rows.
             prior: (r, r) information from elsewhere.
         """
         pulls = np.add.reduceat((left[:, None] @ rows)[:, 0], self.edges, axis=0)
-        flat = rows.reshape(-1, rows.shape[2])
-        normal = flat.T @ flat
         gain = np.linalg.inv(normal + prior)
         told = float((gain * normal).sum())
         return float(((pulls @ gain) * pulls).sum()) / told if told > 0.0 else 0.0
