@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "boards/logger_board.h"
-#include "card_image.h"
 #include "check.h"
+#include "recording.h"
 #include "sensors/mpu6050.h"
 
 namespace tfsat_test {

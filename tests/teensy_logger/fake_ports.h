@@ -1,45 +1,14 @@
-// Ports of the logger that do what a test says: files, non-volatile memory, the cable.
+// Ports of the logger that do what a test says: non-volatile memory, the cable.
 #pragma once
 
 #include <algorithm>
-#include <cstring>
 #include <deque>
-#include <map>
-#include <set>
 #include <vector>
 
-#include "../../firmware/teensy_logger/src/core/block_layout.h"
 #include "../../firmware/teensy_logger/src/core/ports.h"
 #include "../../firmware/teensy_logger/src/protocol/link.h"
 
 namespace tfsat_test {
-
-using tfsat::logger::Block;
-using tfsat::protocol::ErrorCode;
-
-struct FakeArchive final : tfsat::logger::LogArchive {
-  bool find(uint16_t from, uint16_t& number, uint32_t& n_blocks) override {
-    const auto found = files.lower_bound(from);
-    if (found == files.end()) return false;
-    number = found->first;
-    n_blocks = static_cast<uint32_t>(found->second.size());
-    return true;
-  }
-  ErrorCode read(uint16_t number, uint32_t index, uint8_t* block) override {
-    ++reads;
-    if (bad.count(index) != 0) return ErrorCode::kCardWriteFailed;
-    if (index >= files.at(number).size()) return ErrorCode::kNoSuchLog;
-    std::memcpy(block, files[number][index].bytes, tfsat::protocol::kBlockBytes);
-    return ErrorCode::kNone;
-  }
-  ErrorCode erase(uint16_t number) override {
-    files.erase(number);
-    return ErrorCode::kNone;
-  }
-  std::map<uint16_t, std::vector<Block>> files;
-  std::set<uint32_t> bad;
-  int reads = 0;
-};
 
 struct FakeMemory final : tfsat::logger::NonVolatile {
   void load(uint8_t* out, uint8_t size) override { std::copy_n(bytes.begin(), size, out); }

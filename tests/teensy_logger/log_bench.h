@@ -1,6 +1,9 @@
-// The log server between a recorder, an archive of made-up files and a host at the end of a real
+// The log server between a recorder, a card with made-up files and a host at the end of a real
 // link.
 #pragma once
+
+#include <cstring>
+#include <map>
 
 #include "../../firmware/teensy_logger/src/core/log_server.h"
 #include "fake_ports.h"
@@ -91,7 +94,7 @@ struct LogBench {
     frames = 0;
   }
 
-  FakeArchive archive;
+  ScriptedCard archive;
   RecorderBench recorder{RecorderBench::kPeriodUs, 64};
   LogServer server;
   FakeStream stream;

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "../../firmware/teensy_logger/src/core/recorder.h"
-#include "card_image.h"
 #include "check.h"
+#include "recording.h"
+#include "scripted_card.h"
 
 namespace tfsat_test {
 
@@ -67,7 +68,8 @@ struct RecorderBench {
   Recording wait_and_read() {
     for (int i = 0; i < 20000 && recorder.uses_card(); ++i) tick();
     CHECK(recorder.state() == LoggerState::kStopped);
-    return read_recording(card.blocks, card.blocks.size());
+    const std::vector<Block> blocks = card.blocks();
+    return read_recording(blocks, blocks.size());
   }
 
   void set_switches(uint8_t now_open) {
@@ -109,7 +111,7 @@ struct RecorderBench {
   }
 
   std::vector<Block> memory;
-  FakeCard card;
+  ScriptedCard card;
   Recorder recorder;
   EventQueue events;
   uint64_t t_us = 1000000;

@@ -1,11 +1,12 @@
 // Blocks: the golden bytes, filling, partial blocks, headers again and again, drops, the file's
 // end.
+#include <cstring>
 #include <vector>
 
 #include "../../firmware/teensy_logger/src/core/block_builder.h"
-#include "card_image.h"
 #include "check.h"
 #include "golden_blocks.h"
+#include "recording.h"
 
 using namespace tfsat::logger;
 using namespace tfsat::protocol;

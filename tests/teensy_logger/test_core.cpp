@@ -4,7 +4,8 @@
 #include <initializer_list>
 
 #include "../../firmware/teensy_logger/src/core/logger.h"
-#include "card_image.h"
+#include "recording.h"
+#include "scripted_card.h"
 #include "check.h"
 #include "fake_ports.h"
 
@@ -111,20 +112,20 @@ struct Bench {
     exchange(RecordStopRequest::kType);
     run_ms(1000);
     CHECK(core.state() == LoggerState::kStopped);
-    return tfsat_test::read_recording(card.blocks, card.blocks.size());
+    const std::vector<tfsat_test::Block> blocks = card.blocks();
+    return tfsat_test::read_recording(blocks, blocks.size());
   }
 
   Bus bus_a, bus_b;
   Angles angles;
   Pins pins;
   Timer timer;
-  tfsat_test::FakeCard card;
-  tfsat_test::FakeArchive archive;
+  tfsat_test::ScriptedCard card;
   tfsat_test::FakeMemory memory;
   tfsat_test::FakeStream cable;
   Counter entropy;
   std::vector<Block> memory_blocks;
-  Logger core{Ports{bus_a, bus_b, angles, pins, timer, card, archive, memory, cable, entropy},
+  Logger core{Ports{bus_a, bus_b, angles, pins, timer, card, card, memory, cable, entropy},
               Identity{}, memory_blocks.data(), kRingBlocks};
   uint64_t t_us = 1000000;
 };

@@ -46,7 +46,7 @@ Copies copies_in(const std::vector<Block>& file) {
 
 // The recording is whole, and the fall is in it twice from `from_us` on.
 Copies check_twice(const Bench& bench, const Recording& recording, uint64_t from_us) {
-  const Copies copies = copies_in(bench.card.blocks);
+  const Copies copies = copies_in(bench.card.blocks());
   CHECK(bench.kept_all(recording) && recording.footers.at(0).blocks_rewritten == copies.blocks);
   CHECK(copies.from(from_us));
   return copies;
@@ -97,7 +97,7 @@ void check_ram_is_kept_until_erased(Bench& bench) {
 // A recorder at this period whose card takes a block in `write_us`; or that has none.
 struct WithCard : Bench {
   explicit WithCard(uint32_t with_period_us, uint32_t write_us = 250) : Bench(with_period_us) {
-    card.write_us = write_us;
+    card.device.set_busy_us(write_us, 0);
     start(1, 11);
   }
 };
@@ -115,7 +115,7 @@ struct Cardless : Bench {
 TEST_CASE(the_fall_is_on_the_card_twice) {
   for (const uint32_t period_us : {1000u, 3571u, 100000u}) {
     WithCard bench(period_us);
-    bench.card.sync_us = 1000;
+    bench.card.device.set_busy_us(250, 1000);
     const uint64_t released_us = bench.drop(3000000, 4000000);
     const Recording recording = bench.stop_and_read();
     const Copies copies = check_twice(bench, recording, released_us - kRewriteBeforeReleaseUs);
@@ -144,7 +144,7 @@ TEST_CASE(the_copy_waits_until_the_blow_is_over) {
   bench.run_us(1000000);
   CHECK(bench.recorder.blocks_written() > before + 200);
   bench.stop_and_read();
-  CHECK(copies_in(bench.card.blocks).to(released_us + kRewriteAfterReleaseUs - 50000));
+  CHECK(copies_in(bench.card.blocks()).to(released_us + kRewriteAfterReleaseUs - 50000));
 }
 
 // At 1 kHz the ring holds the drop and 0.3 s, so a stall then may cost some of the second before the release.
@@ -156,7 +156,7 @@ TEST_CASE(stalls_cost_the_second_copy_no_more_than_what_was_before_the_release) 
       const uint64_t released_us = bench.release_after_us(2000000);
       bool landed = false;
       for (const uint64_t end_us = released_us + 8000000; bench.t_us < end_us; bench.tick()) {
-        if (random() % 200 == 0) bench.card.busy_until_us = bench.t_us + 50000 + random() % 450000;
+        if (random() % 200 == 0) bench.card.device.stall_until(bench.t_us + 50000 + random() % 450000);
         if (landed || bench.t_us < released_us + Bench::kFallenUs) continue;
         bench.land();
         landed = true;
@@ -191,7 +191,7 @@ TEST_CASE(a_second_copy_that_is_disturbed_is_whole_all_the_same) {
 // The interrupt may fill blocks while the main loop copies: only whole ones are copied.
 TEST_CASE(blocks_that_are_overwritten_meanwhile_are_passed_over) {
   Bench bench(Bench::kPeriodUs, 64);  // 1.3 s at 280 Hz
-  bench.card.write_us = 250;
+  bench.card.device.set_busy_us(250, 0);
   bench.start(1, 1);
   bench.release_after_us(500000);
   bench.tick();
@@ -201,7 +201,7 @@ TEST_CASE(blocks_that_are_overwritten_meanwhile_are_passed_over) {
     if (i == 700) bench.peak_counts = Bench::kShockCounts;
   }
   const Recording recording = bench.stop_and_read();
-  const Copies copies = copies_in(bench.card.blocks);  // checks that every block is whole
+  const Copies copies = copies_in(bench.card.blocks());  // checks that every block is whole
   CHECK(recording.footers.at(0).blocks_rewritten == copies.blocks);
   CHECK(recording.samples.size() + bench.recorder.samples_dropped() == bench.recorder.samples());
 }
@@ -218,8 +218,8 @@ TEST_CASE(where_the_file_ends_the_fall_comes_first) {
     if (bench.recorder.phase() == DropPhase::kWaiting) break;  // full before the release
     const Recording recording = bench.wait_and_read();
     const LogFooter& footer = recording.footers.at(0);
-    const Copies copies = copies_in(bench.card.blocks);
-    CHECK(bench.card.blocks.size() <= kFile && footer.blocks_rewritten == copies.blocks);
+    const Copies copies = copies_in(bench.card.blocks());
+    CHECK(bench.card.blocks().size() <= kFile && footer.blocks_rewritten == copies.blocks);
     const auto& times_us = recording.sample_times_us;
     CHECK(times_us.back() >= released_us + Bench::kFallenUs + 1000000);
     CHECK(recording.samples.size() == bench.recorder.samples() - footer.samples_dropped);

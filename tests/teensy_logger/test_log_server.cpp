@@ -13,8 +13,8 @@ using Bench = tfsat_test::LogBench;
 TEST_CASE(the_list_begins_with_ram_and_goes_on_in_order) {
   Bench bench;
   CHECK(bench.list(0).found == 0);
-  bench.archive.files[7] = recording_of(70, 20);
-  bench.archive.files[3] = recording_of(30, 5);
+  bench.archive.put_file(7, recording_of(70, 20));
+  bench.archive.put_file(3, recording_of(30, 5));
   CHECK(bench.list(0).found == 1 && bench.list(0).entry.number == 3);
   bench.recorder.start(1, 10);
   bench.recorder.run_us(300000);
@@ -33,16 +33,16 @@ TEST_CASE(a_recording_that_was_cut_or_torn_is_listed_with_what_is_known) {
   Bench bench;
   std::vector<Block> cut = recording_of(40, 5);
   cut.back() = Block();
-  bench.archive.files[4] = cut;
+  bench.archive.put_file(4, cut);
   CHECK(bench.list(4).entry.closed == 0 && bench.list(4).entry.session == 40);
   cut[0].bytes[100] ^= 1;
-  bench.archive.files[4] = cut;
+  bench.archive.put_file(4, cut);
   const LogEntry torn = bench.list(4).entry;
   CHECK(torn.blocks == cut.size() && torn.session == 0 && torn.wall_clock_us == 0);
   CHECK(bench.read(4, 0, 0, 9) == ErrorCode::kNone);
   bench.run();
   CHECK(bench.got(cut, 0, static_cast<uint32_t>(cut.size())));
-  bench.archive.files[5] = {};
+  bench.archive.put_file(5, {});
   CHECK(bench.list(5).found == 1 && bench.list(5).entry.blocks == 0);
   CHECK(bench.read(5, 0, 0, 1) == ErrorCode::kNoSuchLog);
 }
@@ -50,7 +50,7 @@ TEST_CASE(a_recording_that_was_cut_or_torn_is_listed_with_what_is_known) {
 TEST_CASE(windows_give_exactly_their_blocks) {
   Bench bench;
   const std::vector<Block> file = recording_of(1, 300);
-  bench.archive.files[1] = file;
+  bench.archive.put_file(1, file);
   const uint32_t n = static_cast<uint32_t>(file.size());
   struct Window {
     uint32_t first;
@@ -76,7 +76,7 @@ TEST_CASE(a_host_that_reads_slowly_gets_every_byte_once) {
     std::vector<Block> file = recording_of(1, 12);
     file.resize(40);  // zeros
     file[20] = file[1];
-    bench.archive.files[1] = file;
+    bench.archive.put_file(1, file);
     CHECK(bench.read(1, 1, 0, 40) == ErrorCode::kNone);
     bench.run(bytes_a_pass);
     CHECK(bench.got(file, 0, 40));
@@ -89,7 +89,7 @@ TEST_CASE(zeros_go_in_runs) {
   file.resize(60);
   file.push_back(file[1]);
   file.resize(128);
-  bench.archive.files[1] = file;
+  bench.archive.put_file(1, file);
   CHECK(bench.read(1, 1, 0, 128) == ErrorCode::kNone);
   bench.run();
   CHECK(bench.got(file, 0, 128));
@@ -122,17 +122,17 @@ TEST_CASE(ram_is_read_like_a_file) {
 
 TEST_CASE(another_recording_under_the_number_is_neither_read_nor_erased) {
   Bench bench;
-  bench.archive.files[2] = recording_of(20, 5);
+  bench.archive.put_file(2, recording_of(20, 5));
   CHECK(bench.read(2, 21, 0, 5) == ErrorCode::kLogChanged);
   CHECK(bench.read(3, 20, 0, 5) == ErrorCode::kNoSuchLog);
   LogEraseRequest erase = {};
   erase.number = 2;
   erase.session = 21;
   CHECK(bench.server.erase(erase) == ErrorCode::kLogChanged);
-  CHECK(bench.archive.files.size() == 1);
+  CHECK(bench.archive.device.next_file(1) == 2);
   erase.session = 20;
   CHECK(bench.server.erase(erase) == ErrorCode::kNone);
-  CHECK(bench.archive.files.empty());
+  CHECK(bench.archive.device.next_file(1) == 0);
   CHECK(bench.server.erase(erase) == ErrorCode::kNoSuchLog);
   bench.run();
   CHECK(bench.frames == 0);
@@ -141,8 +141,8 @@ TEST_CASE(another_recording_under_the_number_is_neither_read_nor_erased) {
 TEST_CASE(a_block_that_cannot_be_read_ends_the_window_and_then_says_why) {
   Bench bench;
   const std::vector<Block> file = recording_of(1, 20);
-  bench.archive.files[1] = file;
-  bench.archive.bad = {6};
+  bench.archive.put_file(1, file);
+  bench.archive.unreadable = {6};
   CHECK(bench.read(1, 1, 0, 15) == ErrorCode::kNone);
   bench.run();
   CHECK(bench.got(file, 0, 6));
@@ -159,8 +159,8 @@ TEST_CASE(zeros_before_a_block_that_cannot_be_read_still_come) {
   Bench bench;
   std::vector<Block> file = recording_of(1, 2);
   file.resize(40);
-  bench.archive.files[1] = file;
-  bench.archive.bad = {9};
+  bench.archive.put_file(1, file);
+  bench.archive.unreadable = {9};
   CHECK(bench.read(1, 1, 4, 30) == ErrorCode::kNone);
   bench.run();
   CHECK(bench.got(file, 4, 5));
@@ -169,8 +169,8 @@ TEST_CASE(zeros_before_a_block_that_cannot_be_read_still_come) {
 TEST_CASE(a_new_read_ends_the_old_and_a_list_in_between_harms_nothing) {
   Bench bench;
   const std::vector<Block> first = recording_of(1, 100), second = recording_of(2, 100);
-  bench.archive.files[1] = first;
-  bench.archive.files[2] = second;
+  bench.archive.put_file(1, first);
+  bench.archive.put_file(2, second);
   bench.read(1, 1, 0, 100);
   for (int i = 0; i < 13; ++i) CHECK(bench.server.poll(bench.link));
   CHECK(bench.list(2).entry.session == 2);  // reads other blocks
@@ -189,7 +189,7 @@ TEST_CASE(a_new_read_ends_the_old_and_a_list_in_between_harms_nothing) {
 
 TEST_CASE(what_was_ended_sends_nothing_more) {
   Bench bench;
-  bench.archive.files[1] = recording_of(1, 50);
+  bench.archive.put_file(1, recording_of(1, 50));
   bench.read(1, 1, 0, 50);
   CHECK(bench.server.poll(bench.link));
   bench.stream.plugged = false;

@@ -17,13 +17,13 @@ TEST_CASE(a_recording_has_header_samples_and_footer) {
   CHECK(bench.start(7, 0xABCD) == ErrorCode::kNone);
   bench.run_us(1000000);
   const Recording recording = bench.stop_and_read();
-  CHECK(recording.heads.size() == bench.card.blocks.size());
+  CHECK(recording.heads.size() == bench.card.blocks().size());
   CHECK(recording.heads.front().kind == BlockKind::kHeader);
   CHECK(recording.heads.back().kind == BlockKind::kFooter);
   CHECK(recording.headers[0].who_am_i[0] == 0x68);
   CHECK(recording.samples.size() == bench.recorder.samples() && recording.samples.size() > 275);
   CHECK(recording.footers[0].samples == recording.samples.size());
-  CHECK(recording.footers[0].blocks == bench.card.blocks.size());
+  CHECK(recording.footers[0].blocks == bench.card.blocks().size());
   CHECK(recording.footers[0].interval_min_us == 3571);
   CHECK(recording.footers[0].interval_max_us == 3571);
   CHECK(bench.recorder.samples_dropped() == 0 && bench.card.writes_while_busy == 0);
@@ -77,9 +77,13 @@ TEST_CASE(the_card_is_synced_while_blocks_go_out) {
   bench.run_us(3000000);
   const std::vector<uint64_t>& syncs = bench.card.sync_times_us;
   CHECK(syncs.size() >= 10 && syncs.size() <= 13);
+  int longer = 0;
   for (size_t i = 1; i < syncs.size(); ++i) {
-    CHECK(syncs[i] - syncs[i - 1] < 1000 * kCardSyncMs + 30000);
+    const uint64_t apart_us = syncs[i] - syncs[i - 1];
+    longer += apart_us >= 1000 * kCardSyncMs + 30000;
+    CHECK(apart_us < 1750 * kCardSyncMs + 30000);
   }
+  CHECK(longer <= 1);  // where the file's preparation ends, its last turn comes before the blocks
 }
 
 TEST_CASE(a_full_file_is_closed_cleanly) {
@@ -88,7 +92,7 @@ TEST_CASE(a_full_file_is_closed_cleanly) {
   bench.run_us(1000000);
   CHECK(bench.recorder.state() == LoggerState::kStopped);
   CHECK(bench.recorder.error() == ErrorCode::kCardFull);
-  const Recording recording = tfsat_test::read_recording(bench.card.blocks, 40);
+  const Recording recording = tfsat_test::read_recording(bench.card.blocks(), 40);
   CHECK(recording.heads.size() <= 20 && recording.heads.size() > 9);
   CHECK(recording.footers.size() == 1 && recording.footers[0].samples_dropped == 0);
   CHECK(recording.footers[0].stop_reason == StopReason::kFileFull);
@@ -134,14 +138,13 @@ TEST_CASE(events_of_a_chattering_input_all_arrive_and_samples_stay) {
 
 TEST_CASE(a_file_is_prepared_ahead_of_its_blocks_and_in_a_fall_no_further) {
   Bench bench;
-  bench.card.prepare_step = 16;
   bench.start(1, 1);
   bench.release_after_us(300000);
   bench.run_us(20000);
-  const uint32_t prepared = bench.card.prepared;
+  const uint32_t prepared = bench.card.prepared_blocks();
   CHECK(prepared > 1000 && prepared < Bench::kFileBlocks);
   bench.run_us(2000000);
-  CHECK(bench.card.prepared == prepared);
+  CHECK(bench.card.prepared_blocks() == prepared);
   const Recording recording = bench.stop_and_read();
   CHECK(recording.samples.size() == bench.recorder.samples());
   CHECK(bench.card.writes_unprepared == 0);
@@ -149,7 +152,6 @@ TEST_CASE(a_file_is_prepared_ahead_of_its_blocks_and_in_a_fall_no_further) {
 
 TEST_CASE(a_fall_right_after_the_start_is_given_the_room_that_it_needs) {
   Bench bench;
-  bench.card.prepare_step = 16;
   bench.release_after_us(10000);
   bench.start(1, 1);
   bench.set_switches(0);
@@ -157,7 +159,7 @@ TEST_CASE(a_fall_right_after_the_start_is_given_the_room_that_it_needs) {
   bench.set_switches(3);
   bench.run_us(2000000);
   CHECK(bench.recorder.ring_blocks() < 64 && bench.card.writes > 64);
-  CHECK(bench.card.writes_unprepared == 0 && bench.card.prepared < 600);
+  CHECK(bench.card.writes_unprepared == 0 && bench.card.prepared_blocks() < 600);
 }
 
 TEST_CASE(refused_writes_are_tried_again) {
@@ -178,7 +180,7 @@ TEST_CASE(a_card_without_contact_for_a_while_costs_no_sample) {
     for (const uint32_t gone_us : {300000u, 16000000u}) {
       for (const uint32_t before_us : {999000u, 1203000u}) {  // after the last sync
         Bench bench;
-        bench.card.busy_when_gone = busy_when_gone;
+        bench.card.port.set_busy_when_gone(busy_when_gone);
         bench.start(1, 1);
         bench.run_us(before_us);
         const uint64_t gone_at_us = bench.t_us;
@@ -188,7 +190,7 @@ TEST_CASE(a_card_without_contact_for_a_while_costs_no_sample) {
         const Recording recording = bench.stop_and_read();
         CHECK(bench.recorder.samples() > 280 * (before_us + gone_us + 2900000.0) / 1e6);
         CHECK(bench.kept_all(recording) && bench.card.writes_while_busy == 0);
-        CHECK(recording.footers.size() == 1 && recording.heads.size() == bench.card.blocks.size());
+        CHECK(recording.footers.size() == 1 && recording.heads.size() == bench.card.blocks().size());
         const std::vector<Event> stalls = events_of(recording, EventCode::kCardStall);
         const std::vector<Event> lost = events_of(recording, EventCode::kCardLost);
         const std::vector<Event> back = events_of(recording, EventCode::kCardBack);
@@ -244,7 +246,7 @@ TEST_CASE(a_card_that_refuses_the_preparation_is_tried_again) {
 TEST_CASE(a_card_that_never_gets_ready_is_given_up_before_the_ring_is_full) {
   Bench bench;
   bench.start(1, 1);
-  bench.card.busy_until_us = UINT64_MAX;
+  bench.card.device.stall_until(UINT64_MAX);
   bench.run_us(16000000);
   CHECK(bench.recorder.state() == LoggerState::kRecording);
   bench.run_us(1500000);
@@ -256,7 +258,7 @@ TEST_CASE(a_card_that_never_gets_ready_is_given_up_before_the_ring_is_full) {
 TEST_CASE(a_card_gone_for_good_does_not_stop_sampling_and_ram_keeps_the_newest) {
   for (const bool busy_when_gone : {false, true}) {
     Bench bench(1000);
-    bench.card.busy_when_gone = busy_when_gone;
+    bench.card.port.set_busy_when_gone(busy_when_gone);
     bench.start(1, 21);
     bench.run_us(2000000);
     bench.card.gone_until_us = UINT64_MAX;
@@ -275,7 +277,6 @@ TEST_CASE(a_card_gone_for_good_does_not_stop_sampling_and_ram_keeps_the_newest) 
     CHECK(kept.size() == kRingBlocks - 1 && ram.heads.size() == kept.size());
     CHECK(ram.sample_indices.back() + 1 == bench.recorder.samples());
     bench.card.gone_until_us = 0;
-    bench.card.lost_contact = false;
     CHECK(bench.start(2, 22) == ErrorCode::kNone);
     bench.run_us(100000);
     CHECK(bench.stop_and_read().heads.front().session == 22);

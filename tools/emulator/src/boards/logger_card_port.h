@@ -17,13 +17,15 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   protocol::ErrorCode open(uint32_t n_blocks) override {
     filled_ = 0;
     prepared_ = 0;
+    started_ = card_.insertions();
     return error_of(card_.preallocate(n_blocks));
   }
   bool busy(uint64_t t_us) override {
     t_us_ = t_us;
-    return card_.busy(world_us());
+    return lost() ? busy_when_gone_ : card_.busy(world_us());
   }
   protocol::ErrorCode prepare() override {
+    if (lost()) return protocol::ErrorCode::kCardWriteFailed;
     const uint32_t count = std::min(kFillBlocks, card_.n_blocks() - filled_);
     const protocol::ErrorCode error = error_of(card_.fill(world_us()));
     if (error != protocol::ErrorCode::kNone) return error;
@@ -36,15 +38,21 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   uint32_t prepared_blocks() override { return prepared_; }
   protocol::ErrorCode recover(uint64_t t_us) override {
     t_us_ = t_us;
-    return card_.present() ? protocol::ErrorCode::kNone : protocol::ErrorCode::kNoCard;
+    if (!card_.present()) return protocol::ErrorCode::kNoCard;
+    started_ = card_.insertions();
+    filled_ = prepared_;
+    return protocol::ErrorCode::kNone;
   }
   protocol::ErrorCode write(uint32_t index, const uint8_t* block) override {
+    if (lost()) return protocol::ErrorCode::kCardWriteFailed;
     take_processor(1);
     return error_of(card_.write(world_us(), index, block));
   }
-  protocol::ErrorCode sync() override { return error_of(card_.sync(world_us())); }
+  protocol::ErrorCode sync() override {
+    return lost() ? protocol::ErrorCode::kCardWriteFailed : error_of(card_.sync(world_us()));
+  }
   protocol::ErrorCode close(uint32_t n_blocks) override {
-    return error_of(card_.truncate(n_blocks));
+    return lost() ? protocol::ErrorCode::kCardWriteFailed : error_of(card_.truncate(n_blocks));
   }
   protocol::ErrorCode inspect(uint32_t n_blocks) override {
     return counted() ? error_of(card_.inspect(n_blocks)) : protocol::ErrorCode::kBusy;
@@ -59,6 +67,8 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   }
   protocol::ErrorCode erase(uint16_t number) override { return log_error_of(card_.erase(number)); }
 
+  // A card without contact refuses transfers, or looks busy, as SdFat has it for one that does not answer.
+  void set_busy_when_gone(bool busy) { busy_when_gone_ = busy; }
   void set_powered_at(uint64_t t_us) { powered_us_ = t_us; }
   // The main loop has got so far.
   void set_now(uint64_t t_us) { t_us_ = t_us; }
@@ -74,6 +84,8 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   static constexpr uint32_t kFillBlocks = 16;
   static constexpr uint32_t kStepBlocks = 256;
 
+  // A card that was out of its contacts must be started anew, by opening a file or by recover().
+  bool lost() const { return started_ != 0 && (!card_.present() || started_ != card_.insertions()); }
   // A card's free room is counted when the board meets it.
   bool counted() {
     if (!card_.present()) return true;
@@ -106,6 +118,8 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   uint32_t filled_ = 0;    // of the newest file
   uint32_t prepared_ = 0;  // in whole steps
   uint32_t met_ = 0;       // which insertion
+  uint32_t started_ = 0;   // and which was started; 0: none yet
+  bool busy_when_gone_ = false;
   uint64_t counted_us_ = 0;
   uint64_t processor_ns_ = 0;
   uint64_t powered_us_ = 0;

@@ -83,6 +83,10 @@ class BlockDevice {
   bool present() const { return present_; }
   // How often one was pushed in.
   uint32_t insertions() const { return insertions_; }
+  void set_busy_us(uint32_t after_block_us, uint32_t after_sync_us) {
+    parameters_.write_us = after_block_us;
+    parameters_.sync_us = after_sync_us;
+  }
   void set_mount_us(uint32_t mount_us) { parameters_.mount_us = mount_us; }
   void power_cut(PowerCut kind);
 
