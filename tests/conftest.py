@@ -23,6 +23,11 @@ settings.register_profile(
 settings.load_profile("tfsat")
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One process more than there are cores: while one waits for a board in real time, another computes."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_finish() -> None:
     """Keep what is loaded by now out of later garbage collections: thousands of tests cost each of them time."""
     gc.collect()

@@ -37,9 +37,8 @@ GRID_POINTS = 2500
 # A summit stands at most this factor above the best grid point near it; what is lower cannot win.
 _WORTH_CLIMBING = 0.85
 _DIFFERENCE_RAD = 2e-3
-_FLAT = 1e-7
+_FLAT = 1e-6
 """A residual below it is of a summit."""
-_MAX_RESTARTS = 5
 
 
 class Summit(NamedTuple):
@@ -95,10 +94,11 @@ def climb(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit
     """Climb to the summit of `sequence` that is reached from displacements `start_rad` (d,)."""
     summit = _climb_once(problem, sequence, start_rad)
     # Along a flat ridge SLSQP may stop below the summit; a new start forgets the curvature that misled it.
-    for _ in range(_MAX_RESTARTS):
-        if summit.residual < _FLAT:
+    while summit.residual > _FLAT:
+        further = _climb_once(problem, sequence, summit.displacements_rad)
+        if further.residual > 0.9 * summit.residual:
             break
-        summit = _climb_once(problem, sequence, summit.displacements_rad)
+        summit = further
     return summit
 
 
