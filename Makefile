@@ -198,7 +198,7 @@ lint: venv  ## check style, types and which package imports which
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --check --quiet || { $(BIN)/ruff format --check; \
 	  echo "Error: not formatted. Run: $(BIN)/ruff format" >&2; exit 1; }
-	@$(BIN)/mypy --no-error-summary
+	@$(BIN)/mypy --no-error-summary --num-workers auto
 	@broken=$$($(BIN)/lint-imports --no-logo --no-cache) || { echo "$$broken"; exit 1; }
 
 # uv resolves for every platform and Python version at once; it lives apart, so that nothing else needs it.
