@@ -11,6 +11,8 @@ PYTHON ?= $(shell for p in $(SEARCHED); do \
 MAKE_VENV = $(PYTHON) -m venv --clear
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Hundreds of processes of a test run import the same modules: what is compiled is kept, as containers often forbid.
+export PYTHONDONTWRITEBYTECODE :=
 # The same lock in the same place means the same environment, however new the files look.
 LOCKED = $$(cksum <requirements.lock) $(CURDIR)
 PACKAGED = $$(cksum <pyproject.toml)
