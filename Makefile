@@ -46,10 +46,12 @@ demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported
 	@echo "build/demo/summary.json. Once more by hand: $(BIN)/tfsat-host evaluate build/demo"
 
 .PHONY: test
-# A test on each core leaves none for a second thread of its linear algebra.
-test: toolchain compiler venv firmware protocol-check wiring-check lint  ## install what is missing, build both firmwares, run every test
+# Style and types are checked beside the tests. A test on each core leaves none for a second thread of its linear algebra.
+test: toolchain compiler venv firmware protocol-check wiring-check  ## install what is missing, build both firmwares, run every test
 	$(call say,tests)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+	@$(MAKE) --no-print-directory lint & lint=$$!; \
+	  OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal; tests=$$?; \
+	  wait $$lint || { echo "Error: style or types, see above, or: make lint" >&2; exit 1; }; exit $$tests
 	@$(BIN)/python -m tests.validation.stale
 
 RUNS := 10000000
