@@ -175,7 +175,7 @@ def test_as_built_serves_the_robot_that_nobody_has_calibrated(
         logger.close()
         process.end()
     bias_deg_s = np.rad2deg(drawn(3).gyro_bias_rad_s)
-    shown = np.array([imu.gyro for imu in first.read().sample.imu]) / scales.gyro_lsb_per_deg_s
+    shown = np.array([imu.gyro for imu in first.decode().sample.imu]) / scales.gyro_lsb_per_deg_s
     assert np.abs(shown - bias_deg_s).max() < 0.3
 
 

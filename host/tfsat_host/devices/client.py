@@ -283,7 +283,7 @@ class Client:
         frames = []
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
             if frame.type == msg.LiveSampleStream.TYPE:
-                self._live.append(LiveSample.of(frame.payload))
+                self._live.append(LiveSample.from_payload(frame.payload))
             elif frame.type == msg.LogPartStream.TYPE:
                 self._log_pieces.append(msg.LogPartStream.decode(frame.payload))
             elif frame.type == msg.LogZerosStream.TYPE:

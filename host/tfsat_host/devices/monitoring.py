@@ -185,7 +185,7 @@ class LoggerWatch:
         while True:
             samples = self._board.live_samples()
             self.meter.add(samples)
-            self.reading = convert(samples[-1].read(), self._scales, self._sensors)
+            self.reading = convert(samples[-1].decode(), self._scales, self._sensors)
             if transport.now_s() >= until_s:
                 return
 

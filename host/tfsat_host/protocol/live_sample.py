@@ -27,12 +27,12 @@ class LiveSample:
     payload: bytes
 
     @classmethod
-    def of(cls, payload: bytes) -> Self:
+    def from_payload(cls, payload: bytes) -> Self:
         """Take a frame's payload. Raises ProtocolError if it has another length."""
         check_length(LiveSampleStream, payload)
         index, time_us = _INDEX_AND_TIME.unpack_from(payload)
         return cls(index, time_us, payload)
 
-    def read(self) -> LiveSampleStream:
+    def decode(self) -> LiveSampleStream:
         """Decode all of it."""
         return LiveSampleStream.decode(self.payload)

@@ -28,7 +28,7 @@ def sample(index: int = 0, time_us: int = 0, flags: int = 0x3FF, angle: int = 20
 
 
 def live(index: int, time_us: int) -> LiveSample:
-    return LiveSample.of(sample(index, time_us).encode())
+    return LiveSample.from_payload(sample(index, time_us).encode())
 
 
 def test_rates_are_degrees_per_second_and_angles_degrees() -> None:

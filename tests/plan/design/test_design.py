@@ -17,9 +17,10 @@ from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, ro
 from tfsat_host.dynamics.history import TimedMove, servo_moves
 from tfsat_host.dynamics.simulation import arrivals_s
 from tfsat_host.maneuver import schedule_maneuver
-from tfsat_host.plan.design import Design, Summit, candidate, climb, find_optimum, search, value_and_gradient
+from tfsat_host.plan.design import Design, candidate, search
 from tfsat_host.plan.design import design as designed
 from tfsat_host.plan.loops import Sequence, best_sequence, classes
+from tfsat_host.plan.optimum import Summit, climb, find_optimum, value_and_gradient
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
@@ -154,7 +155,7 @@ def test_every_climb_starts_within_the_time(drop_tower: RobotModel, monkeypatch:
         in_time.append(bool(problem.keeps_time(start_rad)))
         return climb(problem, sequence, start_rad)
 
-    monkeypatch.setattr("tfsat_host.plan.design.climb", watched)
+    monkeypatch.setattr("tfsat_host.plan.optimum.climb", watched)
     problem = Problem.of(drop_tower, DesignSettings())
     find_optimum(problem, grid_points=700)  # some points of this grid are less than 1 % too far
     assert in_time and all(in_time)

@@ -129,22 +129,22 @@ void Robot::feed_sensors() {
 void Robot::feed_imus(uint64_t t_us) {
   const double temperature_c = die_temperature_c();
   const double ahead_s = static_cast<double>(t_us - now_us_) * 1e-6;
-  feel_motion();
+  update_imu_motions();
   for (size_t i = 0; i < kImus; ++i) {
-    const Felt& felt = felt_[i];
-    imus_[i].sample(t_us, felt.rate_rad_s + ahead_s * felt.acceleration_rad_s2 + mounts_[i].rate_rad_s, felt.force_m_s2,
-                    temperature_c);
+    const ImuMotion& motion = imu_motions_[i];
+    imus_[i].sample(t_us, motion.rate_rad_s + ahead_s * motion.acceleration_rad_s2 + mounts_[i].rate_rad_s,
+                    motion.force_m_s2, temperature_c);
   }
 }
 
-// Most of the time the robot rests, and what an IMU feels stays the same.
-void Robot::feel_motion() {
-  if (felt_changes_ == chain_.changes()) return;
-  felt_changes_ = chain_.changes();
+// Most of the time the robot rests, and they stay as they are.
+void Robot::update_imu_motions() {
+  if (imu_motions_at_ == chain_.changes()) return;
+  imu_motions_at_ = chain_.changes();
   for (int i = 0; i < kImus; ++i) {
     const size_t at = static_cast<size_t>(i);
-    felt_[at] = {chain_.rate_rad_s(i), chain_.angular_acceleration_rad_s2(i),
-                 chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at])};
+    imu_motions_[at] = {chain_.rate_rad_s(i), chain_.angular_acceleration_rad_s2(i),
+                        chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at])};
   }
 }
 

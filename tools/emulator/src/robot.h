@@ -56,8 +56,8 @@ struct Ring {
   Vec3 turn_rad, rate_rad_s;
 };
 
-// What an ideal IMU would show, its body's axes, and how its rate changes.
-struct Felt {
+// What an IMU is exposed to, in its body's axes: rate, angular acceleration, specific force.
+struct ImuMotion {
   Vec3 rate_rad_s, acceleration_rad_s2, force_m_s2;
 };
 
@@ -153,7 +153,7 @@ class Robot {
   void begin_holding(const HoldingHand& hand, int joint);
   void feed_sensors();
   void feed_imus(uint64_t t_us);
-  void feel_motion();
+  void update_imu_motions();
   void keep_truth();
   double die_temperature_c() const;
   void ring_mounts(double dt_s);
@@ -169,8 +169,8 @@ class Robot {
   std::array<size_t, kImus> plug_{{0, 1, 2, 3}};  // of each body's IMU: its place on the buses
   std::vector<Mpu6050> imus_;
   std::array<Ring, kImus> mounts_;
-  std::array<Felt, kImus> felt_;
-  uint64_t felt_changes_ = 0;  // of the chain, when that was felt
+  std::array<ImuMotion, kImus> imu_motions_;
+  uint64_t imu_motions_at_ = 0;  // which change of the chain they are of
   std::vector<AngleSensor> angle_sensors_;
   std::vector<Servo> servos_;
   Chain chain_;

@@ -146,8 +146,8 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         fused.covariance[fall],
         integrate_rates(t, base).as_matrix(),
         taken,
-        _by_independent(jacobians.rates[fall], root),
-        _by_independent(jacobians.angles[fall], root),
+        _by_unit_errors(jacobians.rates[fall], root),
+        _by_unit_errors(jacobians.angles[fall], root),
         jacobians.in_own_units @ root,
         prior.tilt_of(solved.errors),
         (prior.tilt[:, None] * root[prior.tilts]).reshape(-1, 2, len(root)),
@@ -155,14 +155,14 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         OwnGyros(
             _shown(motion, solved)[fall],
             fused.gyro_map[fall],
-            _by_independent(left, root),
+            _by_unit_errors(left, root),
             alone[fall],
         ),
     )
 
 
-def _by_independent(by_errors: FloatArray, root: FloatArray) -> FloatArray:
-    """(..., r) by independent errors of variance one, whose root (r, r) gives the errors themselves."""
+def _by_unit_errors(by_errors: FloatArray, root: FloatArray) -> FloatArray:
+    """Return derivatives (..., r) by errors of variance one; `root` (r, r) makes the errors of them."""
     return np.asarray((by_errors.reshape(-1, len(root)) @ root).reshape(by_errors.shape))
 
 

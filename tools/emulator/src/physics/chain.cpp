@@ -112,7 +112,7 @@ void Chain::advance(double dt_s, const JointMotion& end) {
       next.angle_rad[j] = joints_.angle_rad[j];
       next.rate_rad_s[j] = next.acceleration_rad_s2[j] = 0.0;
     }
-  if (stands_as(next)) return;
+  if (rests_at(next)) return;
   if (mode_ == ChainMode::kFree) {
     if (dt_s > 0.0) integrate_attitude(dt_s, next);
     com_m_ += dt_s * com_velocity_m_s_ - (0.5 * kStandardGravity_m_s2 * dt_s * dt_s) * kUp;
@@ -131,7 +131,7 @@ void Chain::advance(double dt_s, const JointMotion& end) {
 }
 
 // Held, and neither a joint nor the hands have moved since the last step: all follows from them.
-bool Chain::stands_as(const JointMotion& next) const {
+bool Chain::rests_at(const JointMotion& next) const {
   return mode_ == ChainMode::kHeld && std::memcmp(&next, &joints_, sizeof next) == 0 &&
          std::memcmp(&carried_, &refreshed_, sizeof carried_) == 0;
 }

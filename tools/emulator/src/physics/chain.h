@@ -60,7 +60,7 @@ class Chain {
   // Locked joints ignore `end`: read back angle_rad().
   void advance(double dt_s, const JointMotion& end);
 
-  // Counts what has changed rates and forces: while it stays the same, so do they.
+  // How often rates and accelerations have been worked out anew: while this stays the same, so do they.
   uint64_t changes() const { return changes_; }
   uint32_t held() const { return held_; }  // bit mask of the bodies that `hold` named last
   ChainMode mode() const { return mode_; }
@@ -85,7 +85,7 @@ class Chain {
  private:
   Vec3 free_rate(const JointMotion& joints, const Quaternion& attitude) const;
   void integrate_attitude(double dt_s, const JointMotion& end);
-  bool stands_as(const JointMotion& next) const;
+  bool rests_at(const JointMotion& next) const;
   void refresh();
   void refresh_held();
   void refresh_free();
