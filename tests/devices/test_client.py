@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -29,7 +29,7 @@ from tfsat_host.devices.client import (
 )
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
-from tfsat_host.protocol.framing import Frame, encode_frame
+from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import FIRMWARE_VERSION
 from tfsat_host.protocol.record import Payload, ProtocolError
 from tfsat_host.protocol.remedies import REMEDIES
@@ -271,6 +271,15 @@ def test_live_samples_between_the_lines() -> None:
     before_s = transport.now_s()
     assert link.live_samples(0.1) == []
     assert transport.now_s() - before_s == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("change", [lambda payload: payload[:-1], lambda payload: payload + b"\0"])
+def test_a_live_sample_of_another_length_is_refused(change: Callable[[bytes], bytes]) -> None:
+    link, transport = client(lambda frame: [reply(frame, SAFE)])
+    (frame,) = FrameReceiver().feed(live_sample(1))
+    transport.say(encode_frame(replace(frame, payload=change(frame.payload))))
+    with pytest.raises(ProtocolError, match="LiveSampleStream has"):
+        link.live_samples(0.1)
 
 
 def test_samples_nobody_takes_are_bounded_and_the_newest_stay() -> None:
