@@ -1,7 +1,7 @@
 // Jogging: never faster than 15 deg/s, never outside the joint's limits, one joint at a time.
 #include <algorithm>
 
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
@@ -27,7 +27,7 @@ int16_t on_the_way(int16_t from_cdeg, int16_t to_cdeg, uint32_t ms) {
 }
 
 void poll_after_ms(Bench& bench, uint32_t ms) {
-  bench.now += ms * kTicksPerMs;
+  bench.pass(ms * kTicksPerMs);
   bench.poll();
 }
 
@@ -96,13 +96,12 @@ TEST_CASE(a_jog_by_settings_that_are_not_the_last_committed_is_refused) {
   Settings mounted = Settings::factory();
   mounted.servo[0].zero_us = 2000;
   mounted.servo[0].reversed = 1;
-  tfsat_test::FakeMemory memory;
-  memory.bytes = tfsat_test::uploaded_eeprom();
+  tfsat_test::ScriptedEeprom memory(tfsat_test::factory_image());
   CHECK(tfsat_test::put(memory, Sequencer::kSettingsAddress, Settings::factory()));
   CHECK(tfsat_test::put(memory, Sequencer::kSettingsAddress, mounted));
   int refused = 0;
   for (uint16_t at = 0; at < 2 * SlotPair::kSlotBytes; ++at) {
-    std::vector<uint8_t> damaged = memory.bytes;
+    tfsat_test::ScriptedEeprom::Image damaged = memory.image();
     damaged[Sequencer::kSettingsAddress + at] ^= 0x10;
     Bench bench(0, damaged);
     const ErrorCode error = bench.core.jog(order(1, 0, 100));

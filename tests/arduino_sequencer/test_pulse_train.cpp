@@ -1,6 +1,6 @@
 // Pulse trains on their own, over many seeded runs at the clock's resolution.
 #include "../../firmware/arduino_sequencer/src/core/pulse_train.h"
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using tfsat_test::draw;

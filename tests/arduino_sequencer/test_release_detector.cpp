@@ -1,12 +1,12 @@
 // The release detector judges by when the edges came, not by how often the main loop came round. What the rule makes
 // of edges is held against the decoder's in tests/sdlog/test_release.py; here: loops, clocks, levels, counts.
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
 using tfsat_test::Contact;
 using tfsat_test::draw;
-using tfsat_test::FakeSwitches;
+using tfsat_test::ScriptedSwitches;
 using tfsat_test::Random;
 
 namespace {
@@ -28,7 +28,7 @@ using Verdict = ReleaseDetector::Verdict;
 Told watch(const std::vector<Contact>& contacts, tick_t start, tick_t least, tick_t most,
            unsigned seed) {
   Random random(seed);
-  FakeSwitches switches;
+  ScriptedSwitches switches;
   ReleaseDetector detector;
   detector.reset(start, 0);
   Told told = {};

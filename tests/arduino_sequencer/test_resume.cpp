@@ -4,7 +4,7 @@
 #include <numeric>
 #include <random>
 
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
@@ -58,8 +58,8 @@ void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t
 void bounce_open(Bench& bench, int bounces) {
   bench.open_both();
   for (int i = 0; i < 2 * bounces; ++i) {
-    bench.now += 600;
-    bench.switches.set(1, i % 2 != 0, bench.now);
+    bench.pass(600);
+    bench.switches.set(1, i % 2 != 0, bench.now());
     bench.poll();
   }
   bench.run_ms(10);
@@ -98,7 +98,7 @@ TEST_CASE(a_record_that_the_reset_damaged_is_not_replaced_by_an_older_one) {
       before.wait_armed();
       if (running) before.open_both();
       before.run_ms(20);
-      before.memory.bytes.at(static_cast<size_t>(Sequencer::kManeuverAddress + address)) ^= 0x10;
+      before.eeprom.image().at(static_cast<size_t>(Sequencer::kManeuverAddress + address)) ^= 0x10;
       Bench bench(before, ResetCause::kBrownOut);
       bench.run_ms(20);
       CHECK(bench.is(SequencerState::kFault, ErrorCode::kStoreDamaged));
@@ -155,19 +155,19 @@ TEST_CASE(armed_again_only_after_the_debounce) {
     Bench bench(before, cause);
     check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
     CHECK(bench.core.knocks() == 1);
-    const tick_t started_at = bench.now;
+    const tick_t started_at = bench.now();
     while (bench.core.state() == SequencerState::kSafe &&
-           bench.now - started_at < 20 * kTicksPerMs) {
+           bench.now() - started_at < 20 * kTicksPerMs) {
       CHECK(!bench.core.may_upload());
       CHECK(bench.arm() == ErrorCode::kWrongState);
-      bench.now += 100;
+      bench.pass(100);
       bench.poll();
     }
     CHECK(bench.core.state() == SequencerState::kArmed);
-    CHECK(bench.now - started_at == ticks_from_us(kReleaseDebounceUs));
+    CHECK(bench.now() - started_at == ticks_from_us(kReleaseDebounceUs));
     CHECK(bench.core.resets_while_armed() == 1);
     bench.open_both();
-    const tick_t released_at = bench.now;
+    const tick_t released_at = bench.now();
     bench.run_ms(10);
     CHECK(bench.core.state() == SequencerState::kRunning);
     if (CHECK(bench.servos.changes.size() == 4)) {
@@ -182,11 +182,11 @@ TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
       Bench before;
       before.wait_armed();
       Bench bench(before, ResetCause::kBrownOut);
-      const tick_t started_at = bench.now;
-      for (; bench.now - started_at < 10 * kTicksPerMs; bench.now += 100) {
-        const tick_t passed = bench.now - started_at;
-        if (passed == at) bench.switches.set(index, true, bench.now);
-        if (passed == at + 200) bench.switches.set(index, false, bench.now);
+      const tick_t started_at = bench.now();
+      for (; bench.now() - started_at < 10 * kTicksPerMs; bench.pass(100)) {
+        const tick_t passed = bench.now() - started_at;
+        if (passed == at) bench.switches.set(index, true, bench.now());
+        if (passed == at + 200) bench.switches.set(index, false, bench.now());
         bench.poll();
       }
       CHECK(bench.is(SequencerState::kFault, ErrorCode::kResetWhileArmed));
@@ -272,7 +272,7 @@ TEST_CASE(a_reset_while_running_with_a_damaged_store_invents_no_stroke) {
     before.run_ms(1);
     before.retained.begun.bits = static_cast<uint16_t>(before.retained.begun.bits ^ flips);
     for (uint16_t at = 0; at < 2 * SlotPair::kSlotBytes; at += SlotPair::kSlotBytes) {
-      before.memory.bytes[Sequencer::kManeuverAddress + at + 10u] ^= 0x10;
+      before.eeprom.image()[Sequencer::kManeuverAddress + at + 10u] ^= 0x10;
     }
     Bench bench(before, ResetCause::kBrownOut);
     bench.run_ms(5);
@@ -313,7 +313,7 @@ TEST_CASE(no_token_comes_back_after_a_reset) {
     CHECK(once.core.arm_token() != token);
     CHECK(twice.core.arm_token() != token && twice.core.arm_token() != once.core.arm_token());
     for (const uint16_t old_token : {token, once.core.arm_token()}) {
-      CHECK(twice.core.arm(old_token, twice.now) == ErrorCode::kStaleToken);
+      CHECK(twice.core.arm(old_token, twice.now()) == ErrorCode::kStaleToken);
     }
     CHECK(twice.core.state() == SequencerState::kSafe);
   }
@@ -325,7 +325,7 @@ TEST_CASE(the_release_is_told_on_the_clock_of_uptime) {
     for (const int32_t before_turn_ms : {0, 10, 25, 60000}) {
       Bench bench(static_cast<tick_t>(-before_turn_ms * static_cast<int32_t>(kTicksPerMs)));
       bench.wait_armed();
-      bench.now += offset;
+      bench.pass(offset);
       bounce_open(bench, 2);
       const RunReportReply& report = bench.core.run_report();
       CHECK(report.released == 1 && report.bounces == 5 && report.stroke_count == 4);

@@ -1,5 +1,5 @@
 // Servo settings: angle to pulse against exact arithmetic, what makes sense, what servos get.
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
@@ -38,7 +38,7 @@ std::vector<uint8_t> payload(const Settings& settings) {
 
 void store(Bench& bench, const Settings& settings) {
   bench.send(SettingsWriteRequest::kType, payload(settings));
-  bench.run_ms(100);
+  bench.finish_storing();
   CHECK(bench.core.settings().origin() == Origin::kUploaded && !bench.core.storing());
   CHECK(payload(bench.core.settings().current()) == payload(settings));
 }

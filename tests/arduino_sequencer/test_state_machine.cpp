@@ -1,16 +1,16 @@
-// The state machine and the link on fake ports: faults, hours, the turn of the clock, hanging hosts.
-#include "bench.h"
+// The state machine and the link: faults, hours, the turn of the clock, hanging hosts.
+#include "../fixtures/sequencer/bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
 using tfsat_test::Answers;
 using tfsat_test::Bench;
-using tfsat_test::FakeServos;
+using tfsat_test::ScriptedServos;
 
 namespace {
 
 // The released run's changes are the factory maneuver's, counted from `released_at`.
-void check_changes(const FakeServos& servos, tick_t released_at) {
+void check_changes(const ScriptedServos& servos, tick_t released_at) {
   const Maneuver maneuver = Maneuver::factory();
   // 1000 us + 59/90 and 70/90 of 1000 us, in ticks; then back.
   const uint16_t widths[] = {3311, 3556, 2000, 2000};
@@ -123,7 +123,7 @@ TEST_CASE(released_across_the_turn_of_the_clock) {
     CHECK(bench.arm() == ErrorCode::kNone);
     bench.run_ms(100);
     bench.open_both();
-    const tick_t released_at = bench.now;
+    const tick_t released_at = bench.now();
     bench.run_ms(10);
     CHECK(bench.core.state() == SequencerState::kRunning);
     check_changes(bench.servos, released_at);
@@ -140,17 +140,17 @@ TEST_CASE(a_switch_open_for_hours_delays_nothing) {
   for (const uint32_t minutes : {1u, 17u, 18u, 19u, 35u, 36u, 37u, 90u}) {
     Bench bench;
     CHECK(bench.arm() == ErrorCode::kNone);
-    bench.switches.set(0, true, bench.now);
+    bench.switches.set(0, true, bench.now());
     for (uint32_t i = 0; i < 60 * minutes; ++i) {
-      bench.now += 1000 * kTicksPerMs;
+      bench.pass(1000 * kTicksPerMs);
       bench.poll();
     }
     CHECK(bench.core.state() == SequencerState::kArmed);
-    bench.switches.set(0, false, bench.now);
+    bench.switches.set(0, false, bench.now());
     bench.run_ms(10);
     CHECK(bench.core.knocks() == 1);
     bench.open_both();
-    const tick_t released_at = bench.now;
+    const tick_t released_at = bench.now();
     bench.run_ms(10);
     CHECK(bench.core.state() == SequencerState::kRunning);
     check_changes(bench.servos, released_at);
@@ -161,7 +161,7 @@ TEST_CASE(an_edge_that_hardware_missed_is_made_up_for_by_the_level) {
   for (const int missed : {0, 1, 2, 3}) {
     Bench bench;
     bench.wait_armed();
-    const tick_t opened_at = bench.now;
+    const tick_t opened_at = bench.now();
     bench.switches.set(0, true, opened_at, (missed & 1) == 0);
     bench.switches.set(1, true, opened_at, (missed & 2) == 0);
     bench.run_ms(20);
@@ -175,7 +175,7 @@ TEST_CASE(an_edge_that_hardware_missed_is_made_up_for_by_the_level) {
 TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
   Bench bench;
   // In the slot whose turn it is.
-  bench.memory.worn_address = Sequencer::kManeuverAddress + SlotPair::kSlotBytes;
+  bench.eeprom.worn_address = Sequencer::kManeuverAddress + SlotPair::kSlotBytes;
   Maneuver wanted = Maneuver::factory();
   wanted.stroke_count = 1;
   wanted.strokes[0] = Stroke{1, 1000, 700000};
@@ -183,8 +183,8 @@ TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
   std::vector<ErrorCode> codes;
   for (int i = 0; i < 4; ++i) {
     bench.send_commit(wanted);
-    bench.run_ms(100);
-    const Answers answers(bench.stream.from_board);
+    bench.finish_storing();
+    const Answers answers(bench.received);
     if (!CHECK(answers.types.size() == static_cast<size_t>(3 + i))) return;
     codes.push_back(answers.types.back() == ErrorReply::kType
                         ? static_cast<ErrorCode>(answers.payloads.back()[1])
@@ -194,7 +194,7 @@ TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
   }
   CHECK(codes[0] == ErrorCode::kNone && codes[1] == ErrorCode::kStoreFailed);
   CHECK(codes[2] == ErrorCode::kNone && codes[3] == ErrorCode::kStoreFailed);
-  CHECK(tfsat_test::same(bench.core.maneuvers().current(), Maneuver::factory()));
+  CHECK(tfsat_test::same_record(bench.core.maneuvers().current(), Maneuver::factory()));
   CHECK(bench.arm() == ErrorCode::kStoreDamaged);  // the old one is whole, but the board may be worn
 }
 
@@ -208,7 +208,7 @@ TEST_CASE(nothing_is_written_unasked_in_any_state) {
   bench.first_strokes_begin(4);
   bench.run_ms(2500);
   CHECK(bench.core.state() == SequencerState::kDone);
-  CHECK(bench.stream.from_board.empty());
+  CHECK(bench.received.empty());
 }
 
 TEST_CASE(a_host_that_takes_a_byte_at_a_time_gets_whole_answers) {
@@ -217,18 +217,18 @@ TEST_CASE(a_host_that_takes_a_byte_at_a_time_gets_whole_answers) {
     bench.stream.room = room;
     for (int i = 0; i < 20; ++i) bench.send(HelloRequest::kType);
     bench.run_ms(200);
-    const Answers answers(bench.stream.from_board);
+    const Answers answers(bench.received);
     CHECK(answers.types.size() == 20);
   }
 }
 
 TEST_CASE(one_poll_reads_no_more_than_its_budget) {
   Bench bench;
-  bench.stream.to_board.assign(10000, 0x55);
+  bench.write(std::vector<uint8_t>(4000, 0x55));
   bench.link.poll();
-  CHECK(bench.stream.to_board.size() == 10000 - 64);
+  CHECK(bench.stream.bytes_read == 64);
   bench.link.poll(255);
-  CHECK(bench.stream.to_board.size() == 10000 - 64 - 255);
+  CHECK(bench.stream.bytes_read == 64 + 255);
 }
 
 TEST_CASE(half_an_answer_is_forgotten_when_the_cable_is_pulled) {
@@ -238,17 +238,17 @@ TEST_CASE(half_an_answer_is_forgotten_when_the_cable_is_pulled) {
   bench.poll();
   bench.stream.room = 0;
   bench.poll();
-  CHECK(!bench.stream.from_board.empty());
-  bench.stream.plugged = false;
+  CHECK(!bench.received.empty());
+  bench.stream.set_plugged(false);
   bench.poll();
-  bench.stream.plugged = true;
-  bench.stream.from_board.clear();
+  bench.stream.set_plugged(true);
+  bench.received.clear();
   bench.stream.room = 1000;
   bench.run_ms(5);
-  CHECK(bench.stream.from_board.empty());
+  CHECK(bench.received.empty());
   bench.send(DisarmRequest::kType);
   bench.run_ms(5);
-  CHECK(Answers(bench.stream.from_board).types == std::vector<uint8_t>{DisarmReply::kType});
+  CHECK(Answers(bench.received).types == std::vector<uint8_t>{DisarmReply::kType});
 }
 
 TEST_CASE(a_servo_that_a_run_left_far_from_its_start_does_not_snap_back) {
@@ -257,7 +257,7 @@ TEST_CASE(a_servo_that_a_run_left_far_from_its_start_does_not_snap_back) {
       Maneuver maneuver = Maneuver::factory();
       maneuver.stroke_count = 1;
       maneuver.strokes[0] = Stroke{joint, angle, 700000};
-      Bench bench(0, tfsat_test::uploaded_eeprom(maneuver));
+      Bench bench(0, tfsat_test::uploaded_image(maneuver));
       bench.fly();
       bench.first_strokes_begin(1);
       bench.run_ms(2500);
@@ -283,7 +283,7 @@ TEST_CASE(a_servo_that_a_run_left_far_from_its_start_does_not_snap_back) {
 TEST_CASE(a_release_right_after_the_check_of_the_switches_is_dated_by_its_edges) {
   Bench bench;
   bench.run_ms(20);
-  const tick_t released_at = bench.now + 30;
+  const tick_t released_at = bench.now() + 30;
   bench.switches.after_levels = [&] {
     bench.switches.set(0, true, released_at - 20);
     bench.switches.set(1, true, released_at);

@@ -1,5 +1,5 @@
 // A slot pair alone: torn bytes, worn cells, wear. Then the two pairs of a board.
-#include "bench.h"
+#include "../fixtures/sequencer/bench.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,7 @@ using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
 using tfsat_test::Answers;
 using tfsat_test::Bench;
-using tfsat_test::FakeMemory;
+using tfsat_test::ScriptedEeprom;
 using tfsat_test::finish;
 using tfsat_test::put;
 using tfsat_test::same_record;
@@ -17,11 +17,12 @@ using tfsat_test::stage;
 namespace {
 
 using Store = Stored<Maneuver>;
+using Image = ScriptedEeprom::Image;
 constexpr uint16_t kManeuvers = Sequencer::kManeuverAddress;
 constexpr uint16_t kSettings = Sequencer::kSettingsAddress;
 constexpr uint16_t kSlotBytes = Store::kSlotBytes;
 constexpr uint8_t kComplete[] = {0x3C, 0x96, 0x3C, 0x96};
-constexpr int kMarkerWrites = 4;
+constexpr uint32_t kMarkerWrites = 4;
 
 Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
   Maneuver made = Maneuver::factory();
@@ -39,14 +40,13 @@ Settings settings(uint16_t zero_us) {
   return made;
 }
 
-FakeMemory with_uploads(int count) {
-  FakeMemory memory;
+ScriptedEeprom with_uploads(int count) {
+  ScriptedEeprom memory;
   for (int i = 0; i < count; ++i) {
     const uint8_t strokes = static_cast<uint8_t>(1 + 3 * i);
     CHECK(put(memory, kManeuvers, maneuver(static_cast<int16_t>(1000 + 100 * i), strokes)));
   }
-  memory.busy_polls = memory.writes = 0;
-  return memory;
+  return ScriptedEeprom(memory.image());  // its writes count from here
 }
 
 template <typename Record>
@@ -57,16 +57,15 @@ struct Held {
 
 // What the board finds once the power is back.
 template <typename Record = Maneuver>
-Held<Record> held(FakeMemory& memory, uint16_t address = kManeuvers) {
-  memory.dead = false;
-  memory.busy_polls = memory.cut_at_write = 0;
+Held<Record> held(ScriptedEeprom& memory, uint16_t address = kManeuvers) {
+  memory.restore_power();
   Stored<Record> store(memory, address);
   store.load();
   return {store.current(), store.defect()};
 }
 
 // An upload during which the power goes.
-Held<Maneuver> held_after_cut(FakeMemory& memory, const Maneuver& wanted, int at_write, int tear) {
+Held<Maneuver> held_after_cut(ScriptedEeprom& memory, const Maneuver& wanted, uint32_t at_write, int tear) {
   memory.cut_at_write = at_write;
   memory.tear = tear;
   Store store(memory, kManeuvers);
@@ -85,25 +84,25 @@ Held<Maneuver> held_after_cut(FakeMemory& memory, const Maneuver& wanted, int at
 TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new_or_is_told) {
   int cuts = 0;
   for (int history = 0; history < 4; ++history) {
-    const FakeMemory before = with_uploads(history);
-    FakeMemory old_memory = before;
+    const ScriptedEeprom before = with_uploads(history);
+    ScriptedEeprom old_memory = before;
     const Maneuver old = held(old_memory).record;
     const Maneuver wanted = maneuver(1100, 7);
-    FakeMemory dry = before;
+    ScriptedEeprom dry = before;
     CHECK(put(dry, kManeuvers, wanted));
-    CHECK(dry.writes > 3 * kMarkerWrites);
+    CHECK(dry.writes() > 3 * kMarkerWrites);
     for (int tear = 0; tear < 16; ++tear) {
-      for (int at = 1; at <= dry.writes; ++at, ++cuts) {
-        FakeMemory memory = before;
+      for (uint32_t at = 1; at <= dry.writes(); ++at, ++cuts) {
+        ScriptedEeprom memory = before;
         const Held<Maneuver> after = held_after_cut(memory, wanted, at, tear);
         const bool is_new = same_record(after.record, wanted);
         CHECK(is_new || same_record(after.record, old));
-        CHECK(is_new == (after.defect == ErrorCode::kNone && at == dry.writes));
+        CHECK(is_new == (after.defect == ErrorCode::kNone && at == dry.writes()));
         if (at < 3) CHECK(after.defect == ErrorCode::kNone);
-        if (at > 3 && at < dry.writes) CHECK(after.defect == ErrorCode::kUploadInterrupted);
+        if (at > 3 && at < dry.writes()) CHECK(after.defect == ErrorCode::kUploadInterrupted);
         if (at == 3 && tear <= 1) CHECK((after.defect == ErrorCode::kNone) == (tear == 0));
-        if (at == dry.writes && tear == 0) CHECK(after.defect == ErrorCode::kUploadInterrupted);
-        if (at == dry.writes && tear == 1) CHECK(is_new);
+        if (at == dry.writes() && tear == 0) CHECK(after.defect == ErrorCode::kUploadInterrupted);
+        if (at == dry.writes() && tear == 1) CHECK(is_new);
         CHECK(put(memory, kManeuvers, wanted));
       }
     }
@@ -114,21 +113,21 @@ TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new_or_is_told) {
 // The cable dies half way: whatever comes then, a commit alone gives something to fly.
 TEST_CASE(an_upload_begun_counts_until_a_commit_even_after_power_cuts) {
   for (int history = 0; history < 3; ++history) {
-    FakeMemory memory = with_uploads(history);
+    ScriptedEeprom memory = with_uploads(history);
     {
       Store store(memory, kManeuvers);
       store.load();
       store.begin();
       CHECK(store.defect() == ErrorCode::kUploadInterrupted);
-      CHECK(finish(store) && memory.writes == kMarkerWrites);
+      CHECK(finish(store, memory) && memory.writes() == kMarkerWrites);
       store.begin();  // a second copy
-      CHECK(finish(store) && memory.writes == kMarkerWrites);
+      CHECK(finish(store, memory) && memory.writes() == kMarkerWrites);
       CHECK(store.defect() == ErrorCode::kUploadInterrupted);
     }
     for (int start = 0; start < 2; ++start) {
       CHECK(held(memory).defect == ErrorCode::kUploadInterrupted);
     }
-    FakeMemory same_again = memory;
+    ScriptedEeprom same_again = memory;
     const Maneuver old = held(memory).record;
     CHECK(put(same_again, kManeuvers, old) && put(memory, kManeuvers, maneuver(1100, 7)));
     CHECK(same_record(held(same_again).record, old));
@@ -138,20 +137,20 @@ TEST_CASE(an_upload_begun_counts_until_a_commit_even_after_power_cuts) {
 
 TEST_CASE(the_upload_of_what_is_stored_leaves_every_byte_as_it_was) {
   for (int history = 1; history < 4; ++history) {
-    FakeMemory memory = with_uploads(history);
-    const std::vector<uint8_t> before = memory.bytes;
+    ScriptedEeprom memory = with_uploads(history);
+    const Image before = memory.image();
     const Maneuver old = held(memory).record;
     Store store(memory, kManeuvers);
     store.load();
     store.begin();
-    CHECK(finish(store) && memory.bytes != before);
+    CHECK(finish(store, memory) && memory.image() != before);
     stage(store, old);
-    CHECK(finish(store) && !store.changed() && !store.failed());
-    CHECK(store.defect() == ErrorCode::kNone && memory.bytes == before);
-    CHECK(memory.writes == 2 * kMarkerWrites);
-    for (int at = 1; at <= 2 * kMarkerWrites; ++at) {
+    CHECK(finish(store, memory) && !store.changed() && !store.failed());
+    CHECK(store.defect() == ErrorCode::kNone && memory.image() == before);
+    CHECK(memory.writes() == 2 * kMarkerWrites);
+    for (uint32_t at = 1; at <= 2 * kMarkerWrites; ++at) {
       for (int tear = 0; tear < 20; ++tear) {
-        FakeMemory cut = with_uploads(history);
+        ScriptedEeprom cut = with_uploads(history);
         const Held<Maneuver> after = held_after_cut(cut, old, at, tear);
         CHECK(same_record(after.record, old));
         CHECK(after.defect == ErrorCode::kNone || after.defect == ErrorCode::kUploadInterrupted);
@@ -164,42 +163,42 @@ TEST_CASE(the_upload_of_what_is_stored_leaves_every_byte_as_it_was) {
 
 // What the board did with a marker lost whole: it took the slot for one that was never written.
 TEST_CASE(never_written_means_that_all_of_the_slot_is_erased) {
-  FakeMemory memory = with_uploads(2);
+  ScriptedEeprom memory = with_uploads(2);
   for (const int fill : {0xFF, 0x00}) {
-    FakeMemory lost = memory;
-    std::memset(&lost.bytes[kManeuvers + kSlotBytes], fill, kMarkerWrites);
+    ScriptedEeprom lost = memory;
+    std::memset(&lost.image()[kManeuvers + kSlotBytes], fill, kMarkerWrites);
     CHECK(held(lost).defect == ErrorCode::kStoreDamaged);
   }
-  FakeMemory erased = memory;
-  std::memset(&erased.bytes[kManeuvers + kSlotBytes], 0xFF, kSlotBytes);
+  ScriptedEeprom erased = memory;
+  std::memset(&erased.image()[kManeuvers + kSlotBytes], 0xFF, kSlotBytes);
   CHECK(held(erased).defect == ErrorCode::kNone);
 }
 
 // Layout 1, as firmware up to 0.1.0 wrote it: marker, generation, record, CRC, from address 0 on.
 TEST_CASE(a_store_of_the_old_layout_is_named_until_something_is_uploaded) {
   const Maneuver flown = maneuver(1000);
-  FakeMemory memory;
-  memory.bytes[0] = 0xA5;
-  memory.bytes[1] = 1;
-  std::memcpy(&memory.bytes[5], &flown, Maneuver::kSize);
+  ScriptedEeprom memory;
+  memory.image()[0] = 0xA5;
+  memory.image()[1] = 1;
+  std::memcpy(&memory.image()[5], &flown, Maneuver::kSize);
   CHECK(held(memory).defect == ErrorCode::kStoreOldLayout);
   CHECK(same_record(held(memory).record, Maneuver::factory()));
   for (int byte = 0; byte < 256; ++byte) {  // whatever is left of it
-    FakeMemory rest;
-    rest.bytes[static_cast<size_t>(byte)] = 0x00;
+    ScriptedEeprom rest;
+    rest.image()[static_cast<size_t>(byte)] = 0x00;
     CHECK(held(rest).defect == ErrorCode::kStoreOldLayout);
   }
-  FakeMemory cut = memory;
+  ScriptedEeprom cut = memory;
   {
     Store store(cut, kManeuvers);
     store.load();
     store.begin();
-    CHECK(store.defect() == ErrorCode::kUploadInterrupted && finish(store));
+    CHECK(store.defect() == ErrorCode::kUploadInterrupted && finish(store, cut));
   }
   CHECK(held(cut).defect == ErrorCode::kUploadInterrupted);
-  const std::vector<uint8_t> old_bytes(memory.bytes.begin(), memory.bytes.begin() + kManeuvers);
+  const std::vector<uint8_t> old_bytes(memory.image().begin(), memory.image().begin() + kManeuvers);
   CHECK(put(memory, kManeuvers, flown) && held(memory).defect == ErrorCode::kNone);
-  CHECK(std::equal(old_bytes.begin(), old_bytes.end(), memory.bytes.begin()));
+  CHECK(std::equal(old_bytes.begin(), old_bytes.end(), memory.image().begin()));
 }
 
 namespace {
@@ -220,13 +219,13 @@ struct Record {
 }  // namespace
 
 TEST_CASE(a_record_that_grew_reads_what_is_stored_and_zeros_for_the_rest) {
-  FakeMemory memory;
+  ScriptedEeprom memory;
   const uint8_t stored[] = {1, 2, 3, 4, 5};
   Stored<Record<5>> earlier(memory, kManeuvers);
   earlier.load();
   std::memcpy(earlier.staged(), stored, sizeof stored);
   earlier.commit();
-  CHECK(finish(earlier));
+  CHECK(finish(earlier, memory));
   Stored<Record<8>> later(memory, kManeuvers);
   later.load();
   CHECK(later.defect() == ErrorCode::kNone && later.generation() == 1);
@@ -235,7 +234,7 @@ TEST_CASE(a_record_that_grew_reads_what_is_stored_and_zeros_for_the_rest) {
   std::memcpy(later.staged(), read, sizeof read);
   later.commit();  // in the new length
   CHECK(later.changed());
-  CHECK(finish(later));
+  CHECK(finish(later, memory));
   CHECK(later.generation() == 2 && later.defect() == ErrorCode::kNone);
   Stored<Record<5>> gone_back(memory, kManeuvers);
   gone_back.load();  // what the longer record means, it does not know
@@ -246,14 +245,14 @@ TEST_CASE(a_record_that_grew_reads_what_is_stored_and_zeros_for_the_rest) {
 TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
   std::srand(7);
   for (int round = 0; round < 5000; ++round) {
-    FakeMemory memory;
-    for (uint8_t& byte : memory.bytes) byte = static_cast<uint8_t>(std::rand());
+    ScriptedEeprom memory;
+    for (uint8_t& byte : memory.image()) byte = static_cast<uint8_t>(std::rand());
     for (uint16_t slot = 0; slot < 2; ++slot) {
       const size_t at = kManeuvers + slot * kSlotBytes;
-      std::memcpy(&memory.bytes[at], kComplete, sizeof kComplete);
-      memory.bytes[at + 4] = static_cast<uint8_t>(std::rand() % 20);
-      memory.bytes[at + 8] = 2;
-      memory.bytes[at + 9] = static_cast<uint8_t>(std::rand() % 120);
+      std::memcpy(&memory.image()[at], kComplete, sizeof kComplete);
+      memory.image()[at + 4] = static_cast<uint8_t>(std::rand() % 20);
+      memory.image()[at + 8] = 2;
+      memory.image()[at + 9] = static_cast<uint8_t>(std::rand() % 120);
     }
     CHECK(held(memory).defect == ErrorCode::kStoreDamaged);
     CHECK(same_record(held(memory).record, Maneuver::factory()));
@@ -266,15 +265,15 @@ TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
 namespace {
 
 // Both slots of both stores hold a record, slot 1 the newer.
-std::vector<uint8_t> full_eeprom() {
-  FakeMemory memory;
+Image full_eeprom() {
+  ScriptedEeprom memory;
   for (const int16_t angle : {1200, 1300}) CHECK(put(memory, kManeuvers, maneuver(angle)));
   for (const uint16_t zero_us : {1010, 1020}) CHECK(put(memory, kSettings, settings(zero_us)));
-  return memory.bytes;
+  return memory.image();
 }
 
-std::vector<uint8_t> with_flipped_bits(std::vector<size_t> addresses, unsigned bit = 4) {
-  std::vector<uint8_t> eeprom = full_eeprom();
+Image with_flipped_bits(std::vector<size_t> addresses, unsigned bit = 4) {
+  Image eeprom = full_eeprom();
   for (const size_t address : addresses) {
     eeprom[address] = static_cast<uint8_t>(eeprom[address] ^ (1u << bit));
   }
@@ -284,7 +283,7 @@ std::vector<uint8_t> with_flipped_bits(std::vector<size_t> addresses, unsigned b
 template <typename Record>
 bool store(Bench& bench, Stored<Record>& into, const Record& wanted) {
   stage(into, wanted);
-  bench.run_ms(100);
+  bench.finish_storing();
   return !into.writing() && !into.failed() && same_record(into.current(), wanted);
 }
 
@@ -317,7 +316,7 @@ void check_every_bit(uint16_t address, const Record& older, const Record& newer,
   }
 }
 
-ErrorCode start_and_arm(const std::vector<uint8_t>& eeprom) {
+ErrorCode start_and_arm(const Image& eeprom) {
   Bench bench(0, eeprom);
   return bench.arm();
 }
@@ -328,32 +327,31 @@ TEST_CASE(the_stores_lie_apart_and_within_the_eeprom) {
   static_assert(kManeuvers >= SlotPair::kOldLayoutBelow, "the old layout's places are left alone");
   static_assert(kManeuvers + SlotPair::kBytes <= kSettings, "");
   static_assert(kSettings + SlotPair::kBytes <= 1024, "");
-  FakeMemory memory;
+  ScriptedEeprom memory;
   for (int round = 0; round < 3; ++round) {  // both slots of both
-    const std::vector<uint8_t> before = memory.bytes;
+    const Image before = memory.image();
     CHECK(put(memory, kSettings, settings(static_cast<uint16_t>(1100 + round))));
-    for (size_t i = 0; i < memory.bytes.size(); ++i) {
-      CHECK(i >= kSettings || memory.bytes[i] == before[i]);
+    for (size_t i = 0; i < memory.image().size(); ++i) {
+      CHECK(i >= kSettings || memory.image()[i] == before[i]);
     }
-    const std::vector<uint8_t> between = memory.bytes;
+    const Image between = memory.image();
     CHECK(put(memory, kManeuvers, maneuver(static_cast<int16_t>(1200 + round))));
-    for (size_t i = 0; i < memory.bytes.size(); ++i) {
+    for (size_t i = 0; i < memory.image().size(); ++i) {
       const bool inside = i >= kManeuvers && i < kManeuvers + SlotPair::kBytes;
-      CHECK(inside || memory.bytes[i] == between[i]);
+      CHECK(inside || memory.image()[i] == between[i]);
     }
   }
 }
 
 // A cell that keeps nothing is a failure, no reason to write for ever, and the other store's business never.
 TEST_CASE(a_worn_cell_in_one_store_leaves_the_old_record_and_the_other_store_alone) {
-  FakeMemory fresh;
+  ScriptedEeprom fresh;
   CHECK(put(fresh, kManeuvers, maneuver(1200)) && put(fresh, kSettings, settings(1010)));
   for (int address = kManeuvers; address < kSettings + SlotPair::kBytes; ++address) {
-    FakeMemory memory = fresh;
+    ScriptedEeprom memory(fresh.image());
     memory.worn_address = address;
-    memory.writes = 0;
     const bool maneuver_kept = put(memory, kManeuvers, maneuver(1400));
-    CHECK(memory.writes <= kSlotBytes + 2 * kMarkerWrites);
+    CHECK(memory.writes() <= kSlotBytes + 2 * kMarkerWrites);
     const bool settings_kept = put(memory, kSettings, settings(1234));
     CHECK(maneuver_kept || settings_kept);
     CHECK(address < kSettings ? settings_kept : maneuver_kept);
@@ -376,7 +374,7 @@ TEST_CASE(a_flipped_bit_in_stored_settings_is_told_and_healed) {
 
 // The host repeats its commit until it hears that the maneuver is stored: by then both slots are.
 TEST_CASE(one_upload_heals_both_slots) {
-  const std::vector<uint8_t> eeprom = with_flipped_bits({kManeuvers + 20u, kManeuvers + kSlotBytes + 20u});
+  const Image eeprom = with_flipped_bits({kManeuvers + 20u, kManeuvers + kSlotBytes + 20u});
   Bench bench(0, eeprom);
   const Stored<Maneuver>& maneuvers = bench.core.maneuvers();
   CHECK(maneuvers.origin() == Origin::kFactory && maneuvers.defect() == ErrorCode::kStoreDamaged);
@@ -387,25 +385,25 @@ TEST_CASE(one_upload_heals_both_slots) {
   for (int slot = 0; slot < 2; ++slot) {
     CHECK(bench.arm() == ErrorCode::kStoreDamaged);
     bench.send_commit(maneuver(1400));
-    bench.run_ms(100);
-    CHECK(Answers(bench.stream.from_board).payloads.back() == not_yet);
+    bench.finish_storing();
+    CHECK(Answers(bench.received).payloads.back() == not_yet);
   }
   bench.send_commit(maneuver(1400));
-  bench.run_ms(100);
-  CHECK(Answers(bench.stream.from_board).payloads.back() == stored);
+  bench.finish_storing();
+  CHECK(Answers(bench.received).payloads.back() == stored);
   CHECK(bench.arm() == ErrorCode::kNone);
-  CHECK(start_and_arm(bench.memory.bytes) == ErrorCode::kNone);
+  CHECK(start_and_arm(bench.eeprom.image()) == ErrorCode::kNone);
 }
 
 // Whole, but of another layout or senseless: what it was meant to be, nobody knows.
 TEST_CASE(a_record_that_is_whole_but_makes_no_sense_is_damage) {
-  FakeMemory memory;
+  ScriptedEeprom memory;
   CHECK(put(memory, kManeuvers, maneuver(1200)) && put(memory, kSettings, settings(1010)));
-  FakeMemory maneuvers = memory;
+  ScriptedEeprom maneuvers = memory;
   CHECK(!put(maneuvers, kManeuvers, maneuver(9001)));  // the check comes after the write
-  CHECK(start_and_arm(maneuvers.bytes) == ErrorCode::kStoreDamaged);
-  FakeMemory servo_settings = memory;
+  CHECK(start_and_arm(maneuvers.image()) == ErrorCode::kStoreDamaged);
+  ScriptedEeprom servo_settings = memory;
   CHECK(!put(servo_settings, kSettings, settings(0)));
-  CHECK(start_and_arm(servo_settings.bytes) == ErrorCode::kStoreDamaged);
-  CHECK(start_and_arm(memory.bytes) == ErrorCode::kNone);
+  CHECK(start_and_arm(servo_settings.image()) == ErrorCode::kStoreDamaged);
+  CHECK(start_and_arm(memory.image()) == ErrorCode::kNone);
 }

@@ -1,10 +1,10 @@
 // The whole sequencer in virtual time, in the hands of a script: garbage and good frames on the link, switches,
-// cable, resets and power cuts at any moment. What must hold stands in bench.h and witness.h.
-#include "bench.h"
+// cable, resets and power cuts at any moment. What must hold stands in judged_bench.h, and at the ports themselves.
+#include "judged_bench.h"
 
 using namespace tfsat::protocol;
-using tfsat_fuzz::Bench;
-using tfsat_fuzz::Bytes;
+using tfsat_fuzz::JudgedBench;
+using tfsat_test::Bytes;
 
 namespace {
 
@@ -60,29 +60,28 @@ constexpr Request kRequests[] = {
 };
 
 template <typename Message>
-void send(Bench& bench, const Message& message) {
-  uint8_t payload[Message::kSize + 1];
-  message.encode(payload);
-  bench.send(Message::kType, payload, Message::kSize);
+void send(JudgedBench& bench, const Message& message) {
+  Bytes payload(Message::kSize);
+  message.encode(payload.data());
+  bench.send(Message::kType, payload);
 }
 
-void write_garbage(Script& script, Bench& bench) {
+void write_garbage(Script& script, JudgedBench& bench) {
   Bytes garbage(script.u8() % 64 + 1);
   script.bytes(garbage.data(), garbage.size());
   bench.write(garbage);
 }
 
 // A frame whose CRC is right, of the right length or not, with any payload.
-void send_any(Script& script, Bench& bench) {
+void send_any(Script& script, JudgedBench& bench) {
   const Request& kind = kRequests[script.u8() % (sizeof kRequests / sizeof kRequests[0])];
   const uint8_t length = script.u8();
-  uint8_t payload[kMaxPayloadBytes];
-  const size_t size = length < 0x80 ? kind.size : length % (kMaxPayloadBytes + 1);
-  script.bytes(payload, size);
-  bench.send(kind.type, payload, size);
+  Bytes payload(length < 0x80 ? kind.size : length % (kMaxPayloadBytes + 1));
+  script.bytes(payload.data(), payload.size());
+  bench.send(kind.type, payload);
 }
 
-void send_arm(Script& script, Bench& bench) {
+void send_arm(Script& script, JudgedBench& bench) {
   ArmRequest arm;
   const uint8_t error = script.u8();
   arm.arm_token = static_cast<uint16_t>(bench.arm_token() + (error < 0xC0 ? 0 : error - 0xE0));
@@ -90,7 +89,7 @@ void send_arm(Script& script, Bench& bench) {
 }
 
 // Two strokes of joint 1 and 2 and so on; what the script adds makes them wrong or only different.
-void send_maneuver(Script& script, Bench& bench) {
+void send_maneuver(Script& script, JudgedBench& bench) {
   ManeuverBeginRequest begin;
   begin.stroke_count = script.u8();
   if (begin.stroke_count < 0xF0) begin.stroke_count = static_cast<uint8_t>(begin.stroke_count % kMaxStrokes + 1);
@@ -110,21 +109,21 @@ void send_maneuver(Script& script, Bench& bench) {
     canonical.insert(canonical.end(), payload + 1, payload + sizeof payload);
   }
   ManeuverCommitRequest commit;
-  commit.crc = static_cast<uint16_t>(tfsat_fuzz::reference_crc16(canonical.data(), canonical.size()) ^ script.u8());
+  commit.crc = static_cast<uint16_t>(tfsat_test::reference_crc16(canonical.data(), canonical.size()) ^ script.u8());
   send(bench, commit);
 }
 
-void send_settings(Script& script, Bench& bench) {
+void send_settings(Script& script, JudgedBench& bench) {
   const auto factory = tfsat::sequencer::Settings::factory();
-  uint8_t payload[SettingsWriteRequest::kSize];
-  uint8_t changes[SettingsWriteRequest::kSize] = {};
-  factory.encode(payload);
-  script.bytes(changes, script.u8() % (sizeof changes + 1));
-  for (size_t i = 0; i < sizeof payload; ++i) payload[i] = static_cast<uint8_t>(payload[i] ^ changes[i]);
-  bench.send(SettingsWriteRequest::kType, payload, sizeof payload);
+  Bytes payload(SettingsWriteRequest::kSize);
+  factory.encode(payload.data());
+  Bytes changes(payload.size());
+  script.bytes(changes.data(), script.u8() % (changes.size() + 1));
+  for (size_t i = 0; i < payload.size(); ++i) payload[i] = static_cast<uint8_t>(payload[i] ^ changes[i]);
+  bench.send(SettingsWriteRequest::kType, payload);
 }
 
-void send_jog(Script& script, Bench& bench) {
+void send_jog(Script& script, JudgedBench& bench) {
   JogRequest jog;
   jog.joint = script.u8();
   if (jog.joint < 0xF0) jog.joint = static_cast<uint8_t>(jog.joint % kJointCount + 1);
@@ -135,7 +134,7 @@ void send_jog(Script& script, Bench& bench) {
 }
 
 // Turns of the main loop at once: the low five bits say how many, the others how long each takes.
-int turn(Script& script, Bench& bench) {
+int turn(Script& script, JudgedBench& bench) {
   constexpr uint32_t kTurnsUs[] = {50, 300, 1000, 3400, 5000, 20000, 50000, 200000};
   const uint8_t how = script.u8();
   const int count = how % 32 + 1;
@@ -143,20 +142,20 @@ int turn(Script& script, Bench& bench) {
   return count;
 }
 
-void set_switches(Script& script, Bench& bench) {
+void set_switches(Script& script, JudgedBench& bench) {
   const uint8_t levels = script.u8();
   for (int i = 0; i < 2; ++i) {
     if (levels >> (i + 2) & 1) bench.set_switch(i, levels >> i & 1);
   }
 }
 
-void plug(Script& script, Bench& bench) {
+void plug(Script& script, JudgedBench& bench) {
   const uint8_t how = script.u8();
   bench.set_cable(how & 1);
   bench.set_host_reads(how & 2);
 }
 
-void restart(Script& script, Bench& bench) {
+void restart(Script& script, JudgedBench& bench) {
   constexpr ResetCause kCauses[] = {ResetCause::kWatchdog, ResetCause::kBrownOut, ResetCause::kExternal};
   const uint8_t cause = script.u8() % 4;
   if (cause < 3) {
@@ -167,7 +166,7 @@ void restart(Script& script, Bench& bench) {
 }
 
 // Scripts in tests/validation/fuzz/seeds.py and corpus/ count on this order.
-using Step = void (*)(Script&, Bench&);
+using Step = void (*)(Script&, JudgedBench&);
 constexpr Step kSteps[] = {write_garbage, send_any, send_arm,     send_maneuver, send_settings,
                            send_jog,      plug,     set_switches, restart};
 constexpr size_t kStepCount = sizeof kSteps / sizeof kSteps[0];  // the next numbers, up to 15, let time pass
@@ -176,7 +175,7 @@ constexpr size_t kStepCount = sizeof kSteps / sizeof kSteps[0];  // the next num
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Script script(data, size);
-  Bench bench;
+  JudgedBench bench;
   int loops = 0;
   while (!script.done() && loops < kMostLoops) {
     const size_t step = script.u8() % 16;

@@ -6,12 +6,13 @@
 
 #include "../../../firmware/arduino_sequencer/src/protocol/frame.h"
 #include "../../../firmware/arduino_sequencer/src/protocol/messages.h"
-#include "reference_frame.h"
+#include "../../fixtures/sequencer/reference_frame.h"
+#include "check.h"
 
 using namespace tfsat::protocol;
-using tfsat_fuzz::Bytes;
-using tfsat_fuzz::Frame;
-using tfsat_fuzz::reference_decode;
+using tfsat_test::Bytes;
+using tfsat_test::Frame;
+using tfsat_test::reference_decode;
 
 namespace {
 
@@ -80,7 +81,7 @@ FrameReceiver<kMaxBytes> require_same_frames(const uint8_t* data, size_t size, s
 
 // Too little or too much for a frame, with a CRC that is right where a careless receiver would look for it.
 Bytes sealed(const uint8_t* data, size_t size, size_t crc_at) {
-  const uint16_t crc = tfsat_fuzz::reference_crc16(data, std::min(size, crc_at));
+  const uint16_t crc = tfsat_test::reference_crc16(data, std::min(size, crc_at));
   Bytes out(encoded_frame_bytes(size));
   CobsEncoder cobs(out.data());
   for (size_t i = 0; i <= size; ++i) {
