@@ -236,6 +236,9 @@ IMPLAUSIBLE_STDS = 5.0
 _LINEAR_RAD = 1e-3
 """Joint angles that were off by less than this carried rates from body to body as well as right ones."""
 _RELINEARIZED = 5
+_CONTRADICTED = 10.0
+"""Times the expected distance. Joints that were taken wrong leave less than one; where a sensor contradicts the others, 20
+to 1,100 are left, in the last linearisation as in the first."""
 BODY_1 = 0
 """The body whose attitude the paper compares."""
 
@@ -380,14 +383,15 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
     flown = flown_of(motion)
     driven = driven_by(flown, motion.lag)
     fit = fit_model(offsets, flown)
-    for _ in range(_RELINEARIZED):
-        if flown.turned_by(fit.errors) < _LINEAR_RAD:
+    for rounds in range(_RELINEARIZED + 1):
+        sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
+        after = sensed.with_fit(fit)
+        misfit = after.error.mahalanobis / EXPECTED_DISTANCE
+        near = flown.turned_by(fit.errors) < _LINEAR_RAD
+        if near or misfit > _CONTRADICTED or rounds == _RELINEARIZED:
             break
-        flown = flown_of(motion, fit.errors)
+        flown = sensed.flown
         fit = fit_model(offsets, flown, fit)
-    sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
-    after = sensed.with_fit(fit)
-    misfit = after.error.mahalanobis / EXPECTED_DISTANCE
     if misfit > 1.0:
         stated, fit = fit, widened(fit, flown, misfit)
         after = sensed.with_fit(replace(fit, covariance=stated.covariance))
