@@ -55,7 +55,9 @@ def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
         as_filed = next_drop.explained.before.error
         by_it = again(next_drop, model).explained.before.error
         assert np.rad2deg(as_filed.final_norm_rad) > 0.2
-        assert np.rad2deg(by_it.final_norm_rad) < 0.06 and by_it.mahalanobis < 1.5 * EXPECTED_DISTANCE
+        assert by_it.final_norm_rad < min(np.deg2rad(0.07), 0.05 * as_filed.final_norm_rad)
+        # A robot file says not how far the correction itself is uncertain.
+        assert by_it.mahalanobis < 3.0 * EXPECTED_DISTANCE
 
 
 def test_all_that_the_fit_found_stands_in_it() -> None:

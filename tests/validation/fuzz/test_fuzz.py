@@ -15,7 +15,12 @@ from tests.paths import REPOSITORY
 from tests.validation.fuzz.fuzzing import BOARD, FRAME, TARGETS, Target, build, fuzz
 
 RUNS = {FRAME.name: 100_000, BOARD.name: 10_000}
-SHARED = ("tests/validation/fuzz", "tests/fixtures", "firmware/arduino_sequencer/src", "tools/emulator/src/boards")
+SHARED = (
+    "tests/validation/fuzz",
+    "tests/fixtures",
+    "firmware/arduino_sequencer/src",
+    "tools/emulator/src/boards",
+)
 FRAME_HEADER = "firmware/arduino_sequencer/src/protocol/frame.h"
 SEQUENCER = "firmware/arduino_sequencer/src/core/sequencer.cpp"
 
