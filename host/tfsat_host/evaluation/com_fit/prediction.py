@@ -237,8 +237,8 @@ _LINEAR_RAD = 1e-3
 """Joint angles that were off by less than this carried rates from body to body as well as right ones."""
 _RELINEARIZED = 5
 _CONTRADICTED = 10.0
-"""Times the expected distance. Joints that were taken wrong leave less than one; where a sensor contradicts the others, 20
-to 1,100 are left, in the last linearisation as in the first."""
+"""Times the expected distance. Joints that were taken wrong leave less than one; where a sensor contradicts the others,
+20 to 1,100 are left, in the last linearisation as in the first."""
 BODY_1 = 0
 """The body whose attitude the paper compares."""
 
