@@ -380,18 +380,22 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         rotation, _ = poses(offsets.body.tilted(flown.tilt_rad), flown.angles_rad)
         return Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
 
+    def sensed_by(fit: ModelFit) -> tuple[Driven, Sides, float]:
+        """Sensors without the errors that a fit found; the model it found against them, in expected distances."""
+        sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
+        after = sensed.with_fit(fit)
+        return sensed, after, after.error.mahalanobis / EXPECTED_DISTANCE
+
     flown = flown_of(motion)
     driven = driven_by(flown, motion.lag)
     fit = fit_model(offsets, flown)
-    for rounds in range(_RELINEARIZED + 1):
-        sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
-        after = sensed.with_fit(fit)
-        misfit = after.error.mahalanobis / EXPECTED_DISTANCE
-        near = flown.turned_by(fit.errors) < _LINEAR_RAD
-        if near or misfit > _CONTRADICTED or rounds == _RELINEARIZED:
+    sensed, after, misfit = sensed_by(fit)
+    for _ in range(_RELINEARIZED):
+        if flown.turned_by(fit.errors) < _LINEAR_RAD or misfit > _CONTRADICTED:
             break
         flown = sensed.flown
         fit = fit_model(offsets, flown, fit)
+        sensed, after, misfit = sensed_by(fit)
     if misfit > 1.0:
         stated, fit = fit, widened(fit, flown, misfit)
         after = sensed.with_fit(replace(fit, covariance=stated.covariance))
