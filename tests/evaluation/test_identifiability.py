@@ -24,7 +24,7 @@ def with_information(information: FloatArray) -> ModelFit:
     fit = fitted(1).fit
     covariance = fit.covariance.copy()
     covariance[:9, :9] = np.linalg.inv(information + np.eye(9) / PRIOR_MM**2)
-    return replace(fit, information=information, covariance=covariance)
+    return replace(fit, equations=fit.equations._replace(information=information), covariance=covariance)
 
 
 def cut(flown: Flown, until_s: float) -> Flown:

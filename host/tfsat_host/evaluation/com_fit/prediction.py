@@ -397,6 +397,6 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         fit = fit_model(offsets, flown, fit)
         sensed, after, misfit = sensed_by(fit)
     if misfit > 1.0:
-        stated, fit = fit, widened(fit, flown, misfit)
+        stated, fit = fit, widened(fit, misfit)
         after = sensed.with_fit(replace(fit, covariance=stated.covariance))
     return ModelComparison(driven, fit, driven.with_offsets(np.zeros(len(offsets))), after)
