@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import io
 import json
 import math
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.paths import REPOSITORY
+from tests.paths import HOST, REPOSITORY
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
 from tfsat_host.present.output import Output
 
@@ -216,3 +217,19 @@ def test_what_would_steer_the_terminal_is_written_as_escapes() -> None:
         assert text.count("a\\x1b[2J\\x07\\x9b1m\\u202eb\\u2066c\\r") >= 4
         assert all(map(str.isprintable, text.split("\n")))
     assert "\nnext line" in streams[1].getvalue() and "\n  next line" in streams[1].getvalue()
+
+
+def test_no_text_for_people_has_the_name_of_a_class() -> None:
+    """A renamed class once took a printed "Result: preflight.json" with it."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in HOST.rglob("*.py")]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    names = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
+    names = {name for name in names if len(re.findall("[A-Z][a-z]+", name)) > 1}
+    formatted = [part for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values]
+    texts = [
+        part.value for part in formatted if isinstance(part, ast.Constant) and isinstance(part.value, str)
+    ]
+    assert len(texts) > 2000 and len(names) > 200
+    # A repr has the class's name on purpose.
+    told = [text for text in texts if not text.startswith("<")]
+    assert [text for text in told if names & set(re.findall(r"\w+", text))] == []

@@ -31,7 +31,7 @@ FALL_END_S = 2.45
 def test_a_good_drop_as_a_process(tfsat_host: RunCli) -> None:
     run_folder(tfsat_host.folder / "run")
     done = tfsat_host("evaluate", "run")
-    assert done.stdout.startswith("Verdict     GOOD. Nothing speaks against it: ")
+    assert done.stdout.startswith("Verdict     GOOD. EMULATED robot. Nothing speaks against it: ")
     words = " ".join(done.stdout.split())
     assert "of body 1, from the release to 2.45 s" in words
     assert "complete" in words and "0 lost" in words and "failed" not in words

@@ -119,7 +119,7 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     certified(run, lambda whole: with_landing(whole, Landing(DROPPED - HOUR / 2, "a test")))
     said = evaluate("run")
     assert said.code == 3
-    assert said.out.startswith("Verdict     DOUBTFUL. The calibration does not hold as it is")
+    assert said.out.startswith("Verdict     DOUBTFUL. EMULATED robot. The calibration does not hold as it is")
     assert "Measured before the last landing" in said.words
     assert "To measure: tfsat-host calibrate bias" in said.words
     assert "The bias of body 1, 2, 3, 4 is that of the" in said.words

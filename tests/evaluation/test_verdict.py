@@ -30,7 +30,7 @@ def reason(found: Evaluation, sentence: str) -> str:
     """The one reason, whose kind is that sentence."""
     verdict = verdict_of(found)
     assert verdict.level == "doubtful"
-    assert verdict.sentence == sentence
+    assert verdict.sentence == f"EMULATED robot. {sentence}"
     (only,) = verdict.reasons
     return only
 
@@ -39,19 +39,21 @@ def test_a_good_drop_has_no_reasons() -> None:
     verdict = verdict_of(good())
     assert (verdict.level, verdict.reasons) == ("good", ())
     passed = sum(check.verdict == "passed" for check in good().checks)
-    assert verdict.sentence.startswith(f"Nothing speaks against it: all {passed} checks passed")
+    assert verdict.sentence.startswith(
+        f"EMULATED robot. Nothing speaks against it: all {passed} checks passed"
+    )
 
 
 def test_failed_checks_are_counted() -> None:
     failed = [Kind(f"check {n}", "deg", ()).judged(2.0, 1.0, f"It is {n}.") for n in (1, 2)]
     verdict = verdict_of(replace(good(), checks=(*good().checks, *failed)))
-    assert verdict.level == "doubtful" and verdict.sentence == "2 checks failed."
+    assert verdict.level == "doubtful" and verdict.sentence == "EMULATED robot. 2 checks failed."
     assert verdict.reasons == ("It is 1.", "It is 2.")
 
 
 def test_what_stands_against_the_calibration() -> None:
     verdict = verdict_of(good(), ["It is of another robot."])
-    assert verdict.sentence == "The calibration does not hold as it is."
+    assert verdict.sentence == "EMULATED robot. The calibration does not hold as it is."
     assert verdict.reasons == ("It is of another robot.",)
 
 
@@ -151,7 +153,7 @@ def test_reasons_of_several_kinds_are_all_named_once() -> None:
         good(), notes=("One.", "One."), checks=(Kind("check", "deg", ()).judged(2.0, 1.0, "One."),)
     )
     verdict = verdict_of(found)
-    assert verdict.sentence == "1 check failed; something stands in for data that is missing."
+    assert verdict.sentence == "EMULATED robot. 1 check failed; something stands in for data that is missing."
     assert verdict.reasons == ("One.",)
 
 

@@ -229,7 +229,7 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
     drops = [reported(name="morning"), reported(name="evening")]
     document = document_of(drops, MADE)
     assert [drop["name"] for drop in document["drops"]] == ["morning", "evening"]
-    assert document["title"] == "drop tower robot: morning, evening"
+    assert document["title"] == "EMULATED drop tower robot: morning, evening"
     first, second = ([plot["id"] for plot in drop["plots"]] for drop in document["drops"])
     assert first == second
 

@@ -143,7 +143,7 @@ def show(
         for line in textwrap.wrap(f"{names}: {step}", _WIDTH, subsequent_indent="    "):
             out.line(f"  {line}")
     signed = f"signed {written.sha256[:12]}" if written.sha256 else "NOT SIGNED"
-    out.line(f"WrittenResult: {written.file} ({signed})")
+    out.line(f"Result: {written.file} ({signed})")
     no_real = " The robot is an emulated one: this says nothing of a real one." if emulated else ""
     if may_drop(checks):
         optional = [one.name for one in checks if one.verdict == GoNoGo.NOT_MADE]

@@ -34,7 +34,7 @@ class Verdict:
 
     Attributes:
         level: See the module.
-        sentence: Why, in short.
+        sentence: Why, in short; first, whether the robot was an emulated one.
         reasons: Why, at length; a sentence or more each. Empty if it is good.
     """
 
@@ -71,10 +71,11 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
     )
     present = {sentence: list(reasons) for sentence, reasons in groups}
     sentence = "; ".join(one for one, reasons in present.items() if reasons)
+    kind = "EMULATED robot. " if found.log.is_emulated else ""
     if not sentence:
-        return Verdict("good", _good(found), ())
+        return Verdict("good", kind + _good(found), ())
     reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
-    return Verdict("doubtful", f"{sentence[:1].upper()}{sentence[1:]}.", reasons)
+    return Verdict("doubtful", f"{kind}{sentence[:1].upper()}{sentence[1:]}.", reasons)
 
 
 def _withheld(found: Evaluation) -> Iterator[str]:

@@ -116,6 +116,11 @@ class DropLog:
         )
 
     @property
+    def is_emulated(self) -> bool:
+        """Whether an emulated robot's logger recorded it, which runs no image."""
+        return self.header.image_crc == 0
+
+    @property
     def late_start(self) -> Gap | None:
         """What lies before the file's first block, if the file begins later than the recording."""
         return self.gaps[0] if self.gaps and self.gaps[0].late_start else None

@@ -96,9 +96,10 @@ def document_of(
         lacking: Which drops were asked for and are not here, and why; a sentence or more each.
     """
     robots = dict.fromkeys(drop.evaluation.model.name for drop in drops)
+    kind = "EMULATED " if any(drop.evaluation.log.is_emulated for drop in drops) else ""
     return Document(
         format=FORMAT,
-        title=f"{', '.join(robots)}: {', '.join(drop.name for drop in drops)}",
+        title=f"{kind}{', '.join(robots)}: {', '.join(drop.name for drop in drops)}",
         made_by=f"tfsat-host {__version__}",
         made_at=f"{made_at.astimezone(UTC):%Y-%m-%d %H:%M} UTC",
         lacking=list(lacking),
@@ -205,7 +206,7 @@ def provenance_table(drop: Reported) -> quantity.Table:
 def _logger(found: Evaluation) -> str:
     header = found.log.header
     firmware = ".".join(map(str, header.firmware_version))
-    kind = "emulated" if header.image_crc == 0 else f"image {header.image_crc:08x}"
+    kind = "emulated" if found.log.is_emulated else f"image {header.image_crc:08x}"
     serial = header.board_serial.hex() if any(header.board_serial) else "unknown"
     return f"serial {serial}, firmware {firmware} ({kind}), protocol {header.protocol_hash.hex()}"
 
