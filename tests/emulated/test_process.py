@@ -243,7 +243,7 @@ def test_a_running_card_file_is_never_written_over_a_file_of_the_user(native: Se
         (("--seed", "-1"), "no seed"),
         (("--for", "0"), "no duration"),
         (("--for", "nan"), "no duration"),
-        (("--sequencer", "pic"), "invalid choice"),
+        (("--sequencer", "pic"), "there is no --sequencer 'pic'"),
     ],
 )
 def test_bad_options_are_usage_errors(tfsat_host: RunCli, arguments: tuple[str, str], said: str) -> None:

@@ -10,7 +10,7 @@ import sys
 from io import TextIOWrapper
 
 from tfsat_host.cli.commands import HELPS, overview
-from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.errors import TfsatError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -88,15 +88,13 @@ def _dispatch(argv: Sequence[str]) -> int:
 def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     """Fills `args` and does the command, which is the first word that is no option."""
     from tfsat_host.cli.parser import parser_with
+    from tfsat_host.cli.suggestions import refuse_command, refuse_unknown_options
 
     chosen = next((word for word in argv if not word.startswith("-")), None)
     if chosen is not None and chosen not in HELPS:
-        raise UsageError(
-            what=f"There is no command {chosen!r}.",
-            meaning="Nothing was done.",
-            next_step="tfsat-host --help lists all commands.",
-        )
+        refuse_command(chosen, argv, HELPS)
     parser, modules = parser_with(() if chosen is None else (chosen,))
+    refuse_unknown_options(parser, argv)
     parser.parse_args(argv, args)
     if chosen is None:
         sys.stdout.write(overview())

@@ -7,10 +7,11 @@ import importlib
 import sys
 from collections.abc import Container
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from tfsat_host import __version__
 from tfsat_host.cli.commands import HELPS, overview
+from tfsat_host.cli.suggestions import refuse_choice, refuse_missing_action
 from tfsat_host.cli.usage import accept_negative_numbers
 from tfsat_host.errors import UsageError
 
@@ -22,11 +23,18 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose errors are tfsat's."""
 
     def error(self, message: str) -> NoReturn:
+        if message.startswith("the following arguments are required"):
+            refuse_missing_action(self)
         raise UsageError(
             what=f"{message[:1].upper()}{message[1:].rstrip('.')}.",
             meaning="Nothing was done.",
             next_step=f"{self.prog} --help",
         )
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and isinstance(value, str) and value not in action.choices:
+            refuse_choice(self.prog, action, value)
+        super()._check_value(action, value)
 
 
 class _Overview(Parser):
