@@ -165,7 +165,7 @@ def test_a_bias_out_of_a_recording(tfsat_host: RunCli) -> None:
         (("scale", "--turn", "w", "360"), "no axis of a body"),
         (("scale", "--turn", "z", "once"), "not a number"),
         (("scale", "--turn", "z", "360", "--jog"), "a turn is done by hand"),
-        ((), "QUANTITY"),
+        ((), "needs a quantity"),
     ],
 )
 def test_arguments_that_mean_nothing(tfsat_host: RunCli, arguments: tuple[str, ...], words: str) -> None:

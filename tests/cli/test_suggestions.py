@@ -68,3 +68,38 @@ def test_a_command_without_its_action_lists_them(
     lines = [line.split() for line in done.stderr.splitlines()[2:]]
     assert [words[:3] for words in lines] == [["tfsat-host", command, action] for action in actions]
     assert all(len(words) > 5 for words in lines), "what each is for"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        (("simulate", "--file", "tower.toml"), "tower.toml is a robot file, no maneuver file."),
+        (("simulate", "--file", "calibration.toml"), "calibration.toml is a certificate, no maneuver file."),
+        (("simulate", "--file", "SD.csv"), "SD.csv is a table, no maneuver file."),
+        (("simulate", "--file", "SD.bin"), "SD.bin is a recording, no maneuver file."),
+        (
+            ("simulate", "59", "70", "--robot", "maneuver.toml"),
+            "maneuver.toml is a maneuver file, no robot file.",
+        ),
+        (("bundle", "SD.csv"), "SD.csv is what decode made of a recording, not the recording itself."),
+        (("evaluate", "SD.csv"), "SD.csv is what decode made of a recording, not the recording itself."),
+    ],
+)
+def test_a_file_of_another_kind_is_named_as_what_it_is(
+    tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], what: str
+) -> None:
+    folder = tfsat_host.folder
+    for name, content in (
+        ("tower.toml", b"format = 1\ninertia_off_diagonals = 'tensor'\n"),
+        ("calibration.toml", b"format = 9\nwho_am_i = '68'\n"),
+        ("maneuver.toml", b"schema = 1\nstrokes = []\n"),
+        ("SD.csv", b"t_s,x\n0,1\n"),
+        ("SD.bin", b"\xff\xfe\x00"),
+    ):
+        (folder / name).write_bytes(content)
+    monkeypatch.chdir(folder)
+    done = tfsat_host(*arguments, expect=1)
+    assert f"Error: {what}" in done.stderr.splitlines()
+    if "SD.csv" in arguments[1:2]:
+        assert done.stderr.splitlines()[-1] == f"  tfsat-host {arguments[0]} SD.bin"
+        assert not list(folder.glob("*.zip"))

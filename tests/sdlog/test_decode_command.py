@@ -50,6 +50,19 @@ def test_summary_and_csv_beside_the_file(sd: Path) -> None:
     assert {path.name for path in sd.parent.iterdir()} == {"SD.bin", "SD.csv", "SD.events.csv"}
 
 
+def test_out_may_name_the_file(sd: Path, tmp_path: Path) -> None:
+    decode(sd, "--out", tmp_path / "drop 3.csv")
+    decode(sd, "--out", tmp_path / "drop.npz", "--format", "npz")
+    assert (tmp_path / "drop 3.csv").is_file() and (tmp_path / "drop 3.events.csv").is_file()
+    assert (tmp_path / "drop.npz").is_file()
+    refused = decode(sd, "--out", tmp_path / "other.npz", expect=2).stderr
+    assert "names a npz file, and csv is to be written" in refused and "--format npz" in refused
+    assert not (tmp_path / "other.npz").exists()
+    (tmp_path / "old.csv").mkdir()
+    decode(sd, "--out", tmp_path / "old.csv")
+    assert (tmp_path / "old.csv" / "SD.csv").is_file(), "a folder that is there is a folder"
+
+
 def test_json_has_the_keys_that_others_rely_on(sd: Path, tmp_path: Path) -> None:
     facts = decode_json(sd, "--format", "csv,npz,mat", "--out", tmp_path / "out")
     assert facts["verdict"] == "complete"

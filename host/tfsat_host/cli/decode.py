@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import OUTPUT, add_options
-from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.errors import DataLossError, TfsatError, UsageError
 from tfsat_host.present.output import Output
 from tfsat_host.run.exports import FORMATS
 
@@ -33,7 +34,7 @@ units, say what was recorded and what is missing. Ends with 3 if anything was lo
 
 FILE                the recording off the card, such as DROP0001.BIN
 --format LIST       what to write, separated by commas: {", ".join(FORMATS)} (default csv)
---out DIR           folder to write to (default: next to FILE)
+--out DIR           folder to write to, or the name of one file, such as drop.csv (default: next to FILE)
 --session ID        which recording of the file, 8 hex digits (default: the newest by the time of day in the headers;
                     where an unbroken one has none, the first in the file)
 --calibration FILE  certificate to hold against the recording; it learns of the landing (default: calibration.toml next
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
+    _require_one_format(args)
     with out.progress(f"Reading {args.file}", total=1.0) as advance:
         log = load(args.file, session=args.session, progress=advance)
     facts = summary(log)
@@ -79,10 +81,11 @@ def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
     from tfsat_host.output_files import UnwritableError
     from tfsat_host.run.exports import write_decoded
 
-    folder = args.out or args.file.parent
+    stem = _stem(args)
+    folder = stem.parent
     try:
         with out.progress(f"Writing {', '.join(args.format)}"):
-            return write_decoded(log, folder / args.file.stem, args.format, force=args.force)
+            return write_decoded(log, stem, args.format, force=args.force)
     except BrokenPipeError:
         raise
     except (OSError, UnwritableError) as error:
@@ -93,6 +96,30 @@ def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
             "not all of its files are there.",
             next_step="Make room, or name a folder that can be written with --out.",
         ) from None
+
+
+def _stem(args: argparse.Namespace) -> Path:
+    """Return the path of all files without their endings; `--out` is a folder, or the name of a file of one format."""
+    if args.out is None or args.out.is_dir() or not _is_file_name(args.out):
+        return Path(args.out or args.file.parent, args.file.stem)
+    return Path(args.out).with_suffix("")
+
+
+def _is_file_name(place: Path) -> bool:
+    return place.suffix[1:].lower() in FORMATS
+
+
+def _require_one_format(args: argparse.Namespace) -> None:
+    """Refuse a file's name that is of another format than what is to be written."""
+    if args.out is None or args.out.is_dir() or not _is_file_name(args.out):
+        return
+    named = args.out.suffix[1:].lower()
+    if args.format != (named,):
+        raise UsageError(
+            what=f"--out {args.out} names a {named} file, and {', '.join(args.format)} is to be written.",
+            meaning="Nothing was decoded.",
+            next_step=f"For that file: --format {named}. For a folder, a name without .{named}.",
+        )
 
 
 def _formats(text: str) -> tuple[str, ...]:

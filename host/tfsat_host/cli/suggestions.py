@@ -65,8 +65,9 @@ def refuse_missing_action(parser: argparse.ArgumentParser) -> None:
         if isinstance(action, argparse._SubParsersAction):
             width = max(len(one.dest) for one in action._choices_actions)
             lines = [f"{parser.prog} {one.dest:{width}}  {one.help}" for one in action._choices_actions]
+            kind = str(action.metavar or action.dest).lower()
             raise UsageError(
-                what=f"{parser.prog} needs to be told what to do.",
+                what=f"{parser.prog} needs {'an' if kind[0] in 'aeiou' else 'a'} {kind}.",
                 meaning=_NOTHING_DONE,
                 next_step="\n".join(lines),
             )

@@ -15,6 +15,27 @@ from tfsat_host.config.table import ConfigKind, Fault, Table, shown
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
 _Comments = Mapping[str, str]
+_MARKS = {
+    "strokes": "maneuver file",
+    "inertia_off_diagonals": "robot file",
+    "who_am_i": "certificate",
+    "drop_height_m": "facility file",
+    "frame_ms": "file of servo settings",
+}
+"""Entries that only one kind of file has."""
+_ENDINGS = {
+    ".bin": "recording",
+    ".csv": "table",
+    ".npz": "decoded recording",
+    ".json": "JSON file",
+    ".html": "page",
+}
+
+
+def _other_kind(path: Path, kind: ConfigKind) -> str:
+    """Say what a file is whose name tells it, where it is no TOML; empty for others."""
+    name = _ENDINGS.get(path.suffix.lower())
+    return "" if name is None else f"{path} is a {name}, no {kind.name}."
 
 
 def read_config(path: Path, kind: ConfigKind) -> Table:
@@ -32,7 +53,7 @@ def read_config(path: Path, kind: ConfigKind) -> Table:
         raise kind.refusal(what, Fault.UNREADABLE) from error
     except UnicodeDecodeError as error:
         what = f"The {kind.name} {path} cannot be read: it is not UTF-8 text."
-        raise kind.refusal(what, Fault.NOT_TEXT) from error
+        raise kind.refusal(_other_kind(path, kind) or what, Fault.NOT_TEXT) from error
     return parse_config(text, str(path), kind)
 
 
@@ -42,8 +63,12 @@ def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
     try:
         values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise kind.refusal(f"{source}: {_problem(text, error)}.", Fault.SYNTAX) from error
+        what = _other_kind(Path(source), kind) or f"{source}: {_problem(text, error)}."
+        raise kind.refusal(what, Fault.SYNTAX) from error
     top = Table(kind, source, text, (), values)
+    for mark, name in _MARKS.items():
+        if mark in values and name != kind.name:
+            raise kind.refusal(f"{source} is a {name}, no {kind.name}.", Fault.FORMAT)
     if kind.format is not None:
         key, number = kind.format
         found = top.value(key, str(number))

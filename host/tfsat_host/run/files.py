@@ -99,6 +99,9 @@ def _wrong(what: str) -> UsageError:
     return UsageError(what=what, meaning=_NOTHING_DONE, next_step="tfsat-host evaluate --help")
 
 
+_MADE_BY_DECODE = (".csv", ".npz", ".mat", ".parquet", ".mcap")
+
+
 @dataclass(frozen=True, slots=True)
 class RunFiles:
     """Where the parts of one drop are.
@@ -132,6 +135,13 @@ def run_files(
             what=f"There is no file or folder {place}.",
             meaning=nothing,
             next_step=f"Name the recording off the card, or the folder with it: tfsat-host {command} SD.bin",
+        )
+    if recording.suffix.lower() in _MADE_BY_DECODE:
+        raw = recording.with_suffix(".bin")
+        raise TfsatError(
+            what=f"{recording} is what decode made of a recording, not the recording itself.",
+            meaning=nothing,
+            next_step=f"tfsat-host {command} {raw if raw.is_file() else 'SD.bin, the file off the card'}",
         )
     default = recording.parent / MANEUVER
     return RunFiles(recording, maneuver or (default if default.is_file() else None))

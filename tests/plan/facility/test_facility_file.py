@@ -38,7 +38,7 @@ def test_the_table_of_cosmotorre() -> None:
 
 def test_robots_and_facilities_are_not_taken_for_one_another() -> None:
     assert "cosmotorre" not in shipped_robots() and "drop_tower" in shipped_robots()
-    with pytest.raises(FacilityFileError, match="kind: is missing"):
+    with pytest.raises(FacilityFileError, match="is a robot file, no facility file"):
         load_tower(default_robot_path())
 
 
