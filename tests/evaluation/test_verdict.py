@@ -44,6 +44,13 @@ def test_a_good_drop_has_no_reasons() -> None:
     )
 
 
+def test_a_drop_that_a_flashed_image_recorded_is_not_called_emulated() -> None:
+    found = good()
+    header = replace(found.log.header, image_crc=0xC0FFEE)
+    verdict = verdict_of(replace(found, log=replace(found.log, header=header)))
+    assert verdict.sentence.startswith("Nothing speaks against it")
+
+
 def test_failed_checks_are_counted() -> None:
     failed = [Kind(f"check {n}", "deg", ()).judged(2.0, 1.0, f"It is {n}.") for n in (1, 2)]
     verdict = verdict_of(replace(good(), checks=(*good().checks, *failed)))

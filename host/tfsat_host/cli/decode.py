@@ -100,21 +100,21 @@ def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
 
 def _stem(args: argparse.Namespace) -> Path:
     """Return the path of all files without their endings; `--out` is a folder, or the name of a file of one format."""
-    if args.out is None or args.out.is_dir() or not _is_file_name(args.out):
+    if _named_format(args.out) is None:
         return Path(args.out or args.file.parent, args.file.stem)
     return Path(args.out).with_suffix("")
 
 
-def _is_file_name(place: Path) -> bool:
-    return place.suffix[1:].lower() in FORMATS
+def _named_format(out: Path | None) -> str | None:
+    """Return the format that a file's name has; None: a folder."""
+    name = "" if out is None or out.is_dir() else out.suffix[1:].lower()
+    return name if name in FORMATS else None
 
 
 def _require_one_format(args: argparse.Namespace) -> None:
     """Refuse a file's name that is of another format than what is to be written."""
-    if args.out is None or args.out.is_dir() or not _is_file_name(args.out):
-        return
-    named = args.out.suffix[1:].lower()
-    if args.format != (named,):
+    named = _named_format(args.out)
+    if named is not None and args.format != (named,):
         raise UsageError(
             what=f"--out {args.out} names a {named} file, and {', '.join(args.format)} is to be written.",
             meaning="Nothing was decoded.",
