@@ -31,7 +31,8 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
         assert program == "tfsat-host"
         tfsat_host(*arguments)
     run = tfsat_host.folder / "run"
-    left = {path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith(".")}
+    names = (path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith("."))
+    left = {re.sub(r"-[0-9a-f]{8}\.", "-SESSION.", name) for name in names}
     rows = re.findall(
         r"^\| (`.*?) \|", (REPOSITORY / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE
     )

@@ -281,7 +281,12 @@ def test_a_recording_out_of_ram_is_not_called_the_cards(rehearsed: Rehearsing) -
 
 def test_another_maneuver_than_the_files_is_named(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
     done = rehearsed("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
-    reason = done.result["evaluation"]["reasons"][0]
+    (reason,) = done.result["evaluation"]["reasons"]
+    assert "is not the maneuver that the sequencer held in this drop" in reason
+    (note,) = done.folder.glob("maneuver-*.toml")
+    note.rename(tfsat_host.folder / "aside.toml")
+    reason = tfsat_host.json("evaluate", done.folder, expect=3)["verdict"]["reasons"][0]
+    (tfsat_host.folder / "aside.toml").rename(note)
     assert reason.startswith(
         "Another maneuver was flown than the file says. The file: 0.700 s joint 1 by +59.00 deg;"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.boards import device_option
@@ -56,7 +57,15 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
     from tfsat_host.cli.boards import open_logger
-    from tfsat_host.run.fetched_log import fetch, listing_after_the_drop, release_ram, target_of, wanted
+    from tfsat_host.run.fetched_log import (
+        fetch,
+        listing_after_the_drop,
+        note_maneuvers,
+        release_ram,
+        target_of,
+        wanted,
+    )
+    from tfsat_host.run.held_maneuver import ask_sequencer
     from tfsat_host.run.logger_recordings import ram_warning
 
     with open_logger(args, out) as logger:
@@ -66,6 +75,8 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
             target = target_of(entry, args.out, several=args.which is None)
             copies.append(fetch(logger, entry, target, out, force=args.force))
             copies[-1].judge(listing)
+        ask = partial(ask_sequencer, out.note, logger_named=args.port is not None)
+        note_maneuvers(copies, listing, out, None if args.emulated else ask)
         released = any(release_ram(logger, copy, out) for copy in copies)
         holds_drop = bool(logger.status().ram_holds_drop)
         result = {

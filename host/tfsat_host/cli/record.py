@@ -36,6 +36,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _start(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.run.held_maneuver import ask_sequencer, note_held
+
     with open_logger(args, out) as logger:
         started = _begin(logger, args)
         with out.progress("waiting until the card takes blocks"):
@@ -46,6 +48,11 @@ def _start(args: argparse.Namespace, out: Output) -> int:
             f"IMU {body} does not answer: the rates of body {body} are not recorded." for body in silent
         )
         session = f"{started.session:08x}"
+        held = ask_sequencer(out.note, logger_named=args.port is not None)
+        if held is not None:
+            note_held(held, started.session, "record start", out.note)
+        crc = None if held is None else f"{held.stored.crc:04x}"
+        holds = "" if crc is None else f" The sequencer holds maneuver {crc}."
         out.result(
             {
                 "state": status.state.name.lower(),
@@ -54,10 +61,11 @@ def _start(args: argparse.Namespace, out: Output) -> int:
                 "imu_present": present,
                 "rate_hz": status.rate_hz,
                 "unix_s": status.unix_us / US_PER_S,
+                "maneuver_crc": crc,
                 "device": logger.device(),
             },
-            f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks. Pulling the cable does not "
-            "stop it; it closes automatically after the landing.\n"
+            f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks.{holds} Pulling the cable does "
+            "not stop it; it closes automatically after the landing.\n"
             f"After the drop: tfsat-host record stop{device_option(args)}",
         )
     return 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
@@ -11,10 +13,11 @@ from tfsat_host.cli.boards import device_option, offering_emulated
 from tfsat_host.cli.usage import device, refuse_existing
 from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
+from tfsat_host.run.files import MANEUVER, schedule_in
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
 
 if TYPE_CHECKING:
-    from tfsat_host.maneuver import Schedule
+    from tfsat_host.maneuver import Maneuver, Schedule
 
 
 _USAGE = f"""
@@ -55,7 +58,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if args.dry_run:
         result |= {"verified": False, "device": None, "dry_run": True}
     else:
-        uploaded, settings = _upload(schedule, args, out)
+        uploaded, settings = _upload(maneuver, schedule, args, out)
+        _warn_of_other_file(schedule, args, out)
         expected = stroke_errors.expect(schedule, servos, settings)
         for notice in expected.notices:
             out.warn(notice)
@@ -66,10 +70,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _upload(
-    schedule: Schedule, args: argparse.Namespace, out: Output
+    maneuver: Maneuver, schedule: Schedule, args: argparse.Namespace, out: Output
 ) -> tuple[dict[str, object], ServoSettings]:
     """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
     from tfsat_host.cli.boards import open_sequencer
+    from tfsat_host.run.held_maneuver import keep_upload
 
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
@@ -80,6 +85,7 @@ def _upload(
             raise
         with out.progress(f"uploading to {sequencer.port}"):
             done = sequencer.upload(schedule)
+        keep_upload(maneuver, sequencer.identity.serial, done.stored.crc, out.note)
         uploaded: dict[str, object] = {
             "verified": True,
             "written": done.written,
@@ -89,6 +95,25 @@ def _upload(
             "generation": done.stored.generation,
         }
         return uploaded, settings
+
+
+def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Output) -> None:
+    """A maneuver.toml here that commands something else would be taken for what is on the board now."""
+    from tfsat_host.maneuver import ManeuverError
+
+    here = Path(MANEUVER)
+    try:
+        if not here.is_file() or schedule_in(here).is_same_motion(schedule):
+            return
+    except ManeuverError as error:
+        out.warn(f"{error.what} Preflight and evaluate read it in this folder.")
+        return
+    angles = "" if args.file is not None else f"{args.a_deg:g} {args.b_deg:g} "
+    again = f"--file {shlex.quote(str(args.file))} " if args.file is not None else angles
+    out.warn(
+        f"{here} in this folder is another maneuver: preflight will refuse it, and evaluate will not compare with "
+        f"it. To replace it: tfsat-host upload-sequence {again}--out {here} --force{device_option(args)}"
+    )
 
 
 def _show(

@@ -99,7 +99,7 @@ def last_run(
         return None
     reported_us = report.start_us[: report.stroke_count]
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
-    flown = _holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
+    flown = holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
         since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
@@ -130,7 +130,7 @@ def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[
     return found
 
 
-def _holds_what_flew(status: SequencerStatusReply) -> bool:
+def holds_what_flew(status: SequencerStatusReply) -> bool:
     """A board takes an upload only when SAFE: until it is so again, it holds the maneuver that it flew."""
     return status.state in _OF_THIS_START or status.fault in _FAULTS_OF_A_RUN
 

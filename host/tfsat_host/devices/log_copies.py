@@ -25,6 +25,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
+from tfsat_host.user_folders import state_folder
 from tfsat_host.whole_file import write_whole
 
 _CHUNK_BLOCKS = 2048
@@ -189,9 +190,7 @@ class FetchedLogs:
     """
 
     def __init__(self) -> None:
-        import platformdirs
-
-        self.path = Path(platformdirs.user_state_dir("tfsat")) / "fetched.json"
+        self.path = state_folder() / "fetched.json"
 
     def copy_of(self, serial: str, entry: LogEntry) -> Path | None:
         """Where a copy of a logger's recording lies, the newest first; None if none stands as it was fetched.

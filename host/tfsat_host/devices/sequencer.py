@@ -13,9 +13,10 @@ from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.record import Payload
 from tfsat_host.servo_settings import ServoSettings
+from tfsat_host.units import deg_from_cdeg, s_from_us
 
 if TYPE_CHECKING:
-    from tfsat_host.maneuver import Schedule
+    from tfsat_host.maneuver import Maneuver, Schedule
 
 Stored = TypeVar("Stored")
 
@@ -200,6 +201,17 @@ class SequencerClient(BoardClient):
 def maneuver_crc(schedule: Schedule) -> int:
     """CRC-16/IBM-3740 of the canonical form (protocol reference, maneuver_commit)."""
     return _crc(schedule.speed_cdeg_s, _rows(schedule))
+
+
+def maneuver_from_board(stored: StoredManeuver, *, name: str = "") -> Maneuver:
+    """The maneuver that a board stores, each stroke with its time."""
+    from tfsat_host.maneuver import Maneuver, Stroke
+
+    strokes = tuple(
+        Stroke(joint, deg_from_cdeg(angle_cdeg), float(s_from_us(start_us)))
+        for joint, angle_cdeg, start_us in stored.strokes
+    )
+    return Maneuver(strokes, speed_deg_s=deg_from_cdeg(stored.speed_cdeg_s), name=name)
 
 
 def _rows(schedule: Schedule) -> tuple[tuple[int, int, int], ...]:

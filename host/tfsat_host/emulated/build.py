@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.user_folders import cache_folder
 
 Progress = Callable[[str], None]
 
@@ -70,7 +71,7 @@ def ensure_built(variant: Variant | None = None, progress: Progress = lambda _: 
     root = native_root()
     sources = _sources(root, chosen)
     compiler = _compiler()
-    library = _cache() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{_suffix()}"
+    library = cache_folder() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{_suffix()}"
     if not _is_whole(library):
         progress(f"building the emulated robot ({len(sources)} files, once)")
         try:
@@ -121,13 +122,6 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
     ):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _cache() -> Path:
-    import platformdirs
-
-    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))  # on every system, so that errors can name it
-    return chosen / "tfsat" if chosen.is_absolute() else Path(platformdirs.user_cache_dir("tfsat"))
 
 
 def _suffix() -> str:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Self
 from tfsat_host.devices.log_transfer import recording_name
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.user_folders import state_folder
 from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -70,9 +71,7 @@ class KeptState:
     @classmethod
     def of_user(cls) -> Self:
         """That of `--emulated`, in the user's state directory."""
-        import platformdirs
-
-        return cls.in_folder(Path(platformdirs.user_state_dir("tfsat")) / "emulated")
+        return cls.in_folder(state_folder() / "emulated")
 
     def load(self) -> Kept:
         """What is there. Raises TfsatError if it is damaged."""

@@ -47,13 +47,16 @@ class Verdict:
         return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
 
 
-def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Verdict:
+def verdict_of(
+    found: Evaluation, against_calibration: Sequence[str] = (), against_maneuver: Sequence[str] = ()
+) -> Verdict:
     """Of one drop.
 
     Args:
         found: The evaluation.
         against_calibration: What stands against the certificate, which the evaluation itself cannot see: that it is of
             other sensors, or how old it is. Sentences.
+        against_maneuver: Why the maneuver's file is not what was commanded. Sentences.
     """
     failed = [check.sentence for check in found.failed_checks]
     moved = [one.remark for one in found.standing if one.unexpected]
@@ -63,6 +66,7 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
         (f"all ± are as if the {found.widened} were {found.widening:.1f} times less sure", _widened(found)),
         ("the recording is not whole", _of_recording(found)),
         ("the calibration does not hold as it is", against_calibration),
+        ("another maneuver than maneuver.toml was flown", against_maneuver),
         ("something stands in for data that is missing", found.notes),
         ("not every stroke was flown as commanded", _of_strokes(found.strokes)),
         ("a joint moved where it should stand", moved),

@@ -316,6 +316,10 @@ class Schedule:
         """When the last stroke ends, to the nearest 10 ms as in the paper's table; `end_us` is exact."""
         return round(Fraction(self.end_us, US_PER_S) * 100) / 100
 
+    def is_same_motion(self, other: Schedule) -> bool:
+        """Whether both command the same strokes at the same times and speed, to the last digit that a board stores."""
+        return self.speed_cdeg_s == other.speed_cdeg_s and self.strokes == other.strokes
+
     def as_rows(self) -> list[dict[str, float | int]]:
         """`t_s`, `joint`, `angle_deg` of each stroke: the `schedule` of `--json`."""
         return [{"t_s": s.t_s, "joint": s.joint, "angle_deg": s.angle_deg} for s in self.strokes]

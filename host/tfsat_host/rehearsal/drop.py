@@ -15,6 +15,7 @@ from pathlib import Path
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.last_run import holds_what_flew
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.sequencer import StoredManeuver, Upload
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
@@ -27,6 +28,7 @@ from tfsat_host.rehearsal.day import Checked, Day, NoGo, Preflight
 from tfsat_host.rehearsal.fault import GUARD_US, Fault, Moment
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
+from tfsat_host.run.held_maneuver import HeldManeuver
 
 Progress = Callable[[str], None]
 
@@ -58,6 +60,7 @@ class Drop:
         upload: Of the maneuver that flew; None: it did not come through.
         checked: The preflight's result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
+        held: The maneuver that it held then; None: it does not answer.
         recording: The logger's account of the recording; None: it does not answer, or has none.
         calibration: Measured on the bench of this robot; what was only drawn of it, it says.
         recordings: Of the bench, by their files' names.
@@ -77,6 +80,7 @@ class Drop:
     upload: Upload[StoredManeuver] | None
     checked: Checked | None
     sequencer: SequencerStatusReply | None
+    held: HeldManeuver | None
     recording: RecordStopReply | None
     calibration: Calibration
     recordings: Mapping[str, bytes]
@@ -216,11 +220,13 @@ def _collected(day: Day, robot_was: Truth, refused: TfsatError | None, faults: S
     robot.advance(SETTLE_US)
     status: SequencerStatusReply | None = None
     recording: RecordStopReply | None = None
+    held: HeldManeuver | None = None
     ram = b""
     try:
         day.reconnect()
         status = day.sequencer.status()
         recording = day.logger.stop_recording()
+        held = HeldManeuver(day.sequencer.read_back(), day.sequencer.identity.serial, holds_what_flew(status))
     except TfsatError as error:
         # A board that lost its power has no recording to close: its card shows what there is.
         if fell:
@@ -234,6 +240,7 @@ def _collected(day: Day, robot_was: Truth, refused: TfsatError | None, faults: S
         upload=day.upload,
         checked=day.checked,
         sequencer=status,
+        held=held,
         recording=recording,
         calibration=day.calibration,
         recordings=day.recordings,

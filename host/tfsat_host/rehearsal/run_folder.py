@@ -32,6 +32,7 @@ from tfsat_host.run.files import (
     ROBOT,
     rehearsed_files,
 )
+from tfsat_host.run.held_maneuver import note_name, note_text
 from tfsat_host.run.preflight import hashes_of, result_of, write_result
 from tfsat_host.run.record import RECORD
 from tfsat_host.run.reporting import PAGE_MARKER
@@ -95,6 +96,9 @@ class RunFolder(ResultFolder):
         log = self._write_card(drop.card) if drop.card else None
         if log is not None:
             self._note_landing(log, drop, certificate)
+            if drop.held is not None:
+                text = note_text(drop.held, log.session, "rehearse")
+                self.file(note_name(log.session)).write_text(text, encoding="utf-8")
         return log
 
     def _write_certificate(self, drop: Drop) -> Path:

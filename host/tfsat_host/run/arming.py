@@ -20,6 +20,7 @@ from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.run.files import find_certificate
+from tfsat_host.run.held_maneuver import HeldManeuver, note_held
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,7 +98,7 @@ def arm(
     refusal = arm_refusal(status, maneuver, sequencer.settings().settings, joints_cdeg)
     if refusal is not None:
         raise refusal
-    recording, origin = _logger(operator, sequencer_named=sequencer_named, unrecorded=unrecorded)
+    recording, origin, session = _logger(operator, sequencer_named=sequencer_named, unrecorded=unrecorded)
     calibration = _calibration(certificate, origin, operator)
     operator.note(flight_words(maneuver))
     operator.note(_servo_warning(status.state))
@@ -112,6 +113,9 @@ def arm(
             meaning=_SINCE_ARMING.get(state, "A drop now would not fly the maneuver."),
             next_step="tfsat-host status shows why; then disarm, and arm again.",
         )
+    if session is not None:
+        held = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
+        note_held(held, session, "arm", operator.note)
     return Armed(maneuver, recording, calibration, at_start_pose)
 
 
@@ -143,8 +147,10 @@ def _servo_warning(state: SequencerState) -> str:
 
 def _logger(
     operator: Operator, *, sequencer_named: bool, unrecorded: bool
-) -> tuple[bool | None, Origin | None]:
-    """Whether the logger records onto its card, and whose sensors it has; None where it was not asked or did not say.
+) -> tuple[bool | None, Origin | None, int | None]:
+    """Whether the logger records onto its card, whose sensors it has, and the session that it records.
+
+    None where it was not asked or did not say, or where it records nothing.
 
     Raises NotOnCard: a recording was started and does not reach its card.
     """
@@ -157,14 +163,14 @@ def _logger(
             f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
             f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
         )
-        return None, None
+        return None, None, None
     try:
         port = find_port("logger")
     except PortError as error:
         operator.warn(
             f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
         )
-        return None, None
+        return None, None, None
     try:
         with closing(SerialTransport(port)) as transport:
             logger = LoggerClient.connect(transport)
@@ -173,7 +179,7 @@ def _logger(
             danger = stalled_recording(logger, status)
     except TfsatError as error:
         operator.warn(f"The logger did not say whether it records. {error.what}")
-        return None, None
+        return None, None, None
     recording = danger is None and status.state == LoggerState.RECORDING
     if danger is not None and not unrecorded:
         danger.meaning = f"{danger.meaning} Nothing was armed."
@@ -186,7 +192,7 @@ def _logger(
             f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
             "Start it: tfsat-host record start"
         )
-    return recording, origin
+    return recording, origin, status.session if recording else None
 
 
 def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> dict[str, Any] | None:

@@ -41,8 +41,8 @@ from tfsat_host.run.files import (
     find_certificate,
     robot_beside,
     run_files,
-    schedule_in,
 )
+from tfsat_host.run.held_maneuver import find_commanded
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.summary import metadata
 
@@ -220,25 +220,28 @@ def evaluate_run(
     """
     files = run_files(place, options.maneuver)
     _name_robot(files.recording, robot, notices)
-    schedule = None if files.maneuver is None else schedule_in(files.maneuver)
     witnesses = _witnesses(options)
     log = _read(files.recording, options.session, notices)
+    commanded = find_commanded(files, options.maneuver, log.session)
+    files = replace(files, maneuver=commanded.file)
     held, calibration = _calibration(log, options.calibration, robot, notices)
     with notices.progress(f"Evaluating {printable(place)}"):
         found = evaluate(
             log,
             robot,
             calibration,
-            schedule,
+            commanded.schedule,
             recorded=time_of_day(log, log.origin_us),
             witnesses=witnesses,
             swarm=options.swarm,
         )
-    remarks = [] if schedule is not None else [_NO_MANEUVER]
+    remarks = [_NO_MANEUVER] if commanded.schedule is None else []
+    remarks += [commanded.remark] if commanded.remark else []
     remarks += found.micro_gravity.notes
     remarks += [] if found.release_velocity is None else found.release_velocity.notes
     remarks += [] if held else [_NO_CERTIFICATE]
-    verdict = verdict_of(found, [] if held is None else held.objections)
+    objections = [] if held is None else held.objections
+    verdict = verdict_of(found, objections, [commanded.objection] if commanded.objection else [])
     released = time_of_day(log, log.release_us)
     return EvaluatedRun(place, files, found, released, held, verdict, tuple(remarks), options)
 

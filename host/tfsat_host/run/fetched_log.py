@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -22,6 +22,7 @@ from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
 from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, note_held
 from tfsat_host.sdlog.errors import LogError
 from tfsat_host.sdlog.summary import summary
 from tfsat_host.units import US_PER_S
@@ -70,7 +71,7 @@ ENTRIES: Columns = (
 )
 """Recordings on a card."""
 _COPY = fields(
-    "fetched sha256 resumed_blocks torn_blocks=outcome.torn unreadable_blocks=outcome.unreadable warnings"
+    "fetched sha256 resumed_blocks torn_blocks=outcome.torn unreadable_blocks=outcome.unreadable maneuver warnings"
 )
 
 
@@ -85,6 +86,7 @@ class Copy:
         fetched: By this command; otherwise it was there already, unchanged.
         resumed_blocks: Blocks that an earlier attempt had fetched.
         outcome: What became of its blocks.
+        maneuver: The note beside it of what the sequencer held; None: not known.
         facts: The decoded summary; empty where nothing can be decoded.
         warnings: What is lost or doubtful.
     """
@@ -95,6 +97,7 @@ class Copy:
     fetched: bool = True
     resumed_blocks: int = 0
     outcome: Outcome = field(default_factory=Outcome)
+    maneuver: Path | None = None
     facts: dict[str, Any] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -279,6 +282,35 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
             error.meaning = f"{kept()} The recording is as it was, on the logger."
             error.next_step = f"{error.next_step}\nThe same log fetch goes on from there."
         raise
+
+
+def note_maneuvers(
+    copies: Sequence[Copy], listing: Listing, out: Output, ask: Callable[[], HeldManeuver | None] | None
+) -> None:
+    """Copy beside each recording the note of the maneuver that the sequencer held.
+
+    A session without a note gets one now if it is the newest and the board still reports the fall that it flew.
+
+    Args:
+        copies: Of the recordings.
+        listing: Of the logger.
+        out: Hears of a folder that cannot be written to.
+        ask: Reads the sequencer back; None: there is none to be asked.
+    """
+    newest = max(listing.entries, key=lambda entry: entry.number, default=None)
+    if (
+        ask is not None
+        and newest is not None
+        and any(
+            copy.entry.session == newest.session and find_note(copy.path, newest.session) is None
+            for copy in copies
+        )
+    ):
+        held = ask()
+        if held is not None and held.has_flown:
+            note_held(held, newest.session, "log fetch", out.note)
+    for copy in copies:
+        copy.maneuver = copy_note(copy.path, copy.entry.session, out.note)
 
 
 def release_ram(logger: LoggerClient, copy: Copy, out: Output) -> bool:

@@ -29,6 +29,7 @@ from tfsat_host.run.files import (
     robot_beside,
     run_files,
 )
+from tfsat_host.run.held_maneuver import find_note
 from tfsat_host.run.record import RECORD, parse_record
 from tfsat_host.sdlog import DropLog, load
 
@@ -152,11 +153,14 @@ def collect(
         video_rate=options.video_rate,
         swarm=options.swarm,
     )
+    note = None if found.log is None else find_note(files.recording, found.log.session)
+    if note is not None:
+        found.add_named(f"{RUN}/{note.name}", note, note.parent)
     if certificate is not None and evaluated.calibration is not None:
         _add_recordings(found, certificate, evaluated.calibration)
     _add_signed(found)
     _add_others(found, listed=place.is_dir())
-    _name_absent(found, evaluated)
+    _name_absent(found, evaluated, note)
     return found, evaluated
 
 
@@ -243,9 +247,9 @@ def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
     return folder.is_dir() and any(Path(path).is_relative_to(os.path.realpath(folder)) for path in taken)
 
 
-def _name_absent(found: Collected, evaluated: Evaluated) -> None:
+def _name_absent(found: Collected, evaluated: Evaluated, note: Path | None) -> None:
     """What a whole bundle has besides."""
-    if evaluated.maneuver is None:
+    if evaluated.maneuver is None and note is None:
         found.lack("maneuver", "No maneuver.toml lies next to the recording, and none was named.")
     if evaluated.calibration is None:
         found.lack("calibration", "No certificate was found, and none was named.")

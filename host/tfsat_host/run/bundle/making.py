@@ -36,7 +36,14 @@ from tfsat_host.run.bundle.manifest import (
     format_manifest,
 )
 from tfsat_host.run.certificate import origin_of_log
-from tfsat_host.run.files import AS_FOUND, MADE_BY_EVALUATE, PREFLIGHT, EvaluationOptions, names_of
+from tfsat_host.run.files import (
+    AS_FOUND,
+    MADE_BY_EVALUATE,
+    MANEUVER,
+    PREFLIGHT,
+    EvaluationOptions,
+    names_of,
+)
 from tfsat_host.run.record import verify
 
 ENDING = ".tfsat.zip"
@@ -248,6 +255,8 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
 
 def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
     files = {kind: folder / name for kind, name in used.files.items()}
+    if used.maneuver == f"{RUN}/{MANEUVER}":
+        del files["maneuver"]  # evaluate finds it, and holds it against what the sequencer held
     if used.calibration is not None:
         files["calibration"] = _copied(folder, scratch, used.calibration)
     return EvaluationOptions(

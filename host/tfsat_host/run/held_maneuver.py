@@ -1,0 +1,200 @@
+"""Which maneuver the sequencer held when a drop was recorded: kept, noted by session, compared stroke by stroke.
+
+`upload-sequence` keeps what it uploaded in the user's state folder, by the board's serial number and the maneuver's
+CRC. `record start`, `arm` and `log fetch` read the board back and note its maneuver there for the session that the
+logger records; `log fetch` copies the note beside the recording, as `maneuver-SESSION.toml`. `evaluate` takes a
+`maneuver.toml` for what was commanded only where it agrees with that note.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from tfsat_host.devices.last_run import holds_what_flew
+from tfsat_host.devices.ports import PortError, PortProblem, find_port, port_variable
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, maneuver_from_board
+from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.errors import TfsatError
+from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
+from tfsat_host.run.files import MANEUVER, RunFiles, schedule_in
+from tfsat_host.user_folders import NoUserFolder, state_folder
+from tfsat_host.whole_file import write_whole
+
+Note = Callable[[str], None]
+"""Hears something that a person should know, and that is no result."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeldManeuver:
+    """What a sequencer holds.
+
+    Attributes:
+        stored: As it was read back.
+        serial: Of the board, hexadecimal; empty: it gave none.
+        has_flown: The board still reports the fall in which it flew it.
+    """
+
+    stored: StoredManeuver
+    serial: str
+    has_flown: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Commanded:
+    """What a drop is compared with.
+
+    Attributes:
+        file: Of the maneuver; None: unknown.
+        schedule: Its strokes.
+        objection: Why `maneuver.toml` is not what was commanded; empty: it is, or there is none.
+        remark: That a named file is not what the sequencer held; empty otherwise.
+    """
+
+    file: Path | None
+    schedule: Schedule | None
+    objection: str = ""
+    remark: str = ""
+
+
+def ask_sequencer(note: Note, *, logger_named: bool) -> HeldManeuver | None:
+    """Read back what the sequencer beside a logger holds; None: there is none, or it did not say, which is noted.
+
+    Args:
+        note: Hears why not.
+        logger_named: The logger's port was named: no others are searched, and only the environment names a sequencer.
+    """
+    if logger_named and not os.environ.get(port_variable("sequencer")):
+        return None
+    try:
+        with closing(SerialTransport(find_port("sequencer"))) as transport:
+            sequencer = SequencerClient.connect(transport)
+            flown = holds_what_flew(sequencer.status())
+            return HeldManeuver(sequencer.read_back(), sequencer.identity.serial, flown)
+    except TfsatError as error:
+        if not (isinstance(error, PortError) and error.code == PortProblem.NONE_FOUND):
+            note(f"The sequencer was not asked which maneuver it holds. {error.what}")
+        return None
+
+
+def keep_upload(maneuver: Maneuver, serial: str, crc: int, note: Note) -> None:
+    """Keep an uploaded maneuver by its board and CRC; a folder that cannot be written to is named in a note."""
+    try:
+        write_whole(_upload_file(serial, crc), format_maneuver(maneuver).encode())
+    except (OSError, NoUserFolder) as error:
+        note(f"The upload is on the board, and this computer keeps no copy of it: {_reason(error)}")
+
+
+def note_held(held: HeldManeuver, session: int, command: str, note: Note) -> bool:
+    """Note what the sequencer holds for the session that is being recorded; whether it was noted.
+
+    Args:
+        held: As read back.
+        session: Of the recording.
+        command: By which it was read back.
+        note: Hears of a folder that cannot be written to.
+    """
+    crc = f"{held.stored.crc:04x}"
+    try:
+        write_whole(_note_file(session), note_text(held, session, command).encode())
+    except (OSError, NoUserFolder) as error:
+        note(f"Maneuver {crc} of the sequencer was not noted for session {session:08x}: {_reason(error)}")
+        return False
+    return True
+
+
+def copy_note(recording: Path, session: int, note: Note) -> Path | None:
+    """Copy the note of a session beside its recording; None: there is none."""
+    target = recording.with_name(note_name(session))
+    try:
+        source = _note_file(session)
+        if source.is_file():
+            shutil.copyfile(source, target)
+    except (OSError, NoUserFolder) as error:
+        note(f"The maneuver of session {session:08x} was not copied to {target}: {_reason(error)}")
+    return target if target.is_file() else None
+
+
+def find_note(recording: Path, session: int) -> Path | None:
+    """The note of a session: beside its recording, else on this computer; None: there is none."""
+    beside = recording.with_name(note_name(session))
+    if beside.is_file():
+        return beside
+    try:
+        kept = _note_file(session)
+    except NoUserFolder:
+        return None
+    return kept if kept.is_file() else None
+
+
+def note_name(session: int) -> str:
+    """Return the name of a note beside the recording of a session."""
+    return f"maneuver-{session:08x}.toml"
+
+
+def note_text(held: HeldManeuver, session: int, command: str) -> str:
+    """Return a maneuver file of what a sequencer holds, with the name of the upload if this computer made it."""
+    stored, crc = held.stored, f"{held.stored.crc:04x}"
+    board = f"sequencer {held.serial}" if held.serial else "the sequencer"
+    header = f"# What {board} held in session {session:08x}: CRC {crc}, upload {stored.generation}, by {command}.\n"
+    return header + format_maneuver(maneuver_from_board(stored, name=_kept_name(held)))
+
+
+def find_commanded(files: RunFiles, named: Path | None, session: int) -> Commanded:
+    """Decide what was commanded: the named file, else what the sequencer held, else `maneuver.toml`.
+
+    Args:
+        files: Of the drop.
+        named: The maneuver that was typed.
+        session: Of the recording.
+
+    Raises:
+        ManeuverError: a file cannot be read or understood.
+    """
+    schedule = None if files.maneuver is None else schedule_in(files.maneuver)
+    note = find_note(files.recording, session)
+    held = None if note is None else schedule_in(note)
+    if held is None or (schedule is not None and schedule.is_same_motion(held)):
+        return Commanded(files.maneuver, schedule)
+    if schedule is None:
+        return Commanded(note, held)
+    words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({note})"
+    if named is not None:
+        return Commanded(
+            files.maneuver, schedule, remark=f"{words}; it was named with --maneuver and is compared."
+        )
+    objection = (
+        f"{words}; the drop is compared with what the sequencer held. If {MANEUVER} is left over from another drop, "
+        f"replace it: cp {shlex.quote(str(note))} {shlex.quote(str(files.maneuver))}. To compare with it all the "
+        f"same: --maneuver {shlex.quote(str(files.maneuver))}"
+    )
+    return Commanded(note, held, objection=objection)
+
+
+def _kept_name(held: HeldManeuver) -> str:
+    """The name of the upload, if this computer made it; the board does not store names."""
+    from tfsat_host.maneuver import ManeuverError, read_maneuver
+
+    try:
+        return read_maneuver(_upload_file(held.serial, held.stored.crc)).name
+    except (ManeuverError, NoUserFolder):
+        return ""
+
+
+def _upload_file(serial: str, crc: int) -> Path:
+    return state_folder() / "maneuvers" / f"{serial or 'no-serial'}-{crc:04x}.toml"
+
+
+def _note_file(session: int) -> Path:
+    return state_folder() / "maneuvers" / note_name(session)
+
+
+def _reason(error: OSError | NoUserFolder) -> str:
+    if isinstance(error, NoUserFolder):
+        return f"{error.what} {error.next_step}"
+    return f"{error.filename}: {error.strerror or error}."

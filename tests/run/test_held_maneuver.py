@@ -1,0 +1,140 @@
+"""What was commanded in a drop: what the sequencer held, not a file that happens to lie there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.emulated.served import Served
+from tests.evaluation.run_folder import run_folder
+from tfsat_host.devices.sequencer import maneuver_crc
+from tfsat_host.maneuver import (
+    Maneuver,
+    Stroke,
+    format_maneuver,
+    four_stroke,
+    read_maneuver,
+    schedule_maneuver,
+    write_maneuver,
+)
+from tfsat_host.sdlog import load
+
+STALE = four_stroke(59.2, 69.8)
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
+    monkeypatch.chdir(tmp_path)
+    with Served() as process:
+        yield process
+
+
+def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
+    robot: Served, tfsat_host: RunCli, tmp_path: Path
+) -> None:
+    ports = {
+        "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
+        "TFSAT_LOGGER_PORT": robot.announced["logger"],
+    }
+    stale = tmp_path / "maneuver.toml"
+    write_maneuver(STALE, stale)
+    uploaded = tfsat_host("upload-sequence", 59, 70, environ=ports)
+    assert "maneuver.toml in this folder is another maneuver" in uploaded.stderr
+    assert "tfsat-host upload-sequence 59 70 --out maneuver.toml --force" in uploaded.stderr
+    started = tfsat_host.json("record", "start", environ=ports)
+    crc = f"{maneuver_crc(schedule_maneuver(four_stroke(59, 70))):04x}"
+    assert started["maneuver_crc"] == crc
+    tfsat_host("arm", "--yes", environ=ports)
+    robot.control("wait 3s", "drop", "wait still", "wait 500ms")
+    tfsat_host("record", "stop", environ=ports)
+    tfsat_host("log", "fetch", 1, environ=ports)
+    note = tmp_path / f"maneuver-{started['session']}.toml"
+    assert f"CRC {crc}" in note.read_text(encoding="utf-8")
+    assert read_maneuver(note).name == "59/70", "the upload's own name, which no board stores"
+
+    found = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
+    assert found["maneuver"] == note.name
+    assert [round(stroke["commanded_deg"], 6) for stroke in found["strokes"]] == [59.0, 70.0, -59.0, -70.0]
+    assert any("maneuver.toml is not the maneuver" in reason for reason in found["verdict"]["reasons"])
+
+    note.unlink()
+    again = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
+    assert Path(again["maneuver"]).name == note.name, "this computer remembers the session"
+    stale.unlink()
+    alone = tfsat_host.json("evaluate", "DROP0001.BIN", expect=None)
+    assert Path(alone["maneuver"]).name == note.name
+    assert not any("maneuver.toml" in reason for reason in alone["verdict"]["reasons"])
+
+
+def test_an_upload_during_the_recording_is_noted_by_arm(
+    robot: Served, tfsat_host: RunCli, tmp_path: Path
+) -> None:
+    ports = {
+        "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
+        "TFSAT_LOGGER_PORT": robot.announced["logger"],
+    }
+    tfsat_host("upload-sequence", 30, 40, environ=ports)
+    tfsat_host("record", "start", environ=ports)
+    tfsat_host("upload-sequence", 59, 70, environ=ports)
+    tfsat_host("arm", "--yes", environ=ports)
+    robot.control("wait 3s", "drop", "wait still", "wait 500ms")
+    tfsat_host("record", "stop", environ=ports)
+    (fetched,) = tfsat_host.json("log", "fetch", 1, environ=ports)["logs"]
+    held = schedule_maneuver(read_maneuver(Path(fetched["maneuver"])))
+    assert held.is_same_motion(schedule_maneuver(four_stroke(59, 70)))
+
+
+@pytest.fixture
+def noted(tmp_path: Path) -> Path:
+    """A drop with the note of what the sequencer held, and a maneuver.toml of another one."""
+    folder = tmp_path / "noted"
+    run_folder(folder)
+    note = folder / f"maneuver-{load(folder / 'SD.bin').session:08x}.toml"
+    timed = schedule_maneuver(four_stroke(59.0, 70.0))
+    strokes = tuple(Stroke(stroke.joint, stroke.angle_deg, stroke.t_s) for stroke in timed.strokes)
+    note.write_text(format_maneuver(Maneuver(strokes)), encoding="utf-8")
+    write_maneuver(STALE, folder / "maneuver.toml")
+    return folder
+
+
+def test_a_replaced_maneuver_is_refused_and_the_flown_strokes_are_measured(
+    noted: Path, tfsat_host: RunCli
+) -> None:
+    shown = tfsat_host("evaluate", noted, expect=3)
+    assert "DOUBTFUL" in shown.stdout
+    assert "another maneuver than maneuver.toml was flown" in " ".join(shown.stdout.lower().split())
+    found = tfsat_host.json("evaluate", noted, expect=3)
+    assert [round(stroke["commanded_deg"], 6) for stroke in found["strokes"]] == [59.0, 70.0, -59.0, -70.0]
+    assert all(stroke["moved"] for stroke in found["strokes"])
+
+
+def test_a_named_maneuver_overrides_and_the_report_says_so(
+    noted: Path, tfsat_host: RunCli, tmp_path: Path
+) -> None:
+    named = tmp_path / "other.toml"
+    write_maneuver(STALE, named)
+    found = tfsat_host.json("evaluate", noted, "--maneuver", named, expect=None)
+    assert round(found["strokes"][0]["commanded_deg"], 6) == 59.2
+    assert any("it was named with --maneuver" in note for note in found["notes"])
+    tfsat_host("report", noted, "--maneuver", named, "--out", tmp_path / "r.html", expect=None)
+    assert "it was named with --maneuver" in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_the_same_maneuver_is_accepted_from_its_own_file(noted: Path, tfsat_host: RunCli) -> None:
+    write_maneuver(four_stroke(59.0, 70.0), noted / "maneuver.toml")
+    found = tfsat_host.json("evaluate", noted, expect=None)
+    assert Path(found["maneuver"]).name == "maneuver.toml"
+    assert not any("maneuver.toml" in reason for reason in found["verdict"]["reasons"])
+
+
+def test_a_bundle_carries_what_the_sequencer_held(noted: Path, tfsat_host: RunCli, tmp_path: Path) -> None:
+    (noted / "maneuver.toml").unlink()
+    archive = tmp_path / "drop.tfsat.zip"
+    bundled = tfsat_host.json("bundle", noted, "--out", archive, expect=None)
+    assert not any(missing["what"] == "maneuver" for missing in bundled["missing"]), json.dumps(bundled)
+    again = tfsat_host.json("reproduce", archive, expect=None)
+    assert again["same"] is True
