@@ -65,7 +65,7 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     again = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(again["maneuver"]).name == note.name, "this computer remembers the session"
     stale.unlink()
-    alone = tfsat_host.json("evaluate", "DROP0001.BIN", expect=None)
+    alone = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(alone["maneuver"]).name == note.name
     assert not any("maneuver.toml" in reason for reason in alone["verdict"]["reasons"])
 
@@ -117,7 +117,7 @@ def test_a_named_maneuver_overrides_and_the_report_says_so(
 ) -> None:
     named = tmp_path / "other.toml"
     write_maneuver(STALE, named)
-    found = tfsat_host.json("evaluate", noted, "--maneuver", named, expect=None)
+    found = tfsat_host.json("evaluate", noted, "--maneuver", named)
     assert round(found["strokes"][0]["commanded_deg"], 6) == 59.2
     assert any("it was named with --maneuver" in note for note in found["notes"])
     tfsat_host("report", noted, "--maneuver", named, "--out", tmp_path / "r.html", expect=None)
@@ -126,7 +126,7 @@ def test_a_named_maneuver_overrides_and_the_report_says_so(
 
 def test_the_same_maneuver_is_accepted_from_its_own_file(noted: Path, tfsat_host: RunCli) -> None:
     write_maneuver(four_stroke(59.0, 70.0), noted / "maneuver.toml")
-    found = tfsat_host.json("evaluate", noted, expect=None)
+    found = tfsat_host.json("evaluate", noted, expect=0)
     assert Path(found["maneuver"]).name == "maneuver.toml"
     assert not any("maneuver.toml" in reason for reason in found["verdict"]["reasons"])
 
@@ -134,7 +134,7 @@ def test_the_same_maneuver_is_accepted_from_its_own_file(noted: Path, tfsat_host
 def test_a_bundle_carries_what_the_sequencer_held(noted: Path, tfsat_host: RunCli, tmp_path: Path) -> None:
     (noted / "maneuver.toml").unlink()
     archive = tmp_path / "drop.tfsat.zip"
-    bundled = tfsat_host.json("bundle", noted, "--out", archive, expect=None)
+    bundled = tfsat_host.json("bundle", noted, "--out", archive, expect=0)
     assert not any(missing["what"] == "maneuver" for missing in bundled["missing"]), json.dumps(bundled)
-    again = tfsat_host.json("reproduce", archive, expect=None)
+    again = tfsat_host.json("reproduce", archive, expect=0)
     assert again["same"] is True
