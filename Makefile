@@ -33,7 +33,7 @@ help:  ## this list
 demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported, bundled, reproduced (Python, C++ compiler)
 	$(call say,building the emulated robot)
 	@$(BIN)/python -m tfsat_host.emulated.build
-	$(call say,rehearsing 59/70: bias - upload - preflight - recording - arming - lift - drop - decoding - evaluation - report)
+	$(call say,rehearsing 59/70: from the upload to the report)
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
 	$(call say,the same with a dead gyro: the preflight must see it)
 	@$(BIN)/tfsat-host rehearse 59 70 --fault gyro-dead@powered --out build/demo-no-go --force; [ $$? = 4 ]
@@ -42,8 +42,9 @@ demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported
 	@rm -rf build/demo-reproduced && $(BIN)/tfsat-host reproduce build/demo.tfsat.zip --out build/demo-reproduced
 	$(call say,results in build/demo)
 	@ls build/demo | sed 's/^/  /'
-	@echo "To look at: build/demo/report.html. What the evaluation found next to the robot's hidden truth: above, and in"
-	@echo "build/demo/summary.json. Once more by hand: $(BIN)/tfsat-host evaluate build/demo"
+	@echo "Open this one: build/demo/report.html"
+	@echo "Estimates and truth: above, and in build/demo/summary.json"
+	@echo "Once more by hand: $(BIN)/tfsat-host evaluate build/demo"
 
 .PHONY: test
 # Style and types are checked beside the tests. A test on each core leaves none for a second thread of its linear algebra.

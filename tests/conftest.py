@@ -40,7 +40,7 @@ def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
     home = tmp_path_factory.mktemp("home")
     for name, value in clean_environment(home).items():
         monkeypatch.setenv(name, value)
-    for name in [name for name in os.environ if name.startswith("TFSAT_")]:
+    for name in [name for name in os.environ if name == "COLUMNS" or name.startswith("TFSAT_")]:
         monkeypatch.delenv(name)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError
+from tfsat_host.user_folders import NoUserFolder, state_folder
 
 
 def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
@@ -33,15 +34,14 @@ def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
 
 def _keep(text: str) -> Path:
     """Writes the report where the user's programs keep such things, else among temporary files."""
-    from platformdirs import user_state_path
-
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
-    for folder in (user_state_path("tfsat", appauthor=False) / "crashes", Path(tempfile.gettempdir())):
-        path = folder / f"tfsat-host-{stamp}.txt"
+    for is_temporary in (False, True):
         try:
+            folder = Path(tempfile.gettempdir()) if is_temporary else state_folder() / "crashes"
+            path = folder / f"tfsat-host-{stamp}.txt"
             folder.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-        except OSError:
+        except (OSError, NoUserFolder):
             continue
         return path
     sys.stderr.write(text)

@@ -15,7 +15,11 @@ PATIENCE_S = 30.0
 _POLL_S = 0.02
 
 
-class BusyError(TfsatError):
+class LockError(TfsatError):
+    """The file system has no locks, or refuses this one (exit code 1)."""
+
+
+class BusyError(LockError):
     """Another program has held the lock for too long (exit code 1)."""
 
 
@@ -31,6 +35,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = PATIENCE_S) -> I
 
     Raises:
         BusyError: another one holds it.
+        LockError: the file system refuses the lock.
         OSError: the file cannot be made.
     """
     deadline_s = time.monotonic() + patience_s
@@ -52,8 +57,18 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = PATIENCE_S) -> I
 def _claimed(lock: Path) -> IO[bytes] | None:
     """The lock's file, held; None while another program holds it."""
     file = lock.open("ab")
-    if _held(file, lock):
-        return file
+    try:
+        if _held(file, lock):
+            return file
+    except OSError as error:
+        file.close()
+        with suppress(OSError):
+            lock.unlink()
+        raise LockError(
+            what=f"{lock} cannot be locked: {error.strerror or error}.",
+            meaning=f"Without a lock two programs could write in {lock.parent} at once. Nothing was changed.",
+            next_step="Work in a folder on a disk of this computer: some network mounts have no locks.",
+        ) from error
     file.close()
     return None
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from tfsat_host.errors import TfsatError
 from tfsat_host.notices import Notices
 from tfsat_host.protocol.limits import BLOCK_MAGIC
-from tfsat_host.whole_file import fill_whole, new_file_beside
+from tfsat_host.whole_file import fill_whole, is_special, new_file_beside
 
 _LOOK_BYTES = 4096
 _IRREPLACEABLE = {
@@ -65,6 +65,15 @@ def write_text(path: Path, marker: bytes, text: str, *, force: bool) -> None:
     )
 
 
+def refuse_special(path: Path) -> None:
+    """Raises TfsatError for a device, pipe or socket; it is not opened, which could wait forever."""
+    if is_special(path):
+        raise _refused(
+            f"{path} is a device, pipe or socket, not a file.",
+            "Name a file with --out; results for a pipe go to stdout: --json.",
+        )
+
+
 def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = "") -> None:
     """Refuse a path that holds something this command did not make, or that nothing can be written to.
 
@@ -81,6 +90,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
     """
     if path.is_dir():
         raise _refused(f"{path} is a directory.", "Move it away, or name another place with --out.")
+    refuse_special(path)
     folder = next(place for place in path.absolute().parents if place.exists())
     if not folder.is_dir():
         raise _refused(f"{folder} is a file, not a folder.", "Name another place with --out.")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+
+_NOT_SUPPORTED = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOTTY)
+"""What file systems answer that have no such thing."""
 
 
 def write_whole(path: Path, data: bytes) -> None:
@@ -26,20 +30,49 @@ def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
         OSError: it cannot be written; it names `path`, which is as before. What else `fill` raises passes likewise.
     """
     target = Path(os.path.realpath(path))
+    if is_special(target):
+        raise OSError(errno.EINVAL, "it is a device, pipe or socket, not a file", str(path))
     temporary = None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = new_file_beside(target)
         fill(temporary)
         with temporary.open("r+b") as file:
-            os.fsync(file.fileno())
-        temporary.chmod(0o666 & ~_umask())
+            flush_to_disk(file.fileno())
+        _give_usual_mode(temporary)
         temporary.replace(target)
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def is_special(path: Path) -> bool:
+    """Whether a path is neither file nor folder: a device, a pipe, a socket; nothing is opened."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def flush_to_disk(descriptor: int) -> None:
+    """Wait until a file is on the disk; a file system that cannot tell (WSL, network mounts) is taken at its word.
+
+    Raises:
+        OSError: the disk is full or fails.
+    """
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in _NOT_SUPPORTED:
+            raise
+
+
+def _give_usual_mode(path: Path) -> None:
+    """The permissions of any new file; a file system without permissions keeps its own."""
+    try:
+        path.chmod(0o666 & ~_umask())
+    except OSError as error:
+        if error.errno not in (*_NOT_SUPPORTED, errno.EPERM, errno.EACCES):
+            raise
 
 
 def new_file_beside(path: Path, folder: Path | None = None) -> Path:

@@ -132,7 +132,7 @@ def test_a_step_that_another_program_does_not_let_in_is_not_kept(
         with pytest.raises(CalibrationError, match="has been writing the calibration") as caught:
             campaign.accept(done(SWINGS[2]))
     assert str(certificate) in caught.value.what
-    assert caught.value.meaning == "This step was not kept."
+    assert caught.value.meaning == "Nothing was changed by this command. No step was kept."
     assert "run this command again" in caught.value.next_step
     assert certificate.read_bytes() == before
 

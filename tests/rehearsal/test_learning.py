@@ -53,7 +53,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
         yield from ((name, one) for name, one in _candidates(robot) if name.startswith(wanted))
 
     monkeypatch.setattr(learning, "_candidates", chosen)
-    monkeypatch.setattr(learning, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(learning, "worker_pool", Here)
 
 
 def test_candidates_are_flown_one_stroke_after_another() -> None:

@@ -6,7 +6,6 @@ import csv
 import json
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from tests.run.bundle.commands import command, result
 from tfsat_host.rehearsal import series
 from tfsat_host.rehearsal.series import Series, distributions, fly_many
 from tfsat_host.robot import load_robot
+from tfsat_host.worker_processes import SerialExecutor
 
 FIVE = Series(SCHEDULE, load_robot(), seed=5)
 
@@ -26,17 +26,11 @@ FIVE = Series(SCHEDULE, load_robot(), seed=5)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder; drops are flown in this process, which has everything imported."""
 
-    class Pool:
-        def submit(self, function: Callable[..., Any], *args: Any) -> Future[Any]:
-            done: Future[Any] = Future()
-            done.set_result(function(*args))
-            return done
-
     @contextmanager
-    def pool(*_: Any, **__: Any) -> Iterator[Pool]:
-        yield Pool()
+    def pool(*_: Any, **__: Any) -> Iterator[SerialExecutor]:
+        yield SerialExecutor()
 
-    monkeypatch.setattr(series, "ProcessPoolExecutor", pool)
+    monkeypatch.setattr(series, "worker_pool", pool)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -133,7 +133,7 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
         said = command("report", "run", "--out", name, expect=2)
         assert f"'{name}' is a folder" in said.err and f"{name.rstrip('.')}NAME" in said.err
         assert "is a folder" in command("campaign", "report", "camp", "--out", name, expect=2).err
-    monkeypatch.setattr(figure_files, "MODULE", "a_module_that_nobody_has")
+    monkeypatch.setattr("tfsat_host.plotting.MODULE", "a_module_that_nobody_has")
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))
     for extra in ("figures", "mcap"):
         said = command("report", "run", f"--{extra}=somewhere", expect=1)

@@ -151,20 +151,28 @@ def test_usage(sd: Path, args: tuple[str, str]) -> None:
     assert {path.name for path in sd.parent.iterdir()} == {"SD.bin"}
 
 
-def test_files_of_an_older_recording_do_not_stay_beside_a_newer_one(sd: Path) -> None:
-    decode(sd, "--format", "csv,npz")
-    decode(sd, "--format", "csv")
-    npz = sd.with_suffix(".npz")
-    assert npz.exists(), "of the same recording: it stays"
+@pytest.mark.parametrize("age_s", [-1_000_000_000, 1_000_000_000])
+@pytest.mark.parametrize("kind", ["csv", "npz", "mat", "parquet", "mcap"])
+def test_files_of_another_recording_are_named_whatever_their_date(sd: Path, kind: str, age_s: int) -> None:
+    """The dates are the card's, whose clock may be decades off."""
+    other = "npz" if kind == "csv" else "csv"
+    decode(sd, "--format", f"{kind},{other}")
+    file = sd.with_suffix(f".{kind}")
+    shifted_s = file.stat().st_mtime + age_s
+    os.utime(sd, (shifted_s, shifted_s))
+    assert "another recording" not in decode(sd, "--format", other).stderr
+    before = file.read_bytes()
+    write(sd, recording(session=0x5E550002).image())
+    os.utime(sd, (shifted_s, shifted_s))
+    shown = decode(sd, "--format", other)
+    assert f"{file} holds another recording than {sd}" in shown.stderr
+    assert file.read_bytes() == before, "nothing is deleted"
+
+
+def test_a_file_that_decode_did_not_write_is_nobodys(sd: Path) -> None:
     foreign = sd.with_suffix(".mat")
     foreign.write_bytes(b"mine")
-    write(sd, recording().image())
-    later_ns = npz.stat().st_mtime_ns + 1_000_000_000
-    os.utime(sd, ns=(later_ns, later_ns))
-    os.utime(foreign, ns=(1, 1))
-    shown = decode(sd, "--format", "csv")
-    assert not npz.exists()
-    assert "SD.npz was removed" in shown.stderr
+    assert "another recording" not in decode(sd, "--format", "csv").stderr
     assert foreign.read_bytes() == b"mine"
 
 

@@ -69,8 +69,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     except TfsatError as error:
         show_recording(facts, out)
         raise NotWrittenError(error, facts) from None
-    for path in written.removed:
-        out.note(f"{path} was removed: it is older than the recording of this name.")
+    for path in written.of_other_recordings:
+        out.warn(
+            f"{path} holds another recording than {args.file}, under the same name: move or delete it, or decode "
+            "into another folder with --out."
+        )
     facts["files"] = {name: str(path) for name, path in written.files.items()}
     out.result(facts, lambda: show_recording(facts, out))
     return DataLossError.exit_code if facts["warnings"] else 0

@@ -16,6 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Sequence
+    from typing import TextIO
 
     from tfsat_host.present.output import Output
 
@@ -34,18 +35,47 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "°" must not end a command
+    from tfsat_host.present.output import Output
+
+    out = Output(json_mode="--json" in argv)
     try:
-        if not argv or argv[0] in ("-h", "--help"):
-            sys.stdout.write(overview())
-            code = 0
-        else:
-            code = _dispatch(argv)
+        code = _dispatch(argv, out)
+        return _flush(code, out)
+    except BrokenPipeError:
+        _discard(sys.stdout)
+        return TfsatError.exit_code
+
+
+def _flush(code: int, out: Output) -> int:
+    """The exit code, once everything is printed; what could not be is told.
+
+    Raises:
+        BrokenPipeError: the reader of a pipe has gone.
+    """
+    try:
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader of a pipe has gone: nothing can be printed any more, not even by the interpreter at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return TfsatError.exit_code
+        raise
+    except OSError as error:
+        out.stdout_error = out.stdout_error or error
+    if out.stdout_error is not None:
+        _discard(sys.stdout)
+        code = out.error(
+            TfsatError(
+                what=f"The result could not be printed: {out.stdout_error.strerror or out.stdout_error}.",
+                meaning="Files that the command writes are written; only what it prints is lost.",
+                next_step="Make room where its output goes, then run the same command again.",
+            )
+        )
+    if out.stderr_error is not None:
+        _discard(sys.stderr)
+        code = code or TfsatError.exit_code
     return code
+
+
+def _discard(stream: TextIO) -> None:
+    """Nothing can be printed there any more, not even by the interpreter at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _replace_closed_streams() -> None:
@@ -62,13 +92,14 @@ def _replace_closed_streams() -> None:
             setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w"))
 
 
-def _dispatch(argv: Sequence[str]) -> int:
+def _dispatch(argv: Sequence[str], out: Output) -> int:
     from argparse import Namespace
 
-    from tfsat_host.present.output import Output
-
-    out, args = Output(json_mode="--json" in argv), Namespace()
+    args = Namespace()
     try:
+        if not argv or argv[0] in ("-h", "--help"):
+            out.line(overview().rstrip())
+            return 0
         return _run(argv, args, out)
     except TfsatError as error:
         return out.error(error)
@@ -97,7 +128,7 @@ def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     refuse_unknown_options(parser, argv)
     parser.parse_args(argv, args)
     if chosen is None:
-        sys.stdout.write(overview())
+        out.line(overview().rstrip())
         return 0
     out.json_mode, out.yes = getattr(args, "json", False), getattr(args, "yes", False)
     return int(modules[chosen].run(args, out))

@@ -109,7 +109,7 @@ def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
                 warned.add(board)
                 out.warn(watched.lost[board].what)
             if t_s >= due_s and watched.any_left:
-                out.line(one_line(t_s, watched))
+                out.line(one_line(t_s, watched), whole=True)
                 sys.stdout.flush()  # a reader of the pipe sees it now
                 due_s += LINE_S
 

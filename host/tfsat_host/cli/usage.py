@@ -28,6 +28,7 @@ from typing import Any
 
 from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.errors import UsageError
+from tfsat_host.output_files import refuse_special
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.units import cdeg_from_deg
 
@@ -68,7 +69,8 @@ def output_file_name(text: str) -> Path:
 
 
 def refuse_existing(path: Path, *, force: bool) -> None:
-    """Raises UsageError for a file that is there already, without `--force`."""
+    """Raises UsageError for a file that is there already, without `--force`, and for what is no file."""
+    refuse_special(path)
     if path.exists() and not force:
         raise UsageError(
             what=f"{path} exists already.",

@@ -25,8 +25,8 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
-from tfsat_host.user_folders import state_folder
-from tfsat_host.whole_file import write_whole
+from tfsat_host.user_folders import NoUserFolder, state_folder
+from tfsat_host.whole_file import flush_to_disk, write_whole
 
 _CHUNK_BLOCKS = 2048
 
@@ -121,7 +121,7 @@ class PartialLog:
 
     def finish(self) -> str:
         """All blocks are there: gives the file its name once it is on the disk; its SHA-256."""
-        os.fsync(self._file.fileno())
+        flush_to_disk(self._file.fileno())
         self._file.seek(0)
         digest = hashlib.file_digest(self._file, "sha256").hexdigest()
         self._file.close()
@@ -186,11 +186,15 @@ def sha256_if_same(logger: LoggerClient, entry: LogEntry, path: Path) -> str | N
 class FetchedLogs:
     """What was fetched from loggers with this computer, in the user's state directory, so that nothing else is erased.
 
-    An entry is worth something only while the copy is as it was fetched: its SHA-256 is compared each time.
+    An entry is worth something only while the copy is as it was fetched: its SHA-256 is compared each time. A user
+    without a home folder has no memory of copies: then no copy is known.
     """
 
     def __init__(self) -> None:
-        self.path = state_folder() / "fetched.json"
+        try:
+            self.path: Path | None = state_folder() / "fetched.json"
+        except NoUserFolder:
+            self.path = None
 
     def copy_of(self, serial: str, entry: LogEntry) -> Path | None:
         """Where a copy of a logger's recording lies, the newest first; None if none stands as it was fetched.
@@ -213,7 +217,13 @@ class FetchedLogs:
         return None
 
     def add(self, serial: str, entry: LogEntry, path: Path, sha256: str) -> None:
-        """`path` holds the whole recording, as other copies of it may. Raises TfsatError."""
+        """`path` holds the whole recording, as other copies of it may.
+
+        Raises:
+            TfsatError: the file of copies is damaged, or this user has no folder for it.
+            OSError: it cannot be written.
+        """
+        file = self.path or state_folder() / "fetched.json"
         notes = self._read()
         place = str(path.absolute())
         for key, copies in notes.items():
@@ -221,9 +231,11 @@ class FetchedLogs:
         note = {"path": place, "sha256": sha256, "fetched_unix_s": int(time.time())}
         notes.setdefault(_key(serial, entry), []).append(note)
         text = json.dumps({key: copies for key, copies in notes.items() if copies}, indent=1)
-        write_whole(self.path, text.encode())
+        write_whole(file, text.encode())
 
     def _read(self) -> dict[str, list[dict[str, Any]]]:
+        if self.path is None:
+            return {}
         try:
             notes = json.loads(self.path.read_text(encoding="utf-8"))
         except FileNotFoundError:

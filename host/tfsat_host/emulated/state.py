@@ -268,7 +268,7 @@ def _is_held(folder: Path) -> bool:
         return False
     try:
         fcntl.flock(holder, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
+    except OSError:  # held; or a file system without locks, which cannot tell
         return True
     finally:
         os.close(holder)
@@ -299,9 +299,17 @@ def _lock(descriptor: int) -> bool:
     for attempt in range(_LOCK_ATTEMPTS):
         if attempt:
             time.sleep(_LOCK_RETRY_S)
-        with contextlib.suppress(BlockingIOError):
+        try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
+        except BlockingIOError:
+            continue
+        except OSError as error:
+            raise TfsatError(
+                what=f"The folder of the emulated robot cannot be locked: {error.strerror or error}.",
+                meaning="Without a lock two programs could serve it at once. No robot was started.",
+                next_step="Name a folder on a disk of this computer with --dir.",
+            ) from error
+        return True
     return False
 
 

@@ -24,6 +24,7 @@ from pathlib import Path
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.errors import TfsatError
 from tfsat_host.units import cdeg_from_deg
+from tfsat_host.whole_file import write_whole
 
 NO_MANEUVER = "There is no maneuver that could be flown."
 
@@ -217,4 +218,4 @@ def write_maneuver(maneuver: Maneuver, path: Path) -> None:
     Raises:
         OSError: the file cannot be written.
     """
-    path.write_text(format_maneuver(maneuver), encoding="utf-8")
+    write_whole(path, format_maneuver(maneuver).encode())

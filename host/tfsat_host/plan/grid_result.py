@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.errors import UsageError
 from tfsat_host.output_files import OutputFile
 from tfsat_host.plan.grid import Distribution, GridManeuver
+from tfsat_host.plotting import check_matplotlib, load_matplotlib
 from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
 
@@ -110,12 +110,8 @@ def files_for(table: Path | None, figure: Path | None) -> list[tuple[Path, bytes
             meaning="Nothing was drawn or written.",
             next_step=f"Let --figure end with {', '.join(_FIGURES)}.",
         )
-    if figure is not None and find_spec("matplotlib") is None:
-        raise TfsatError(
-            what="--figure needs matplotlib, which is not installed.",
-            meaning="Nothing was drawn or written.",
-            next_step="In tfsat's folder: python -m pip install '.[figures]'; or take the CSV of --out.",
-        )
+    if figure is not None:
+        check_matplotlib("--figure", "take the CSV of --out")
     wanted = ((table, _COLUMNS.encode()), (figure, _FIGURE_MARKER))
     return [(path, marker) for path, marker in wanted if path is not None]
 
@@ -148,6 +144,7 @@ def _draw(found: Distribution, title: str, path: Path, file_format: str) -> None
 
     They are two: a loop flown backwards is as efficient, and turns the other way.
     """
+    load_matplotlib()
     from matplotlib.figure import Figure
 
     angles = np.degrees(found.euler_zyx_rad)

@@ -8,12 +8,10 @@ kind of error, all others stay as they were.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +19,8 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.propagate import final_attitudes
-from tfsat_host.errors import TfsatError
 from tfsat_host.plan.parameters import ErrorSources, Parameters
+from tfsat_host.worker_processes import worker_pool
 
 CHUNK = 500
 """Samples a chunk: small enough for a processor's cache, large enough for numpy."""
@@ -171,25 +169,14 @@ def run_locally(
 
 def _by_processes(study: Study, count: int, done: Callable[[float], None]) -> Outcomes:
     parts: dict[int, Outcomes] = {}
-    # Spawned: a fork would copy the locks of whatever threads this process has.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, mp_context=context, initializer=_end_at_interrupt) as pool:
+    with worker_pool(count, end_at_interrupt) as pool:
         chunk_of = {pool.submit(run_chunk, study, chunk): chunk for chunk in range(study.chunks)}
-        try:
-            for future in as_completed(chunk_of):
-                parts[chunk_of[future]] = future.result()
-                done(len(future.result()))
-        except BrokenProcessPool as error:
-            raise TfsatError(
-                what="A process that computed a part of the study was ended, perhaps for want of memory.",
-                meaning="Without all parts there is no result.",
-                next_step="Run the same command with --workers 1.",
-            ) from error
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+        for future in as_completed(chunk_of):
+            parts[chunk_of[future]] = future.result()
+            done(len(future.result()))
     return Outcomes.joined([parts[chunk] for chunk in range(study.chunks)])
 
 
-def _end_at_interrupt() -> None:
-    """Ctrl-C reaches this process too: it ends at once and leaves the words to the one that a person started."""
+def end_at_interrupt() -> None:
+    """End at Ctrl-C, which reaches this process too, and leave the words to the one that a person started."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -15,11 +15,15 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
 from tfsat_host.notices import printable
+from tfsat_host.present.wrapping import stream_columns, wrap_line
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
 Advance = Callable[[float], None]
+
+
+_PIPED_TABLE_COLUMNS = 120
 
 
 class NotConfirmed(RefusedError):
@@ -35,6 +39,10 @@ class Output:
         stdout: Where results go.
         stderr: Where diagnostics, questions and progress go.
         stdin: Where answers come from.
+
+    Attributes:
+        stdout_error: Why a part of the result could not be written; None: all of it was.
+        stderr_error: Likewise, of the diagnostics.
     """
 
     def __init__(
@@ -52,6 +60,8 @@ class Output:
         self._stderr = stderr or sys.stderr
         self._stdin = stdin or sys.stdin
         self._result_given = False
+        self.stdout_error: OSError | None = None
+        self.stderr_error: OSError | None = None
 
     @property
     def can_ask(self) -> bool:
@@ -75,10 +85,17 @@ class Output:
         elif text:
             self.line(text)
 
-    def line(self, text: str = "") -> None:
-        """One line of the result for people; nothing with `--json`."""
+    def line(self, text: str = "", *, whole: bool = False) -> None:
+        """One line of the result for people; nothing with `--json`.
+
+        Args:
+            text: A line or several.
+            whole: For a program that reads lines: it is not wrapped.
+        """
         if not self.json_mode:
-            print(_visible(text), file=self._stdout)
+            columns = None if whole else stream_columns(self._stdout)
+            with self._writing_stdout():
+                print("\n".join(_rows(_visible(text), columns)), file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
         """A table of the result for people; nothing with `--json`. Numbers are aligned right.
@@ -92,7 +109,6 @@ class Output:
 
         from tfsat_host.present.tables import table_of
 
-        console = self._console(self._stdout)
         listed = list(rows)
         cells = [[_cell(value) for value in row] for row in listed]
         numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]
@@ -104,7 +120,11 @@ class Output:
             for row, shown in zip(listed, cells, strict=True)
         ]
         heads = [Text(_visible(name)) for name in columns]
-        console.print(table_of(heads, texts, numeric, _visible(title), console.width))
+        console = self._console(self._stdout)
+        with self._writing_stdout():
+            with console.capture() as captured:
+                console.print(table_of(heads, texts, numeric, _visible(title), console.width))
+            print("\n".join(map(str.rstrip, captured.get().splitlines())), file=self._stdout)
 
     def stream(self, data: Mapping[str, Any]) -> None:
         """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
@@ -129,11 +149,11 @@ class Output:
 
     def note(self, text: str) -> None:
         """A diagnostic, to stderr: something a person should know that is not the result."""
-        print(_visible(text), file=self._stderr, flush=True)
+        self._tell(text)
 
     def warn(self, text: str) -> None:
         """A warning, to stderr, marked as one."""
-        print(f"{self._paint('Warning:', '33')} {_visible(text)}", file=self._stderr, flush=True)
+        self._tell(text, "Warning: ", "33")
 
     def warn_each(self, texts: Iterable[str]) -> None:
         """Warnings; one that begins with a space goes on with the one before."""
@@ -148,10 +168,9 @@ class Output:
 
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
-        print(f"{self._paint('Error:', '1;31')} {_visible(error.what)}{_numbered(error)}", file=self._stderr)
-        for text in (error.meaning, error.next_step):
-            if text:
-                print("  " + _visible(text).replace("\n", "\n  "), file=self._stderr)
+        self._tell(f"{error.what}{_numbered(error)}", "Error: ", "1;31")
+        for text in filter(None, (error.meaning, error.next_step)):
+            self._tell("  " + text.replace("\n", "\n  "))
         return error.exit_code
 
     def confirm(self, question: str, *, meaning: str) -> None:
@@ -212,16 +231,42 @@ class Output:
 
         from tfsat_host.json_values import jsonable
 
-        print(json.dumps(jsonable(data), allow_nan=False), file=self._stdout)
+        with self._writing_stdout():
+            print(json.dumps(jsonable(data), allow_nan=False), file=self._stdout)
 
     def _console(self, stream: TextIO) -> Console:
         from rich.console import Console
 
-        width = None if stream.isatty() else 120
+        width = stream_columns(stream) or _PIPED_TABLE_COLUMNS
         return Console(file=stream, highlight=False, width=width, no_color=not _coloured(stream))
 
-    def _paint(self, text: str, sgr: str) -> str:
-        return f"\x1b[{sgr}m{text}\x1b[0m" if _coloured(self._stderr) else text
+    def _tell(self, text: str, mark: str = "", sgr: str = "") -> None:
+        """Print to stderr, wrapped on a terminal."""
+        rows = _rows(f"{mark}{_visible(text)}", stream_columns(self._stderr))
+        if mark and _coloured(self._stderr):
+            rows[0] = rows[0].replace(mark.rstrip(), f"\x1b[{sgr}m{mark.rstrip()}\x1b[0m", 1)
+        try:
+            print("\n".join(rows), file=self._stderr, flush=True)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            self.stderr_error = self.stderr_error or error
+
+    @contextlib.contextmanager
+    def _writing_stdout(self) -> Iterator[None]:
+        """What cannot be printed, as on a full disk, does not keep the command from the rest of its work."""
+        try:
+            yield
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            self.stdout_error = self.stdout_error or error
+
+
+def _rows(text: str, columns: int | None) -> list[str]:
+    """The lines of a text, wrapped if there is a width."""
+    rows = text.split("\n")
+    return rows if columns is None else [line for row in rows for line in wrap_line(row, columns)]
 
 
 def refusal_name(code: IntEnum) -> str:

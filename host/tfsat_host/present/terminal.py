@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
-import textwrap
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from itertools import groupby, takewhile
 from typing import TYPE_CHECKING, Any, Self
 
 from tfsat_host.notices import printable as printable
+from tfsat_host.present.wrapping import fill_lines, stream_columns
 from tfsat_host.quantity import Columns, Quantity, Table
 
 if TYPE_CHECKING:
@@ -89,18 +89,11 @@ def sentences(texts: Iterable[str], out: Output) -> None:
 
 
 def _wrapped(text: str, width: int, first: str, others: str) -> list[str]:
-    return textwrap.wrap(
-        printable(text),
-        width,
-        initial_indent=first,
-        subsequent_indent=others,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    return fill_lines(printable(text), width, first, others)
 
 
 def _width() -> int:
-    return min(shutil.get_terminal_size((WIDEST, 24)).columns, WIDEST)
+    return min(stream_columns(sys.stdout) or WIDEST, WIDEST)
 
 
 class Narration:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -26,11 +25,12 @@ from tfsat_host.plan.design import maneuver_of
 from tfsat_host.plan.loops import Sequence as Loop
 from tfsat_host.plan.loops import classes, written
 from tfsat_host.plan.problem import DesignSettings, Problem
-from tfsat_host.plan.study import usable_cores
+from tfsat_host.plan.study import end_at_interrupt, usable_cores
 from tfsat_host.protocol.limits import FALL_US, IMU_COUNT, PAUSE_MIN_US, SCHEDULE_GRID_US
 from tfsat_host.rehearsal.hidden import hidden_drop
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import RobotModel
+from tfsat_host.worker_processes import worker_pool
 
 WANTED = ("com", "masses", "inertias", "hinge-points")
 """What can be learnt: the centers of mass of bodies 1 to 3, and all numbers of a kind."""
@@ -104,7 +104,7 @@ def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = la
         )
     candidates = [USUAL, *_candidates(robot)]
     lessons = []
-    with ProcessPoolExecutor(usable_cores()) as pool:
+    with worker_pool(usable_cores(), end_at_interrupt) as pool:
         fits = pool.map(partial(_fit_of, robot), [schedule_maneuver(maneuver) for _, maneuver in candidates])
         for (name, maneuver), fit in zip(candidates, fits, strict=True):
             lessons.append(Lesson(name, maneuver, fit))

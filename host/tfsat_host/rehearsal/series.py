@@ -9,10 +9,9 @@ import os
 import signal
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -36,6 +35,7 @@ from tfsat_host.rehearsal.truth import Truth, drawn_truth, hash_of, truth_as_fil
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.files import MANEUVER, ROBOT
 from tfsat_host.sdlog import DropLog, load
+from tfsat_host.worker_processes import worker_pool
 
 TABLE, SUMMARY = "runs.csv", "runs.json"
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -139,10 +139,7 @@ def fly_many(
     found: list[Flown] = []
     workers = workers or os.cpu_count() or 1
     # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
-    with (
-        _environment(dict.fromkeys(_THREADS, "1")),
-        ProcessPoolExecutor(workers, get_context("spawn"), initializer=_ignore_interrupts) as pool,
-    ):
+    with worker_pool(workers, _ignore_interrupts, dict.fromkeys(_THREADS, "1")) as pool:
         numbers = iter(range(1, runs + 1))
         flying: set[Future[Flown]] = set()
         while True:
@@ -176,21 +173,6 @@ def _interrupts_blocked() -> Iterator[None]:
 def _ignore_interrupts() -> None:
     """The same for one that has begun."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@contextmanager
-def _environment(names: dict[str, str]) -> Iterator[None]:
-    """For processes that are started meanwhile."""
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(names)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def fly(series: Series, number: int) -> Flown:

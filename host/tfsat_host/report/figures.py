@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.plotting import load_matplotlib
 from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.events import events_of
@@ -106,7 +106,6 @@ def inches(millimeters: float) -> float:
     return millimeters / MM_PER_INCH
 
 
-MODULE = "matplotlib"
 FORMATS = ("pdf", "png")
 MARKER = b"made by tfsat-host report"
 """Stands in every file: how the command knows its own."""
@@ -249,26 +248,6 @@ def _spectrum_panel(
     legend(axes, components_of(lines, names), styles)
 
 
-class MissingMatplotlibError(TfsatError):
-    """Figures were asked for and matplotlib is not installed (exit code 1)."""
-
-
-def check_matplotlib() -> None:
-    """Does nothing if figures can be drawn.
-
-    Raises:
-        MissingMatplotlibError: they cannot.
-    """
-    from importlib.util import find_spec
-
-    if find_spec(MODULE) is None:
-        raise MissingMatplotlibError(
-            what="--figures needs matplotlib, which is not installed.",
-            meaning="Nothing was drawn or written.",
-            next_step="In tfsat's folder: python -m pip install '.[figures]'; or leave --figures out.",
-        )
-
-
 def drawn_of(found: Evaluation) -> Drawn:
     """What the figures of a drop are made of."""
     return Drawn(
@@ -278,8 +257,7 @@ def drawn_of(found: Evaluation) -> Drawn:
 
 def write_figure(name: str, drawn: Drawn, file_format: str, path: Path) -> None:
     """One of `FIGURES` in one of `FORMATS`."""
-    import matplotlib as mpl
-
+    mpl = load_matplotlib()
     # Whatever matplotlibrc a computer has: the figures look the same.
     with mpl.rc_context():
         mpl.rcdefaults()

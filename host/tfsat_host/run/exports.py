@@ -25,18 +25,18 @@ class Written:
 
     Attributes:
         files: Path of each file written, by its name in the JSON result.
-        removed: Files of the same name in other formats, decoded from what stood there before.
+        of_other_recordings: Files of the same name in other formats that hold another recording.
     """
 
     files: dict[str, Path]
-    removed: tuple[Path, ...]
+    of_other_recordings: tuple[Path, ...]
 
 
 def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bool) -> Written:
-    """Writes `stem`.csv and so on, and removes what was decoded under this name from an older recording.
+    """Writes `stem`.csv and so on, and finds what was decoded under this name from another recording.
 
-    Two recordings under one name in two formats would be taken for one. A file is of an older one when it
-    is older than the recording itself.
+    Two recordings under one name in two formats would be taken for one. Nothing is deleted: the other one may be all
+    that is left of its drop.
 
     Raises:
         TfsatError: a file exists that is not ours, or a format's library is missing; nothing was written.
@@ -49,20 +49,20 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
     write_all(list(wanted.values()), force=force)
     # Only of what exists: an export's libraries take longer to load than a recording to decode.
     others = _outputs(log, stem, [name for name in FORMATS if name not in formats and _stands(stem, name)])
-    stale = [file.path for file in others.values() if _is_stale(file, log.path)]
-    for path in stale:
-        path.unlink()
-    return Written({name: file.path for name, file in wanted.items()}, tuple(stale))
+    foreign = tuple(file.path for file in others.values() if _holds_other_recording(file, log))
+    return Written({name: file.path for name, file in wanted.items()}, foreign)
 
 
 def _stands(stem: Path, name: str) -> bool:
     return _named(stem, f".{name}").exists() or _named(stem, f".events.{name}").exists()
 
 
-def _is_stale(file: OutputFile, recording: Path) -> bool:
+def _holds_other_recording(file: OutputFile, log: DropLog) -> bool:
+    from tfsat_host.sdlog.exported_session import is_of_recording
+
     if not file.path.is_file() or not was_made_with(file.path, file.marker):
         return False
-    return file.path.stat().st_mtime_ns < recording.stat().st_mtime_ns
+    return is_of_recording(file.path, log) is False
 
 
 def _named(stem: Path, ending: str) -> Path:

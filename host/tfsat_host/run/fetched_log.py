@@ -26,6 +26,7 @@ from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, not
 from tfsat_host.sdlog.errors import LogError
 from tfsat_host.sdlog.summary import summary
 from tfsat_host.units import US_PER_S
+from tfsat_host.user_folders import NoUserFolder
 
 FALL_WAIT_S = 15.0
 """RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
@@ -223,7 +224,7 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
                 meaning="Nothing was overwritten.",
                 next_step="Name another place with --out, or add --force to overwrite it.",
             )
-        fetched.add(serial, entry, target, sha256)
+        _remember(fetched, serial, entry, target, sha256, out)
     if sha256 is not None:
         return Copy(entry, target, sha256, fetched=False)
     with PartialLog(target, entry, replace=force) as partial:
@@ -247,8 +248,19 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
             copy.outcome = logger.fetch_blocks(entry, partial.missing, put)
         copy.sha256 = partial.finish()
     if not copy.outcome.unreadable:
-        fetched.add(serial, entry, target, copy.sha256)
+        _remember(fetched, serial, entry, target, copy.sha256, out)
     return copy
+
+
+def _remember(
+    fetched: FetchedLogs, serial: str, entry: LogEntry, path: Path, sha256: str, out: Output
+) -> None:
+    """Note the copy on this computer; where that cannot be written, the copy is whole all the same."""
+    try:
+        fetched.add(serial, entry, path, sha256)
+    except (OSError, NoUserFolder) as error:
+        why = f"{error.what} {error.next_step}" if isinstance(error, NoUserFolder) else f"{error}."
+        out.warn(f"{path} is whole, but this computer will not remember it: log erase will refuse. {why}")
 
 
 @contextmanager

@@ -14,11 +14,12 @@ from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
+from tfsat_host.plotting import check_matplotlib
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import Reported, Source, document_of
 from tfsat_host.report.contents.document_builder import table as page_table
 from tfsat_host.report.document import PageTable
-from tfsat_host.report.figures import FIGURES, FORMATS, check_matplotlib, drawn_of, write_figure
+from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
 from tfsat_host.report.recording import MARKER as MCAP_MARKER
 from tfsat_host.report.recording import write_evaluated_mcap
@@ -176,7 +177,7 @@ class ReportFiles:
             TfsatError: something is in the way, or a library is missing.
         """
         if self.names and self.wanted.figures is not None:
-            check_matplotlib()
+            check_matplotlib("--figures", "leave --figures out")
         if self.names and self.wanted.mcap is not None:
             check_extra("mcap")
         paths = [(self.page, PAGE_MARKER)]

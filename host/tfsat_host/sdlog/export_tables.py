@@ -13,7 +13,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,12 @@ def events_header_line() -> bytes:
     return _line(EVENT_COLUMNS)
 
 
+def first_row(log: DropLog) -> bytes:
+    """The first sample's row of the samples' file."""
+    physical = [_texts(column) for column in physical_columns(log)]
+    return _rows(log, slice(0, 1), physical, list(flag_columns(log).values()))
+
+
 def write_csv(log: DropLog, path: Path) -> None:
     """Write one row a sample (RFC 4180); a reading that was not valid is an empty field."""
     physical = [_texts(column) for column in physical_columns(log)]
@@ -63,13 +69,16 @@ def write_csv(log: DropLog, path: Path) -> None:
             file.write(_rows(log, rows, physical, flags))
 
 
-def write_events_csv(log: DropLog, path: Path) -> None:
+def write_events_csv(log: DropLog, to: Path | TextIO) -> None:
     """Write one row an event, by time; index, arg and value as in the protocol's EventCode."""
-    with path.open("w", newline="", encoding="ascii") as file:
-        file.write(events_header_line().decode())
-        writer = csv.writer(file)
-        for t_us, t_s, *event in log.event_rows():
-            writer.writerow((t_us, f"{t_s:.6f}", *event))
+    if isinstance(to, Path):
+        with to.open("w", newline="", encoding="ascii") as file:
+            write_events_csv(log, file)
+        return
+    to.write(events_header_line().decode())
+    writer = csv.writer(to)
+    for t_us, t_s, *event in log.event_rows():
+        writer.writerow((t_us, f"{t_s:.6f}", *event))
 
 
 def _line(names: Iterable[str]) -> bytes:

@@ -145,8 +145,8 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     assert "The drops of the emulated robot together:" in said.words
     mixed = evaluate("run1", "run3")
     assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
-    assert re.search(r"all drops +drop 1 +drop 3 ", said.out) and re.search(
-        r"all drops +drop 2 +drop 4 ", said.out
+    assert re.search(r"all drops +drop 1 +drop 3\s", said.out) and re.search(
+        r"all drops +drop 2 +drop 4\s", said.out
     )
 
 

@@ -23,7 +23,7 @@ from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import Baseline, Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.calibration.steps.step import StepKind
-from tfsat_host.file_lock import BusyError, one_at_a_time
+from tfsat_host.file_lock import LockError, one_at_a_time
 from tfsat_host.robot import RobotModel
 from tfsat_host.whole_file import write_whole
 
@@ -69,6 +69,16 @@ class Campaign:
     def folder(self) -> Path:
         """Where the recordings lie, and each certificate that was ever written."""
         return recordings_folder(self.certificate)
+
+    def check_lock(self) -> None:
+        """Find out before anything is measured whether the certificate can be locked.
+
+        Raises:
+            CalibrationError: another program writes it for long, or the file system refuses locks.
+            OSError: nothing can be written there.
+        """
+        with _one_writer(self.certificate):
+            pass
 
     def solution(self) -> Solution:
         """What the evidence determines."""
@@ -218,9 +228,9 @@ def _one_writer(certificate: Path) -> Iterator[None]:
             certificate.with_name(f".{certificate.name}.lock"), f"the calibration {certificate}"
         ):
             yield
-    except BusyError as error:
+    except LockError as error:
         raise CalibrationError(
-            what=error.what, meaning="This step was not kept.", next_step=error.next_step
+            what=error.what, meaning=f"{error.meaning} No step was kept.", next_step=error.next_step
         ) from error
 
 

@@ -107,6 +107,7 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     check_may_write(path, marker=b"", force=True)  # whether what is there may be replaced, the campaign knows
     subject = Subject(model.name, origin.logger_serial, origin.who_am_i, origin.emulated)
     campaign = Campaign(path, model, subject, force=args.force)
+    campaign.check_lock()
     out.warn_each(f"{sentence} Its step does not count any more." for sentence in campaign.left_out)
     return campaign
 

@@ -19,6 +19,7 @@ import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, NoReturn
@@ -222,7 +223,8 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
         ]
         if wrong:
             raise _damaged(manifest, wrong, archive)
-        unpacked.chmod(0o755)
+        with suppress(OSError):  # a file system without permissions keeps its own
+            unpacked.chmod(0o755)
         if folder.exists():
             folder.rmdir()  # empty; Windows renames onto no folder
         unpacked.rename(folder)

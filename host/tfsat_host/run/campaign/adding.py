@@ -6,6 +6,7 @@ import os
 import shlex
 import shutil
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -117,7 +118,8 @@ def add(
     finally:
         shutil.rmtree(staged, ignore_errors=True)
     place = folder / entry.folder
-    place.chmod(0o755)
+    with suppress(OSError):  # a file system without permissions keeps its own
+        place.chmod(0o755)
     moved = move and not left_out
     if moved:
         try:

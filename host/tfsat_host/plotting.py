@@ -1,0 +1,44 @@
+"""Matplotlib, the extra `figures`: whether it is there, and as files need it."""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from typing import Any
+
+from tfsat_host.errors import TfsatError
+
+MODULE = "matplotlib"
+
+
+class MissingMatplotlibError(TfsatError):
+    """Figures were asked for and matplotlib is not installed (exit code 1)."""
+
+
+def check_matplotlib(option: str, instead: str) -> None:
+    """Does nothing if figures can be drawn.
+
+    Args:
+        option: That asks for them.
+        instead: What to do without them.
+
+    Raises:
+        MissingMatplotlibError: they cannot.
+    """
+    if find_spec(MODULE) is None:
+        raise MissingMatplotlibError(
+            what=f"{option} needs matplotlib, which is not installed.",
+            meaning="Nothing was drawn or written.",
+            next_step=f"In tfsat's folder: python -m pip install '.[figures]'; or {instead}.",
+        )
+
+
+def load_matplotlib() -> Any:
+    """Return matplotlib, imported without the backend that a notebook names in MPLBACKEND: files need none."""
+    backend = os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib as mpl
+    finally:
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    return mpl

@@ -1,0 +1,76 @@
+"""Whether a file that `decode` wrote is of a certain recording: by the session in it, or by its first row."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+
+from .droplog import DropLog
+from .errors import MissingExtraError, check_extra
+from .export_tables import METADATA_KEY, first_row, write_events_csv
+
+
+def is_of_recording(path: Path, log: DropLog) -> bool | None:
+    """Whether an exported file is of this recording; None: it does not tell, or its library is not installed.
+
+    Args:
+        path: A file that `decode` wrote.
+        log: A recording.
+    """
+    if path.suffix == ".csv":
+        return _second_line(path) == _expected_line(path, log)
+    read = {".npz": _session_of_npz, ".mat": _session_of_mat, ".parquet": _session_of_parquet}
+    try:
+        return read.get(path.suffix, _session_of_mcap)(path) == f"{log.session:08x}"
+    except (MissingExtraError, OSError, ValueError, KeyError):
+        return None
+
+
+def _second_line(path: Path) -> bytes:
+    with path.open("rb") as file:
+        file.readline()
+        return file.readline()
+
+
+def _expected_line(path: Path, log: DropLog) -> bytes:
+    """CSV has no metadata: its first row has the time and all readings of one sample, or of one event."""
+    if not path.name.endswith(".events.csv"):
+        return first_row(log)
+    text = io.StringIO(newline="")
+    write_events_csv(log, text)
+    lines = text.getvalue().encode("ascii").splitlines(keepends=True)
+    return lines[1] if len(lines) > 1 else b""
+
+
+def _session_of_npz(path: Path) -> str:
+    with np.load(path, allow_pickle=False) as arrays:
+        return str(json.loads(str(arrays["metadata"]))["session"])
+
+
+def _session_of_mat(path: Path) -> str:
+    import scipy.io
+
+    drop = scipy.io.loadmat(path, variable_names=["drop"], squeeze_me=True)["drop"]
+    return str(drop["info"].item()["session"].item())
+
+
+def _session_of_parquet(path: Path) -> str:
+    check_extra("parquet")
+    import pyarrow.parquet
+
+    metadata: dict[bytes, bytes] = pyarrow.parquet.read_schema(path).metadata
+    return str(json.loads(metadata[METADATA_KEY])["session"])
+
+
+def _session_of_mcap(path: Path) -> str:
+    check_extra("mcap")
+    from mcap.reader import make_reader
+
+    from .export_mcap import METADATA_NAME
+
+    with path.open("rb") as file:
+        records = {record.name: record.metadata for record in make_reader(file).iter_metadata()}
+    return str(records[METADATA_NAME]["session"])
