@@ -211,3 +211,34 @@ def test_without_shared_memory_one_process_computes_the_same(
     alone = tfsat_host.json(*STUDY[:-1])
     del alone["seconds"]
     assert alone == shared
+
+
+NOT_UTF_8 = os.fsdecode(b"DROP-\xfc.BIN")
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz", "mat", "parquet", "mcap"])
+def test_a_name_that_is_not_utf_8_is_exported(tfsat_host: RunCli, kind: str) -> None:
+    shutil.copy(made_folder() / "SD.bin", tfsat_host.folder / NOT_UTF_8)
+    tfsat_host("decode", NOT_UTF_8, "--format", kind)
+    assert (tfsat_host.folder / NOT_UTF_8).with_suffix(f".{kind}").is_file()
+
+
+def test_a_drop_with_a_name_that_is_not_utf_8_comes_into_a_campaign(tfsat_host: RunCli) -> None:
+    run = os.fsdecode(b"run-\xfc")
+    shutil.copytree(made_folder(), tfsat_host.folder / run)
+    (tfsat_host.folder / run / "SD.bin").rename(tfsat_host.folder / run / NOT_UTF_8)
+    tfsat_host("campaign", "init", "camp")
+    refused = tfsat_host("campaign", "add", "camp", run, expect=1).stderr
+    assert "DROP-\\udcfc.BIN is not UTF-8 text" in refused and "Rename it to SD.bin" in refused
+    (tfsat_host.folder / run / NOT_UTF_8).rename(tfsat_host.folder / run / "SD.bin")
+    tfsat_host("campaign", "add", "camp", run, expect=None)
+    (drop,) = tfsat_host.json("campaign", "list", "camp")["drops"]
+    assert drop["number"] == 1
+
+
+def test_the_card_s_last_number_is_refused_in_words(tfsat_host: RunCli) -> None:
+    card = Path(os.environ["XDG_STATE_HOME"]) / "tfsat" / "emulated" / "card"
+    card.mkdir(parents=True)
+    shutil.copy(made_folder() / "SD.bin", card / "DROP9999.BIN")
+    listed = tfsat_host.json("log", "list", "--emulated")
+    assert [log["number"] for log in listed["logs"]] == [9999]

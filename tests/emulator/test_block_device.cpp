@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <vector>
 
 #include "check.h"
 
@@ -158,4 +159,13 @@ TEST_CASE(a_slow_card_stalls_now_and_then_or_at_each_block) {
     CHECK(card.write(5000000, 0, block) == CardResult::kOk);
     CHECK(!card.busy(5001000));
   }
+}
+
+TEST_CASE(no_recording_follows_the_last_number) {
+  BlockDevice card(instant(0));
+  card.put_file(9998, std::vector<uint8_t>(BlockDevice::kBlockBytes));
+  CHECK(card.preallocate(1) == CardResult::kOk);
+  CHECK(card.preallocate(1) == CardResult::kOutOfRange);
+  CHECK(card.next_file(9999) == 9999);
+  CHECK(card.next_file(10000) == 0);
 }

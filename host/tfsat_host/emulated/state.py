@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 
-_RECORDING = re.compile(r"DROP(\d{4,5})\.BIN", re.ASCII)
+_RECORDING = re.compile(r"DROP(\d{4})\.BIN", re.ASCII)
 _LONGEST_MEMORY = 256
 
 
@@ -113,7 +113,7 @@ def load_card(folder: Path) -> dict[int, bytes]:
     files = {}
     for path in sorted(folder.glob("DROP*.BIN")) if folder.is_dir() else []:
         named = _RECORDING.fullmatch(path.name)
-        if named and 0 < int(named[1]) < 2**16:
+        if named and int(named[1]) > 0:
             data = path.read_bytes()
             files[int(named[1])] = data + bytes(-len(data) % BLOCK_BYTES)
     return files

@@ -228,7 +228,7 @@ class ErrorCode(IntEnum):
     NO_CARD = 40
     """No SD card answers."""
     CARD_FULL = 41
-    """The card has no room for a recording."""
+    """The card has no room for a recording, or holds DROP9999.BIN, the last number."""
     CARD_WRITE_FAILED = 42
     """The card refused a write."""
     SENSOR_MISSING = 43

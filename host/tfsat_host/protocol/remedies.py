@@ -169,7 +169,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "Push the card in until it clicks, then start the recording again. After a drop: keep the power on and run tfsat-host log fetch ram.",
     ),
     ErrorCode.CARD_FULL: (
-        "The card has no room for a recording.",
+        "The card has no room for a recording, or holds DROP9999.BIN, the last number.",
         "Only the newest seconds stay, in the logger's RAM, until its power goes.",
         "tfsat-host log fetch, then tfsat-host log erase; or put in another card.",
     ),

@@ -208,14 +208,18 @@ def _writer(
     """
     from pyarrow import parquet
 
-    with parquet.ParquetWriter(
-        path,
-        schema,
-        compression="zstd",
-        use_dictionary=dictionaries,
-        column_encoding=encodings,
-        store_schema=False,
-    ) as writer:
+    # A file, not its name: Arrow takes no name that is not UTF-8.
+    with (
+        path.open("wb") as file,
+        parquet.ParquetWriter(
+            file,
+            schema,
+            compression="zstd",
+            use_dictionary=dictionaries,
+            column_encoding=encodings,
+            store_schema=False,
+        ) as writer,
+    ):
         yield writer
         units = {
             name: next(unit for ending, unit in _UNITS.items() if name.endswith(ending))

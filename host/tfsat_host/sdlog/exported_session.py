@@ -61,7 +61,8 @@ def _session_of_parquet(path: Path) -> str:
     check_extra("parquet")
     import pyarrow.parquet
 
-    metadata: dict[bytes, bytes] = pyarrow.parquet.read_schema(path).metadata
+    with path.open("rb") as file:
+        metadata: dict[bytes, bytes] = pyarrow.parquet.read_schema(file).metadata
     return str(json.loads(metadata[METADATA_KEY])["session"])
 
 

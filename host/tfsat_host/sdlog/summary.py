@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.arrays import BoolArray
+from tfsat_host.notices import printable
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
 from .contradictions import two_releases
@@ -20,7 +21,7 @@ Json = dict[str, Any]
 def metadata(log: DropLog) -> Json:
     """All that `DropLog` knows besides its columns; bytes as hexadecimal text, but for the schema."""
     return {
-        "source": log.path.name,
+        "source": printable(log.path.name),
         "session": f"{log.session:08x}",
         "other_sessions": [f"{other:08x}" for other in log.other_sessions],
         "chosen_by": log.chosen_by,

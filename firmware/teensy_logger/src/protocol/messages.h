@@ -309,7 +309,7 @@ enum class ErrorCode : uint8_t {
   kUploadInterrupted = 29,  // An upload of the maneuver or of the servo settings was begun and never completed.
   kStoreOldLayout = 30,  // The stored maneuver or the servo settings were stored by an earlier firmware, in another layout.
   kNoCard = 40,  // No SD card answers.
-  kCardFull = 41,  // The card has no room for a recording.
+  kCardFull = 41,  // The card has no room for a recording, or holds DROP9999.BIN, the last number.
   kCardWriteFailed = 42,  // The card refused a write.
   kSensorMissing = 43,  // An IMU does not answer.
   kBusStuck = 44,  // An I2C bus is held low.

@@ -31,6 +31,7 @@ from tfsat_host.run.files import (
     MANEUVER,
     PREFLIGHT,
     REAL,
+    RECORDING,
     REHEARSED,
     ROBOT,
     UNKNOWN,
@@ -107,6 +108,7 @@ def add(
     found, _ = collect(run, AS_FOUND, command=command, nothing=_NOTHING)
     if isinstance(found.refusal, NoBlockError):  # no drop: its number could never be given again
         raise TfsatError(what=found.refusal.what, meaning=_NOTHING, next_step=found.refusal.next_step)
+    _require_text_name(found.recording)
     staged = Path(tempfile.mkdtemp(prefix=campaign.STAGING, dir=folder))
     try:
         with notices.progress(f"Copying {run}"):
@@ -246,6 +248,18 @@ def _teach_landing(certificate: Path, found: Collected) -> None:
         note_landing_of(found.log, certificate, present)
 
 
+def _require_text_name(recording: Path) -> None:
+    """A campaign names its recordings in text files."""
+    try:
+        recording.name.encode()
+    except UnicodeEncodeError:
+        raise TfsatError(
+            what=f"The name of the recording {printable(recording.name)} is not UTF-8 text.",
+            meaning=_NOTHING,
+            next_step=f"Rename it to {RECORDING}, then run the same command again.",
+        ) from None
+
+
 def _entry(number: int, run: Path, found: Collected, staged: Path, note: str | None) -> DropEntry:
     log, now = found.log, datetime.now(UTC)
     entry = DropEntry(
@@ -255,7 +269,7 @@ def _entry(number: int, run: Path, found: Collected, staged: Path, note: str | N
         session=None if log is None else f"{log.session:08x}",
         released=None if log is None else time_of_day(log, log.release_us),
         added=now,
-        origin=str(run),
+        origin=printable(run),
         robot=UNKNOWN if log is None else EMULATED if origin_of_log(log.header).emulated else REAL,
     )
     return entry if note is None else entry.with_note(now, note)

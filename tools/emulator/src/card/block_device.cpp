@@ -8,6 +8,9 @@
 
 namespace tfsat {
 namespace emulator {
+namespace {
+constexpr uint16_t kLastDropFile = 9999;  // as in the firmware's drivers/drop_files.h, which needs SdFat
+}
 
 BlockDevice::BlockDevice(const CardParameters& parameters) : parameters_(parameters) {}
 
@@ -47,6 +50,7 @@ CardResult BlockDevice::inspect(uint32_t n_blocks) const {
 CardResult BlockDevice::preallocate(uint32_t n_blocks) {
   const CardResult result = inspect(n_blocks);
   if (result != CardResult::kOk) return result;
+  if (newest_ >= kLastDropFile) return CardResult::kOutOfRange;
   flush();
   if (newest_ != 0) older_[newest_] = std::move(medium_);
   ++newest_;
