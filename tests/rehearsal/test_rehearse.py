@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shlex
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +37,34 @@ def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
     said = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
     assert "unknown deg from the release" in said
     assert "results are withheld" in said
+    assert not re.search(r"joint \d [+-]\d", said), "the joints' angles are of the same sensors"
+    assert not re.search(r"body \d CoM . +-?\d", said), "no correction of the model"
+    found = tfsat_host.json("evaluate", "run", expect=3)
+    (reason,) = [one for one in found["verdict"]["reasons"] if one.startswith("Withheld")]
+    assert "rates, attitudes, strokes" in reason
+    assert "no greater errors of the certificate describe such a fault" in reason, "none was tried"
+    withheld = {
+        key: found[key]
+        for key in ("joints", "strokes", "standing", "offsets", "attitude_error", "momentum_kg_m2_s", "lag")
+    }
+    withheld |= {"com": found["com_offset_mm"], "identifiability": found["identifiability"]}
+    told = {"joint", "stroke", "number", "scheduled_s", "logged_s", "commanded_deg", "prior_std", "bound"}
+    assert {key: list(_numbers(value, told)) for key, value in withheld.items()} == {
+        key: [] for key in withheld
+    }
+
+
+def _numbers(value: Any, told: set[str]) -> Iterator[float]:
+    """All numbers in a part of a result but those that no sensor told."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key not in told:
+                yield from _numbers(inner, told)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _numbers(inner, told)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield value
 
 
 @pytest.mark.parametrize("sequencer", ["native", "avr"])

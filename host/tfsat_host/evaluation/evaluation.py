@@ -137,7 +137,8 @@ class Evaluation:
             each other.
         widened: `CERTIFICATE` or `AXES_FILED`.
         withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
-            however wide the certificate was taken.
+            farthest above its limit.
+        widest: Times that the stated errors were taken in vain; 1: not tried, as greater errors describe no such cause.
     """
 
     log: DropLog
@@ -162,6 +163,11 @@ class Evaluation:
     widening: float = 1.0
     widened: str = CERTIFICATE
     withheld: Mapping[str, str] = field(default_factory=dict)
+    widest: float = 1.0
+
+    def gives(self, *results: str) -> bool:
+        """Whether none of these results is withheld; without names, none that gyros and angle sensors tell."""
+        return not self.withheld.keys() & (set(results) or SENSED)
 
     @property
     def reorientation(self) -> Turn:
@@ -177,7 +183,9 @@ class Evaluation:
             initial_rates=tuple(
                 InitialRate.withheld() if "rates" in withheld else rate for rate in self.initial_rates
             ),
-            strokes=tuple(one.without_size() if "strokes" in withheld else one for one in self.strokes),
+            strokes=tuple(one.withheld() if SENSED & withheld.keys() else one for one in self.strokes),
+            standing=() if SENSED & withheld.keys() else self.standing,
+            release_velocity=None if "rates" in withheld else self.release_velocity,
         )
 
     @property
@@ -240,9 +248,9 @@ def evaluate(
     fallback = with_fallbacks(calibration, log, model, rest, recorded)
     drop = _Drop(log, model, schedule, rest, fallback.notes, witnesses or Witnesses(), offsets, swarm)
     found = drop.evaluated(fallback.calibration)
-    wider = drop.with_less_stated(fallback.calibration, found)
+    wider, widest = drop.with_less_stated(fallback.calibration, found)
     if wider is None:
-        return found.with_withheld(withheld_by(found.checks))
+        return replace(found.with_withheld(withheld_by(found.checks)), widest=widest)
     withheld = withheld_by(wider.checks)
     return replace(wider, model=model, calibration=fallback.calibration, checks=found.checks).with_withheld(
         withheld
@@ -275,14 +283,17 @@ class _Drop:
                 "logger's settings in the recording with yours: tfsat-host decode.",
             ) from error
 
-    def with_less_stated(self, certificate: Calibration, found: Evaluation) -> Evaluation | None:
+    def with_less_stated(
+        self, certificate: Calibration, found: Evaluation
+    ) -> tuple[Evaluation | None, float]:
         """With ± of the certificate, or of the joints' axes, so great that the sensors do not contradict each other.
 
-        None: they do not anyhow, or no such ± explain them, or it is no kind of cause that greater ± describe.
+        None: they do not anyhow, or no such ± explain them, or it is no kind of cause that greater ± describe. Also the
+        greatest factor that was tried.
         """
         kind = found.causes[0].kind if found.causes else UNKNOWN
         if kind not in NO_SENSORS | STATED_TOO_WELL:
-            return None
+            return None, 1.0
         leaning = kind == AXIS
         results = SENSED | {"offsets"} if leaning else SENSED
         widening, more = 1.0, _excess(found.checks, results)
@@ -292,9 +303,10 @@ class _Drop:
             more = drop.contradiction(used, results)
             if not more:
                 wider = drop.evaluated(used, diagnosed=False)
-                return replace(wider, widening=widening, widened=AXES_FILED if leaning else CERTIFICATE)
+                kind_widened = AXES_FILED if leaning else CERTIFICATE
+                return replace(wider, widening=widening, widened=kind_widened), widening
             more = max(more, 1.0 + 1e-9)
-        return None
+        return None, min(widening, MOST_WIDENING)
 
     def contradiction(self, used: Calibration, results: frozenset[str]) -> float:
         """By how much sensors that tell any of the results contradict each other with a calibration, without any model.

@@ -80,9 +80,18 @@ class FlownStroke:
     settling_s: float = _UNKNOWN
     unfinished: bool = False
 
-    def without_size(self) -> FlownStroke:
-        """Its size is not given: NaN."""
-        return replace(self, size_rad=_UNKNOWN, size_std_rad=_UNKNOWN)
+    def withheld(self) -> FlownStroke:
+        """Nothing that its joint's sensors told is given: NaN, and no remark."""
+        return FlownStroke(
+            self.number,
+            self.joint,
+            self.scheduled_s,
+            self.logged_s,
+            self.commanded_rad,
+            self.moved,
+            "",
+            unfinished=self.unfinished,
+        )
 
     @property
     def short_rad(self) -> float:

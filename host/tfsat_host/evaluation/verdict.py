@@ -14,7 +14,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison
-from tfsat_host.evaluation.evaluation import CERTIFICATE, MOST_WIDENING, Evaluation
+from tfsat_host.evaluation.evaluation import CERTIFICATE, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
@@ -71,7 +71,7 @@ def verdict_of(
         ("not every stroke was flown as commanded", _of_strokes(found.strokes)),
         ("a joint moved where it should stand", moved),
         ("the fall was not as it should be", _of_fall(found)),
-        (_of_model(found.explained), found.explained.withheld),
+        (_of_model(found.explained), found.explained.withheld if found.gives() else ()),
     )
     present = {sentence: list(reasons) for sentence, reasons in groups}
     sentence = "; ".join(one for one, reasons in present.items() if reasons)
@@ -84,12 +84,17 @@ def verdict_of(
 
 def _withheld(found: Evaluation) -> Iterator[str]:
     names = [name for name in found.withheld if name != "offsets"]
-    if names:
-        checks = ", ".join(dict.fromkeys(found.withheld[name] for name in names))
-        yield (
-            f"Withheld: {', '.join(names)}. What {checks} found is more than errors {MOST_WIDENING:g} times as great "
-            "as stated explain: no interval would hold."
-        )
+    if not names:
+        return
+    by_name = {check.name: check for check in found.checks}
+    worst = (by_name[name] for name in dict.fromkeys(found.withheld[name] for name in names))
+    checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
+    why = (
+        f"errors {found.widest:.3g} times as great as stated do not explain it"
+        if found.widest > 1.0
+        else "no greater errors of the certificate describe such a fault"
+    )
+    yield f"Withheld, with all that follows from it: {', '.join(names)}. Failed: {checks}; {why}."
 
 
 def _widened(found: Evaluation) -> Iterator[str]:

@@ -71,6 +71,8 @@ def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output
 
 
 def _lag_words(found: Evaluation) -> str:
+    if not found.gives("rates"):
+        return "delay withheld"
     lag = found.motion.lag
     late = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms late"
     if not lag.measured:

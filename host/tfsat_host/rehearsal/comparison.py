@@ -111,6 +111,8 @@ def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
 
 
 def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[Compared]:
+    if not found.gives("offsets") or not found.gives():
+        return
     fit = found.explained.fit
     true = 1e3 * (truth.model.com_m - filed.com_m)
     for one, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):

@@ -116,5 +116,6 @@ def rms_limit(numbers: float) -> float:
 
 
 def withheld_by(checks: Iterable[Check]) -> dict[str, str]:
-    """The quantities that checks which failed protect, each with the first such check."""
-    return {name: check.name for check in reversed([*checks]) if check.failed for name in check.protects}
+    """The quantities that checks which failed protect, each with the check that is farthest above its limit."""
+    failed = sorted((one for one in checks if one.failed and one.protects), key=lambda one: one.excess)
+    return {name: check.name for check in failed for name in check.protects}

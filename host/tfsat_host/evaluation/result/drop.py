@@ -100,8 +100,8 @@ JOINTS: Columns = (
 
 
 def joints(found: Evaluation) -> list[JointEnds]:
-    """All of them; NaN where strokes are withheld."""
-    motion, given = found.motion, np.nan if "strokes" in found.withheld else 1.0
+    """All of them; NaN where what their sensors tell is withheld."""
+    motion, given = found.motion, 1.0 if found.gives() else np.nan
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
         JointEnds(
@@ -111,7 +111,7 @@ def joints(found: Evaluation) -> list[JointEnds]:
             given * float(one.angle_rad[-1]),
             given * float(one.std_rad()[-1]),
             one.sensed,
-            tuple(one.sensors),
+            tuple(one.sensors) if found.gives() else (),
         )
         for one in motion.joints
     ]
@@ -134,6 +134,8 @@ def stroke_table(found: Evaluation) -> Table:
 
 def joint_table(found: Evaluation) -> Table:
     """Where the joints were at the release and at the end, and whether their sensors agree."""
+    if not found.gives():
+        return Table("Joints", JOINTS, (), fold="Joint angles: withheld.")
     return Table(
         "Joints",
         JOINTS,
@@ -235,7 +237,9 @@ def fall(found: Evaluation) -> dict[str, Any]:
         "rest": {"duration_s": found.rest.duration_s},
         "release": {"std_s": instants.release_std_s, "felt": nested(_INSTANT, instants.release)},
         "landing": {"logged_s": instants.landing_logged_s, "felt": nested(_INSTANT, instants.landing)},
-        "micro_gravity": record(_MICRO_GRAVITY, found.micro_gravity),
+        "micro_gravity": nested(
+            _MICRO_GRAVITY, found.micro_gravity if found.gives("micro-gravity") else None
+        ),
         "release_velocity": nested(_RELEASE_VELOCITY, found.release_velocity),
         "fall_findings": [*instants.findings, *found.micro_gravity.findings],
     }

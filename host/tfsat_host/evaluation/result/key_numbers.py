@@ -17,6 +17,7 @@ MM_S2 = "mm/s²"
 MM_S2_PER_G = 1e3 * STANDARD_GRAVITY_M_S2
 """Thousandths of gravity would be taken for milligrams."""
 _NONE = float("nan")
+_WITHHELD = "withheld"
 _CORRECTION = "Largest CoM correction"
 
 
@@ -24,8 +25,10 @@ def key_numbers_of(found: Evaluation) -> list[Quantity]:
     """In the order in which one asks for them."""
     return [
         _reorientation(found),
-        _error("Attitude error, model as filed", found.explained.before.error),
-        _error("Attitude error, model corrected", found.explained.after.error),
+        _error("Attitude error, model as filed", found.explained.before.error, given=found.gives()),
+        _error(
+            "Attitude error, model corrected", found.explained.after.error, given=np.isfinite(given(found))
+        ),
         _largest_correction(found),
         *_initial_rates(found),
         *_strokes(found),
@@ -40,15 +43,17 @@ def _reorientation(found: Evaluation) -> Quantity:
     turn, until_s = found.reorientation, found.motion.bodies[BODY_1].t_s[-1]
     note = f"of body 1, from the release to {until_s:.2f} s"
     if "attitudes" in found.withheld:
-        note = f"withheld: the check of {found.withheld['attitudes']} failed"
+        note = f"{_WITHHELD}: the check of {found.withheld['attitudes']} failed"
     if turn.bridged:
         note += "; samples of its gyro are missing and were bridged"
     angle, std = np.rad2deg([turn.angle_rad, turn.std_rad])
     return Quantity(angle, std, "deg", label="Reorientation", note=note)
 
 
-def _error(label: str, error: AttitudeError) -> Quantity:
+def _error(label: str, error: AttitudeError, *, given: bool) -> Quantity:
     """Norm of the final Euler angles' error. Its std is that along the error, which tells how sure the norm is."""
+    if not given:
+        return Quantity(_NONE, unit="deg", label=label, note=_WITHHELD)
     norm = error.final_norm_rad
     along = error.final_rad / norm if norm > 0.0 else np.zeros(3)
     std = float(np.sqrt(along @ error.covariance @ along)) if norm > 0.0 else float("nan")
@@ -60,6 +65,8 @@ def _largest_correction(found: Evaluation) -> Quantity:
     fit = found.explained.fit
     greatest = int(np.abs(fit.values[: fit.offsets.sought]).argmax())
     worth = worth_of(found)
+    if np.isnan(given(found)):
+        return Quantity(_NONE, unit="mm", label=_CORRECTION, note=f"{_WITHHELD}: change nothing by it")
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
     if worth != "to be made":
         note += (
@@ -67,7 +74,7 @@ def _largest_correction(found: Evaluation) -> Quantity:
             if worth == "not called for"
             else "; withheld: change nothing by it"
         )
-    value, std = (given(found) * float(one[greatest]) for one in (fit.values, fit.std))
+    value, std = (float(one[greatest]) for one in (fit.values, fit.std))
     return Quantity(value, std, "mm", "+.2f", _CORRECTION, note)
 
 
@@ -114,6 +121,8 @@ def _change_of_force(found: Evaluation) -> Quantity:
     changes, stds = found.micro_gravity.changes_g, found.micro_gravity.changes_std_g
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"
+    if not found.gives("micro-gravity"):
+        return Quantity(_NONE, unit=MM_S2, label=label, note=_WITHHELD)
     if not np.isfinite(norms).any():
         return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")
     body = int(np.nanargmax(norms))

@@ -46,7 +46,8 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
     worth = worth_of(found)
     if worth == "withheld":
         failed = tuple(f"The check of {check.name} failed." for check in found.failed_checks[:1])
-        return ("The correction is withheld: change nothing by it.", *failed, *found.explained.withheld)
+        explained = found.explained.withheld if found.gives() else ()
+        return ("The correction is withheld: change nothing by it.", *failed, *explained)
     if worth == "not called for":
         return (
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
@@ -92,7 +93,7 @@ OFFSETS: Columns = (
 
 def given(found: Evaluation) -> float:
     """1, or NaN where the correction is not given; to multiply its numbers with."""
-    return np.nan if "offsets" in found.withheld else 1.0
+    return 1.0 if found.gives("offsets") and found.gives() else np.nan
 
 
 def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
@@ -147,6 +148,10 @@ def model(found: Evaluation) -> dict[str, Any]:
     centers = slice(fit.offsets.sought)
     times = given(found)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
+    if not found.gives():
+        errors["before"] = dict.fromkeys(errors["before"])
+    if np.isnan(times):
+        errors["after"] = dict.fromkeys(errors["after"])
     return {
         "com_offset_mm": times * fit.values[centers].reshape(shape),
         "com_offset_mm_std": times * fit.std[centers].reshape(shape),
@@ -157,16 +162,16 @@ def model(found: Evaluation) -> dict[str, Any]:
         "attitude_error": errors,
         "correction": {
             "worth": worth_of(found),
-            "significance": significance(found),
+            "significance": times * significance(found),
             "offered": explained.offered,
-            "withheld": list(explained.withheld),
+            "withheld": list(explained.withheld) if found.gives() else [],
             "converged": fit.converged,
         },
-        "momentum_kg_m2_s": fit.momentum_kg_m2_s.tolist(),
-        "excess_variance": fit.excess,
-        "identifiability": record(_IDENTIFIABILITY, found.identifiability),
-        "trades": records(_TRADE, couplings(fit, explained.driven.flown)),
-        "swarm": nested(_SWARM, found.swarm),
+        "momentum_kg_m2_s": times * fit.momentum_kg_m2_s,
+        "excess_variance": times * fit.excess,
+        "identifiability": nested(_IDENTIFIABILITY, found.identifiability if found.gives() else None),
+        "trades": records(_TRADE, couplings(fit, explained.driven.flown) if found.gives() else ()),
+        "swarm": nested(_SWARM, found.swarm if found.gives() else None),
     }
 
 
@@ -179,6 +184,8 @@ def offset_table(found: Evaluation) -> Table:
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
         columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
+    if np.isnan(given(found)):
+        return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(found)))
     sentences = [*correction_sentences(found), *_stuck(rows), *found.identifiability.sentences()]
     held = len(fit.offsets) - fit.offsets.sought
     return Table(
@@ -194,7 +201,9 @@ def offset_table(found: Evaluation) -> Table:
 def remarks(found: Evaluation) -> list[str]:
     """What a single offset trades with, and how far the swarm came: sentences, where there is something of it."""
     fit, swarm = found.explained.fit, found.swarm
-    sentences = []
+    sentences: list[str] = []
+    if np.isnan(given(found)):
+        return sentences
     trades = couplings(fit, found.explained.driven.flown)
     if any(trade.determined for trade in trades):
         sentences.append(TRADE_EXACTLY)
@@ -278,7 +287,10 @@ def error_table(found: Evaluation) -> Table:
     return Table(
         "Attitude error of the model",
         columns,
-        [_Side("as filed", found.explained.before.error), _Side("corrected", found.explained.after.error)],
+        [
+            *([_Side("as filed", found.explained.before.error)] if found.gives() else []),
+            *([] if np.isnan(given(found)) else [_Side("corrected", found.explained.after.error)]),
+        ],
         "Measured less predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
