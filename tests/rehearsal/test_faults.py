@@ -177,7 +177,7 @@ def test_the_page_has_the_fault_as_it_was_rehearsed(seen: Days, no_go: NoGoOf, f
     assert row(fault, seen(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
-@each(MISMATCHES, "wrong-coms")
+@pytest.mark.parametrize("fault", MISMATCHES, **named)
 def test_the_page_has_what_an_evaluation_makes_of_it(seen: Days, fault: Fault) -> None:
     assert diagnosis(fault, seen(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
