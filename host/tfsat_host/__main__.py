@@ -2,7 +2,7 @@
 
 import sys
 
-from tfsat_host.cli.main import main
+from tfsat_host.cli.start import start
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(start())

@@ -6,6 +6,7 @@ The first thing that a person types must not wait: `--help` imports nothing, a c
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from io import TextIOWrapper
 
@@ -23,8 +24,12 @@ if TYPE_CHECKING:
 EXIT_INTERRUPTED = 130
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) -> int:
     """Runs one command.
+
+    Args:
+        argv: What was typed; None: this process's.
+        heed_interrupts: Ctrl-C ends the process as yet: a command shall say what it means.
 
     Returns:
         The exit code: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
@@ -39,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     out = Output(json_mode="--json" in argv)
     try:
-        code = _dispatch(argv, out)
+        code = _dispatch(argv, out, heed_interrupts=heed_interrupts)
         return _flush(code, out)
     except BrokenPipeError:
         _discard(sys.stdout)
@@ -92,11 +97,13 @@ def _replace_closed_streams() -> None:
             setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w"))
 
 
-def _dispatch(argv: Sequence[str], out: Output) -> int:
+def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int:
     from argparse import Namespace
 
     args = Namespace()
     try:
+        if heed_interrupts:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         if not argv or argv[0] in ("-h", "--help"):
             out.line(overview().rstrip())
             return 0
@@ -151,7 +158,3 @@ def _system_error(error: OSError) -> TfsatError:
         meaning="The command stopped before it was done.",
         next_step="Check that the path exists, may be written and has room; then run the same command again.",
     )
-
-
-if __name__ == "__main__":
-    sys.exit(main())

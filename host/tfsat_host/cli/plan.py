@@ -42,12 +42,13 @@ result:
 --history FILE  write the joints' angles over time here (CSV), for simulate --history to check the plan
 --force         let --out and --history overwrite a file that this command did not make
 {OUTPUT}"""
+_GREATEST_SCALE = 5.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The target, how it is approached, what may be wrong, where the plan goes."""
     above = dict.fromkeys(("tolerance", "grid"), _above_zero)
-    errors = dict.fromkeys(("model_error", "noise"), _not_negative)
+    errors = {"model_error": _scale, "noise": _not_negative}
     most = whole_number("primitives", 1, 9999)
     add_options(parser, _USAGE, most=most, seed=seed, **above, **errors)
     parser.set_defaults(robot=Path("cubesat_3u"), method="search", most=150, seed=1)
@@ -99,6 +100,16 @@ def _above_zero(text: str) -> float:
     if not number(text) > 0.0 or math.isinf(number(text)):
         raise argparse.ArgumentTypeError(f"{text!r} is not above zero")
     return number(text)
+
+
+def _scale(text: str) -> float:
+    """Of the robot file's uncertainties: beyond the greatest no robot is left to be drawn."""
+    scale = _not_negative(text)
+    if scale > _GREATEST_SCALE:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is too large: write a number from 0 to {_GREATEST_SCALE:g}"
+        )
+    return scale
 
 
 def _not_negative(text: str) -> float:

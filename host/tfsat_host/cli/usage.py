@@ -31,6 +31,7 @@ from tfsat_host.errors import UsageError
 from tfsat_host.output_files import refuse_special
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.units import cdeg_from_deg
+from tfsat_host.whole_file import is_special
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NEGATIVE = re.compile(r"-(\.?\d|inf|nan).*", re.ASCII | re.IGNORECASE)
@@ -53,9 +54,16 @@ def port_name(text: str) -> str:
 
 
 def file_name(text: str) -> Path:
-    """An argparse type: a file. Raises ArgumentTypeError for nothing, which would mean the current folder."""
+    """An argparse type: a file.
+
+    Raises:
+        argparse.ArgumentTypeError: it is empty, which would mean the current folder; or a device, pipe or socket, which
+            could be waited for without end.
+    """
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the file is empty (an unset variable?)")
+    if is_special(Path(text)):
+        raise argparse.ArgumentTypeError(f"{text!r} is a device, pipe or socket, not a file")
     return Path(text)
 
 

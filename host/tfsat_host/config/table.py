@@ -167,6 +167,13 @@ class Table:
         value = self.value(key, "a text in quotes")
         if not isinstance(value, str) or not (value or empty):
             self._wrong(key, "a text in quotes")
+        unseen = next((sign for sign in value if not sign.isprintable() and sign not in "\n\t"), None)
+        if unseen is not None:
+            self.fail(
+                key,
+                f"holds U+{ord(unseen):04X}, a character that cannot be seen",
+                "Write the text again, without control characters.",
+            )
         return value
 
     def flag(self, key: str, wanted: str = "true or false") -> bool:

@@ -14,6 +14,9 @@ from tfsat_host.config.places import places_of
 from tfsat_host.config.table import ConfigKind, Fault, Table, shown
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
+_MAX_DOTS = 20
+_DEEP_KEY = re.compile(rf"^[ \t\[]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"'-]+){{{_MAX_DOTS},}}", re.MULTILINE)
+"""The parser takes a minute for forty kilobytes of them."""
 _Comments = Mapping[str, str]
 _MARKS = {
     "strokes": "maneuver file",
@@ -60,6 +63,10 @@ def read_config(path: Path, kind: ConfigKind) -> Table:
 def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
     """The entries in the text of a file; `source` is the name that errors give it. Raises likewise."""
     text = text.replace("\r\n", "\n")
+    if _DEEP_KEY.search(text):
+        raise kind.refusal(
+            f"{source}: is nested too deeply: a key has more than {_MAX_DOTS} dots.", Fault.SYNTAX
+        )
     try:
         values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:

@@ -109,6 +109,10 @@ def fly(
     return Simulation(robot, motion, estimated, arrivals, attitudes, overlap(carried))
 
 
+MAX_STROKES = 100
+"""Of a study: it takes seconds with them, and a sequencer holds 16."""
+
+
 def robot_limits(robot: RobotModel, *, strokes_min: int = 0) -> Limits:
     """What bounds a maneuver of this robot when no sequencer is involved: the range of its own joints."""
     return Limits(
@@ -116,7 +120,7 @@ def robot_limits(robot: RobotModel, *, strokes_min: int = 0) -> Limits:
         start_cdeg=tuple(_cdeg(servo.start_rad) for servo in robot.servos),
         speed_range_cdeg_s=_SPEED_RANGE_CDEG_S,
         strokes_min=strokes_min,
-        strokes_max=None,
+        strokes_max=MAX_STROKES,
         pause_min_us=0,
         end_max_us=None,
         numbering=f"they are numbered in the order of {robot.path.name}, and --robot names another robot",

@@ -105,7 +105,7 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
     if limits.strokes_max is not None and count > limits.strokes_max:
         raise ManeuverError(
             Defect.TOO_MANY_STROKES,
-            what=f"The maneuver has {count} strokes; the sequencer holds {limits.strokes_max}.",
+            what=f"The maneuver has {count} strokes; at most {limits.strokes_max} are possible here.",
             next_step=f"Shorten the maneuver to {limits.strokes_max} strokes.",
         )
     notices: list[str] = []

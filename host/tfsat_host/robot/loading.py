@@ -38,6 +38,7 @@ _LEAST_GYRATION, _MOST_GYRATION = 0.03, 3.0
 _WIDER, _ROUNDED = 2.0, 0.05
 # Centers of mass in m instead of mm, next to the greatest length of the robot.
 _IN_METERS = (1e-5, 1e-3)
+_FARTHEST_IMU = 2.0  # sizes of the robot
 _ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 # Printed inertias are rounded; a rod's or a plate's sits on the limit of the triangle inequality.
 _TRIANGLE_TOLERANCE = 1e-6
@@ -131,6 +132,25 @@ def _check_sizes(bodies: Sequence[Table], robot: RobotModel) -> None:
             )
         if len(corners):
             _check_spread(entry, robot.com_m[b], corners, np.diag(inertia), float(robot.mass_kg[b]))
+
+
+def _check_imu_places(entries: Sequence[Table], robot: RobotModel) -> None:
+    """An IMU is on its robot.
+
+    Raises:
+        RobotFileError: one lies farther from its body's center of mass than the robot is long, twice over.
+    """
+    corners_m = [shape + origin for shape, origin in zip(robot.shape_m, robot.origin_m, strict=True)]
+    marks = np.concatenate([robot.origin_m + robot.com_m, robot.joint_point_m, *corners_m])
+    size_m = float(np.linalg.norm(marks.max(axis=0) - marks.min(axis=0)))
+    for entry, imu in zip(entries, robot.imus, strict=True):
+        away_m = float(np.linalg.norm(imu.position_m - robot.com_m[imu.body]))
+        if away_m > _FARTHEST_IMU * size_m > 0.0:
+            entry.fail(
+                "position_mm",
+                f"is {1e3 * away_m:.3g} mm from the center of mass of its body, of a robot of {1e3 * size_m:.3g} mm",
+                "Give it in mm, in the body's frame.",
+            )
 
 
 def _check_spread(
@@ -398,6 +418,7 @@ def _robot(file: Path, top: Table) -> RobotModel:
     )
     _check_tree(body, joint, inner, outer, body_names)
     _check_sizes(body, robot)
+    _check_imu_places(top.tables("imu", _IMU), robot)
     return robot
 
 
