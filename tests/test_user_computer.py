@@ -172,10 +172,7 @@ def _with_streams(
 
 
 def test_figures_do_not_need_the_backend_of_a_notebook(tfsat_host: RunCli) -> None:
-    shutil.copytree(made_folder(), tfsat_host.folder / "run")
     notebook = {"MPLBACKEND": "module://matplotlib_inline.backend_inline"}
-    tfsat_host("report", "run", "--figures", "figures", environ=notebook, process=True)
-    assert (tfsat_host.folder / "figures" / "motion.pdf").is_file()
     tfsat_host("design", "--grid", "30", "--figure", "grid.png", environ=notebook, process=True, expect=None)
     assert (tfsat_host.folder / "grid.png").is_file()
 

@@ -22,7 +22,7 @@ from tfsat_host.maneuver import (
 finite = st.floats(-GREATEST, GREATEST)
 untimed = st.builds(Stroke, st.integers(-(2**63), 2**63 - 1), finite)
 timed = st.builds(Stroke, st.integers(1, 3), finite, finite)
-names = st.text(st.characters(codec="utf-8"), max_size=40)
+names = st.text(st.characters(codec="utf-8").filter(str.isprintable), max_size=40)
 
 
 @given(st.builds(Maneuver, st.lists(untimed, max_size=20).map(tuple), finite, finite, names))

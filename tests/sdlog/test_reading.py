@@ -88,9 +88,10 @@ def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     for path in (pipe, Path("/dev/zero")):
-        said = decode(path, expect=1).stderr
-        assert f"{path} is not a file that can be read from any place" in said
-        assert "Save it to a file" in said
+        said = decode(path, expect=2).stderr
+        assert f"{str(path)!r} is a device, pipe or socket, not a file: save it to one" in said
+        with pytest.raises(LogError, match="is not a file that can be read from any place"):
+            load(path)
 
 
 def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def file_name(text: str) -> Path:
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the file is empty (an unset variable?)")
     if is_special(Path(text)):
-        raise argparse.ArgumentTypeError(f"{text!r} is a device, pipe or socket, not a file")
+        raise argparse.ArgumentTypeError(f"{text!r} is a device, pipe or socket, not a file: save it to one")
     return Path(text)
 
 
