@@ -11,7 +11,7 @@ from typing import IO
 
 from tfsat_host.errors import TfsatError
 
-PATIENCE_S = 30.0
+LOCK_TIMEOUT_S = 30.0
 _POLL_S = 0.02
 
 
@@ -24,7 +24,7 @@ class BusyError(LockError):
 
 
 @contextmanager
-def one_at_a_time(lock: Path, what: str, *, patience_s: float = PATIENCE_S) -> Iterator[None]:
+def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) -> Iterator[None]:
     """While the block runs no other program that asks likewise does.
 
     Args:

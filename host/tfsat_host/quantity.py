@@ -14,7 +14,7 @@ from functools import reduce
 from typing import Any
 
 UNKNOWN = "–"
-_MOST_DECIMALS = 6
+_MAX_DECIMALS = 6
 _PER_RAD = 180.0 / math.pi
 
 UNITS: Mapping[str, tuple[str, str, float]] = {
@@ -213,7 +213,7 @@ def decimals_of(std: float) -> int:
     """With so many decimals a standard deviation has two significant digits; 2 where there is none."""
     if not math.isfinite(std) or std <= 0.0:
         return 2
-    return min(max(1 - math.floor(math.log10(std)), 0), _MOST_DECIMALS)
+    return min(max(1 - math.floor(math.log10(std)), 0), _MAX_DECIMALS)
 
 
 def _ratio(source: str, wanted: str) -> float:

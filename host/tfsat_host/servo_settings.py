@@ -202,7 +202,7 @@ _RESOLVED = {
     "limits_deg": (CDEG_PER_DEG, "deg", "two numbers in degrees, such as [0, 90]"),
 }
 """Of each entry with a unit: how many steps of the board's one of it has, its name, and what is wanted."""
-_LARGEST = 1e9
+_MAX_VALUE = 1e9
 """Beyond every unit's range, and far from where a float's steps are larger than what the board resolves."""
 _KIND = ConfigKind(
     name="file of servo settings",
@@ -287,7 +287,7 @@ def _whole(entry: Table, place: str, key: str, notices: list[str], *shape: int) 
     scale, unit, wanted = _RESOLVED[key]
     found = []
     for value in entry.numbers(key, *shape, wanted=wanted):
-        if abs(value) > _LARGEST:
+        if abs(value) > _MAX_VALUE:
             entry.fail(key, f"{value:g} is beyond every servo", f"Give `{key}` {wanted}.")
         exactly = exact(value) * scale
         found.append(round(exactly))

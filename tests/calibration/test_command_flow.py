@@ -128,7 +128,7 @@ def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
 ) -> None:
     zero_command = ("calibrate", "zero", "--joint", "1", "--port", "x", "--yes")
     assert calibrate(*zero_command)[0] == 0
-    monkeypatch.setattr("tfsat_host.calibration.zero.MOST_DISAGREEMENT_RAD", -1.0)  # as if one had slipped
+    monkeypatch.setattr("tfsat_host.calibration.zero.MAX_DISAGREEMENT_RAD", -1.0)  # as if one had slipped
     assert calibrate(*zero_command)[0] == 1
     said = capsys.readouterr().err
     assert "tfsat-host calibrate zero --joint 1 --anew --port x" in said

@@ -14,9 +14,9 @@ import pytest
 from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupted
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.progress import LONGEST_S
+from tfsat_host.calibration.progress import MAX_DURATION_S
 from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
-from tfsat_host.cli.calibrate.arguments import MOST_TURN_DEG, as_typed_here, resuming
+from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG, as_typed_here, resuming
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.main import main
 from tfsat_host.emulated.imperfections import draw, draw_as_built
@@ -24,7 +24,7 @@ from tfsat_host.emulated.manual_motion import Operator
 from tfsat_host.emulated.operator import EmulatedOperator
 from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
-LONGEST_FILE_BYTES = 8192
+MAX_FILE_BYTES = 8192
 RECORDINGS = Path("calibration-emulated-recordings")
 
 
@@ -35,7 +35,7 @@ def full_disk() -> Iterator[Callable[..., None]]:
 
     def fill(step: Step, do: Callable[[Step], None]) -> None:
         do(step)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (LONGEST_FILE_BYTES, before[1]))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_FILE_BYTES, before[1]))
 
     yield fill
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
@@ -155,7 +155,7 @@ def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
 def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
     with EmulatedRobot() as robot:
         person = EmulatedOperator(robot, Operator.human(PERSON_SEED))
-        assert person.duration_s(turn("z", MOST_TURN_DEG)) < LONGEST_S
+        assert person.duration_s(turn("z", MAX_TURN_DEG)) < MAX_DURATION_S
 
 
 def test_commands_in_errors_have_the_options_that_they_take() -> None:

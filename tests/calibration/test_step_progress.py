@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tfsat_host.calibration.progress import LONGEST_S, progress_of, stops_deg
+from tfsat_host.calibration.progress import MAX_DURATION_S, progress_of, stops_deg
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, find_rests
@@ -95,7 +95,7 @@ def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
 def test_nobody_who_sweeps_is_waited_for_endlessly() -> None:
     counts = recorded(rest(), 2.0, Operator.steady())
     late = replace(
-        counts, t_us=counts.t_us + np.where(np.arange(len(counts.t_us)) > 5, round(LONGEST_S * 1e6), 0)
+        counts, t_us=counts.t_us + np.where(np.arange(len(counts.t_us)) > 5, round(MAX_DURATION_S * 1e6), 0)
     )
     progress = progress_of(SWEEP, late, _NOTHING, MODEL)
     assert (progress.done, progress.left_s, progress.rests) == (True, 0.0, 1)

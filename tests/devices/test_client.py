@@ -19,7 +19,7 @@ from tfsat_host.devices.client import (
     ATTEMPT_TIMEOUT_S,
     ATTEMPTS,
     BUSY_TIMEOUT_S,
-    LONGEST_BACKLOG,
+    MAX_BACKLOG,
     BoardError,
     BoardRefusal,
     Client,
@@ -284,11 +284,11 @@ def test_a_live_sample_of_another_length_is_refused(change: Callable[[bytes], by
 
 def test_samples_nobody_takes_are_bounded_and_the_newest_stay() -> None:
     link, transport = client(lambda frame: [reply(frame, SAFE)])
-    transport.say(b"".join(live_sample(index) for index in range(LONGEST_BACKLOG + 10)))
+    transport.say(b"".join(live_sample(index) for index in range(MAX_BACKLOG + 10)))
     link.request(msg.DisarmRequest(), msg.DisarmReply)
     samples = link.live_samples(0.1)
-    assert len(samples) == LONGEST_BACKLOG
-    assert samples[-1].index == LONGEST_BACKLOG + 9
+    assert len(samples) == MAX_BACKLOG
+    assert samples[-1].index == MAX_BACKLOG + 9
 
 
 def test_hello_says_who_answers() -> None:

@@ -27,7 +27,7 @@ from tfsat_host.protocol.messages import (
 
 TO_DEG = 80.0
 UNDER_WAY_DEG = 5.0
-LONGEST_JOG_S = 20
+MAX_JOG_S = 20
 UNDER_WAY_US = 300_000
 LIMP_AFTER_US = 150_000
 """A servo goes limp 100 ms after its last pulse; the board sees its port closed within some ms."""
@@ -58,7 +58,7 @@ def angle_deg(served: Served) -> float:
 
 
 def wait_until_under_way(served: Served) -> None:
-    for _ in range(10 * LONGEST_JOG_S):
+    for _ in range(10 * MAX_JOG_S):
         if angle_deg(served) > UNDER_WAY_DEG:
             return
         served.control("wait 100ms")

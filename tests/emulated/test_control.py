@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.emulated.control import LONGEST_LINE, ControlLines, LineTooLong
+from tfsat_host.emulated.control import MAX_LINE_BYTES, ControlLines, LineTooLong
 from tfsat_host.emulated.server import RobotServer
 
 
@@ -224,7 +224,7 @@ def test_any_bytes_give_one_reply_a_line_however_they_are_cut(
 
 def test_a_sender_without_line_ends_is_not_listened_to_for_ever(server: RobotServer) -> None:
     lines = ControlLines(server)
-    lines.feed(b"x" * LONGEST_LINE)
+    lines.feed(b"x" * MAX_LINE_BYTES)
     with pytest.raises(LineTooLong):
         lines.feed(b"x")
 

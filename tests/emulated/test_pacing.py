@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.emulated.real_time import LONGEST_BACKLOG_S, Pacer
+from tfsat_host.emulated.real_time import MAX_BACKLOG_S, Pacer
 from tfsat_host.emulated.server import STEP_US
 
 STEP_S = STEP_US / 1e6
 
 
-@given(st.lists(st.floats(0.0, LONGEST_BACKLOG_S * 0.99), max_size=200), st.floats(0.0, 1e6))
+@given(st.lists(st.floats(0.0, MAX_BACKLOG_S * 0.99), max_size=200), st.floats(0.0, 1e6))
 def test_virtual_time_follows_a_clock_that_goes_in_any_small_jumps(
     jumps_s: list[float], start_s: float
 ) -> None:
@@ -37,8 +37,8 @@ def test_after_the_wait_a_step_is_due() -> None:
 
 def test_a_long_hiccup_is_given_up_and_told_once() -> None:
     pacer = Pacer(0.0)
-    assert pacer.steps_due(10.0) == LONGEST_BACKLOG_S / STEP_S
-    assert pacer.lag_s == pytest.approx(10.0 - LONGEST_BACKLOG_S)
+    assert pacer.steps_due(10.0) == MAX_BACKLOG_S / STEP_S
+    assert pacer.lag_s == pytest.approx(10.0 - MAX_BACKLOG_S)
     assert pacer.new_lag()
     pacer.steps_due(20.0)
     assert not pacer.new_lag()

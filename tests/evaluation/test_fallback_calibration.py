@@ -12,7 +12,7 @@ from tests.evaluation.drops import DROPPED, MORNING, certificate, few_of, flown,
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.evaluation.fallback_calibration import Fallback, with_fallbacks
-from tfsat_host.evaluation.motion.gyro_signal import LEAST_DENSITY_RAD_S_RTHZ, noise_densities
+from tfsat_host.evaluation.motion.gyro_signal import MIN_DENSITY_RAD_S_RTHZ, noise_densities
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.rest import rest_before_release
 
@@ -165,4 +165,4 @@ def test_readings_that_stand_still_are_not_without_noise() -> None:
     rates = np.full((len(t_s), 4, 3), 0.01)
     rates[:100] += np.deg2rad(1.0 / 65.5)
     densities = noise_densities(t_s, rates)
-    assert (densities == LEAST_DENSITY_RAD_S_RTHZ).all() and LEAST_DENSITY_RAD_S_RTHZ > 0.0
+    assert (densities == MIN_DENSITY_RAD_S_RTHZ).all() and MIN_DENSITY_RAD_S_RTHZ > 0.0

@@ -7,7 +7,7 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.config.table import GREATEST
+from tfsat_host.config.table import MAX_NUMBER
 from tfsat_host.maneuver import (
     Maneuver,
     ManeuverError,
@@ -19,7 +19,7 @@ from tfsat_host.maneuver import (
     write_maneuver,
 )
 
-finite = st.floats(-GREATEST, GREATEST)
+finite = st.floats(-MAX_NUMBER, MAX_NUMBER)
 untimed = st.builds(Stroke, st.integers(-(2**63), 2**63 - 1), finite)
 timed = st.builds(Stroke, st.integers(1, 3), finite, finite)
 names = st.text(st.characters(codec="utf-8").filter(str.isprintable), max_size=40)

@@ -16,7 +16,7 @@ from tfsat_host.protocol.framing import Frame, FrameReceiver, cobs_decode, cobs_
 from tfsat_host.protocol.limits import MAX_PAYLOAD_BYTES
 
 HERE = Path(__file__).parent
-LONGEST_FRAME_BYTES = MAX_PAYLOAD_BYTES + 6
+MAX_FRAME_BYTES = MAX_PAYLOAD_BYTES + 6
 
 payloads = st.binary(max_size=MAX_PAYLOAD_BYTES)
 frames = st.builds(Frame, st.integers(0, 255), st.integers(0, 255), payloads)
@@ -167,7 +167,7 @@ def test_the_board_rejects_what_it_cannot_hold(cpp: CppFraming) -> None:
     too_long = Frame(1, 2, b"\x07" * (MAX_PAYLOAD_BYTES + 1))
     assert cpp.receive(encode_frame(longest)) == ([longest], 0)
     assert cpp.receive(encode_frame(too_long) + encode_frame(longest)) == ([longest], 1)
-    assert len(encode_frame(longest)) <= LONGEST_FRAME_BYTES
+    assert len(encode_frame(longest)) <= MAX_FRAME_BYTES
     whole = cobs_decode(encode_frame(longest)[:-1])
     assert whole is not None
     assert cpp.receive(cobs_encode(whole + b"more") + b"\0") == ([], 1)  # its beginning is no frame

@@ -16,7 +16,7 @@ from tests.evaluation.run_folder import run_folder
 from tests.report.conftest import launched
 from tfsat_host.cli.main import main as tfsat_host
 
-MOST_BYTES = 250_000
+MAX_BYTES = 250_000
 _DESKTOP = {"width": 1440, "height": 900}
 _PHONE = {"width": 420, "height": 900}
 _MID_STROKE_S = "1.25"
@@ -42,8 +42,8 @@ def take(folder: Path) -> None:
     for picture in sorted(folder.glob("*.png")):
         size = picture.stat().st_size
         sys.stdout.write(f"{picture}: {size} bytes\n")
-        if size > MOST_BYTES:
-            sys.exit(f"{picture} is larger than {MOST_BYTES} bytes.")
+        if size > MAX_BYTES:
+            sys.exit(f"{picture} is larger than {MAX_BYTES} bytes.")
 
 
 def _reports(place: Path) -> tuple[Path, Path]:

@@ -25,7 +25,7 @@ from tfsat_host.robot import load_robot
 from tfsat_host.sdlog.events import DropEvent
 from tfsat_host.sdlog.ledger import Gap
 
-MOST_BYTES = 1_500_000
+MAX_BYTES = 1_500_000
 
 
 def test_key_numbers_are_the_evaluations(drop: Any) -> None:
@@ -237,7 +237,7 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
 def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> None:
     document = document_of([reported(name="<b>drop</b>")], MADE)
     page = render(document)
-    assert len(page.encode()) < MOST_BYTES
+    assert len(page.encode()) < MAX_BYTES
     text = page.split("<noscript>")[1].split("</noscript>")[0]
     assert "<h2>&lt;b&gt;drop&lt;/b&gt;: good</h2>" in text and "<th>Reorientation</th>" in text
     assert document["drops"][0]["verdict"]["sentence"] in text
@@ -257,7 +257,7 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     found = evaluate(damaged, load_robot(), evaluated().calibration, None)
     document = document_of([reported(found)], MADE)
     drop = document["drops"][0]
-    assert len(render(document).encode()) < MOST_BYTES
+    assert len(render(document).encode()) < MAX_BYTES
     assert drop["verdict"]["level"] == "doubtful"
     assert numbers(drop)["Reorientation"]["std"] > 0.0
     assert ("never answered" in table(drop, "Joints")["rows"][2][3]) is not gyro

@@ -15,7 +15,7 @@ from itertools import pairwise
 HEADER, DATA, FOOTER = 1, 2, 3
 SWITCH_EDGE, STROKE, RELEASE, LANDING, REWRITTEN = 1, 2, 7, 8, 12
 STOPPED_BY_HOST = 1
-MOST_SAMPLES, MOST_EVENTS = 6, 2
+MAX_SAMPLES, MAX_EVENTS = 6, 2
 
 SESSION = 0xC0DE0001
 RATE_HZ = 280.0
@@ -84,14 +84,14 @@ def encode(samples: Sequence[Sample], events: Sequence[Event], again: range = ra
 def contents(samples: Sequence[Sample], events: Sequence[Event]) -> Iterator[Content]:
     """Six samples a block, with the events up to the next; those without a slot get blocks of their own."""
     waiting = sorted(events, key=lambda event: event.time_us)
-    for first in range(0, len(samples), MOST_SAMPLES):
-        rows = samples[first : first + MOST_SAMPLES]
+    for first in range(0, len(samples), MAX_SAMPLES):
+        rows = samples[first : first + MAX_SAMPLES]
         end = first + len(rows)
         due = [event for event in waiting if end == len(samples) or event.time_us < samples[end].time_us]
         waiting = waiting[len(due) :]
-        yield Content(first, rows, due[:MOST_EVENTS])
-        for slot in range(MOST_EVENTS, len(due), MOST_EVENTS):
-            yield Content(end, (), due[slot : slot + MOST_EVENTS])
+        yield Content(first, rows, due[:MAX_EVENTS])
+        for slot in range(MAX_EVENTS, len(due), MAX_EVENTS):
+            yield Content(end, (), due[slot : slot + MAX_EVENTS])
 
 
 def block(

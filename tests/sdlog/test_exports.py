@@ -179,12 +179,12 @@ def test_invalid_readings_are_nan_in_mat_and_npz(tmp_path: Path) -> None:
 def test_a_recording_too_long_for_a_mat_file_is_refused(
     log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export_arrays, "_LARGEST_BYTES", 100_000)
+    monkeypatch.setattr(export_arrays, "_MAX_BYTES", 100_000)
     with pytest.raises(TfsatError, match="do not fit into a MAT-file") as caught:
         write_mat(log, tmp_path / "SD.mat")
     assert "--format parquet" in caught.value.next_step
     assert not (tmp_path / "SD.mat").exists()
-    monkeypatch.setattr(export_arrays, "_LARGEST_BYTES", 200_000)
+    monkeypatch.setattr(export_arrays, "_MAX_BYTES", 200_000)
     write_mat(log, tmp_path / "SD.mat")
     # What is refused is reckoned from what is written.
     size = (tmp_path / "SD.mat").stat().st_size

@@ -141,7 +141,7 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
 def test_a_jumble_of_more_pieces_than_any_card_holds_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tfsat_host.sdlog.blocks.MOST_PIECES", 30)
+    monkeypatch.setattr("tfsat_host.sdlog.blocks.MAX_PIECES", 30)
     blocks = recording(70).blocks
     path = tmp_path / "SD.bin"
     path.write_bytes(b"".join(blocks[::2]))

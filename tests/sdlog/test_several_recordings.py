@@ -108,7 +108,7 @@ def test_the_place_is_named_as_the_rule_and_a_missing_time_is_a_dash(tmp_path: P
 def test_more_recordings_than_are_looked_at_leave_it_to_the_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tfsat_host.sdlog.recordings.MOST_COUNTED", 1)
+    monkeypatch.setattr("tfsat_host.sdlog.recordings.MAX_RECORDINGS", 1)
     image = recorded(OLD, STARTED_US).image() + recorded(NEW, STARTED_US + HOUR_US).image()
     log = load(write(tmp_path / "card.img", image))
     assert (log.session, log.chosen_by, len(log.recordings), log.other_sessions) == (OLD, "place", 1, (NEW,))

@@ -18,19 +18,19 @@ from tfsat_host.calibration.steps.step import Step, StepKind, bodies
 from tfsat_host.calibration.zero import estimate_zero
 from tfsat_host.robot import RobotModel
 
-MOST_OPEN_RAD = np.deg2rad(3.0)
+MAX_OPEN_RAD = np.deg2rad(3.0)
 """A joint may be so far from closed while the robot is turned: it tilts the outer bodies' axis by as much."""
-LEAST_RMS_RAD_S = {StepKind.SWING: np.deg2rad(5.0), StepKind.SWEEP: np.deg2rad(2.0)}
+MIN_RMS_RAD_S = {StepKind.SWING: np.deg2rad(5.0), StepKind.SWEEP: np.deg2rad(2.0)}
 """A moved body must turn at least this fast, rms."""
-LEAST_TRAVEL_RAD = {StepKind.SWING: np.deg2rad(20.0), StepKind.SWEEP: np.deg2rad(45.0)}
+MIN_TRAVEL_RAD = {StepKind.SWING: np.deg2rad(20.0), StepKind.SWEEP: np.deg2rad(45.0)}
 """So far must the joint go."""
-MOST_HELD_FRACTION = 0.15
+MAX_HELD_FRACTION = 0.15
 """A held body may turn at most this fraction of the moved one's rms rate; what it turns is taken off."""
-MOST_CARRIED_SHARE = 0.01
+MAX_FOLLOWING_SHARE = 0.01
 """A closed joint between moved bodies may follow the moved one by this share: it tilts the axis by as much."""
-MOST_CARRIED_RAD = np.deg2rad(5.0)
+MAX_FOLLOWING_RAD = np.deg2rad(5.0)
 """So far may such a joint wander at all."""
-MOST_APART_RAD = np.deg2rad(4.0)
+MAX_DIFFERENCE_RAD = np.deg2rad(4.0)
 """Between the two sensors of a joint: twice what two poorly adjusted magnets make."""
 _SILENT_RAD = np.deg2rad(3.0)
 _MOVES_FRACTION = 0.4
@@ -92,7 +92,7 @@ def _check_closed(recording: SensorSamples, before: Solution, model: RobotModel)
     for sensors in before.joints:
         angle = _by_each(recording, sensors, model).mean(axis=1)
         open_rad = float(np.abs(wrapped(angle)).max())
-        if open_rad > MOST_OPEN_RAD:
+        if open_rad > MAX_OPEN_RAD:
             raise CalibrationError(
                 what=f"Joint {sensors.joint} was {np.rad2deg(open_rad):.1f} deg open while the robot was turned.",
                 meaning="The bodies beyond it turned about another of their axes; their scale would be wrong.",
@@ -124,11 +124,11 @@ def _check_joint_moved(step: Step, travel_rad: FloatArray, rms: FloatArray) -> N
         travel_rad: (3, 2) how far each sensor of each joint went.
         rms: (4,) of each body's rate, rad/s.
     """
-    joint, least_rad = step.moving_joint, LEAST_TRAVEL_RAD[step.kind]
+    joint, least_rad = step.moving_joint, MIN_TRAVEL_RAD[step.kind]
     own, both = travel_rad[joint - 1], travel_rad.min(axis=1)
     if own.min() >= least_rad:
         return
-    turning = bool(rms.max() > LEAST_RMS_RAD_S[step.kind])
+    turning = bool(rms.max() > MIN_RMS_RAD_S[step.kind])
     silent = own.max() < _SILENT_RAD
     others = [other for other, travel in enumerate(both, 1) if other != joint and travel > least_rad]
     if others and silent:
@@ -185,7 +185,7 @@ def _check_sensors_agree(joint: int, by_each_rad: FloatArray) -> None:
     apart = by_each_rad[:, 0] - by_each_rad[:, 1]
     apart = apart - 2 * np.pi * np.round(apart[0] / (2 * np.pi))
     worst = float(np.abs(apart).max())
-    if worst <= MOST_APART_RAD:
+    if worst <= MAX_DIFFERENCE_RAD:
         return
     opposed = np.corrcoef(by_each_rad[:, 0], by_each_rad[:, 1])[0, 1] < -0.9
     if opposed and worst > 0.5 * np.ptp(by_each_rad, axis=0).sum():
@@ -212,19 +212,19 @@ def _check_bodies(step: Step, rms: FloatArray) -> None:
     slowest = min(step.moved, key=lambda body: float(rms[body - 1]))
     moving = {body for body in moved | held if rms[body - 1] > _MOVES_FRACTION * fastest}
     missing, extra = sorted(moved - moving), sorted(moving - moved)
-    if fastest < LEAST_RMS_RAD_S[step.kind] or (
-        moving == moved and rms[slowest - 1] < LEAST_RMS_RAD_S[step.kind]
+    if fastest < MIN_RMS_RAD_S[step.kind] or (
+        moving == moved and rms[slowest - 1] < MIN_RMS_RAD_S[step.kind]
     ):
         if rms[slowest - 1] < _DEAD_RAD_S:
             raise _dead(step, slowest, rms)
         raise CalibrationError(
             what=f"Body {slowest} turned at {np.rad2deg(rms[slowest - 1]):.1f} deg/s rms; "
-            f"at least {np.rad2deg(LEAST_RMS_RAD_S[step.kind]):.0f} are needed.",
+            f"at least {np.rad2deg(MIN_RMS_RAD_S[step.kind]):.0f} are needed.",
             meaning="The axis could not be separated from noise.",
             next_step=f"Move {bodies(step.moved)} about joint {joint} wider and faster, {_AGAIN}",
         )
     if moving == moved:
-        extra = [body for body in step.held if rms[body - 1] > MOST_HELD_FRACTION * rms[slowest - 1]]
+        extra = [body for body in step.held if rms[body - 1] > MAX_HELD_FRACTION * rms[slowest - 1]]
     if len(missing) == len(extra) == 1:
         raise CalibrationError(
             what=f"The gyros of body {missing[0]} and body {extra[0]} look exchanged: joint {joint} moved, and the "
@@ -268,7 +268,7 @@ def _check_closed_joints(step: Step, angles_rad: FloatArray) -> None:
         if other == joint or not {other, other + 1} <= set(step.moved):
             continue
         share = abs(float(moved @ angle) / float(moved @ moved))
-        if share > MOST_CARRIED_SHARE or np.ptp(angle) > MOST_CARRIED_RAD:
+        if share > MAX_FOLLOWING_SHARE or np.ptp(angle) > MAX_FOLLOWING_RAD:
             raise CalibrationError(
                 what=f"Joint {other} moved by {np.rad2deg(np.ptp(angle)):.1f} deg while joint {joint} was "
                 f"moved; it should stay closed.",

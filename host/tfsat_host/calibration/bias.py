@@ -33,7 +33,7 @@ TILT_RAD = np.deg2rad(0.2)
 """Gravity may turn in a body's axes by so much from the first third to the last: more, and the body turns slowly."""
 _MORE_THAN_NOISE = 3.0
 """Standard deviations. The difference of two halves has twice that of the whole's mean."""
-LEAST_S = 10.0
+MIN_DURATION_S = 10.0
 """A shorter rest gives a less certain bias than `calibrate bias` does."""
 NEARLY_AS_LONG = 0.9
 """Of rests about as long as the longest the newest is taken: biases move with the temperature."""
@@ -170,19 +170,19 @@ def quiet_before_release(log: DropLog) -> Counts | None:
         log: Decoded; without a release all of it may be quiet.
 
     Returns:
-        Its samples; None if nothing rested for `LEAST_S`.
+        Its samples; None if nothing rested for `MIN_DURATION_S`.
     """
     end_us = int(log.t_us[-1]) + 1 if log.release is None else log.release.interval_us[0] - _RELEASE_MARGIN_US
     rows = int(np.searchsorted(log.t_us, end_us))
     per_second = max(4, round(log.header.rate_hz))
     seconds = rows // per_second
-    if seconds < LEAST_S:
+    if seconds < MIN_DURATION_S:
         return None
     first = rows - seconds * per_second  # whole seconds, counted back from the release
     rates, quiet = _judged(log, slice(first, rows), seconds)
     quiet &= _unbroken(log, slice(first, rows), seconds)
     start, count = _best(_stretches(rates, quiet))
-    if count < LEAST_S:
+    if count < MIN_DURATION_S:
         return None
     begin = first + start * per_second
     return Counts.from_log(log).part(slice(begin, begin + count * per_second))
@@ -278,7 +278,7 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
     counts = quiet_before_release(log)
     if counts is None:
         raise CalibrationError(
-            what=f"The robot in {file} never rested for {LEAST_S:g} s before its release.",
+            what=f"The robot in {file} never rested for {MIN_DURATION_S:g} s before its release.",
             meaning="The biases cannot be separated from its motion; nothing was kept.",
             next_step="Take them on the bench: tfsat-host calibrate bias",
         )

@@ -35,15 +35,15 @@ _ALONG = 0.9
 NO_HINGES = np.zeros((0, 3))
 _STEPS = 50
 _CONVERGED = 1e-13
-MOST_OFF_RAD = np.deg2rad(15.0)
+MAX_MISALIGNMENT_RAD = np.deg2rad(15.0)
 """Three standard deviations of a mounting by hand: beyond it, another one was meant."""
-MOST_OFF_TURN_RAD = np.deg2rad(20.0)
+MAX_TURN_MISALIGNMENT_RAD = np.deg2rad(20.0)
 """A sensor that is mounted by hand, on a robot that is laid by hand."""
-SKEW_RAD, MOST_SKEW_RAD = np.deg2rad(0.7), np.deg2rad(2.0)
+SKEW_RAD, MAX_SKEW_RAD = np.deg2rad(0.7), np.deg2rad(2.0)
 """Between two axes: scale factors make 0.2 deg of it, brackets 0.5; at least so much is allowed."""
 LEAN_STDS = 4.0
 """Besides, of what the robot file says that two hinges may lean: chance does that once in 16,000."""
-MOST_APART_RAD = np.deg2rad(0.5)
+MAX_DIFFERENCE_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
 _PARALLEL = 0.99
 _WRONG_AXES = "By the robot file every rate of this body would be taken for another axis's."
@@ -228,7 +228,7 @@ def check_mounting(body: int, responses: Sequence[Response], model: RobotModel) 
         _check_rotation(body, wahba(responses), nominal)
     else:
         first, expected = responses[0], nominal.T @ responses[0].axis_body
-        if angle_between(first.reading, expected) > MOST_OFF_RAD:
+        if angle_between(first.reading, expected) > MAX_MISALIGNMENT_RAD:
             raise _mounted_otherwise(body, first.axis_body, first.reading, expected)
     _check_angles_between(body, responses, model)
 
@@ -250,7 +250,7 @@ def check_sense(step: Step, responses: Sequence[Response], model: RobotModel) ->
         angle_between(one.reading, model.imus[body - 1].sensor_to_body.T @ one.axis_body)
         for body, one in zip(step.moved, responses, strict=True)
     ]
-    if min(off) > np.pi - MOST_OFF_RAD:
+    if min(off) > np.pi - MAX_MISALIGNMENT_RAD:
         raise CalibrationError(
             what=f"All gyros say that joint {step.joint} closed when its angle sensors say that it opened: both "
             f"sensors of joint {step.joint} count the other way than the robot file says.",
@@ -272,7 +272,7 @@ def check_turn_axis(recording: SensorSamples, step: Step, gyros: Sequence[GyroCa
     together = np.median([one @ due for one, due in zip(readings, expected, strict=True)], axis=0)
     found = [direction(one, axis, together).reading for one in readings]
     off = [angle_between(one, due) for one, due in zip(found, expected, strict=True)]
-    wrong = [index for index, angle in enumerate(off) if angle > MOST_OFF_TURN_RAD]
+    wrong = [index for index, angle in enumerate(off) if angle > MAX_TURN_MISALIGNMENT_RAD]
     if len(wrong) > len(gyros) // 2:
         raise CalibrationError(
             what=f"The robot was turned about another axis, {np.rad2deg(np.median(off)):.0f} deg from {step.axis}.",
@@ -300,13 +300,13 @@ def _mounted_otherwise(
         "has it.",
         meaning=_WRONG_AXES,
         next_step="Turn the sensor, or correct its sensor_to_body in the robot file and give that with --robot; "
-        "then run this command again." + (_OR_DIRECTION if off > np.pi - MOST_OFF_RAD else ""),
+        "then run this command again." + (_OR_DIRECTION if off > np.pi - MAX_MISALIGNMENT_RAD else ""),
     )
 
 
 def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> None:
     off = float(Rotation.from_matrix(nominal.T @ rotation).magnitude())
-    if off <= MOST_OFF_RAD:
+    if off <= MAX_MISALIGNMENT_RAD:
         return
     words = described(rotation, nominal)
     rows = np.rint(rotation).astype(int)
@@ -351,13 +351,13 @@ def _right_angles() -> tuple[FloatArray, ...]:
 
 def _check_angles_between(body: int, responses: Sequence[Response], model: RobotModel) -> None:
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    most_skew_rad = max(MOST_SKEW_RAD, SKEW_RAD + LEAN_STDS * 2.0**0.5 * lean_std_rad)
+    most_skew_rad = max(MAX_SKEW_RAD, SKEW_RAD + LEAN_STDS * 2.0**0.5 * lean_std_rad)
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)
         doubt = 3.0 * np.sqrt(sum(np.trace(one.covariance) / one.length**2 for one in (first, second)))
         parallel = abs(first.axis_body @ second.axis_body) > _PARALLEL
-        if abs(measured - on_robot) > (MOST_APART_RAD if parallel else most_skew_rad) + doubt:
+        if abs(measured - on_robot) > (MAX_DIFFERENCE_RAD if parallel else most_skew_rad) + doubt:
             joints = (2, 3) if body == 4 else (1, 2)
             raise CalibrationError(
                 what=f"The gyro on body {body} measured two axes {np.rad2deg(measured):.1f} deg apart that are "

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.acceptance import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
+from tfsat_host.calibration.acceptance import MAX_HELD_FRACTION, MIN_RMS_RAD_S
 from tfsat_host.calibration.bias import STILL_RATE_RAD_S
 from tfsat_host.calibration.response import main_line
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
@@ -19,7 +19,7 @@ from tfsat_host.calibration.solution import Known
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import (
-    SHORTEST_S,
+    MIN_DURATION_S,
     SWEEP_SHARE,
     TURN_SHARE,
     SensorSamples,
@@ -37,7 +37,7 @@ from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import LiveReply
 from tfsat_host.robot import RobotModel
 
-LONGEST_S = 90.0
+MAX_DURATION_S = 90.0
 """Of steps that end with their last rest, whatever came of them."""
 LOOK_S = 0.5
 """From one look at a step to the next, on the logger's clock."""
@@ -117,11 +117,11 @@ def progress_of(step: Step, counts: Counts, known: Known, model: RobotModel) -> 
     """
     recording = SensorSamples.from_counts(counts)
     elapsed_s = float(recording.t_s[-1] - recording.t_s[0])
-    longest_s = DURATION_S.get(step.kind, LONGEST_S)
+    longest_s = DURATION_S.get(step.kind, MAX_DURATION_S)
     angles = joint_angles(recording.sensor_angle_rad, known.joints, model)
     wanted = stops_deg(step)
     rests = 0
-    if wanted and elapsed_s > SHORTEST_S:
+    if wanted and elapsed_s > MIN_DURATION_S:
         rests = min(_rests(step, recording, known, model), len(wanted))
     return StepProgress(
         elapsed_s,
@@ -182,8 +182,8 @@ def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibratio
     rates = recording.rate_rad_s - np.array([gyro.bias_rad_s for gyro in gyros])
     rms = np.rad2deg(np.sqrt((rates**2).sum(axis=2).mean(axis=0)))
     as_in = StepKind.SWEEP if step.kind == StepKind.TURN else step.kind
-    least = float(np.rad2deg(LEAST_RMS_RAD_S[as_in]))
-    most = MOST_HELD_FRACTION * max(least, min(float(rms[body - 1]) for body in step.moved))
+    least = float(np.rad2deg(MIN_RMS_RAD_S[as_in]))
+    most = MAX_HELD_FRACTION * max(least, min(float(rms[body - 1]) for body in step.moved))
     limits = {**dict.fromkeys(step.held, most), **dict.fromkeys(step.moved, least)}
     return tuple(
         BodyLevel(body, float(rate), limits.get(body), body in step.moved) for body, rate in enumerate(rms, 1)

@@ -32,7 +32,7 @@ ANGLE_TOLERANCE = 0.1
 EXPERIENCE = 4
 _BATCHES = 10
 _NEVER = datetime.min.replace(tzinfo=UTC)
-_LEAST_SWEEPS = 5
+_MIN_SWEEPS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,9 +186,9 @@ def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -
     found = direction(readings, axis, readings @ gyro.readings(axis))
     along = readings @ found.reading
     rests = find_rests(recording.t_s, along, TURN_SHARE)
-    if len(rests) <= _LEAST_SWEEPS:
+    if len(rests) <= _MIN_SWEEPS:
         raise CalibrationError(
-            what=f"The robot was turned {max(0, len(rests) - 1)} times; at least {_LEAST_SWEEPS} turns are needed.",
+            what=f"The robot was turned {max(0, len(rests) - 1)} times; at least {_MIN_SWEEPS} turns are needed.",
             meaning="Their scatter is what tells how sure the scale factor is.",
             next_step="Turn it there and back three times, resting a second at each end, and run this "
             "command again.",

@@ -27,10 +27,10 @@ from tfsat_host.calibration.statistics import few
 from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import find_rests
 
-LEAST_RESTS = 6
-MOST_ONE_WAY = 0.95
+MIN_RESTS = 6
+MAX_TIME_CORRELATION = 0.95
 """Correlation of angle with time: beyond it what is left of the bias cannot be separated from the scale factor."""
-MOST_BEND_SIGMAS = 4.5
+MAX_NONLINEARITY_SIGMAS = 4.5
 """Of a sensor's four amplitudes together: beyond it lie 0.05 % of the sensors that are as the robot file says."""
 _ROUNDS = 4
 
@@ -65,15 +65,15 @@ def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
     t_s, joint = motion.recording.t_s, motion.step.moving_joint
     along = motion.sense() * motion.readings(body) @ (response.reading / response.length)
     rests = find_rests(t_s, along)
-    if len(rests) < LEAST_RESTS:
+    if len(rests) < MIN_RESTS:
         raise CalibrationError(
-            what=f"The sweep of joint {joint} has {len(rests)} rests; at least {LEAST_RESTS} are needed.",
+            what=f"The sweep of joint {joint} has {len(rests)} rests; at least {MIN_RESTS} are needed.",
             meaning="Only from rest to rest does a gyro's filter not falsify the scale factor.",
             next_step="Move the joint to 30, 60, 90 deg and back, resting a second at each, and run this "
             "command again.",
         )
     times, turned = rest_means(t_s, rests), rest_means(cumulative_trapezoid(along, t_s, initial=0), rests)
-    if abs(np.corrcoef(turned, times)[0, 1]) > MOST_ONE_WAY:
+    if abs(np.corrcoef(turned, times)[0, 1]) > MAX_TIME_CORRELATION:
         raise CalibrationError(
             what=f"The sweep of joint {joint} went one way only.",
             meaning="A drift of the gyro's bias would be taken for a scale factor.",
@@ -115,7 +115,7 @@ def fit_sweeps(
     # All four of a sensor together: over a joint's range they can seldom be separated.
     sizes = np.linalg.norm(bend, axis=1)
     sigmas = sizes / nonlinearity_rad
-    if sigmas.max() > MOST_BEND_SIGMAS:
+    if sigmas.max() > MAX_NONLINEARITY_SIGMAS:
         worst = int(np.argmax(sigmas))
         raise CalibrationError(
             what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(sizes[worst]):.2f} deg, "

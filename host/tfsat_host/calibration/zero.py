@@ -16,9 +16,9 @@ from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_answers
 from tfsat_host.robot import RobotModel
 
-MOST_MOTION_RAD = np.deg2rad(0.5)
+MAX_MOTION_RAD = np.deg2rad(0.5)
 """A sensor that scatters or drifts by more is not held."""
-MOST_DISAGREEMENT_RAD = np.deg2rad(2.0)
+MAX_DISAGREEMENT_RAD = np.deg2rad(2.0)
 """Between two sensors of a joint, from one calibration to the next: more, and one has slipped on its axis."""
 
 
@@ -93,7 +93,7 @@ def _step_deviation(noise_rad: FloatArray, step_rad: float) -> FloatArray:
 def _check_still(left_rad: FloatArray, joint: int) -> None:
     thirds = [part.mean(axis=0) for part in np.array_split(left_rad, 3)]
     motion = max(float(left_rad.std(axis=0).max()), float(np.ptp(thirds, axis=0).max()))
-    if motion > MOST_MOTION_RAD:
+    if motion > MAX_MOTION_RAD:
         raise CalibrationError(
             what=f"Joint {joint} moved by {np.rad2deg(motion):.2f} deg while its zero was read.",
             meaning="The attachment does not hold it; a zero taken now would be wrong, and every joint angle with it.",
@@ -103,7 +103,7 @@ def _check_still(left_rad: FloatArray, joint: int) -> None:
 
 def _check_slip(by_each_rad: FloatArray, joint: int) -> None:
     apart_rad = abs(float(wrapped(by_each_rad[:1] - by_each_rad[1:])[0]))
-    if apart_rad > MOST_DISAGREEMENT_RAD:
+    if apart_rad > MAX_DISAGREEMENT_RAD:
         first, second = np.rad2deg(by_each_rad)
         raise CalibrationError(
             what=f"The two sensors of joint {joint} disagree by {np.rad2deg(apart_rad):.1f} deg: by the zero points of "

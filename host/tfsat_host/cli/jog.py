@@ -16,7 +16,7 @@ from tfsat_host.present.output import Output
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import Jog, JogClient
 
-LONGEST_HOLD_S = 3600.0
+MAX_HOLD_S = 3600.0
 """Beyond it `--hold` is a slip of the fingers."""
 LINE_CDEG = 1000
 """Where there is no terminal, progress is a line each 10 deg."""
@@ -111,6 +111,6 @@ def _progress(jog: Jog, out: Output) -> Iterator[Callable[[int], None]]:
 
 def _hold_s(text: str) -> float:
     seconds = number(text)
-    if not 0 <= seconds <= LONGEST_HOLD_S:
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, 0 to {LONGEST_HOLD_S:g}")
+    if not 0 <= seconds <= MAX_HOLD_S:
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, 0 to {MAX_HOLD_S:g}")
     return seconds

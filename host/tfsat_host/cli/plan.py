@@ -42,7 +42,7 @@ result:
 --history FILE  write the joints' angles over time here (CSV), for simulate --history to check the plan
 --force         let --out and --history overwrite a file that this command did not make
 {OUTPUT}"""
-_GREATEST_SCALE = 5.0
+_MAX_SCALE = 5.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -105,10 +105,8 @@ def _above_zero(text: str) -> float:
 def _scale(text: str) -> float:
     """Of the robot file's uncertainties: beyond the greatest no robot is left to be drawn."""
     scale = _not_negative(text)
-    if scale > _GREATEST_SCALE:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is too large: write a number from 0 to {_GREATEST_SCALE:g}"
-        )
+    if scale > _MAX_SCALE:
+        raise argparse.ArgumentTypeError(f"{text!r} is too large: write a number from 0 to {_MAX_SCALE:g}")
     return scale
 
 

@@ -21,7 +21,7 @@ from tfsat_host.present.output import Output
 if TYPE_CHECKING:
     from tfsat_host.rehearsal.rehearsal import Rehearsal
 
-MOST_RUNS = 100_000
+MAX_RUNS = 100_000
 
 
 _USAGE = f"""
@@ -50,7 +50,7 @@ options:
 def configure(parser: argparse.ArgumentParser) -> None:
     """What to fly, on which robot, and where the results go."""
     faults = {"action": "append", "default": []}
-    kinds = {"robot": str, "seed": seed, "runs": whole_number("runs", 1, MOST_RUNS), "fault": faults}
+    kinds = {"robot": str, "seed": seed, "runs": whole_number("runs", 1, MAX_RUNS), "fault": faults}
     add_maneuver_options(parser, _USAGE, nothing_done="Nothing was flown.", **kinds)
     parser.set_defaults(sequencer="native", seed=1, runs=1, out=Path("run"))
 

@@ -36,7 +36,7 @@ from tfsat_host.whole_file import is_special
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NEGATIVE = re.compile(r"-(\.?\d|inf|nan).*", re.ASCII | re.IGNORECASE)
 _SEED_LIMIT = 2**63
-_LARGEST_DEG = 180.0
+_MAX_ANGLE_DEG = 180.0
 
 
 def accept_negative_numbers(parser: argparse.ArgumentParser) -> None:
@@ -104,9 +104,9 @@ def number(text: str) -> float:
 def joint_angle_cdeg(text: str) -> int:
     """An argparse type: a joint's angle in degrees, to 0.01. Raises ArgumentTypeError: it is none of a joint."""
     angle_deg = number(text)
-    if not abs(angle_deg) <= _LARGEST_DEG:
+    if not abs(angle_deg) <= _MAX_ANGLE_DEG:
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no angle of a joint: write degrees, at most {_LARGEST_DEG:g}"
+            f"{text!r} is no angle of a joint: write degrees, at most {_MAX_ANGLE_DEG:g}"
         )
     return cdeg_from_deg(angle_deg)
 

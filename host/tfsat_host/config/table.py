@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SHOWN_CHARACTERS = 60
-GREATEST = 1e12
+MAX_NUMBER = 1e12
 """In magnitude, of any number in a file, in the file's units: nothing that a lab has is greater, and squares of it and
 products stay far inside the range of floats."""
 _Choice = TypeVar("_Choice", str, int)
@@ -257,7 +257,7 @@ class Table:
     def _wrong(self, key: str, wanted: str) -> NoReturn:
         value = self._values[key]
         problem = (
-            f"is beyond {GREATEST:g}: no number here is so large" if _is_huge(value) else f"is not {wanted}"
+            f"is beyond {MAX_NUMBER:g}: no number here is so large" if _is_huge(value) else f"is not {wanted}"
         )
         self.fail(key, f"{shown(value)} {problem}", self._cure(f"Give `{key}` {wanted}."))
 
@@ -277,14 +277,14 @@ def _is_huge(value: object) -> bool:
     """A number that is, or a list with one somewhere."""
     if isinstance(value, list):
         return any(map(_is_huge, value))
-    return isinstance(value, int | float) and GREATEST < abs(value) < math.inf
+    return isinstance(value, int | float) and MAX_NUMBER < abs(value) < math.inf
 
 
 def _number(value: object) -> float | None:
     """None if it is none, or so great that it cannot be meant; infinite numbers are left to the caller."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    return float(value) if abs(value) <= GREATEST or value != value or abs(value) == math.inf else None
+    return float(value) if abs(value) <= MAX_NUMBER or value != value or abs(value) == math.inf else None
 
 
 def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:

@@ -27,7 +27,7 @@ ATTEMPTS = 8
 BUSY_TIMEOUT_S = 60.0
 """The largest FAT32 card in its smallest clusters is counted in 4 s, at a sampling rate of 1 kHz in 20 s."""
 BUSY_POLL_S = 0.25
-LONGEST_BACKLOG = 4096
+MAX_BACKLOG = 4096
 """Live samples kept until they are taken: 15 s at 280 Hz, 4 s at 1 kHz."""
 
 _INTERLOCKS = (
@@ -225,7 +225,7 @@ class Client:
         self._on_busy = on_busy
         self._receiver = FrameReceiver()
         self._sequence = 0
-        self._live: deque[LiveSample] = deque(maxlen=LONGEST_BACKLOG)
+        self._live: deque[LiveSample] = deque(maxlen=MAX_BACKLOG)
         self._log_pieces: list[LogPiece] = []
 
     def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:

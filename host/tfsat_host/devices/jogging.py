@@ -26,7 +26,7 @@ ORDER_S = IDLE_S / 4
 """The board lets go after IDLE_S without an order: two may get lost."""
 FRESH_S = IDLE_S / 4
 """An answer older than this allows no order: the board would take it as a new jog of a joint it has let go."""
-GRACE_S = 2.0
+ARRIVAL_TIMEOUT_S = 2.0
 """Beyond the time that the way takes at the board's speed."""
 
 
@@ -311,7 +311,7 @@ class _Motion:
         """Whether it arrived and was held; False when it was stopped. Raises JogError and what requests raise."""
         now_s = self._board.now_s
         started_s = now_s()
-        longest_s = self.jog.duration_s + GRACE_S
+        longest_s = self.jog.duration_s + ARRIVAL_TIMEOUT_S
         arrived_s: float | None = None
         while not stopped():
             shown(self.angle_cdeg)

@@ -34,7 +34,7 @@ _OF_TRUTH = re.compile(r"^joint_(\d+)_deg$", re.ASCII)
 _ANGLE = re.compile(r"theta\d+_deg", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Beyond these nothing is measured: the numbers are of another unit, or damaged.
-_LARGEST = {"t_s": 1e9, "deg": 1e5}
+_MAX_VALUE = {"t_s": 1e9, "deg": 1e5}
 _CLOSEST_S = 1e-9
 
 
@@ -117,7 +117,7 @@ def _number(path: Path, line: int, row: list[str], column: int, names: list[str]
         cure = "Write a number there, with a point for the decimals, or leave out the whole row."
         _fail(f"{path}:{line}: {names[column]} is {shown}.", cure)
     value = float(text)
-    largest = _LARGEST.get(names[column], _LARGEST["deg"])
+    largest = _MAX_VALUE.get(names[column], _MAX_VALUE["deg"])
     if abs(value) > largest:
         what = f"{path}:{line}: {names[column]} is {value:g}, beyond {largest:g}: no joint was measured so."
         _fail(what, "Correct the number, or leave out the whole row.")

@@ -188,7 +188,7 @@ STEPS = 2
 TOLERANCE_RAD = math.radians(1e-4)
 # Half as long a step leaves a 64th of the error, once steps are short; until then it may be a 16th.
 GAIN = 16.0
-_LONGEST_RAD = math.pi / 4.0
+_MAX_STEP_RAD = math.pi / 4.0
 _STEPS_MAX = 4096
 _ROOT15 = 15.0**0.5
 GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
@@ -290,7 +290,7 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
     if delta.size == 0:
         return turned(hinge, angles, delta)
     longest = float(np.abs(delta).max())
-    steps = max(STEPS, math.ceil(min(longest / _LONGEST_RAD, _STEPS_MAX)))
+    steps = max(STEPS, math.ceil(min(longest / _MAX_STEP_RAD, _STEPS_MAX)))
     rotation = turned(hinge, angles, delta, steps)
     while steps < _STEPS_MAX:
         steps *= 2

@@ -22,14 +22,14 @@ from tfsat_host.errors import TfsatError
 
 STALL_EVERY_S = 2.0
 WIDEST_TURN_DEG = 720.0
-LONGEST_LINE = 4096
+MAX_LINE_BYTES = 4096
 """Bytes of one line; more is no line of this protocol."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
 _UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
 _WHOLE = ("BODY", "JOINT", "SENSOR", "CYCLES", "ROUNDS")
 _DECIMAL = ("DEGREES", "PPM")
-_LONGEST_S = {
+_MAX_DURATION_S = {
     "DURATION": 3600.0,
     "PERIOD": 3600.0,
     "FALL": 60.0,
@@ -122,14 +122,16 @@ def _value(asked: str, word: str) -> Any:
         return int(word)
     if value in _DECIMAL and _NUMBER.fullmatch(word):
         return float(word)
-    if value in _LONGEST_S and (match := _DURATION.fullmatch(word.lower())):
+    if value in _MAX_DURATION_S and (match := _DURATION.fullmatch(word.lower())):
         seconds = float(match[1]) * _UNITS_S[match[2]]
-        if not 1e-6 <= seconds <= _LONGEST_S[value]:
-            raise ControlError(f"{word} is out of range: more than zero, at most {_LONGEST_S[value]:g} s.")
+        if not 1e-6 <= seconds <= _MAX_DURATION_S[value]:
+            raise ControlError(
+                f"{word} is out of range: more than zero, at most {_MAX_DURATION_S[value]:g} s."
+            )
         return seconds
     if value == "FILE":
         return Path(word)
-    example = ": seconds, or such as 20ms" if value in _LONGEST_S else ""
+    example = ": seconds, or such as 20ms" if value in _MAX_DURATION_S else ""
     raise ControlError(f"{word!r} is not understood as {asked}{example}.")
 
 
@@ -294,7 +296,7 @@ class ControlLines:
     def feed(self, data: bytes) -> None:
         """Takes what has arrived, in pieces of any size. Raises LineTooLong."""
         *lines, self._partial = (self._partial + data).split(b"\n")
-        if len(self._partial) > LONGEST_LINE:
+        if len(self._partial) > MAX_LINE_BYTES:
             raise LineTooLong
         self._lines.extend(line.decode(errors="replace") for line in lines)
 

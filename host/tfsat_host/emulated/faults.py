@@ -23,7 +23,7 @@ SwitchFault = Literal["stuck-closed", "stuck-open"]
 ClockedBoard = Literal["sequencer", "logger"]
 
 BUS_COUNT = IMU_COUNT // IMUS_PER_BUS
-MOST_PPM = 20_000.0
+MAX_PPM = 20_000.0
 """A board's clock is off by no more (board_clock.h)."""
 _IMU_KINDS = ("dead", "frozen", "saturated")  # from 1 on as api.h numbers them, like all of these
 _ANGLE_SENSOR_KINDS = ("dead", "frozen")
@@ -141,7 +141,7 @@ class Faults:
         if board not in boards:
             raise _refusal(f"There is no board {board!r}: {', '.join(boards)}")
         if self._library.tfsat_set_clock(self._robot, boards.index(board), ppm) != 0:
-            raise _refusal(f"A board's clock cannot be off by {ppm:g} ppm, only by {MOST_PPM:g} either way")
+            raise _refusal(f"A board's clock cannot be off by {ppm:g} ppm, only by {MAX_PPM:g} either way")
 
     def heal(self) -> None:
         """Everything that these methods break is well again; the clocks stay as they are, and biases that stepped."""

@@ -14,7 +14,7 @@ _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
 _ACCEL_NOISE_G_RTHZ = 400e-6  # PS-MPU-6000A rev. 3.4, section 6.2
 GYRO_WANDER_S = 100.0
 """Correlation time of a gyro's wandering bias; assumed."""
-MOST_LATE_S = 0.01
+MAX_DELAY_S = 0.01
 """kMostLate_s of low_pass.h."""
 _CRYSTAL_STD_PPM = 20.0
 _CRYSTAL_MOST_PPM = 50.0
@@ -58,7 +58,7 @@ class Imperfections:
         gyro_cross_axis: (4, 3, 3) share of the rate about an axis (column) that another one (row) shows on top.
         gyro_front_end_limit_rad_s: (4,) what a gyro's front end shows at most, before the low-pass, so that no count
             is at its end; 0: no such limit.
-        imu_late_s: (4,) all that an IMU shows comes so much later, at most `MOST_LATE_S`.
+        imu_late_s: (4,) all that an IMU shows comes so much later, at most `MAX_DELAY_S`.
         imu_clock_ppm: (4,) by how much an IMU's own oscillator runs fast, and with it conversions and filters; the
             logger reads the last output that it finished.
         mount_ripple_s: What each IMU stands on rings at 30 Hz: rate (rad/s) about an axis after its body's angular

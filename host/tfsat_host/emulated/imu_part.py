@@ -24,7 +24,7 @@ _KIND = ConfigKind(
     format=None,
 )
 _TABLES = ("gyro", "accel", "die")
-_GREATEST_DEVIATION = 0.618
+_MAX_DEVIATION = 0.618
 """Of the Allan deviation of a first-order Gauss-Markov process, over its standard deviation: at 1.89 correlation times
 0.437 q sqrt(T) with q = std sqrt(2 / T) (IEEE Std 952-1997, annex C)."""
 
@@ -140,7 +140,7 @@ def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = N
 
 def wander_std_deg_s(part: ImuPart) -> float:
     """Standard deviation of the wandering whose greatest Allan deviation is the part's bias stability."""
-    return part.gyro_bias_stability_deg_h / 3600.0 / _GREATEST_DEVIATION
+    return part.gyro_bias_stability_deg_h / 3600.0 / _MAX_DEVIATION
 
 
 def _may_be_zero(key: str) -> bool:

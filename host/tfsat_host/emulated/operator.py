@@ -25,7 +25,7 @@ SWING_CYCLES = 5
 SWEEP_LEG_S = 1.5
 SWEEP_REST_S = 1.0
 TURN_RATE_DEG_S = 90.0
-SHORTEST_TURN_S = 2.0
+MIN_TURN_S = 2.0
 TURN_REST_S = 1.2
 TAIL_S = 1.0
 """Each motion ends with so much rest more."""
@@ -70,7 +70,7 @@ def turn_motion(angle_deg: float, rounds: int, operator: Operator, random: np.ra
 
 def turn_leg_s(angle_deg: float) -> float:
     """How long a turn takes one way, at nominal pace."""
-    return max(SHORTEST_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
+    return max(MIN_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
 
 
 def turn_axis(axis: Axis, operator: Operator, random: np.random.Generator) -> FloatArray:

@@ -187,7 +187,7 @@ def serve(
         typed.service(ready)
 
 
-LONGEST_BACKLOG_S = 0.25
+MAX_BACKLOG_S = 0.25
 """What is made up for after a hiccup; it is also how long a host waits for an answer."""
 TOLERATED_LAG_S = 0.5
 """Lag in all that is not reported."""
@@ -197,7 +197,7 @@ class Pacer:
     """Says how many steps are due, and when the next one is.
 
     The clock is the caller's: seconds from any origin, never going back. What the computer cannot make
-    up for within LONGEST_BACKLOG_S is given up: virtual time then lags for good, by `lag_s`.
+    up for within MAX_BACKLOG_S is given up: virtual time then lags for good, by `lag_s`.
 
     Args:
         now_s: The clock at virtual time zero.
@@ -212,11 +212,11 @@ class Pacer:
     def steps_due(self, now_s: float) -> int:
         """Steps of STEP_US to run now; counted as run."""
         behind_s = now_s - self._time_of(self._steps)
-        if behind_s > LONGEST_BACKLOG_S:
-            given_up_s = behind_s - LONGEST_BACKLOG_S
+        if behind_s > MAX_BACKLOG_S:
+            given_up_s = behind_s - MAX_BACKLOG_S
             self._origin_s += given_up_s
             self.lag_s += given_up_s
-            behind_s = LONGEST_BACKLOG_S
+            behind_s = MAX_BACKLOG_S
         due = max(0, int(behind_s * US_PER_S / STEP_US))
         self._steps += due
         return due

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 _RECORDING = re.compile(r"DROP(\d{4})\.BIN", re.ASCII)
-_LONGEST_MEMORY = 256
+_MAX_MEMORY_BYTES = 256
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def _erased(memory: bytes) -> bytes:
 
 def _load_logger_memory(path: Path) -> bytes | None:
     memory = _read(path)
-    if memory is not None and len(memory) > _LONGEST_MEMORY:
+    if memory is not None and len(memory) > _MAX_MEMORY_BYTES:
         raise _damaged(path, f"{len(memory)} bytes; the logger's memory has fewer", "logger")
     return memory
 

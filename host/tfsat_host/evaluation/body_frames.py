@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.angles import wrapped
 from tfsat_host.arrays import BoolArray
 from tfsat_host.evaluation.motion.attitude import integrate_rates
-from tfsat_host.evaluation.quick_look import BIAS_GUARD_S, LEAST_BIAS_S
+from tfsat_host.evaluation.quick_look import BIAS_GUARD_S, MIN_BIAS_S
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
@@ -79,8 +79,8 @@ def _base_track(log: DropLog, model: RobotModel, spans: _Spans, notes: list[str]
     index = next(i for i, imu in enumerate(model.imus) if imu.body == model.base)
     valid = log.imu_valid[:, index]
     rest, fall = np.flatnonzero(spans.rest & valid), np.flatnonzero(spans.fall & valid)
-    if not len(rest) or np.ptp(log.t_s[rest]) < LEAST_BIAS_S:
-        notes.append(f"No attitude: less than {LEAST_BIAS_S:g} s of {name}'s gyro before the release.")
+    if not len(rest) or np.ptp(log.t_s[rest]) < MIN_BIAS_S:
+        notes.append(f"No attitude: less than {MIN_BIAS_S:g} s of {name}'s gyro before the release.")
         return None
     if len(fall) < 2:
         notes.append(f"No attitude: {name}'s gyro gave nothing in the fall.")

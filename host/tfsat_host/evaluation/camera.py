@@ -159,7 +159,7 @@ FRAME_STD_S = 1 / 60 / 12**0.5
 """Of what changed between two frames, 60 a second."""
 STROKE_STD_S = 0.02
 """Of a stroke's first visible motion."""
-_LARGEST_S = 1e6
+_MAX_S = 1e6
 _STROKE = re.compile(r"stroke ([1-9]\d?)", re.ASCII)
 
 
@@ -201,7 +201,7 @@ def read_video_marks(path: Path) -> tuple[Mark, ...]:
         if event in found:
             cure = "Keep the row that is meant."
             form.fail(f"the event {event} is there a second time.", cure, row.line)
-        found[event] = Mark(event, row.number("t_s", largest=_LARGEST_S), _std_s(row, event))
+        found[event] = Mark(event, row.number("t_s", largest=_MAX_S), _std_s(row, event))
     if not found:
         form.fail("there is no event.", "Add a row, such as release,12.3833", None)
     return tuple(sorted(found.values(), key=lambda mark: mark.t_s))
@@ -220,13 +220,13 @@ def _event(row: CsvRow) -> str:
 
 def _std_s(row: CsvRow, event: str) -> float:
     if row.text("std_s"):
-        return row.number("std_s", largest=_LARGEST_S, above=0.0)
+        return row.number("std_s", largest=_MAX_S, above=0.0)
     return STROKE_STD_S if event.startswith("stroke") else FRAME_STD_S
 
 
 READING_STD_M = 0.5e-3
-_LARGEST_TIME_S = 1e6
-_LARGEST_MM = 1e4
+_MAX_TIME_S = 1e6
+_MAX_MM = 1e4
 _MEANING = "How fast the robot left the release mechanism cannot be told from the lasers."
 
 
@@ -321,11 +321,11 @@ def _place(row: CsvRow, clock: str) -> tuple[float, ...]:
         row.form.fail(f"the spot is {shown}.", "Write 1 or 2, or leave out the row.", row.line)
     std_m = READING_STD_M
     if row.text("std_mm"):
-        std_m = 1e-3 * row.number("std_mm", largest=_LARGEST_MM, above=0.0)
+        std_m = 1e-3 * row.number("std_mm", largest=_MAX_MM, above=0.0)
     return (
-        row.number(clock, largest=_LARGEST_TIME_S),
+        row.number(clock, largest=_MAX_TIME_S),
         float(row.text("spot")),
-        row.number("along_mm", largest=_LARGEST_MM),
-        row.number("up_mm", largest=_LARGEST_MM),
+        row.number("along_mm", largest=_MAX_MM),
+        row.number("up_mm", largest=_MAX_MM),
         std_m,
     )

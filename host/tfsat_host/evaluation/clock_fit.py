@@ -22,7 +22,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 
 RATE_PRIOR = 5e-3
 """Standard deviation of the rate before anything is measured: the tolerance of a ceramic resonator."""
-LEAST_SLOPE = 1e-3
+MIN_SLOPE = 1e-3
 """Time does not run backwards, and no video is a thousand times as fast as what it shows."""
 GATE_STDS = 4.0
 """An event further from the line than this is not explained: chance does that once in 16,000."""
@@ -189,7 +189,7 @@ def _solve(
     away = clock - mean
     slope_information = float(weight @ away**2) + prior.std**-2
     left = logger - prior.slope * away
-    slope = max(prior.slope + float(weight @ (away * left)) / slope_information, LEAST_SLOPE)
+    slope = max(prior.slope + float(weight @ (away * left)) / slope_information, MIN_SLOPE)
     at_mean = float(weight @ (logger - slope * away) / weight.sum())
     of_mean, of_slope = 1.0 / float(weight.sum()), 1.0 / slope_information
     covariance = np.array([[of_mean + mean**2 * of_slope, -mean * of_slope], [-mean * of_slope, of_slope]])

@@ -69,7 +69,7 @@ def align_clocks(
     release = _release(log)
     scheduled_s = np.array([stroke.t_s for stroke in schedule.strokes])
     notes: list[str] = []
-    if len(edges_s) > MOST_EDGES:
+    if len(edges_s) > MAX_EDGES:
         notes.append(
             f"The stroke line rose {len(edges_s)} times in the drop: it chatters, and no stroke can be told from it."
         )
@@ -197,7 +197,7 @@ def _video_fit(
     return fit_clock("video", pairs, SlopePrior(1.0 / rate, STATED_RATE_STD / rate))
 
 
-MOST_EDGES = 64
+MAX_EDGES = 64
 """More than four times what a maneuver can have: a line that chatters, of which nothing is believed."""
 NEAR_S = 1e-3
 """An edge as near as this to where a line expects it is that stroke's."""
@@ -227,7 +227,7 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
 
     Args:
         scheduled_s: (m,) ascending, above zero, after the release.
-        edge_s: (k,) ascending, `MOST_EDGES` at most, on the logger's clock.
+        edge_s: (k,) ascending, `MAX_EDGES` at most, on the logger's clock.
         release_s: The release on the logger's clock; None if it is unknown. Two edges tell without it.
     """
     lines = _lines(scheduled_s, edge_s, release_s)

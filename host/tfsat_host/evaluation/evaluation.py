@@ -59,7 +59,7 @@ from tfsat_host.sdlog import DropLog
 
 SENSED = frozenset({"rates", "attitudes", "strokes"})
 """What gyros and angle sensors tell without the model: wrong by what their certificate is wrong by."""
-LEAST_WIDENING, MOST_WIDENING = 3.0, 40.0
+MIN_WIDENING, MAX_WIDENING = 3.0, 40.0
 """Checks tell the factor roughly. Sensors that still contradict each other with errors so many times as stated are not
 badly calibrated, but broken."""
 CERTIFICATE, AXES_FILED = "certificate", "robot file's joint axes"
@@ -297,7 +297,7 @@ class _Drop:
         leaning = kind == AXIS
         results = SENSED | {"offsets"} if leaning else SENSED
         widening, more = 1.0, _excess(found.checks, results)
-        while more > 1.0 and (widening := widening * max(more, LEAST_WIDENING)) <= MOST_WIDENING:
+        while more > 1.0 and (widening := widening * max(more, MIN_WIDENING)) <= MAX_WIDENING:
             drop = replace(self, model=_with_leaning_axes(self.model, widening)) if leaning else self
             used = certificate if leaning else certificate.widened(widening)
             more = drop.contradiction(used, results)
@@ -306,7 +306,7 @@ class _Drop:
                 kind_widened = AXES_FILED if leaning else CERTIFICATE
                 return replace(wider, widening=widening, widened=kind_widened), widening
             more = max(more, 1.0 + 1e-9)
-        return None, min(widening, MOST_WIDENING)
+        return None, min(widening, MAX_WIDENING)
 
     def contradiction(self, used: Calibration, results: frozenset[str]) -> float:
         """By how much sensors that tell any of the results contradict each other with a calibration, without any model.

@@ -25,7 +25,7 @@ HELD_S = 0.05
 """The magnet may hold the robot so long after the fall began; and the logger's landing may lie so far from the felt."""
 _AT_REST_S = (-1.5, -0.6)
 _IN_FALL_S = (0.1, 0.6)
-_LEAST_DROP = 0.5
+_MIN_FORCE_DROP = 0.5
 """Of the force before the release, at least this part must be gone in the fall."""
 _UNKNOWN_SHAPE = 0.3
 """Part of the low-pass's delay by which a step's middle may lie elsewhere: 1 - ln 2 for a single pole."""
@@ -137,7 +137,7 @@ def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
     if not len(before) or not len(after):
         return float("nan")
     high, low = float(np.median(before)), float(np.median(after))
-    if low > (1.0 - _LEAST_DROP) * high:
+    if low > (1.0 - _MIN_FORCE_DROP) * high:
         return float("nan")
     middle = (high + low) / 2.0
     near = np.abs(t_s) <= AROUND_RELEASE_S

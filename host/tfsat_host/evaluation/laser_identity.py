@@ -30,9 +30,9 @@ from tfsat_host.evaluation.laser_spots import (
 
 EVIDENCE = 2.0 * float(np.log(100.0))
 """Difference of twice the log-likelihoods from which one reading is believed against another: a hundred to one."""
-MOST_TURN_RAD = 0.6
+MAX_TURN_RAD = 0.6
 """So far a ray still meets its own wall: places of other times are not looked at."""
-_MOST_SCATTER = 4.0
+_MAX_SCATTER = 4.0
 """In units of what is stated of a place: where no reading comes nearer, something else is wrong."""
 _FREEDOM = 4.0
 """Of Student's distribution: a wrong place now and then decides nothing."""
@@ -40,7 +40,7 @@ _ROUNDS = 20
 _ZERO_STD_S = 0.01
 """Of the video's zero."""
 _STEP_M, _STEP_S, _STEP_RAD_S = 1e-3, 1e-3, 1e-4
-_LEAST_RATE_STD_RAD_S = 1e-6
+_MIN_RATE_STD_RAD_S = 1e-6
 
 
 class Reading(NamedTuple):
@@ -80,12 +80,12 @@ class Identity(NamedTuple):
 def identity_of(tracks: LaserTracks, turning: BodyTurning, from_s: float) -> Identity:
     """Compares all readings of tracks whose times count from the release; those before `from_s` are not used."""
     kept = tracks.between(max(from_s, float(turning.t_s[0])), float(turning.t_s[-1]))
-    kept = kept.only(np.interp(kept.t_s, turning.t_s, turning.angle_rad()) <= MOST_TURN_RAD)
+    kept = kept.only(np.interp(kept.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD)
     there = set(np.unique(kept.spot).tolist())
     readings = [AS_FILED, *(one for one in _others() if _means_something(one, there))]
     costs, scales = np.array([_cost(one.of(kept), turning, 1.0) for one in readings]).T
     scale = float(scales[int(np.argmin(costs))])
-    if scale > _MOST_SCATTER:
+    if scale > _MAX_SCATTER:
         return Identity(None, ())
     if scale > 1.0:
         costs = np.array([_cost(one.of(kept), turning, scale)[0] for one in readings])
@@ -142,7 +142,7 @@ def _nuisances(
     for axis, std in enumerate(turning.rate_std_rad_s):
         error = Rotation.from_rotvec(np.outer(turning.t_s, _STEP_RAD_S * np.eye(3)[axis])).as_matrix()
         yield (
-            _STEP_RAD_S / max(float(std), _LEAST_RATE_STD_RAD_S),
+            _STEP_RAD_S / max(float(std), _MIN_RATE_STD_RAD_S),
             (tracks, turning._replace(rotation=turning.rotation @ error), list(LASERS)),
         )
 

@@ -38,9 +38,9 @@ RP), which takes 0.13 s at 30 mm/s."""
 CONFIDENCE = 0.95
 PAPER_RADIUS_MM = 100.0
 """Of the robot over the whole maneuver (section "Design of the release mechanism")."""
-_LEAST_SAMPLES = 4
-_LEAST_SPAN_S = 0.1
-_MOST_LEFT_OUT = 0.25
+_MIN_SAMPLES = 4
+_MIN_SPAN_S = 0.1
+_MAX_LEFT_OUT = 0.25
 """Of all places: wrong ones are few; where many seem wrong, something else is."""
 _ROUNDS = 30
 _SETTLED = 1e-6
@@ -153,7 +153,7 @@ def release_velocity(
             "sketch), and correct the file.",
         )
     path = _straight_path(kept, turning, LASERS)
-    if path.left_out > _MOST_LEFT_OUT * len(kept.t_s):
+    if path.left_out > _MAX_LEFT_OUT * len(kept.t_s):
         raise LaserError(
             what=f"{tracks.path}: {path.left_out} of {len(kept.t_s)} places do not lie on one even motion.",
             meaning="The spots contradict each other or body 2's gyro: no velocity follows from them.",
@@ -207,12 +207,12 @@ def _untold(identity: Identity) -> tuple[str, ...]:
 
 def _chosen(tracks: LaserTracks, from_s: float, until_s: float) -> LaserTracks:
     rows = (tracks.t_s >= from_s) & (tracks.t_s <= until_s)
-    often = [spot for spot in (1, 2) if (rows & (tracks.spot == spot)).sum() >= _LEAST_SAMPLES]
+    often = [spot for spot in (1, 2) if (rows & (tracks.spot == spot)).sum() >= _MIN_SAMPLES]
     rows &= np.isin(tracks.spot, often)
-    if not often or np.ptp(tracks.t_s[rows]) < _LEAST_SPAN_S:
+    if not often or np.ptp(tracks.t_s[rows]) < _MIN_SPAN_S:
         raise LaserError(
             what=f"{tracks.path} has too few places of a spot {from_s:.2f} s to {until_s:.2f} s after the release.",
-            meaning=f"A velocity takes {_LEAST_SAMPLES} places of one spot over {_LEAST_SPAN_S:g} s at least.",
+            meaning=f"A velocity takes {_MIN_SAMPLES} places of one spot over {_MIN_SPAN_S:g} s at least.",
             next_step="Track the spots from the release to the first stroke; see that times count from the release.",
         )
     return tracks.only(rows)

@@ -177,7 +177,7 @@ def _quality(
     bodies = []
     for index, before in enumerate(at_rest):
         force, std = forces_g(samples, rows, index)
-        if len(force) < LEAST_SAMPLES:
+        if len(force) < MIN_SAMPLES:
             notes.append(f"Body {index + 1} has {len(force)} valid forces {window.name}: too few to judge.")
             continue
         # A reading at full scale is a lower bound, and a straight line through it is none.
@@ -208,7 +208,7 @@ def _quality(
 def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> FloatArray:
     """(3,) mean of what the turning makes: rates on a straight line, whose slope is the acceleration."""
     known = np.isfinite(rate_rad_s).all(axis=1)
-    if known.sum() < LEAST_SAMPLES:
+    if known.sum() < MIN_SAMPLES:
         return np.full(3, np.nan)
     since = t_s[known] - t_s[known].mean()
     slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[known], 1)[::-1]
@@ -265,7 +265,7 @@ def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck
     return tuple(found)
 
 
-LEAST_SAMPLES = 8
+MIN_SAMPLES = 8
 """Fewer forces are no mean."""
 ALARM_STDS = 3.0
 
@@ -282,7 +282,7 @@ class AtRest:
     def of(cls, samples: Calibrated, rows: BoolArray, index: int) -> AtRest | None:
         """Of the IMU with that index; None without enough valid samples."""
         force, std = forces_g(samples, rows, index)
-        if len(force) < LEAST_SAMPLES:
+        if len(force) < MIN_SAMPLES:
             return None
         return cls(force.mean(axis=0), std.mean(axis=0), rms_g(force))
 

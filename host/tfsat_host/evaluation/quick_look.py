@@ -18,7 +18,7 @@ from tfsat_host.sdlog import DropLog
 
 BIAS_GUARD_S = 0.2
 """The bias is read up to this long before release."""
-LEAST_BIAS_S = 1.0
+MIN_BIAS_S = 1.0
 SMOOTHING = 9
 """Samples averaged before the largest excursion is looked for, so that noise is not taken for motion."""
 
@@ -62,9 +62,9 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
     t_s = log.t_s
     rest = (t_s < -BIAS_GUARD_S) & log.imu_valid[:, 0]
     fall = (t_s >= 0.0) & (t_s <= until_s)
-    if not rest.any() or np.ptp(t_s[rest]) < LEAST_BIAS_S:
+    if not rest.any() or np.ptp(t_s[rest]) < MIN_BIAS_S:
         raise EvaluationError(
-            what=f"Less than {LEAST_BIAS_S:g} s of body 1's gyro before the release.",
+            what=f"Less than {MIN_BIAS_S:g} s of body 1's gyro before the release.",
             meaning="Its bias cannot be taken from this log.",
             next_step="Evaluate with a calibration file, or start the recording earlier next time.",
         )

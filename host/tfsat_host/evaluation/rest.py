@@ -15,16 +15,16 @@ from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.evaluation.micro_gravity import LEAST_SAMPLES, AtRest
+from tfsat_host.evaluation.micro_gravity import MIN_SAMPLES, AtRest
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, noise_densities
 from tfsat_host.evaluation.motion.samples import Blocks
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.droplog import rows_of
 
-LONGEST_S = 30.0
+MAX_DURATION_S = 30.0
 """Earlier, the crane and people may still have been at the robot."""
-LEAST_S = 1.0
+MIN_DURATION_S = 1.0
 GUARD_S = 0.3
 """So long before the release the burning wire and the hook may already move the robot."""
 STILL_RAD_S = np.deg2rad(0.3)
@@ -32,7 +32,7 @@ STILL_RAD_S = np.deg2rad(0.3)
 HANGING_STD_RAD_S = np.deg2rad(0.02)
 """A robot on a magnet is not bolted to the ground: slow swings leave so much in any mean."""
 _BLOCK_S = 0.25
-_LEAST_SHARE = 0.5
+_MIN_SHARE = 0.5
 """If more of the blocks moved, the robot swung, and its median is no bias."""
 
 
@@ -55,19 +55,19 @@ class Rest:
 
 def rest_before_release(log: DropLog) -> Rest:
     """Reads it from a drop; without a rest everything is NaN, and the noise is the data sheet's."""
-    rows = np.flatnonzero((log.t_s >= -LONGEST_S) & (log.t_s < -GUARD_S))
+    rows = np.flatnonzero((log.t_s >= -MAX_DURATION_S) & (log.t_s < -GUARD_S))
     if log.release is None or len(rows) < 2:
         rows = np.zeros(0, np.int64)
     t_s, rates = log.t_s[rows], log.rate_rad_s[rows]
-    means = Blocks.of(t_s - t_s.max(initial=-LONGEST_S), _BLOCK_S).mean(rates)
+    means = Blocks.of(t_s - t_s.max(initial=-MAX_DURATION_S), _BLOCK_S).mean(rates)
     still = np.full(rates.shape[1:], np.nan)
     spread = still.copy()
     for gyro in range(means.shape[1]):
         known = means[np.isfinite(means[:, gyro]).all(axis=1), gyro]
-        if len(known) * _BLOCK_S < LEAST_S:
+        if len(known) * _BLOCK_S < MIN_DURATION_S:
             continue
         kept = known[(np.abs(known - np.median(known, axis=0)) < STILL_RAD_S).all(axis=1)]
-        if len(kept) >= _LEAST_SHARE * len(known):
+        if len(kept) >= _MIN_SHARE * len(known):
             still[gyro] = kept.mean(axis=0)
             spread[gyro] = np.hypot(kept.std(axis=0, ddof=1) / np.sqrt(len(kept)), HANGING_STD_RAD_S)
     duration_s = float(t_s[-1] - t_s[0]) if len(t_s) else 0.0
@@ -115,7 +115,7 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
     A steady turn is no different from a bias by gyros alone, but nothing that hangs on a magnet turns steadily.
     """
     wanted = np.flatnonzero((log.t_s >= -HANGING_LONGEST_S) & (log.t_s < -BEFORE_RELEASE_S))
-    if len(wanted) < LEAST_SAMPLES:
+    if len(wanted) < MIN_SAMPLES:
         return None
     part = rows_of(log, slice(int(wanted[0]), int(wanted[-1]) + 1))
     answered = part.imu_valid & ~part.clipped
@@ -127,7 +127,7 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
         return None
     kept = means[still]
     known = np.isfinite(kept).sum(axis=0)
-    enough = known >= LEAST_SAMPLES
+    enough = known >= MIN_SAMPLES
     reading = np.where(enough, np.nansum(kept, axis=0) / np.maximum(known, 1), np.nan)
     spread = np.sqrt(
         np.nansum((kept - reading) ** 2, axis=0) / np.maximum(known - 1, 1) / np.maximum(known, 1)

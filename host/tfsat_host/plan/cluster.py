@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 ANSWER_S = 5.0
 """How long the scheduler may take to answer, and to have a worker."""
-PATIENCE_S = 600.0
+CHUNK_TIMEOUT_S = 600.0
 """How long the cluster may take for the next chunk, though it may be busy with others' work."""
 _WORTH_PROGRESS = 2_000  # samples; about a second
 _NOTHING = "No sample was computed on the cluster."
@@ -57,7 +57,7 @@ def run_on_cluster(
     *,
     progress: Callable[[float], None] | None = None,
     answer_s: float = ANSWER_S,
-    patience_s: float = PATIENCE_S,
+    patience_s: float = CHUNK_TIMEOUT_S,
 ) -> Outcomes:
     """All chunks of `study`, on the workers of the scheduler at `address`.
 

@@ -21,7 +21,7 @@ from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S
 from tfsat_host.plan.loops import Sequence, backwards, best_sequence
 from tfsat_host.plan.optimum import Summit, find_optimum
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
-from tfsat_host.plan.robust import MOST_K, Spread, Uncertain, most_robust
+from tfsat_host.plan.robust import MAX_ROBUST_K, Spread, Uncertain, most_robust
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.robot import RobotModel
@@ -197,8 +197,8 @@ def _robust(robot: RobotModel, k: float, climbed: SequenceOf[tuple[Summit, Probl
     Raises:
         DesignError: K is no number from 0 to 10, or the file states no uncertainty.
     """
-    if not 0.0 < k <= MOST_K:
-        raise DesignError("--robust", f"K = {k:g} is not above 0 and up to {MOST_K:g}.")
+    if not 0.0 < k <= MAX_ROBUST_K:
+        raise DesignError("--robust", f"K = {k:g} is not above 0 and up to {MAX_ROBUST_K:g}.")
     if robot.uncertainty is None:
         raise DesignError(
             "--robust", f"{robot.path} has no table [uncertainty], so nothing of it may be wrong."

@@ -31,7 +31,7 @@ from tfsat_host.plan.facility import permissible_transversal_velocity_mm_s
 from tfsat_host.robot import RobotModel
 
 STEP_S = 0.005  # a joint turns by less than 1 deg in it
-_LONGEST_STEPS = 200_000
+_MAX_STEPS = 200_000
 
 _UNKNOWN_REACH = "How far the moving robot reaches is unknown: it may strike the walls of the test space."
 
@@ -131,7 +131,7 @@ def envelope_of(
     _check_described(robot, schedule)
     begun = tuple(stroke for stroke in schedule.strokes if stroke.t_s < until_s)
     rest_s = max(arrivals_s(robot, replace(schedule, strokes=begun)), default=0.0)
-    if rest_s > _LONGEST_STEPS * step_s:
+    if rest_s > _MAX_STEPS * step_s:
         raise EnvelopeError(
             what=f"The stroke during which the robot lands would go on until {rest_s:g} s after release.",
             meaning=f"{_UNKNOWN_REACH} To follow it that long would take very much time and memory.",

@@ -32,7 +32,7 @@ _ANGLE = re.compile(r"\s*([xyz])\s*:\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\
 # While more primitives are to come, a chain may miss the target by so much: a short one corrects it at the end.
 _DRIFT_RAD = math.radians(1.0)
 # Plans without progress before the flight gives up: noise may hide it once or twice.
-_PATIENCE = 6
+_MAX_STALLED_PLANS = 6
 # One measurement in a thousand is farther off than so many standard deviations about each axis.
 _BLUR_DEVIATIONS = 4.0
 
@@ -57,7 +57,7 @@ class Pilot:
         self._blur_rad = _BLUR_DEVIATIONS * noise_rad
         self._chain = Chain((), 0.0)
         self._returning = False
-        self._nearest_to_go, self._patience = np.inf, _PATIENCE
+        self._nearest_to_go, self._patience = np.inf, _MAX_STALLED_PLANS
         self._least_rad = np.inf
         self._since_least: tuple[Primitive, ...] = ()
 
@@ -94,7 +94,7 @@ class Pilot:
             self._planner.to_go(needed),
         )
         if to_go < self._nearest_to_go:
-            self._nearest_to_go, self._patience = to_go, _PATIENCE
+            self._nearest_to_go, self._patience = to_go, _MAX_STALLED_PLANS
         else:
             self._patience -= 1
         if not self._chain.primitives and not self._since_least:

@@ -22,7 +22,7 @@ from tfsat_host.quantity import Column, Columns, Table, fields, record, records
 from tfsat_host.robot import RobotModel
 
 _SAMPLE_S = 0.05
-_LEAST_SAMPLES = 8  # a spline through fewer of a stroke would cut its corners
+_MIN_SAMPLES = 8  # a spline through fewer of a stroke would cut its corners
 _WHY = {
     "within tolerance": "The measured error is within the tolerance, the true one is not: the noise is too great "
     "for it.",
@@ -180,7 +180,7 @@ def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path:
             duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s
             moves.append(TimedMove(joint, angle_rad, now_s, now_s + duration_s))
             (carried,) = servo_moves(robot, moves[-1:])
-            count = max(int((carried.end_s - now_s) / _SAMPLE_S) + 1, _LEAST_SAMPLES)
+            count = max(int((carried.end_s - now_s) / _SAMPLE_S) + 1, _MIN_SAMPLES)
             times.append(np.linspace(now_s, carried.end_s, count + 1)[1:])
             numbers.append(np.full(count, number))
             now_s = carried.end_s

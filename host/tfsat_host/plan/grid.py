@@ -28,7 +28,7 @@ from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.robot import RobotModel
 
 # So long a step of order 6 leaves a tenth of the 1e-6 deg that the whole loop may be wrong by.
-_LONGEST_CELL_DEG = 5.0
+_MAX_CELL_DEG = 5.0
 # A limit of 90 deg is 18 steps of 5 deg although neither is an exact binary number of radians.
 _ROUNDING = 1e-9
 
@@ -117,7 +117,7 @@ def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
     angles = np.repeat(pose[:, :, None], len(to), axis=2)
     angles[hinge.step.joint] += to - delta
     lengths = np.broadcast_to(delta, angles.shape[1:])
-    steps = math.ceil(math.degrees(axis.step_rad) / _LONGEST_CELL_DEG)
+    steps = math.ceil(math.degrees(axis.step_rad) / _MAX_CELL_DEG)
     cells = turned(hinge, angles.reshape(len(pose), -1), lengths.reshape(-1), steps).reshape(
         4, *lengths.shape
     )
@@ -165,7 +165,7 @@ def room_rad(
     return room
 
 
-_MOST_MANEUVERS = 1_000_000
+_MAX_MANEUVERS = 1_000_000
 # Rounding parts the efficiencies of a loop and of the same loop backwards.
 _SAME_EFFICIENCY = 1e-9
 
@@ -303,9 +303,9 @@ def _samples(
 def _check_size(axes: list[GridAxis], step_deg: float) -> None:
     counts = [axis.up + axis.down for axis in axes]
     loops = sum(counts) ** 2 - sum(count * count for count in counts)
-    if loops > _MOST_MANEUVERS:
+    if loops > _MAX_MANEUVERS:
         raise OrbitError(
-            what=f"A grid of {step_deg:g} deg has {loops} maneuvers; this works with up to {_MOST_MANEUVERS}.",
+            what=f"A grid of {step_deg:g} deg has {loops} maneuvers; this works with up to {_MAX_MANEUVERS}.",
             meaning="Nothing was computed.",
-            next_step=f"Give a step of at least {step_deg * (loops / _MOST_MANEUVERS) ** 0.5 * 1.005:.3g} deg.",
+            next_step=f"Give a step of at least {step_deg * (loops / _MAX_MANEUVERS) ** 0.5 * 1.005:.3g} deg.",
         )

@@ -49,7 +49,7 @@ from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import GREATEST_SHARE, UNCERTAIN
+from tfsat_host.robot.model import MAX_RELATIVE, UNCERTAIN
 from tfsat_host.units import s_from_us
 
 
@@ -366,9 +366,9 @@ def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty
             problem, cure = f"{key!r} is no uncertainty", f"Known are: {', '.join(UNCERTAIN)}."
         elif not (math.isfinite(value) and value >= 0.0):
             problem, cure = f"{key}={value:g} is no standard deviation", f"Give 0 or more: --sigma {key}=0"
-        elif key.endswith("_relative") and value > GREATEST_SHARE:
+        elif key.endswith("_relative") and value > MAX_RELATIVE:
             problem = f"{key}={value:g} is too large: five of them would leave nothing"
-            cure = f"Give a share up to {GREATEST_SHARE:g}, such as --sigma {key}=0.05 for 5 %."
+            cure = f"Give a share up to {MAX_RELATIVE:g}, such as --sigma {key}=0.05 for 5 %."
         if problem:
             raise UsageError(what=f"--sigma: {problem}.", meaning="Nothing was computed.", next_step=cure)
     return Uncertainty.of((robot.uncertainty or Uncertainty()).stated() | dict(other))

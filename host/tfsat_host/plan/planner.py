@@ -89,10 +89,10 @@ def _perpendicular(axis: FloatArray) -> FloatArray:
 # Two states of the beam that differ by less are one.
 _SAME_RAD = 0.005
 # A primitive must bring the target nearer by this at least: rounding is no progress.
-_LEAST_GAIN_RAD = 1e-9
+_MIN_GAIN_RAD = 1e-9
 # Where no chain reaches the goal, the search ends with those that would take so many times the estimate, and some
 # loops more.
-_PATIENCE = 1.5
+_MAX_COST_RATIO = 1.5
 _LOOPS_MORE = 2.0
 
 
@@ -128,7 +128,7 @@ def lookup(table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int
         best = int(nearest(table, needed, 1)[0])
         after = quaternion.product(table.undone[:, best], needed)
         remaining = float(quaternion.angle(after))
-        if remaining > left - _LEAST_GAIN_RAD:
+        if remaining > left - _MIN_GAIN_RAD:
             break
         needed, left, duration = after, remaining, duration + float(table.duration_s[best])
         chain.append(best)
@@ -161,7 +161,9 @@ def search(
         The chain; if none reaches the goal, the one that comes nearest.
     """
     best = lookup(table, needed, goal_rad, most)
-    patience_s = _PATIENCE * float(time_to_go.seconds(needed)) + _LOOPS_MORE * float(table.duration_s.max())
+    patience_s = _MAX_COST_RATIO * float(time_to_go.seconds(needed)) + _LOOPS_MORE * float(
+        table.duration_s.max()
+    )
     beam, times, chains = needed[:, None], np.zeros(1), np.empty((1, 0), dtype=np.int64)
     for _level in range(most):
         after = quaternion.product(table.undone[:, :, None], beam[:, None, :]).reshape(4, -1)
@@ -211,7 +213,7 @@ def _remaining(table: PrimitiveTable, needed: FloatArray) -> FloatArray:
 # The nearest primitives of so many shapes are tried: some have a joint at its limit, or too little to say about an
 # axis. Among so many of the nearest they are looked for.
 _SHAPES = 6
-_NEAREST = 200
+_CANDIDATES = 200
 _DIFFERENCE_RAD = 1e-6
 # The sequencer's resolution is 0.01 deg: what rounds to nothing is not flown.
 _STILL_RAD = np.radians(0.005)
@@ -228,7 +230,7 @@ def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> 
         needed: (4,) the rotation, body axes.
         tolerance_rad: Of those that leave a quarter of this or less, the shortest is taken.
     """
-    near = nearest(table, needed, _NEAREST)
+    near = nearest(table, needed, _CANDIDATES)
     _, first = np.unique(table.shape[near], return_index=True)
     starts = near[np.sort(first)[:_SHAPES]]
     tries = [_solved(table, table.primitive(int(index)), needed) for index in starts]

@@ -23,7 +23,7 @@ _DIFFERENCE_RAD = 1e-5
 # What is smaller cannot be commanded.
 _STILL_RAD = np.radians(0.005)
 # More free displacements than these would take longer than the search.
-_MOST_FREE = 60
+_MAX_FREE = 60
 _ITERATIONS = 25
 # Short of what is allowed by a little, or rounding would leave more.
 _ALMOST = 0.999
@@ -41,7 +41,7 @@ def shortened(
         allowed_rad: What the chain may leave of it.
     """
     chain = _Chain.of(table, primitives)
-    if not 0 < len(chain.start) <= _MOST_FREE:
+    if not 0 < len(chain.start) <= _MAX_FREE:
         return None
     scale = max(allowed_rad, np.radians(0.01))
 

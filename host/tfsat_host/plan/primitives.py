@@ -23,7 +23,7 @@ _COARSER = 3
 # Greatest error of a loop's rotation.
 _TOLERANCE_RAD = np.radians(1e-4)
 # A loop that turns less than this is no use; two that end closer together are one, and the faster is kept.
-_LEAST_DEG = 0.02
+_MIN_TURN_DEG = 0.02
 _SAME_DEG = 0.25
 # A rotation by less has no axis but that of rounding.
 _NO_AXIS_RAD = 1e-9
@@ -183,7 +183,7 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
     keep = _useful(rotation, duration)
     if not len(keep):
         raise OrbitError(
-            what=f"No loop of {robot.name} on a grid of {step_deg:g} deg turns it by {_LEAST_DEG:g} deg.",
+            what=f"No loop of {robot.name} on a grid of {step_deg:g} deg turns it by {_MIN_TURN_DEG:g} deg.",
             meaning="No attitude can be reached by this robot's joints.",
             next_step="Check the robot's joint axes (parallel ones hardly turn it) and limits_deg.",
         )
@@ -225,7 +225,7 @@ def _useful(rotation: FloatArray, duration: FloatArray) -> IntArray:
     """Indices of the primitives to keep, the fastest first."""
     fastest_first = np.argsort(duration, kind="stable")
     vectors = np.degrees(quaternion.logarithm(rotation[:, fastest_first]))
-    turns = np.sqrt((vectors * vectors).sum(axis=0)) >= _LEAST_DEG
+    turns = np.sqrt((vectors * vectors).sum(axis=0)) >= _MIN_TURN_DEG
     candidates = fastest_first[turns]
     cells = np.round(vectors[:, turns] / _SAME_DEG).astype(np.int64)
     _, first = np.unique(cells, axis=1, return_index=True)

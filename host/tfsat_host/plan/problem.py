@@ -20,8 +20,8 @@ from tfsat_host.robot import RobotModel
 from tfsat_host.units import CDEG_PER_DEG
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
-MOST_JOINTS = 4  # 864 sequences; five joints have 39480
-_LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
+MAX_JOINTS = 4  # 864 sequences; five joints have 39480
+_MIN_STROKE_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _EXACT_TIME = 1e-9
 _STEEPEST_RAD = math.radians(0.01)
@@ -166,7 +166,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Raises DesignError if the time is too short to move anything."""
-        if not self.keeps_time(np.full(len(self.joints), _LEAST_RAD)):
+        if not self.keeps_time(np.full(len(self.joints), _MIN_STROKE_RAD)):
             raise DesignError(
                 "time limit",
                 f"In {self.time_limit_s:g} s at {math.degrees(self.speed_rad_s):g} deg/s no joint turns by 0.01 deg.",
@@ -180,7 +180,7 @@ class Problem:
     def sign_patterns(self) -> Iterator[Problem]:
         """The problem for every combination of the sides on which its joints have room; this one first."""
         yield self
-        room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _LEAST_RAD] for side in self.sides_rad]
+        room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _MIN_STROKE_RAD] for side in self.sides_rad]
         for pattern in itertools.product(*room):
             if not np.array_equal(pattern, self.directions):
                 yield self.facing(np.array(pattern))
@@ -273,11 +273,11 @@ def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:
         raise DesignError("robot", f"A loop needs two joints; {robot.name} has {robot.n_joints}.")
     if len(set(joints)) != len(joints) or len(joints) < 2:
         raise DesignError("joints", "A loop that turns the robot needs two or more different joints.")
-    if len(joints) > MOST_JOINTS:
+    if len(joints) > MAX_JOINTS:
         raise DesignError(
             "joints",
             f"{len(joints)} joints are too many for one loop: their sequences would take hours. "
-            f"Choose up to {MOST_JOINTS} with --joints.",
+            f"Choose up to {MAX_JOINTS} with --joints.",
         )
 
 
@@ -285,7 +285,7 @@ def _check_limits(robot: RobotModel, joints: tuple[int, ...], limit: FloatArray,
     if limit.shape != (len(joints),):
         raise DesignError("limit", f"{len(joints)} joints move, and {limit.size} limits were given.")
     for joint, most, free in zip(joints, limit, room, strict=True):
-        if not _LEAST_RAD <= most <= free + 1e-9:
+        if not _MIN_STROKE_RAD <= most <= free + 1e-9:
             raise DesignError(
                 "limit",
                 f"{robot.joint_names[joint]} can open by {math.degrees(free):g} deg from its start pose; "

@@ -27,7 +27,7 @@ from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_so
 from tfsat_host.plan.problem import Problem
 from tfsat_host.robot import RobotModel, Uncertainty
 
-MOST_K = 10.0
+MAX_ROBUST_K = 10.0
 _MOVES_RAD = math.radians(0.01)
 _DIFFERENCE_RAD = 1e-3
 _STEPS = 3

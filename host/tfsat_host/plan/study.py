@@ -24,7 +24,7 @@ from tfsat_host.worker_processes import worker_pool
 
 CHUNK = 500
 """Samples a chunk: small enough for a processor's cache, large enough for numpy."""
-LARGEST_DEVIATE = 4.5
+MAX_DEVIATE = 4.5
 """Deviates beyond it, seven of a million, are drawn to it: a share of up to 20 % leaves something of every mass."""
 
 
@@ -57,7 +57,7 @@ class Study:
         """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
         drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal((CHUNK, len(self.sources.names)))
-        return np.clip(drawn, -LARGEST_DEVIATE, LARGEST_DEVIATE)
+        return np.clip(drawn, -MAX_DEVIATE, MAX_DEVIATE)
 
     def vectors(self, deviates: FloatArray) -> FloatArray:
         """(s, p) parameters of the samples."""

@@ -17,7 +17,7 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
-from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
+from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.devices.client import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.maneuver import Schedule
@@ -355,7 +355,7 @@ def believed(angles_rad: FloatArray) -> FloatArray:
     mean = np.where(known, angles_rad, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     nearest = np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)
     nearer = np.take_along_axis(angles_rad, nearest[:, None], axis=1)[:, 0]
-    chosen = np.where(apart > MOST_DISAGREEMENT_RAD, nearer, mean)
+    chosen = np.where(apart > MAX_DISAGREEMENT_RAD, nearer, mean)
     return np.where(known.any(axis=1), chosen, np.nan)
 
 

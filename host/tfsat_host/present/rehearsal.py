@@ -17,7 +17,7 @@ Line = tuple[str, str]
 
 _WIDTH = 22
 _NOT_DROPPED = "is not dropped"
-_LEAST_FOR_SHARE = 20
+_MIN_RUNS_FOR_SHARE = 20
 """Below, the intervals that hold are counted: a share of few drops says less than their number."""
 WHO = {
     "preflight": "the preflight's checks",
@@ -291,7 +291,7 @@ def _evaluation(result: Json) -> Iterator[Line]:
 
 
 def _held(one: Any) -> str:
-    if one.count < _LEAST_FOR_SHARE:
+    if one.count < _MIN_RUNS_FOR_SHARE:
         return f"{round(one.held * one.count)} of {one.count}"
     return f"{100.0 * one.held:.0f} %"
 

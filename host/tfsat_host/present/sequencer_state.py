@@ -40,7 +40,7 @@ RUN: Columns = (
     Column("strokes", of="onsets", columns=fields("state=booking.value start_us scheduled_us error_us")),
 )
 """For JSON: the release, and each stroke with its schedule; null where that is not known."""
-MOST_RESETS = 255
+MAX_RESETS = 255
 """As many as the board counts."""
 BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
 """By the brown_out_level of the board's status; None: the detector is off."""
@@ -92,8 +92,8 @@ def _attention(status: SequencerStatusReply) -> Iterator[str]:
             "no release, nothing moved, and the next one flies all strokes. Find out what jolts the robot."
         )
     if status.resets_while_armed:
-        most = f"{MOST_RESETS} times or more"
-        count = most if status.resets_while_armed >= MOST_RESETS else _times(status.resets_while_armed)
+        most = f"{MAX_RESETS} times or more"
+        count = most if status.resets_while_armed >= MAX_RESETS else _times(status.resets_while_armed)
         yield (
             f"It restarted {count} while armed{' and is ARMED again' if armed else ''}; the last cause: "
             f"{_cause(status)}. Find out why before the drop: a restart during the fall ends the maneuver."

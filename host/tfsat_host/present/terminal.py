@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 WIDEST = 80
 _LABEL = 12
-_LEAST = 24
+_MIN_TEXT_COLUMNS = 24
 
 
 def show_table(table: Table, out: Output) -> None:
@@ -68,7 +68,7 @@ def _text(cell: Quantity | str) -> str:
 def labelled(label: str, text: str, out: Output) -> None:
     """A line that begins with a label; it goes on below its text, and where that leaves no room, below the label."""
     width = _width()
-    indent = _LABEL if width >= _LEAST + _LABEL else 2
+    indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
     first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
     for line in _wrapped(text, width, first, " " * indent):
         out.line(line)

@@ -10,7 +10,7 @@ import crcmod.predefined
 crc16 = crcmod.predefined.mkCrcFun("crc-ccitt-false")
 """CRC-16/IBM-3740 of bytes (crcmod calls it crc-ccitt-false)."""
 
-_LONGEST_FRAME_BYTES = 1024
+_MAX_FRAME_BYTES = 1024
 """More bytes than this without a zero are garbage, whatever they are."""
 
 
@@ -69,7 +69,7 @@ class FrameReceiver:
         self._pending += data
         *pieces, rest = self._pending.split(b"\0")
         self._pending = rest
-        if len(self._pending) > _LONGEST_FRAME_BYTES:
+        if len(self._pending) > _MAX_FRAME_BYTES:
             self._pending.clear()
             self.rejected += 1
         for piece in pieces:

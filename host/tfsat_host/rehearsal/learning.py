@@ -39,7 +39,7 @@ USUAL = ("59/70", replace(four_stroke(59.0, 70.0), name="to learn: 59/70"))
 _KINDS = {"masses": "mass", "inertias": "inertia", "hinge-points": "point"}
 _SHARES = {2: ((0.5, 0.5), (0.4, 0.6), (0.6, 0.4)), 3: ((1 / 3, 1 / 3, 1 / 3), (0.4, 0.4, 0.2))}
 """Of the travel that the time allows, for loops of two and of three joints."""
-_MOST_STROKES = 6
+_MAX_STROKES = 6
 _SEED = 1
 
 
@@ -145,7 +145,7 @@ def _std(fits: Sequence[ModelFit], wanted: str) -> FloatArray:
 
 def _candidates(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
     """Closed loops of two and of three joints that use the time of the fall, as far as the sequencer takes them."""
-    room_s = (FALL_US - PAUSE_MIN_US - _MOST_STROKES * SCHEDULE_GRID_US) / 1e6
+    room_s = (FALL_US - PAUSE_MIN_US - _MAX_STROKES * SCHEDULE_GRID_US) / 1e6
     joints = range(robot.n_joints)
     for count, shares in _SHARES.items():
         for moving in itertools.combinations(joints, count):

@@ -14,7 +14,7 @@ import numpy as np
 
 _REPLAY_STEP_S = 1 / 100
 _STEPS_PER_SPAN = 1e5
-_LONGEST_STRING = 2000
+_MAX_STRING_CHARACTERS = 2000
 
 
 def shortened(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,7 +121,12 @@ def _clean(part: Any) -> Any:
     if isinstance(part, Mapping):
         return {str(key): _clean(value) for key, value in part.items()}
     if isinstance(part, str):
-        return part if len(part) <= _LONGEST_STRING else f"{part[:_LONGEST_STRING]}… ({len(part)} characters)"
+        shown = part[:_MAX_STRING_CHARACTERS]
+        return part if shown == part else f"{shown}… ({len(part)} characters)"
+            part
+            if len(part) <= _MAX_STRING_CHARACTERS
+            else f"{part[:_MAX_STRING_CHARACTERS]}… ({len(part)} characters)"
+        )
     if isinstance(part, Sequence):
         return [_clean(item) for item in part]
     return _clean(part.item()) if isinstance(part, np.generic) else part

@@ -16,7 +16,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.config import Table, parse_config, read_config
 from tfsat_host.robot.model import (
-    GREATEST_SHARE,
+    MAX_RELATIVE,
     UNCERTAIN,
     AngleSensor,
     Imu,
@@ -32,13 +32,13 @@ from tfsat_host.robot.path import ROBOT_FILE, find_robot
 _BODY = "name mass_kg origin_mm com_mm inertia_g_m2 boxes_mm"
 # The radius of gyration of a body over its reach, from its center of mass to its joints and corners, and over the size
 # of the robot. One that is off by a factor of 1000 in its inertia or mass is off by 32 in that radius.
-_LEAST_GYRATION, _MOST_GYRATION = 0.03, 3.0
+_MIN_GYRATION, _MAX_GYRATION = 0.03, 3.0
 # Shapes are drawn roughly and inertias rounded: a mass that is spread by more than twice what its boxes can hold, by
 # more than this share of its greatest moment, is another one's.
 _WIDER, _ROUNDED = 2.0, 0.05
 # Centers of mass in m instead of mm, next to the greatest length of the robot.
 _IN_METERS = (1e-5, 1e-3)
-_FARTHEST_IMU = 2.0  # sizes of the robot
+_MAX_IMU_DISTANCE = 2.0  # sizes of the robot
 _ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 # Printed inertias are rounded; a rod's or a plate's sits on the limit of the triangle inequality.
 _TRIANGLE_TOLERANCE = 1e-6
@@ -123,7 +123,7 @@ def _check_sizes(bodies: Sequence[Table], robot: RobotModel) -> None:
         reach_m = float(np.linalg.norm(ends, axis=1).max(initial=0.0))
         inertia = robot.inertia_kg_m2[b]
         gyration_m = math.sqrt(np.linalg.eigvalsh(inertia)[-1] / robot.mass_kg[b])
-        if gyration_m < _LEAST_GYRATION * reach_m or 0.0 < _MOST_GYRATION * max(size_m, reach_m) < gyration_m:
+        if gyration_m < _MIN_GYRATION * reach_m or 0.0 < _MAX_GYRATION * max(size_m, reach_m) < gyration_m:
             entry.fail(
                 "inertia_g_m2",
                 f"with its mass the radius of gyration is {1e3 * gyration_m:.3g} mm, and its joints and corners reach "
@@ -145,7 +145,7 @@ def _check_imu_places(entries: Sequence[Table], robot: RobotModel) -> None:
     size_m = float(np.linalg.norm(marks.max(axis=0) - marks.min(axis=0)))
     for entry, imu in zip(entries, robot.imus, strict=True):
         away_m = float(np.linalg.norm(imu.position_m - robot.com_m[imu.body]))
-        if away_m > _FARTHEST_IMU * size_m > 0.0:
+        if away_m > _MAX_IMU_DISTANCE * size_m > 0.0:
             entry.fail(
                 "position_mm",
                 f"is {1e3 * away_m:.3g} mm from the center of mass of its body, of a robot of {1e3 * size_m:.3g} mm",
@@ -178,7 +178,7 @@ _JOINT = "name inner outer axis point_mm limits_deg servo"
 _SERVO = "average_rate_deg_s max_rate_deg_s acceleration_deg_s2 start_deg"
 _PULSE_KEYS = ("pulse_range_us", "reference", "pulse_us_per_deg")
 # Below it, components that matter would be subnormal: too few of their digits remain.
-_SHORTEST_AXIS = sys.float_info.min / sys.float_info.epsilon
+_MIN_AXIS_NORM = sys.float_info.min / sys.float_info.epsilon
 
 
 def _axis(joint: Table) -> FloatArray:
@@ -188,7 +188,7 @@ def _axis(joint: Table) -> FloatArray:
     cure = "Give the axis a direction, e.g. [1, 0, 0]."
     if largest == 0.0:
         joint.fail("axis", "has no direction", cure)
-    if largest < _SHORTEST_AXIS:
+    if largest < _MIN_AXIS_NORM:
         joint.fail("axis", f"{largest:g} is so small that the direction is lost in rounding", cure)
     # By a power of two, which rounds nothing; squares of the numbers as given could leave the range of floats.
     scaled = np.ldexp(direction, -np.frexp(largest)[1])
@@ -427,7 +427,7 @@ def _uncertainty(top: Table) -> Uncertainty | None:
     if not top.has("uncertainty"):
         return None
     table = top.table("uncertainty", " ".join(UNCERTAIN))
-    most = {key: GREATEST_SHARE for key in UNCERTAIN if key.endswith("_relative")}
+    most = {key: MAX_RELATIVE for key in UNCERTAIN if key.endswith("_relative")}
     return Uncertainty.of(
         {key: table.number(key, 0.0, least=0, most=most.get(key, math.inf)) for key in UNCERTAIN}
     )

@@ -105,7 +105,7 @@ UNCERTAIN: Mapping[str, tuple[str, float]] = {
     "servo_speed_relative": ("servo_speed_relative", 1.0),
 }
 """The keys of a file's `[uncertainty]`: which attribute each is, and its unit in SI units."""
-GREATEST_SHARE = 0.2
+MAX_RELATIVE = 0.2
 """Of a relative figure: five standard deviations below it, something must be left of a mass, an inertia or a rate."""
 
 

@@ -41,7 +41,7 @@ _RESIDUE = 0x2144DF1C
 """CRC-32 of any bytes followed by their own CRC-32, little-endian (ISO-HDLC's check residue)."""
 
 
-MOST_PIECES = 1 << 19
+MAX_PIECES = 1 << 19
 """A log with more of them is refused: it would take more memory than is promised, and no card holds one."""
 
 PIECE = np.dtype([("position", "<i8"), ("number", "<i8"), ("count", "<i8"), ("session", "<u4")])
@@ -126,7 +126,7 @@ class PieceList:
         """Append pieces that stand behind all before.
 
         Raises:
-            LogError: there are more than MOST_PIECES.
+            LogError: there are more than MAX_PIECES.
         """
         if self._done and len(new) and _continues(self._done[-1][-1:], new[:1])[0]:
             self._done[-1]["count"][-1] += new["count"][0]
@@ -134,9 +134,9 @@ class PieceList:
         if len(new):
             self._done.append(new.copy())
             self._length += len(new)
-        if self._length > MOST_PIECES:
+        if self._length > MAX_PIECES:
             raise LogError(
-                f"{self._path} holds undamaged blocks in more than {MOST_PIECES} separate pieces.",
+                f"{self._path} holds undamaged blocks in more than {MAX_PIECES} separate pieces.",
                 "Decode the recording's own file (DROP0001.BIN and up) instead of an image that mixes many.",
                 "Nothing was decoded: this is no recording that a logger wrote, nor what a failing card leaves of one.",
             )

@@ -39,7 +39,7 @@ _COLUMNS = (
     "clipped",
 )
 _TEXT_BYTES = 116
-_LARGEST_BYTES = 2**31 - 2**20
+_MAX_BYTES = 2**31 - 2**20
 """A variable of a version 5 MAT-file has at most 2^31 bytes, descriptions included."""
 _INFO_FIELDS = (
     "source",
@@ -90,7 +90,7 @@ def write_mat(log: DropLog, path: Path) -> None:
     Raises:
         TfsatError: the recording does not fit into a variable of such a file.
     """
-    if len(log) * bytes_per_sample() > _LARGEST_BYTES:
+    if len(log) * bytes_per_sample() > _MAX_BYTES:
         raise TfsatError(
             what=f"{len(log)} samples do not fit into a MAT-file: its variables end at 2 GiB.",
             meaning="No MAT-file was written; the recording is untouched.",

@@ -25,7 +25,7 @@ from .header import WALL_CLOCK
 from .source import LogSource
 
 ChosenBy = Literal["only one", "asked for", "header", "time of day", "place"]
-MOST_COUNTED = 4096
+MAX_RECORDINGS = 4096
 """Recordings that are looked at one by one; in a file with more the place decides."""
 _WALL_CLOCK = slice(HEADER_BYTES + WALL_CLOCK.start, HEADER_BYTES + WALL_CLOCK.stop)
 _HEADER, _FOOTER = int(BlockKind.HEADER), int(BlockKind.FOOTER)
@@ -150,7 +150,7 @@ class Census:
         first = heads[np.argmin(heads["block_number"])]
         tally = self._tallies.get(session)
         if tally is None:
-            if len(self._tallies) == MOST_COUNTED:
+            if len(self._tallies) == MAX_RECORDINGS:
                 return
             tally = self._tallies[session] = _Tally(int(first["block_number"]), int(first["time_us"]))
         if first["block_number"] < tally.first_number:

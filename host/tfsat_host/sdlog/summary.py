@@ -120,7 +120,7 @@ def _row(name: str, valid: BoolArray, clipped: int | None) -> Json:
     return {"sensor": name, "valid": count, "invalid": len(valid) - count, "clipped": clipped}
 
 
-MOST_SINGLE_MISSES = 0.01
+MAX_SINGLE_MISSES = 0.01
 """Of a sensor's readings: so many, each alone, are bridged by their neighbours without a trace in any result."""
 
 
@@ -128,7 +128,7 @@ def single_misses(valid: BoolArray) -> bool:
     """Whether the readings that a sensor missed, if any, are few and each stands between two that it gave."""
     missed = ~valid
     in_row = missed[1:] & missed[:-1]
-    return not in_row.any() and float(np.mean(missed)) <= MOST_SINGLE_MISSES
+    return not in_row.any() and float(np.mean(missed)) <= MAX_SINGLE_MISSES
 
 
 def grave_warnings(log: DropLog) -> list[str]:

@@ -16,7 +16,7 @@ from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000
 WDTCSR, WATCHDOG_TIMEOUT_BITS, ONE_SECOND = 0x60, 0x27, 0x06
-LONGEST_STEP_CYCLES = 10
+MAX_STEP_CYCLES = 10
 """An instruction, and the entry into an interrupt."""
 BOOTLOADER_KEY = 0x77  # both bytes of the Arduino core's MAGIC_KEY
 
@@ -141,4 +141,4 @@ def test_a_processor_that_falls_asleep_stops_where_it_is_told(sequencer: AvrBoar
     for _ in range(20_000):
         cycle += chance.randint(20, 1500)
         sequencer.run_to_cycle(cycle)
-        assert cycle <= sequencer.cycles <= cycle + LONGEST_STEP_CYCLES
+        assert cycle <= sequencer.cycles <= cycle + MAX_STEP_CYCLES

@@ -16,7 +16,7 @@ from tfsat_host.protocol.enums import ErrorCode, SequencerState
 BETWEEN_RESETS_US = range(2660, 3800, 45)
 GRID = pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.prove)])
 WATCHED_US = 120_000
-FEWEST_PULSES = 5
+MIN_PULSES = 5
 
 
 class Outcome(NamedTuple):
@@ -55,7 +55,7 @@ def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
         [pulse.width_ns for pulse in pulses(edges, pin) if pulse.rise_ns + pulse.width_ns != second_ns]
         for pin in range(3)
     ]
-    assert all(train == [] or len(train) >= FEWEST_PULSES for train in trains)
+    assert all(train == [] or len(train) >= MIN_PULSES for train in trains)
     board.cable(False)
     status = connect(board).status()
     return Outcome(status.state, status.fault, [set(train) for train in trains])

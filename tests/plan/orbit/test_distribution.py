@@ -112,7 +112,7 @@ def test_an_impossible_grid_is_refused(cubesat: RobotModel, step_deg: float) -> 
 
 
 def test_the_step_that_a_refusal_names_works(cubesat: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfsat_host.plan.grid._MOST_MANEUVERS", 10_000)
+    monkeypatch.setattr("tfsat_host.plan.grid._MAX_MANEUVERS", 10_000)
     with pytest.raises(OrbitError) as refusal:
         of(cubesat, 1.0)
     named = float(refusal.value.next_step.split("at least ")[1].split(" ")[0])

@@ -12,7 +12,7 @@ from tfsat_host.plan.parameters import error_sources
 from tfsat_host.plan.spread import TimeLimit, derivatives, linear_spread, summary
 from tfsat_host.plan.study import CHUNK, Outcomes, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import GREATEST_SHARE
+from tfsat_host.robot.model import MAX_RELATIVE
 
 
 def _same(one: Outcomes, other: Outcomes) -> bool:
@@ -70,9 +70,7 @@ def test_without_errors_nothing_spreads(robot: RobotModel) -> None:
 
 
 def test_the_largest_errors_leave_every_body_physical(robot: RobotModel) -> None:
-    largest = Uncertainty(
-        GREATEST_SHARE, 0.02, GREATEST_SHARE, 0.02, 0.2, 0.2, GREATEST_SHARE, GREATEST_SHARE
-    )
+    largest = Uncertainty(MAX_RELATIVE, 0.02, MAX_RELATIVE, 0.02, 0.2, 0.2, MAX_RELATIVE, MAX_RELATIVE)
     study = study_of(robot, largest, samples=4 * CHUNK)
     for chunk in range(study.chunks):
         vectors = study.vectors(study.deviates(chunk))

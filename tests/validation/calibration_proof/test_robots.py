@@ -21,7 +21,7 @@ from tests.validation.calibration_proof.robots import (
 )
 
 ROBOTS = DOCS / "calibration-proof" / "robots.csv"
-MOST_DEVIATIONS = 5.0
+MAX_DEVIATIONS = 5.0
 PRINTED = 2e-5
 """To the last digit of the table but one: other processors round otherwise."""
 
@@ -32,7 +32,7 @@ def test_a_robot_of_the_proof(seed: int) -> None:
     errors = errors_of(day, calibrated(day))
     for name, rms_max in RMS_MAX.items():
         assert errors[name].rms <= rms_max, name
-        assert (abs(errors[name].error) / errors[name].std).max() < MOST_DEVIATIONS, name
+        assert (abs(errors[name].error) / errors[name].std).max() < MAX_DEVIATIONS, name
     assert [errors[name].rms for name in QUANTITIES] == pytest.approx(_read_row(seed), abs=PRINTED)
 
 
@@ -49,4 +49,4 @@ def test_hinges_that_lean_are_in_what_is_stated() -> None:
         errors = errors_of(day, calibrated(day))["misalignment"]
         assert 0.1 < errors.rms < 1.0
         z_scores += (errors.error / errors.std).tolist()
-    assert 0.6 < np.sqrt(np.mean(np.square(z_scores))) < 1.5 and np.abs(z_scores).max() < MOST_DEVIATIONS
+    assert 0.6 < np.sqrt(np.mean(np.square(z_scores))) < 1.5 and np.abs(z_scores).max() < MAX_DEVIATIONS

@@ -32,7 +32,7 @@ PRINTED = 2e-4
 """To the last digit of the table but one: other processors round otherwise."""
 SEARCHED = 1e-2
 """mm and deg; searches end a little off their minimum, and elsewhere a little elsewhere."""
-MOST_DEVIATIONS = 5.0
+MAX_DEVIATIONS = 5.0
 
 
 @cache
@@ -48,7 +48,7 @@ def test_a_drop_is_as_good_as_the_proof() -> None:
         assert rms(errors[quantity].error) <= wanted["42 Hz"], quantity
     assert rms(np.delete(errors["CoM"].error, BODY_2_Z)) <= COM_MAX_MM
     for quantity, found in errors.items():
-        assert (np.abs(found.error) / found.std).max() < MOST_DEVIATIONS, quantity
+        assert (np.abs(found.error) / found.std).max() < MAX_DEVIATIONS, quantity
 
 
 @pytest.mark.prove
@@ -59,7 +59,7 @@ def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
             assert rms(flight.errors[quantity].error) <= wanted[low_pass], quantity
         assert abs(flight.errors["CoM"].error[BODY_2_Z]) <= BODY_2_Z_MAX_MM
         for quantity, errors in flight.errors.items():
-            assert (np.abs(errors.error) / errors.std).max() < MOST_DEVIATIONS, quantity
+            assert (np.abs(errors.error) / errors.std).max() < MAX_DEVIATIONS, quantity
         assert flight.after.final_deg < flight.before.final_deg
         assert row_of(flight) == pytest.approx(proved("drops", seed, low_pass), abs=PRINTED)
 
@@ -71,7 +71,7 @@ def test_a_robot_with_a_dead_gyro() -> None:
     errors = with_dead_gyro(robot, drops[low_pass], 2)
     assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][low_pass]
     for quantity, found in errors.items():
-        assert (np.abs(found.error) / found.std).max() < MOST_DEVIATIONS, quantity
+        assert (np.abs(found.error) / found.std).max() < MAX_DEVIATIONS, quantity
 
 
 @pytest.mark.prove

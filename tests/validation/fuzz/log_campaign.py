@@ -20,7 +20,7 @@ FOLDER = REPOSITORY / "build" / "fuzz-decode"
 PYTHON = FOLDER / "venv" / "bin" / "python"
 # A hang is a finding: an input takes a few milliseconds.
 HANG_S = 60
-LONGEST_SCRIPT = 96
+MAX_SCRIPT = 96
 RUNS_AT_A_TIME = 50_000
 PULSE = re.compile(r"^#\d+\s+\w+\s+cov: (\d+) ft: (\d+) corp: (\d+)/", re.MULTILINE)
 
@@ -78,7 +78,7 @@ def _run(job: int, runs: int, seed: int, findings: Path) -> int:
         batch = min(RUNS_AT_A_TIME, runs - executed)
         command = [
             *(str(PYTHON), "-m", "tests.validation.fuzz.fuzz_log", str(corpus)),
-            *(f"-runs={batch}", f"-seed={seed + executed}", f"-max_len={LONGEST_SCRIPT}"),
+            *(f"-runs={batch}", f"-seed={seed + executed}", f"-max_len={MAX_SCRIPT}"),
             *(
                 f"-timeout={HANG_S}",
                 "-len_control=0",

@@ -25,7 +25,7 @@ from tfsat_host.sdlog.summary import summary, warnings
 
 NEW, OLD = 0x1234ABCD, 0x0BADCAFE
 _OPEN = ALL_VALID | 0x0C00
-_MOST_STEPS = 12
+_MAX_STEPS = 12
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def pristine() -> bytearray:
 def mutated(script: Script) -> Card:
     """The file after the script's steps."""
     card = Card(pristine())
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         if script.ended or not card.data:
             break
         STEPS[script.below(len(STEPS))](card, script)

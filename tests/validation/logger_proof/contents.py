@@ -19,7 +19,7 @@ from tfsat_host.sdlog.blocks import look
 
 STALL_SLACK_MS = 20
 PREPARATION_US = 500_000
-MOST_RMS_ERROR = 1e-3
+MAX_RMS_ERROR = 1e-3
 
 
 def check_contents(log: DropLog, truth: Truth) -> NDArray[np.int64]:
@@ -114,7 +114,7 @@ def _check_footer(footer: LogFooter, truth: Truth) -> None:
     told = (footer.interval_min_us, footer.interval_max_us, footer.late_ticks)
     if told != (int(steps.min()), int(steps.max()), int(np.count_nonzero(late))):
         raise Broken(f"times between samples: the footer has {told}")
-    if abs(footer.jitter_rms_us - rms_us) > 0.01 + MOST_RMS_ERROR * rms_us:
+    if abs(footer.jitter_rms_us - rms_us) > 0.01 + MAX_RMS_ERROR * rms_us:
         raise Broken(f"the jitter is {rms_us} us, the footer has {footer.jitter_rms_us}")
     if truth.head["pulled"]:
         return

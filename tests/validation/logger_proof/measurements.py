@@ -71,7 +71,7 @@ def _built(folder: Path) -> Path:
 BUSES_KHZ = (400, 100)
 FALL_S = (0.3, 2.2)
 """After the release: strokes, and nothing of the landing."""
-MOST_DELAY_S = 0.02
+MAX_DELAY_S = 0.02
 READ_TIME_MAX_US = 100
 """A chip renews its registers each 1000 us, and 280 Hz meets seven phases of that, 143 us apart."""
 
@@ -120,7 +120,7 @@ def _delay_s(one: Drop, body: int) -> float:
     def off(delay_s: float) -> float:
         return float(np.sum((shown - np.interp(t_s - delay_s, middles_s, speeds)) ** 2))
 
-    found = minimize_scalar(off, bounds=(0.0, MOST_DELAY_S), method="bounded", options={"xatol": 1e-7})
+    found = minimize_scalar(off, bounds=(0.0, MAX_DELAY_S), method="bounded", options={"xatol": 1e-7})
     return float(found.x)
 
 

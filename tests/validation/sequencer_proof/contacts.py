@@ -14,7 +14,7 @@ LATEST_SECOND_US = 8_000
 """The second switch opens this long after the first, at most."""
 TOGETHER_US = 100
 """In half of all openings and closings, both move within this: a magnet lets go of both sides at once."""
-MOST_BOUNCES = 10
+MAX_BOUNCES = 10
 UNDECIDED_CYCLES = CYCLES_PER_US
 """Two ticks. Of two edges within it, which was first is beyond the board's clock."""
 SWUNG_US = 20_000
@@ -94,7 +94,7 @@ def play(board: Board, contacts: list[Contact]) -> None:
 def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter) -> list[Contact]:
     """A change and its bounces, in order of time."""
     contacts = [first]
-    for _ in range(rng.randint(0, MOST_BOUNCES)):
+    for _ in range(rng.randint(0, MAX_BOUNCES)):
         least_us, most_us = rng.choice(chatter.value)
         for closed in (not first.closed, first.closed):
             cycle = contacts[-1].cycle + draw(rng, least_us, most_us, resolution)

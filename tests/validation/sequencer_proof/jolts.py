@@ -11,7 +11,7 @@ from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.bench import SETTLE_US, Bench, arm, pin_edges
 from tests.validation.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
-from tests.validation.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly, judge
+from tests.validation.sequencer_proof.releases import MAX_WAIT_US, Plan, Release, fly, judge
 from tests.validation.sequencer_proof.signals import CYCLES_PER_MS, CYCLES_PER_US, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
@@ -21,7 +21,7 @@ from tfsat_host.protocol.limits import (
     RELEASE_SEATED_US,
 )
 
-MOST_JOLTS = 11
+MAX_JOLTS = 11
 TOLERANCE_US = 1_100
 """Where contacts chatter on for long, the image loses edges until the main loop comes round, 1.02 ms at the most."""
 
@@ -76,7 +76,7 @@ def _drawn(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
     while True:
         jolts: list[Jolt] = []
         before_us = 0
-        for _ in range(rng.randint(0, MOST_JOLTS)):
+        for _ in range(rng.randint(0, MAX_JOLTS)):
             most_us = rng.choice((3_000, 3_000, 40_000))
             before_us += rng.randint(300, most_us)
             open_us = rng.randint(300, rng.choice((2_000, 2_000, RELEASE_DEBOUNCE_US - 200, 50_000)))
@@ -127,7 +127,7 @@ def closed_again(bench: Bench, seed: int, count: int) -> ClosedAgain:
         status = client.status()
         if (status.state, status.false_releases) != (SequencerState.ARMED, 1):
             raise Broken(f"closed again: {status.state.name}, {status.false_releases} false releases")
-        board.run(rng.randint(1_000, LONGEST_WAIT_US))
+        board.run(rng.randint(1_000, MAX_WAIT_US))
         if (signal := read_signal(pin_edges(board))).onsets:
             raise Broken(f"a servo moved on the crane: {signal.onsets}")
         releases.append(fly(board, client, plan, rng, Chatter.SLOW))

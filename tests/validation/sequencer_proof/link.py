@@ -175,7 +175,7 @@ def _reconnect(board: AvrBoard) -> SequencerClient:
 
 # ------------------------------------------------------------------ noise
 
-LONGEST_BURST = 64
+MAX_BURST = 64
 QUIET_US = 50_000
 """After the last byte: all has been answered."""
 PHASE_US = {SequencerState.SAFE: 300_000, SequencerState.ARMED: 500_000, SequencerState.RUNNING: 2_100_000}
@@ -199,7 +199,7 @@ class Noise(Enum):
         """A burst of bytes or one frame: how many of those it is, and the bytes."""
         if self is Noise.FRAMES:
             return 1, _random_frame(rng, token)
-        data = rng.randbytes(min(left, rng.randint(1, LONGEST_BURST)))
+        data = rng.randbytes(min(left, rng.randint(1, MAX_BURST)))
         return len(data), data
 
 

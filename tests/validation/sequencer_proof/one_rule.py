@@ -26,7 +26,7 @@ FIRST_US = 20_000
 AFTERWARDS_US = RELEASE_SEATED_US + 20_000
 LATEST_US = LANDING_LATEST_US - AFTERWARDS_US
 """The logger's time of landing ends its watch."""
-MOST_EDGES = 24
+MAX_EDGES = 24
 _LIMITS_US = (RELEASE_HUNG_US, RELEASE_DEBOUNCE_US, RELEASE_BOUNCE_US, RELEASE_CHATTER_US, RELEASE_SEATED_US)
 _GAPS_US = ((1, 60), (1, 3_000), *((limit - 2, limit + 2) for limit in _LIMITS_US), (60_000, 300_000))
 _PERIODS_US = (1_000, 3_571, 10_000)
@@ -76,7 +76,7 @@ def edge_train(rng: random.Random) -> list[SwitchEdge]:
     """Switches that change at random, both closed at first; gaps of every kind, most of all near the rule's limits."""
     t_us, opened = FIRST_US, [False, False]
     edges = []
-    for number in range(rng.randint(1, MOST_EDGES)):
+    for number in range(rng.randint(1, MAX_EDGES)):
         t_us += rng.randint(*rng.choice(_GAPS_US))
         if number and t_us > LATEST_US:
             break

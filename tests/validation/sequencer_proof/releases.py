@@ -41,7 +41,7 @@ from tfsat_host.servo_settings import ServoSettings, pulse_ns
 
 WORST_ERROR_US = 50
 """Allowed."""
-LONGEST_WAIT_US = 400_000
+MAX_WAIT_US = 400_000
 """A release comes this long after arming, at most: any phase of the 20 ms frames."""
 AFTER_RUN_US = 60_000
 NS_PER_TICK = 500
@@ -96,7 +96,7 @@ def fly(board: Board, client: SequencerClient, plan: Plan, rng: random.Random, c
     hang_up(board, rng, chatter)
     arm(board, client)
     steps = CYCLES_PER_US // board.resolution
-    start = board.now_cycle + rng.randint(1000 * steps, LONGEST_WAIT_US * steps) * board.resolution
+    start = board.now_cycle + rng.randint(1000 * steps, MAX_WAIT_US * steps) * board.resolution
     contacts = opening(rng, start, board.resolution, chatter)
     open_switches(board, contacts)
     board.run(plan.end_us + AFTER_RUN_US)

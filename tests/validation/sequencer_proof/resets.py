@@ -11,7 +11,7 @@ from tests.fixtures.sequencer.board import AvrBoard, ResetCause
 from tests.fixtures.sequencer.cable import connect
 from tests.validation.campaign import Broken
 from tests.validation.sequencer_proof.bench import Bench, arm, pin_edges, seat
-from tests.validation.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
+from tests.validation.sequencer_proof.releases import AFTER_RUN_US, MAX_WAIT_US, Plan, measure
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_MS,
     CYCLES_PER_TICK,
@@ -27,7 +27,7 @@ from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, STROKE_NOT_BEGUN_US
 from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
-MOST_KNOCKS = 3
+MAX_KNOCKS = 3
 """Between arming and what comes next."""
 WATCH_US = 100_000
 """The servos are watched for so long after a reset."""
@@ -132,10 +132,10 @@ def _bring_to(
 ) -> Before:
     """To a random moment of the state, after some knocks."""
     arm(board, client)
-    knocks = rng.randint(0, MOST_KNOCKS)
+    knocks = rng.randint(0, MAX_KNOCKS)
     for _ in range(knocks):
         knock(board, rng, both=rng.random() < 0.5)
-    board.run_to_cycle(board.now_cycle + rng.randint(50_000, LONGEST_WAIT_US) * CYCLES_PER_US)
+    board.run_to_cycle(board.now_cycle + rng.randint(50_000, MAX_WAIT_US) * CYCLES_PER_US)
     if moment is not Moment.RUNNING:
         return Before([widths[0] * CYCLES_PER_TICK for widths in plan.widths()], knocks, None)
     for index in (0, 1):

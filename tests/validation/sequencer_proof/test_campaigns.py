@@ -69,7 +69,7 @@ from tfsat_host.protocol.enums import ErrorCode, SequencerState
 TICK_US = 0.5
 DATED_SEED, DATED = 1, 2_500
 """Two switches that move within one interrupt are among these."""
-LONGEST_SILENCE_MS = 40
+MAX_SILENCE_MS = 40
 """Start-up and two frames."""
 SERVO_EDGES = [4 * vector for vector in (17, 18, 19)]
 SWITCHES = [4 * vector for vector in (16, 31)]
@@ -296,7 +296,7 @@ def test_noise_at_a_board_that_cannot_be_armed_proves_nothing(bench: Bench) -> N
 @pytest.mark.parametrize("moment", Moment)
 def test_a_reset_goes_on_or_holds_still(bench: Bench, moment: Moment, cause: ResetCause) -> None:
     found = reset_board(bench, moment, cause, count=3, seed=4)
-    assert found.silence_ms.greatest <= LONGEST_SILENCE_MS
+    assert found.silence_ms.greatest <= MAX_SILENCE_MS
     assert bool(found.errors_us) == (moment is Moment.ARMED)
     assert all(abs(float(error)) <= TICK_US for error in found.errors_us)
 

@@ -21,7 +21,7 @@ from tfsat_host.robot import RobotModel, load_robot
 FILED = load_robot()
 CHIPS = "imu-clocks=1"
 """Each IMU's oscillator is off by up to 1 %, as the evaluation allows; all else is in the file and the certificate."""
-LEAST_A_DEG, LEAST_B_DEG, ROOM_DEG = 30.0, 30.0, 45.0
+MIN_A_DEG, MIN_B_DEG, ROOM_DEG = 30.0, 30.0, 45.0
 QUANTITIES = (
     "CoM",
     "CoM of body 4",
@@ -70,7 +70,7 @@ def judged(seed: int) -> Judged:
 def maneuver(seed: int) -> Schedule:
     """Of four strokes, no two seeds the same."""
     a_deg, b_deg = np.round(np.random.default_rng([seed, 31]).uniform(0.0, ROOM_DEG, 2), 2)
-    return schedule_maneuver(four_stroke(LEAST_A_DEG + a_deg, LEAST_B_DEG + b_deg))
+    return schedule_maneuver(four_stroke(MIN_A_DEG + a_deg, MIN_B_DEG + b_deg))
 
 
 def rows_of(offsets: Offsets) -> dict[str, list[int]]:

@@ -182,8 +182,8 @@ def check_rotation(entry: Table, key: str, matrix: FloatArray) -> None:
 
 
 _DEG = np.pi / 180.0
-_LARGEST = 65_535
-_MOST_BIAS_RAD_S, _MOST_BEND_RAD = 2000.0 * _DEG, 45.0 * _DEG
+_MAX_VALUE = 65_535
+_MAX_BIAS_RAD_S, _MAX_NONLINEARITY_RAD = 2000.0 * _DEG, 45.0 * _DEG
 _BODY_UNITS = np.repeat([_DEG, _DEG, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
 _GYRO = {
@@ -249,8 +249,8 @@ _STD_OF_SERVO = ("middle", "slope", "backlash")
 _SERVO = {
     "joint": whole("joint", 1, JOINT_COUNT),
     "taken": Item("taken", Table.time),
-    "places": whole("places", 0, _LARGEST),
-    "repeats": whole("repeats", 0, _LARGEST),
+    "places": whole("places", 0, _MAX_VALUE),
+    "repeats": whole("repeats", 0, _MAX_VALUE),
     "pulse_range_us": numbers("pulse_range_us", 2),
     "middle": {
         "pulse_us": numbers("middle_us"),
@@ -274,11 +274,11 @@ _SERVO = {
     "repeatability": {"value": deviation("repeatability_rad", _DEG), **_IN_DEG},
     "nonlinearity": {"value": deviation("nonlinearity_rad", _DEG), **_IN_DEG},
     "setting": {
-        "zero_us": whole("zero_us", 0, _LARGEST),
-        "ns_per_deg": whole("ns_per_deg", 0, _LARGEST),
+        "zero_us": whole("zero_us", 0, _MAX_VALUE),
+        "ns_per_deg": whole("ns_per_deg", 0, _MAX_VALUE),
         "reversed": Item("reversed", Table.flag),
-        "min_cdeg": whole("min_cdeg", -_LARGEST, _LARGEST),
-        "max_cdeg": whole("max_cdeg", -_LARGEST, _LARGEST),
+        "min_cdeg": whole("min_cdeg", -_MAX_VALUE, _MAX_VALUE),
+        "max_cdeg": whole("max_cdeg", -_MAX_VALUE, _MAX_VALUE),
     },
 }
 _PAPER = {
@@ -293,7 +293,7 @@ _LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 def read_gyro(entry: Table) -> GyroCalibration:
     """Of one `[[gyro]]`. Raises CalibrationError at whatever is not as `gyro_table` writes it."""
     found = read_values(entry, _GYRO)
-    if (np.abs(found["bias_rad_s"]) > _MOST_BIAS_RAD_S).any():
+    if (np.abs(found["bias_rad_s"]) > _MAX_BIAS_RAD_S).any():
         entry.fail("bias.value", "a bias is beyond the widest range of any gyro, 2000 deg/s")
     if (found["scale"] <= 0.0).any():
         entry.fail("scale.value", "a factor is not above zero")
@@ -320,7 +320,7 @@ def read_joint(entry: Table) -> JointSensors:
     found = read_values(entry, _JOINT)
     if (np.abs(found["direction"]) != 1.0).any():
         entry.fail("direction", "must be 1 or -1 for each sensor")
-    if (np.abs(found["bend"]) > _MOST_BEND_RAD).any():
+    if (np.abs(found["bend"]) > _MAX_NONLINEARITY_RAD).any():
         entry.fail("bend.value", "an amplitude is beyond 45 deg: such a sensor shows no angle")
     for name in ("zero", "bend"):
         key = f"{name}_covariance"

@@ -22,7 +22,7 @@ from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import NS_PER_US
 
-LEAST_STD_RAD: Final = np.deg2rad(0.001)
+MIN_STD_RAD: Final = np.deg2rad(0.001)
 """No sensor is better; visits without an error of their own would have no weight."""
 CHANCE: Final = 0.9999
 """Of a straight servo, about so many measurements are not called bent."""
@@ -43,7 +43,7 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
     pulse_us = np.array([point.pulse_us for point in known])
     direction = np.array([point.direction for point in known], dtype=np.float64)
     reached_rad = np.array([point.reached_rad for point in known])
-    variance = np.maximum([point.std_rad for point in known], LEAST_STD_RAD) ** 2
+    variance = np.maximum([point.std_rad for point in known], MIN_STD_RAD) ** 2
     place, side = _places(pulse_us), _places(np.column_stack([pulse_us, direction]))
     repeats = side.shape[1] - side.shape[0]
     check_number(joint, place.shape[0], repeats, direction)
@@ -114,27 +114,27 @@ def _least_squares(
     return estimate, covariance, bend, excess
 
 
-LEAST_PLACES: Final = 5
-LEAST_REPEATS: Final = 4
-LEAST_RANGE_DEG: Final = 20.0
+MIN_PLACES: Final = 5
+MIN_REPEATS: Final = 4
+MIN_RANGE_DEG: Final = 20.0
 """Of the commanded angles; less does not determine the slope."""
-LEAST_FOLLOWING: Final = 0.1
+MIN_FOLLOWING_SHARE: Final = 0.1
 """A joint that moves by less than this part of what was commanded does not follow."""
-MOST_SCATTER_RAD: Final = np.deg2rad(5.0)
+MAX_SCATTER_RAD: Final = np.deg2rad(5.0)
 """Of a single arrival. The paper's first stroke missed by 4.2 deg (section "Result"); a gear that slips
 does worse."""
-MOST_BEND_RAD: Final = np.deg2rad(1.5)
+MAX_NONLINEARITY_RAD: Final = np.deg2rad(1.5)
 """What the places may deviate from a straight line."""
 _NOTHING_KEPT = "The board keeps its servo settings."
 
 
 def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -> None:
     """Refuses what is too little to separate a line, backlash, bends and scatter. Raises CalibrationError."""
-    if places >= LEAST_PLACES and repeats >= LEAST_REPEATS and len(np.unique(direction)) == 2:
+    if places >= MIN_PLACES and repeats >= MIN_REPEATS and len(np.unique(direction)) == 2:
         return
     raise CalibrationError(
         what=f"Joint {joint} was measured at {places} angles with {repeats} repeated visits; at least "
-        f"{LEAST_PLACES} and {LEAST_REPEATS} are needed, opening and closing.",
+        f"{MIN_PLACES} and {MIN_REPEATS} are needed, opening and closing.",
         meaning=f"Slope, backlash and scatter could not be separated. {_NOTHING_KEPT}",
         next_step=f"Let the measurement run to its end: {_again(joint)}",
     )
@@ -143,10 +143,10 @@ def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -
 def check_range(joint: int, pulse_us: FloatArray, setting: ServoSetting) -> None:
     """Refuses too small a range of commanded angles. Raises CalibrationError."""
     commanded_deg = _commanded_span_deg(pulse_us, setting)
-    if commanded_deg < LEAST_RANGE_DEG:
+    if commanded_deg < MIN_RANGE_DEG:
         raise CalibrationError(
             what=f"Joint {joint} was measured over {commanded_deg:.1f} deg only; at least "
-            f"{LEAST_RANGE_DEG:.0f} are needed.",
+            f"{MIN_RANGE_DEG:.0f} are needed.",
             meaning=f"Its slope would be little more than a guess. {_NOTHING_KEPT}",
             next_step=f"Widen limits_deg of joint {joint} to what it can do without touching anything "
             f"(tfsat-host upload-servos), then: {_again(joint)}",
@@ -158,7 +158,7 @@ def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, s
     commanded_deg = _commanded_span_deg(pulse_us, setting)
     slope, offset_rad = (float(value) for value in np.polyfit(pulse_us, reached_rad, 1))
     followed_deg = float(np.rad2deg(slope * np.ptp(pulse_us))) * (-1.0 if setting.reversed else 1.0)
-    if abs(followed_deg) < LEAST_FOLLOWING * commanded_deg:
+    if abs(followed_deg) < MIN_FOLLOWING_SHARE * commanded_deg:
         raise CalibrationError(
             what=f"Joint {joint} did not follow: {commanded_deg:.0f} deg were commanded, and its sensors saw "
             f"{abs(followed_deg):.1f} deg.",
@@ -195,19 +195,19 @@ def check_fit(joint: int, repeatability_rad: float, nonlinearity_rad: float, *, 
     Raises:
         CalibrationError: they are.
     """
-    if repeatability_rad > MOST_SCATTER_RAD:
+    if repeatability_rad > MAX_SCATTER_RAD:
         raise CalibrationError(
             what=f"Joint {joint} came to rest elsewhere each time: the same pulse scattered by "
-            f"{np.rad2deg(repeatability_rad):.1f} deg; at most {np.rad2deg(MOST_SCATTER_RAD):.0f} are "
+            f"{np.rad2deg(repeatability_rad):.1f} deg; at most {np.rad2deg(MAX_SCATTER_RAD):.0f} are "
             f"plausible.",
             meaning=f"Its gear or horn slips, or it was touched; no settings can correct that. {_NOTHING_KEPT}",
             next_step=f"Tighten the horn's screw, look at the gear, keep hands and cables away, then: "
             f"{_again(joint)}",
         )
-    if certain and nonlinearity_rad > MOST_BEND_RAD:
+    if certain and nonlinearity_rad > MAX_NONLINEARITY_RAD:
         raise CalibrationError(
             what=f"Joint {joint} is not a straight line in its pulses: its places deviate by "
-            f"{np.rad2deg(nonlinearity_rad):.1f} deg; at most {np.rad2deg(MOST_BEND_RAD):.1f} are allowed.",
+            f"{np.rad2deg(nonlinearity_rad):.1f} deg; at most {np.rad2deg(MAX_NONLINEARITY_RAD):.1f} are allowed.",
             meaning="It meets a stop or a cable on its way, or the servo is worn; "
             f"the board's settings know straight lines only. {_NOTHING_KEPT}",
             next_step=f"Free the joint over its whole range, or narrow limits_deg to what it does freely, "

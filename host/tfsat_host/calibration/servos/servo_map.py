@@ -25,7 +25,7 @@ TICK_NS: Final = 500
 """The sequencer's timer, which pulses are rounded to (firmware/arduino_sequencer/src/core/ticks.h)."""
 STEP_CDEG: Final = 1500
 """About so far from place to place."""
-LEAST_STEPS: Final = 5
+MIN_STEPS: Final = 5
 """Closer together where the limits are narrow: so many places separate a bend from scatter."""
 ROUNDS: Final = 2
 """Each place is visited so often from either side: repeated visits give its repeatability."""
@@ -57,7 +57,7 @@ def servo_plan(servo: ServoSetting) -> tuple[int, ...]:
     It begins and ends at the lower limit, and each place is held for `HOLD_S`.
     """
     span_cdeg = servo.max_cdeg - servo.min_cdeg
-    steps = max(ceil(span_cdeg / STEP_CDEG), LEAST_STEPS)
+    steps = max(ceil(span_cdeg / STEP_CDEG), MIN_STEPS)
     up = [servo.min_cdeg + round(span_cdeg * step / steps) for step in range(steps + 1)]
     return (up[0], *(up[1:] + up[-2::-1]) * ROUNDS)
 

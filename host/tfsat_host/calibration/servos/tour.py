@@ -31,7 +31,7 @@ LAST_SAMPLES_S: Final = 0.02
 SILENCE_S: Final = 1.0
 START_WITHIN_DEG: Final = 10.0
 """A joint farther from where its first pulse takes it would be thrown there."""
-LEAST_TELLING_US: Final = 20.0
+MIN_PULSE_CHANGE_US: Final = 20.0
 """Pulses that differ by less do not show whether the servo follows; 2 deg of most servos."""
 
 
@@ -178,7 +178,7 @@ class Visits:
         self._visits.append(visit)
         self._reached_rad.append(reached_rad)
         pulse_us = np.array([one.pulse_us for one in self._visits])
-        if np.ptp(pulse_us) > LEAST_TELLING_US:
+        if np.ptp(pulse_us) > MIN_PULSE_CHANGE_US:
             check_following(self._sensors.joint, pulse_us, np.array(self._reached_rad), self._servo)
 
     def _rest(self, counts: Counts, stop: int) -> tuple[Visit, float]:

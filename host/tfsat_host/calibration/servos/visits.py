@@ -25,13 +25,13 @@ from tfsat_host.robot import RobotModel
 REST_US: Final = 600_000
 """The last part of a visit: by then the servo has caught up with its pulses, and the joint has settled."""
 BATCHES: Final = 10
-LEAST_SAMPLES: Final = 2 * BATCHES
+MIN_SAMPLES: Final = 2 * BATCHES
 """In a visit; 34 Hz give them."""
-MOST_MOTION_RAD: Final = np.deg2rad(1.0)
+MAX_MOTION_RAD: Final = np.deg2rad(1.0)
 """Between the batches of a visit: more, and the joint was not at rest."""
 AT_STOP_RAD: Final = np.deg2rad(0.5)
 """From the end of a joint's range as the robot file has it: what that, the zero point and a stop's give may be off."""
-MOST_DISAGREEMENT_RAD: Final = np.deg2rad(2.0)
+MAX_DISAGREEMENT_RAD: Final = np.deg2rad(2.0)
 """Between the two sensors of the joint, by the zero points in force."""
 
 
@@ -142,7 +142,7 @@ def _point(
 ) -> ServoPoint:
     """Of what both sensors (n, 2) showed during a visit."""
     both = valid.all(axis=1)
-    if np.count_nonzero(both) < LEAST_SAMPLES:
+    if np.count_nonzero(both) < MIN_SAMPLES:
         raise _too_few(visit, valid, sensors.joint)
     by_each = sensors.each(shown_rad[both])
     angle = by_each.mean(axis=1)
@@ -156,7 +156,7 @@ def _point(
 
 def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint: int) -> None:
     again = f"tfsat-host calibrate servo --joint {joint}"
-    if motion_rad > MOST_MOTION_RAD:
+    if motion_rad > MAX_MOTION_RAD:
         raise CalibrationError(
             what=f"Joint {joint} did not come to rest at {visit.pulse_us:g} us: it moved by "
             f"{np.rad2deg(motion_rad):.1f} deg while it should stand still.",
@@ -164,7 +164,7 @@ def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint:
             next_step=f"Keep hands and cables off the joint, check the servos' battery, then: {again}",
         )
     first, second = np.rad2deg(by_each_rad)
-    if abs(by_each_rad[0] - by_each_rad[1]) > MOST_DISAGREEMENT_RAD:
+    if abs(by_each_rad[0] - by_each_rad[1]) > MAX_DISAGREEMENT_RAD:
         raise CalibrationError(
             what=f"The two sensors of joint {joint} disagree: by their zero points they stand at {first:+.1f} and "
             f"{second:+.1f} deg.",
@@ -176,7 +176,7 @@ def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint:
 
 def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationError:
     again = f"tfsat-host calibrate servo --joint {joint}"
-    if len(valid) >= LEAST_SAMPLES:
+    if len(valid) >= MIN_SAMPLES:
         silent = int(np.argmin(valid.mean(axis=0))) + 1
         return CalibrationError(
             what=f"Angle sensor {silent} of joint {joint} gave no value while the joint rested at "
@@ -186,7 +186,7 @@ def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationE
         )
     return CalibrationError(
         what=f"Only {len(valid)} samples came while joint {joint} rested at {visit.pulse_us:g} us; "
-        f"{LEAST_SAMPLES} are needed.",
+        f"{MIN_SAMPLES} are needed.",
         meaning="Where the servo came to rest is not known well. The board keeps its servo settings.",
         next_step="Let the logger sample at its usual rate (tfsat-host logger-settings shows it), without a hub "
         f"between, then: {again}",

@@ -97,7 +97,7 @@ def at_sample_times(
     return moved
 
 
-SHORTEST_S = 0.35
+MIN_DURATION_S = 0.35
 SWEEP_SHARE = 0.08
 """A hand that rests trembles; at a sweep's rests gyro and angle sensors are averaged over the same samples."""
 TURN_SHARE = 0.02
@@ -122,15 +122,15 @@ def find_rests(t_s: FloatArray, rate_rad_s: FloatArray, share: float = SWEEP_SHA
     edges = np.flatnonzero(np.diff(quiet.astype(np.int8)))
     rests = []
     for begin, end in zip(edges[::2], edges[1::2] - 1, strict=True):
-        if t_s[end] - t_s[begin] >= SHORTEST_S + 2 * _MARGIN_S:
+        if t_s[end] - t_s[begin] >= MIN_DURATION_S + 2 * _MARGIN_S:
             inside = np.searchsorted(t_s, [t_s[begin] + _MARGIN_S, t_s[end] - _MARGIN_S])
             rests.append(slice(int(inside[0]), int(inside[1])))
     return rests
 
 
-MOST_LOST_FRACTION = 0.01
+MAX_LOST_FRACTION = 0.01
 """More lost samples than this, and the rest may not stand for the motion."""
-LONGEST_GAP_S = 0.05
+MAX_GAP_S = 0.05
 """A straight line over more would cut a corner of a motion."""
 
 
@@ -147,13 +147,13 @@ def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
             meaning="The samples do not belong together; nothing was kept.",
             next_step="Check the logger's supply and cable with tfsat-host status, and run this command again.",
         )
-    if lost > MOST_LOST_FRACTION * (n + lost):
+    if lost > MAX_LOST_FRACTION * (n + lost):
         raise CalibrationError(
             what=f"{lost} of {n + lost} samples never reached this computer.",
-            meaning=f"More than {100 * MOST_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
+            meaning=f"More than {100 * MAX_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
             next_step="Plug the logger in without a hub, close other programs, and run this command again.",
         )
-    if (gap_s := steps_s.max(initial=0.0)) > LONGEST_GAP_S:
+    if (gap_s := steps_s.max(initial=0.0)) > MAX_GAP_S:
         raise CalibrationError(
             what=f"{1e3 * gap_s:.0f} ms of the measurement are missing in one piece.",
             meaning="What the gyros turned meanwhile is not known, and scale factors rest on it.",

@@ -24,7 +24,7 @@ PATTERNS: Final = (
 """Joint, bodies whose gyros measure the motion, bodies held on the bench, of each motion (paper, tab. misal).
 Where the paper moves bodies 2 and 3 about joint 1, body 4 hangs on body 3 and moves along."""
 
-TURN_RATE_DEG_S, SHORTEST_TURN_S = 90.0, 2.0
+TURN_RATE_DEG_S, MIN_TURN_S = 90.0, 2.0
 """On average over a turn by hand: its fastest moment is about twice that, far inside the gyros' range."""
 
 
@@ -171,7 +171,7 @@ def task(step: Step) -> tuple[str, ...]:
         case StepKind.TURN:
             way = "counter-clockwise" if step.angle_deg > 0 else "clockwise"
             angle_deg = abs(step.angle_deg)
-            duration_s = max(SHORTEST_TURN_S, angle_deg / TURN_RATE_DEG_S)
+            duration_s = max(MIN_TURN_S, angle_deg / TURN_RATE_DEG_S)
             return (
                 "Close all joints with the holding attachment on.",
                 f"Stand the robot so that its {step.axis} axis is upright, one edge against something straight.",

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.session import Session
 
 
-LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
+MIN_TURN_DEG, MAX_TURN_DEG = 90.0, 720.0
 
 
 def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
@@ -66,9 +66,9 @@ def turned(args: argparse.Namespace) -> tuple[Axis, float] | None:
         except argparse.ArgumentTypeError as error:
             problem = str(error)
         else:
-            if LEAST_TURN_DEG <= abs(angle_deg) <= MOST_TURN_DEG:
+            if MIN_TURN_DEG <= abs(angle_deg) <= MAX_TURN_DEG:
                 return cast("Axis", words[0]), angle_deg
-            problem = f"a turn is {LEAST_TURN_DEG:g} to {MOST_TURN_DEG:g} deg either way, not {words[1]}"
+            problem = f"a turn is {MIN_TURN_DEG:g} to {MAX_TURN_DEG:g} deg either way, not {words[1]}"
     raise UsageError(
         what=f"Argument --turn: {problem}.",
         meaning="Nothing was measured.",

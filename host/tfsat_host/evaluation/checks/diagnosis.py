@@ -31,12 +31,12 @@ from tfsat_host.evaluation.motion.motion import Motion
 _ROUNDS = 6
 _LINEAR_RAD = np.deg2rad(0.3)
 """Axes that lean by so much more are no other linear problem."""
-_MOST_RAD = np.deg2rad(10.0)
+_MAX_FIRST_STEP_RAD = np.deg2rad(10.0)
 """A first step may be as far off as an axis that leans is not linear."""
 
 
 AS_FILED = Kind("as filed and certified", NATS, ("offsets",))
-MOST_EVIDENCE = float(np.log(100.0))
+EVIDENCE_THRESHOLD_NATS = float(np.log(100.0))
 """Against all being as filed and certified: "decisive" (H. Jeffreys, Theory of Probability, 1961, appendix B)."""
 
 
@@ -51,7 +51,7 @@ def evidence_check(whole: WholeResidual) -> Check:
         f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
         "well as that all is as filed and certified."
     )
-    return AS_FILED.judged(value, MOST_EVIDENCE, sentence)
+    return AS_FILED.judged(value, EVIDENCE_THRESHOLD_NATS, sentence)
 
 
 def whole_residual(
@@ -73,7 +73,7 @@ def diagnose(whole: WholeResidual) -> tuple[Cause, ...]:
     here = whole
     for _ in range(_ROUNDS if whole.model is None else 0):
         found = _axes_found(here, max(now, key=lambda one: one.log_evidence))
-        tilt = np.clip(found, -_MOST_RAD, _MOST_RAD)
+        tilt = np.clip(found, -_MAX_FIRST_STEP_RAD, _MAX_FIRST_STEP_RAD)
         if np.abs(tilt - here.data.tilt_rad).max() < _LINEAR_RAD:
             break
         here = _linear_at(whole.data, tilt)

@@ -20,7 +20,7 @@ STUCK_S = 0.15
 _ANYHOW = 0.1
 """Size of errors of any kind, rad or rad/s."""
 _ANYWHERE_RAD = 0.5
-_MOST_LATE_S = 0.1
+_MAX_DELAY_S = 0.1
 _STEPS = 4
 _DIFFERENCE_S = 1e-3
 _REMOUNT = f"Compare the IMU's mounting {ROBOT}; then tfsat-host calibrate misalignment"
@@ -205,7 +205,7 @@ def _late(whole: WholeResidual, name: str, shifted: Shifted, column: FloatArray)
         length = float((direction**2).sum())
         if length == 0.0:
             break
-        late_s = float(np.clip(late_s - (direction * white).sum() / length, -_MOST_LATE_S, _MOST_LATE_S))
+        late_s = float(np.clip(late_s - (direction * white).sum() / length, -_MAX_DELAY_S, _MAX_DELAY_S))
         left = shifted(late_s)
     return late(name, column)._replace(left=whole.with_sensors(left - late_s * column[:sensors, 0]))
 

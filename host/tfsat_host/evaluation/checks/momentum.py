@@ -19,7 +19,7 @@ CONSTANT = Kind("momentum throughout the fall", "deg/s", ("offsets",))
 BEFORE_AFTER = Kind("momentum before and after the maneuver", "deg/s", ("offsets",))
 QUIET_RAD_S = np.deg2rad(5.0)
 """A joint that turns slower stands."""
-LEAST_QUIET_S = 0.1
+MIN_QUIET_S = 0.1
 
 
 def momentum_checks(motion: Motion, fit: ModelFit | None, base: int) -> Iterator[Check]:
@@ -74,7 +74,7 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
     if not len(moving):
         return BEFORE_AFTER.not_possible("No joint moved: there is no before and no after.")
     before, after = slice(0, int(moving[0])), slice(int(moving[-1]) + 1, None)
-    if min(t[moving[0]] - t[0], t[-1] - t[moving[-1]]) < LEAST_QUIET_S:
+    if min(t[moving[0]] - t[0], t[-1] - t[moving[-1]]) < MIN_QUIET_S:
         return BEFORE_AFTER.not_possible("The joints did not stand long enough before and after.")
     own = motion.bodies[base]
     inertial = own.attitude[np.flatnonzero(own.t_s >= SETTLED_S)].apply(fit.residual_rad_s)

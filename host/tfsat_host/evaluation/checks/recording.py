@@ -12,8 +12,8 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.evaluation.checks.check import Check, Kind
 from tfsat_host.evaluation.checks.consistency import sensor_name
 from tfsat_host.evaluation.checks.momentum import QUIET_RAD_S
-from tfsat_host.evaluation.checks.stated_errors import LONGEST_HOLE_S
-from tfsat_host.evaluation.clocks import MOST_EDGES, RESONATOR_PPM, stroke_edges
+from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S
+from tfsat_host.evaluation.clocks import MAX_EDGES, RESONATOR_PPM, stroke_edges
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import FlownStroke, at_rest, change_of
 from tfsat_host.robot import RobotModel
@@ -83,9 +83,9 @@ def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
     worst = int(holes.argmax())
     hole_s, from_s = float(holes[worst]), float(edges[worst])
     sentence = f"The longest time without any gyro is {1e3 * hole_s:.1f} ms, at {from_s:.2f} s."
-    if hole_s > LONGEST_HOLE_S:
+    if hole_s > MAX_HOLE_S:
         sentence += f" {_cost(motion, from_s, from_s + hole_s)}"
-    check = _HOLES.judged(1e3 * hole_s, 1e3 * LONGEST_HOLE_S, sentence)
+    check = _HOLES.judged(1e3 * hole_s, 1e3 * MAX_HOLE_S, sentence)
     within = fall & (log.t_s > from_s + _NEXT_S) & (log.t_s < from_s + hole_s - _NEXT_S)
     if within.any():
         return check.caused_by(
@@ -156,7 +156,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
     if not strokes:
         return MANEUVER.not_possible("No file says what was to be flown.")
     edges_s = stroke_edges(log)
-    if len(edges_s) > MOST_EDGES:
+    if len(edges_s) > MAX_EDGES:
         return MANEUVER.not_possible("The stroke line chatters: no stroke can be identified by it.")
     wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
     surplus = [t_s for t_s in edges_s if not any(abs(one.logged_s - t_s) < 1e-6 for one in strokes)]

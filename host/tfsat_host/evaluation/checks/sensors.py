@@ -14,8 +14,8 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks.check import Check, Kind, rms_limit, z_limit
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.stated_errors import LONGEST_HOLE_S, StatedErrors
-from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, LEAST_STROKE_RAD
+from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S, StatedErrors
+from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, MIN_STROKE_RAD
 from tfsat_host.evaluation.motion.joints import JointMotion, Squares
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.robot import RobotModel
@@ -169,7 +169,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
             yield kind.not_possible(
                 f"Not all sensors of joint {joint + 1} answered throughout the fall, or were ever calibrated."
             )
-        elif np.ptp(turned[rows]) < LEAST_STROKE_RAD:
+        elif np.ptp(turned[rows]) < MIN_STROKE_RAD:
             yield kind.not_possible(f"Joint {joint + 1} moved too little to tell a scale.")
         else:
             weighted = np.linalg.solve(stated.among(rows), turned[rows])
@@ -182,7 +182,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
 def lag_check(motion: Motion, calibration: Calibration) -> Check:
     """Measured against the angle sensors, compared with the data sheet for the setting in the header."""
     lag = motion.lag
-    if np.diff(motion.t_s[motion.samples.fall]).max() > LONGEST_HOLE_S:
+    if np.diff(motion.t_s[motion.samples.fall]).max() > MAX_HOLE_S:
         return LAG.not_possible("Across a hole in the samples nothing tells how late the gyros are.")
     if not lag.measured and lag.implausible_s is None:
         return LAG.not_possible(

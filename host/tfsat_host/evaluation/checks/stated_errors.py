@@ -21,9 +21,9 @@ RATE_FLOOR_RAD_S = np.deg2rad(0.02)
 """Of a mean over 0.1 s: frames that ring after a stroke."""
 SENSOR_FLOOR_RAD = np.deg2rad(0.02)
 """Of a mean over 0.1 s: a magnet's play on its shaft."""
-LONGEST_HOLE_S = 0.015
+MAX_HOLE_S = 0.015
 """While a servo speeds up by 4000 deg/s^2, the trapezoid over a hole of h misses 4000 h^2 / 12 deg: here 0.08 deg."""
-LEAST_ANSWERED = 0.5
+MIN_ANSWERED = 0.5
 """Of a block's readings; a mean over fewer is none."""
 WANDER_STD_RAD = np.deg2rad(0.2)
 """Of an angle by gyros alone, from where it began: 0.1 % of strokes of 70 deg, there and back, by two gyros."""
@@ -237,12 +237,12 @@ def _known(data: Consistency) -> tuple[BoolArray, BoolArray]:
     """(size,) rows with enough readings, of an integral with all of them; and rows whose angle sensor answered."""
     out, shown = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
     share = data.mean(data.answered.T.astype(np.float64))
-    through = bool(np.diff(data.t_s).max() <= LONGEST_HOLE_S)
+    through = bool(np.diff(data.t_s).max() <= MAX_HOLE_S)
     for joint in range(data.joints):
-        whole = (share[list(data.pair(joint))] >= LEAST_ANSWERED).all(axis=0)
+        whole = (share[list(data.pair(joint))] >= MIN_ANSWERED).all(axis=0)
         out[data.off_axis(joint)] = np.tile(whole, 2)
         for k, angles in enumerate(data.sensed_angles[joint]):
-            shown[data.along(joint, k)] = data.mean(np.isfinite(angles).astype(np.float64)) >= LEAST_ANSWERED
+            shown[data.along(joint, k)] = data.mean(np.isfinite(angles).astype(np.float64)) >= MIN_ANSWERED
             out[data.along(joint, k)] = shown[data.along(joint, k)] & whole.all() & through
     for body in range(data.bodies):
         out[data.at_rest(body)] = np.isfinite(data.rest_rad_s[body])

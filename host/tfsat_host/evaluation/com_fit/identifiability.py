@@ -27,8 +27,8 @@ DETERMINED_SHARE = 0.5
 _RANK = 1e-8
 """A singular value that is so much smaller than the greatest is rounding."""
 _NAMED_SHARE = 0.05
-_MOST_NAMED = 3
-_MOST_SHOWN = 3
+_MAX_NAMED = 3
+_MAX_SHOWN = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Direction:
     def composition(self) -> str:
         """Such as `97 % body 2 CoM z`: the greatest shares."""
         shares = self.components**2
-        order = np.argsort(-shares)[:_MOST_NAMED]
+        order = np.argsort(-shares)[:_MAX_NAMED]
         named = [k for k in order if shares[k] >= _NAMED_SHARE] or [int(order[0])]
         return ", ".join(f"{100.0 * shares[k]:.0f} % {self.names[k]}" for k in named)
 
@@ -107,10 +107,10 @@ class Identifiability:
         found += [
             f"Not told: {direction.composition} (± {direction.std:.2g} {self.unit}); its value is the prior's, "
             "correct nothing by it."
-            for direction in self.undetermined[:_MOST_SHOWN]
+            for direction in self.undetermined[:_MAX_SHOWN]
         ]
-        if len(self.undetermined) > _MOST_SHOWN:
-            found.append(f"{len(self.undetermined) - _MOST_SHOWN} more directions are not told either.")
+        if len(self.undetermined) > _MAX_SHOWN:
+            found.append(f"{len(self.undetermined) - _MAX_SHOWN} more directions are not told either.")
         return tuple(found)
 
 

@@ -272,7 +272,7 @@ def _momentum_by_tilts(body: Multibody, flown: Flown) -> FloatArray:
 
 PAPER_SIZE = 25
 _HALF_POWER = 0.443
-_LEAST_SHARE = 0.75
+_MIN_SHARE = 0.75
 """A window in which more than a quarter of the samples are missing has no average."""
 
 
@@ -340,7 +340,7 @@ def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) 
     slack = 1e-6 * period
     whole = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
     inside = np.searchsorted(t_s, high) - np.searchsorted(t_s, low)
-    kept = np.flatnonzero(whole & (inside >= _LEAST_SHARE * size))
+    kept = np.flatnonzero(whole & (inside >= _MIN_SHARE * size))
     sums = np.concatenate(
         [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
     )

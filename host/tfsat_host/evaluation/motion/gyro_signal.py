@@ -18,7 +18,7 @@ BLOCK_S = 0.1
 """Longer than any low-pass remembers: means over blocks are as independent as those of white noise."""
 _DENSITY_BLOCK_S = 0.25
 """Of a density: means over 0.1 s of what the 5 Hz low-pass lets through scatter by a sixth less than white noise's."""
-LEAST_BLOCKS = 10
+MIN_BLOCKS = 10
 AGE_SHARE = 0.6
 """Ages of successive readings run through the chip's output period, so in an integral they cancel in part: over a
 servo's ramp of a dozen samples, the chip's clock free, this share of what independent ages would do is left."""
@@ -26,7 +26,7 @@ SHEET_DENSITY_RAD_S_RTHZ = np.deg2rad(0.005)
 """One-sided (PS-MPU-6000A rev. 3.4, section 6.1)."""
 
 
-LEAST_DENSITY_RAD_S_RTHZ = 0.1 * SHEET_DENSITY_RAD_S_RTHZ
+MIN_DENSITY_RAD_S_RTHZ = 0.1 * SHEET_DENSITY_RAD_S_RTHZ
 """Of readings that stand still: their steps hide a noise that is smaller than they are."""
 
 
@@ -44,7 +44,7 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
     if len(t_s) < 2:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
     blocks = Blocks.of(t_s - t_s[0], _DENSITY_BLOCK_S)
-    if len(blocks.edges) < LEAST_BLOCKS:
+    if len(blocks.edges) < MIN_BLOCKS:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
     means = blocks.mean(rate_rad_s)
     squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
@@ -54,11 +54,11 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
 def _density(squares: FloatArray) -> float:
     """From (blocks, 3) variances of a block's mean, one each; NaN where the gyro did not answer."""
     known = squares[np.isfinite(squares)]
-    if len(known) < 3 * LEAST_BLOCKS or not known.any():
+    if len(known) < 3 * MIN_BLOCKS or not known.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.
     found = float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(known) / 0.4549))
-    return max(found, LEAST_DENSITY_RAD_S_RTHZ)  # type: ignore[no-any-return]
+    return max(found, MIN_DENSITY_RAD_S_RTHZ)  # type: ignore[no-any-return]
 
 
 def sample_covariance(
@@ -90,10 +90,10 @@ PLAUSIBLE_STDS = 3.0
 """A delay farther from the data sheet's, by what chips may differ, is none: the data sheet's is taken off instead."""
 FINE_S = 0.5e-3
 """Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
-_LEAST_CONSTANT_S = 1e-6
+_MIN_TIME_CONSTANT_S = 1e-6
 _HOLE_STEPS = 3.0
 """Across so many sampling periods two samples tell no slope."""
-LEAST_STROKE_RAD = np.deg2rad(10.0)
+MIN_STROKE_RAD = np.deg2rad(10.0)
 """A joint that moved less tells nothing of the delay."""
 
 
@@ -129,7 +129,7 @@ class Lag:
         """
         # A delay that a fit found below zero is no low-pass: all of it is then a shift.
         constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 0.0))), self.delay_s)
-        constant_s = max(constant_s, _LEAST_CONSTANT_S)
+        constant_s = max(constant_s, _MIN_TIME_CONSTANT_S)
         fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
         fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
         filtered = _one_pole(fine, constant_s / FINE_S)

@@ -14,7 +14,7 @@ from tfsat_host.evaluation.motion.attitude import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.gyro_signal import Lag
 from tfsat_host.evaluation.motion.joints import JointMotion, SensedJoint
 from tfsat_host.evaluation.motion.rate_fusion import Fused
-from tfsat_host.evaluation.motion.samples import GREATEST_GAP_S, Samples, turned_from
+from tfsat_host.evaluation.motion.samples import MAX_GAP_S, Samples, turned_from
 from tfsat_host.evaluation.motion.sensor_fusion import SensorFusion, Solved
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog.summary import single_misses
@@ -136,7 +136,7 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
     known = np.isfinite(rate)
     if (
         not known.any()
-        or np.diff(samples.t_s[known], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > GREATEST_GAP_S
+        or np.diff(samples.t_s[known], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > MAX_GAP_S
     ):
         return np.full_like(rate, np.nan)
     return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[known], rate[known]))
@@ -145,7 +145,7 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
 SETTLED_S = 0.03
 """After the release: before, the springs still push and the low-pass remembers the hold."""
 BEFORE_STROKE_S = 0.02
-LEAST_SAMPLES = 5
+MIN_SAMPLES = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,10 +169,10 @@ class InitialRate:
 def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
     """(n,) after the release has settled and before the first stroke; at least a few."""
     quiet = (t_s >= SETTLED_S) & (t_s < first_stroke_s - BEFORE_STROKE_S)
-    if quiet.sum() < LEAST_SAMPLES:
+    if quiet.sum() < MIN_SAMPLES:
         first = int(np.searchsorted(t_s, SETTLED_S))
         quiet = np.zeros(len(t_s), bool)
-        quiet[first : first + LEAST_SAMPLES] = True
+        quiet[first : first + MIN_SAMPLES] = True
     return quiet
 
 

@@ -32,12 +32,12 @@ LEAD_S = 0.3
 still hangs then, and a gyro that feels its weight has another bias: its rates tell nothing of that in the fall."""
 LANDING_GUARD_S = 0.05
 """The evaluation ends so long before the landing, as the release springs and the cushion are not the model's."""
-LEAST_S = 0.05
+MIN_DURATION_S = 0.05
 """Less of a fall is not evaluated."""
 SATURATED_DELAYS = 7.0
 """Times the low-pass's delay: what it holds of a rate is below a thousandth then. Its input is cut off as long before
 its output is at full scale, and no longer when that leaves it."""
-GREATEST_GAP_S = 0.1
+MAX_GAP_S = 0.1
 """Over a longer hole in all gyros nothing is carried: a stroke turns the robot by 20 deg meanwhile."""
 
 
@@ -131,7 +131,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
             next_step="See what it holds: tfsat-host decode",
         )
     until_s = end_of_fall_s(log) - LANDING_GUARD_S
-    if until_s < LEAST_S:
+    if until_s < MIN_DURATION_S:
         raise EvaluationError(
             what=f"The recording ends {until_s + LANDING_GUARD_S:.3f} s after the release.",
             meaning="It has nothing of the fall: there is nothing to evaluate.",
@@ -179,11 +179,11 @@ def end_of_fall_s(log: DropLog) -> float:
 def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
     edges = np.concatenate([[0.0], t_s[t_s > 0.0], [until_s]])
     holes = np.diff(edges)
-    if len(t_s) < 2 or holes.max() > GREATEST_GAP_S:
+    if len(t_s) < 2 or holes.max() > MAX_GAP_S:
         worst = int(holes.argmax())
         raise EvaluationError(
             what=f"No gyro has a sample between {edges[worst]:.3f} s and {edges[worst + 1]:.3f} s after the release.",
-            meaning=f"Over more than {GREATEST_GAP_S:g} s no attitude can be carried: nothing can be evaluated.",
+            meaning=f"Over more than {MAX_GAP_S:g} s no attitude can be carried: nothing can be evaluated.",
             next_step="Look at the gaps: tfsat-host decode; fetch the recording's second copy: tfsat-host log fetch",
         )
 

@@ -26,7 +26,7 @@ from tfsat_host.evaluation.motion.error_model import (
     random_walk,
 )
 from tfsat_host.evaluation.motion.gyro_signal import (
-    LEAST_STROKE_RAD,
+    MIN_STROKE_RAD,
     PLAUSIBLE_STDS,
     Lag,
     sample_covariance,
@@ -53,7 +53,7 @@ from tfsat_host.evaluation.motion.rate_fusion import (
 from tfsat_host.evaluation.motion.samples import Readings, Samples, holes_of, turned_from
 from tfsat_host.robot import ASSUMED, RobotModel
 
-_MOST_STEPS = 12
+_MAX_STEPS = 12
 _CLOSE_RAD = 1e-5
 """Far below the resolution of any sensor."""
 _EXCESS, _EXCESS_UNCALIBRATED = 1.3, 4.0
@@ -213,7 +213,7 @@ class SensorFusion:
     def _moved(self) -> bool:
         """A joint with angle sensors moved far enough to measure the lag."""
         ranges = [np.nanmax(j.mean_rad) - np.nanmin(j.mean_rad) for j in self.joints if j.answered]
-        return bool(max(ranges, default=0.0) > LEAST_STROKE_RAD)
+        return bool(max(ranges, default=0.0) > MIN_STROKE_RAD)
 
     def _gauss_newton(self, free: BoolArray) -> Solved:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
@@ -221,7 +221,7 @@ class SensorFusion:
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
         no_lag = free & ~self.prior.is_lag
         last_rad = np.inf
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             here = self._at(errors, angles)
             columns = self._columns(here, covariance)
             left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
@@ -245,7 +245,7 @@ class SensorFusion:
     def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
         """The solution with those errors, from joint angles near its own."""
         here = self._at(errors, angles)
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             if np.abs(here.angles - here.fused_over).max() < _CLOSE_RAD:
                 break
             here = self._at(errors, here.angles)

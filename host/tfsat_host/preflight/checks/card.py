@@ -8,11 +8,11 @@ from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import fields, record
 
-MOST_STALL_MS = 500
+MAX_STALL_MS = 500
 """A card may be busy with a write for 250 ms, SDXC for 500 ms (SD Physical Layer Simplified Spec. 6.00, 4.6.2.2)."""
-MOST_RING_SHARE = 0.75
+MAX_RING_SHARE = 0.75
 """Of the ring; what is left bridges the longest stall that a sound card makes, at any rate (8 s, or 1.3 s at 1 kHz)."""
-LEAST_SHARE_WRITTEN = 0.5
+MIN_SHARE_WRITTEN = 0.5
 """Of the blocks that a running recording makes; the rest may be on its way to the card."""
 _CARD_REMEDIES = {
     CardState.MISSING: ErrorCode.NO_CARD,
@@ -123,7 +123,7 @@ def _of_running(running: Running) -> PreflightCheck:
     expected = running.watched_s / running.block_s
     # How long the card took to prepare the file is in the ring's peak: where it is high it tells nothing of stalls.
     wrong = _slow(running.samples_dropped, 0, running.ring_peak_blocks, running.ring_blocks)
-    if running.blocks < LEAST_SHARE_WRITTEN * expected:
+    if running.blocks < MIN_SHARE_WRITTEN * expected:
         wrong.append(f"the card took {running.blocks} blocks, {expected:.0f} were due")
     return judged(
         wrong,
@@ -142,10 +142,10 @@ def _slow(dropped: int, stall_ms: int, peak: int, ring: int) -> list[str]:
     wrong = []
     if dropped:
         wrong.append(f"{dropped} samples were dropped before a card that was too slow")
-    if stall_ms > MOST_STALL_MS:
-        wrong.append(f"the card took nothing for {stall_ms} ms ({MOST_STALL_MS} are allowed)")
-    if peak > MOST_RING_SHARE * ring:
-        wrong.append(f"the ring was {_percent(peak, ring)} full ({100 * MOST_RING_SHARE:g} % are allowed)")
+    if stall_ms > MAX_STALL_MS:
+        wrong.append(f"the card took nothing for {stall_ms} ms ({MAX_STALL_MS} are allowed)")
+    if peak > MAX_RING_SHARE * ring:
+        wrong.append(f"the ring was {_percent(peak, ring)} full ({100 * MAX_RING_SHARE:g} % are allowed)")
     return wrong
 
 

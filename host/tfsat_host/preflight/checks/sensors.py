@@ -13,7 +13,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
-from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
+from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.preflight.check import PreflightCheck, judged, not_made
 from tfsat_host.preflight.evidence import (
@@ -29,13 +29,13 @@ from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import IMU_COUNT, START_POSE_TOLERANCE_CDEG
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
-MOST_BIAS_DEG_S = 20.0
+MAX_BIAS_DEG_S = 20.0
 """Zero-rate output of an MPU-6050 at 25 deg C (PS-MPU-6000A rev. 3.4, section 6.1)."""
-MOST_APART_DEG_S = 0.5
+MAX_BIAS_CHANGE_DEG_S = 0.5
 """After power-up a bias comes back within some tenths of that; more is another sensor, or a broken one."""
-MOST_APART_DEG_S_C = 20.0 / 62.5
+MAX_BIAS_DRIFT_DEG_S_C = 20.0 / 62.5
 """And moves with the die's temperature: by 20 deg/s from 25 to -40 or +85 deg C (the same table)."""
-MOST_GRAVITY_APART_DEG = 12.0
+MAX_GRAVITY_DIFFERENCE_DEG = 12.0
 """Zero-g outputs within 50 mg, 80 mg for z (section 6.2), tilt what two accelerometers call down by up to so much."""
 
 
@@ -114,13 +114,13 @@ def check_biases(evidence: Evidence) -> PreflightCheck:
     beyond = [
         f"body {body}: {one:.1f} deg/s"
         for body, one in zip(bodies + 1, worst, strict=True)
-        if one > MOST_BIAS_DEG_S
+        if one > MAX_BIAS_DEG_S
     ]
     return judged(
         beyond,
-        f"At rest a gyro reads more than {MOST_BIAS_DEG_S:g} deg/s: {{}}.",
+        f"At rest a gyro reads more than {MAX_BIAS_DEG_S:g} deg/s: {{}}.",
         "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
-        f"At rest no gyro reads more than {worst.max():.1f} deg/s ({MOST_BIAS_DEG_S:g} are allowed).",
+        f"At rest no gyro reads more than {worst.max():.1f} deg/s ({MAX_BIAS_DEG_S:g} are allowed).",
         bodies=(bodies + 1).tolist(),
         reading_deg_s=biases_deg_s.tolist(),
     )
@@ -139,7 +139,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     # A joint whose sensors are silent counts as closed.
     to_base = poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
     rates, warmer_c, down = _calibrated(sensors, calibration, bodies, to_base)
-    allowed = MOST_APART_DEG_S + MOST_APART_DEG_S_C * warmer_c
+    allowed = MAX_BIAS_CHANGE_DEG_S + MAX_BIAS_DRIFT_DEG_S_C * warmer_c
     apart = np.abs(rates - np.median(rates, axis=0)).max(axis=1)
     middle = np.median(down, axis=0)
     tilt = np.rad2deg(np.arccos(np.clip(down @ middle / np.linalg.norm(middle), -1.0, 1.0)))
@@ -147,7 +147,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     for k, body in enumerate(bodies + 1):
         if apart[k] > allowed[k]:
             wrong.append(f"the gyro of body {body} is {apart[k]:.1f} deg/s away from the others")
-        if tilt[k] > MOST_GRAVITY_APART_DEG:
+        if tilt[k] > MAX_GRAVITY_DIFFERENCE_DEG:
             wrong.append(
                 f"the IMU of body {body} sees gravity {tilt[k]:.0f} deg away from where the others do"
             )
@@ -163,7 +163,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
         apart_deg_s=apart.tolist(),
         allowed_deg_s=allowed.tolist(),
         down_apart_deg=tilt.tolist(),
-        allowed_down_deg=MOST_GRAVITY_APART_DEG,
+        allowed_down_deg=MAX_GRAVITY_DIFFERENCE_DEG,
     )
 
 
@@ -185,7 +185,7 @@ def _calibrated(
 
 
 START_POSE_DEG = START_POSE_TOLERANCE_CDEG / 100.0
-_LEAST_SAMPLES = 200
+_MIN_SAMPLES = 200
 """Noise of half a count lets a sensor show one value so many times with a probability below 1e-30."""
 
 
@@ -203,7 +203,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
                 wrong.append(f"sensor {k} of joint {joint} does not answer at every sample")
             elif column in frozen:
                 wrong.append(f"sensor {k} of joint {joint} shows one value without any noise")
-        if np.isfinite(apart[row]) and apart[row] > MOST_DISAGREEMENT_RAD:
+        if np.isfinite(apart[row]) and apart[row] > MAX_DISAGREEMENT_RAD:
             first, second = np.rad2deg(angles[row])
             wrong.append(f"the two of joint {joint} show {first:+.1f} and {second:+.1f} deg")
     return judged(
@@ -214,7 +214,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
         f"Both sensors of each joint answer and agree within {np.rad2deg(apart.max()):.1f} deg.",
         joint_deg=np.rad2deg(angles).tolist(),
         apart_deg=np.rad2deg(apart).tolist(),
-        allowed_deg=float(np.rad2deg(MOST_DISAGREEMENT_RAD)),
+        allowed_deg=float(np.rad2deg(MAX_DISAGREEMENT_RAD)),
         valid_samples=valid.sum(axis=0).tolist(),
     )
 
@@ -242,7 +242,7 @@ def check_start_pose(evidence: Evidence) -> PreflightCheck:
 def _frozen(sensors: Sensors, evidence: Evidence) -> set[int]:
     """Columns of sensors that showed one value, although their calibration found noise of half a count or more."""
     counts = sensors.live.counts
-    if len(counts.t_us) < _LEAST_SAMPLES:
+    if len(counts.t_us) < _MIN_SAMPLES:
         return set()
     return {
         column

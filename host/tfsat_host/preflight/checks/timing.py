@@ -15,16 +15,16 @@ EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
 """This program is not older."""
 BEHIND = timedelta(minutes=1)
 """By so much two computers of one team may differ."""
-MOST_APART_S = 2.0
+MAX_CLOCK_DIFFERENCE_S = 2.0
 """Between logger and computer: landings and calibrations are ordered by it, and minutes lie between them."""
 _SHOWN_S = 0.1
-MOST_PACE = 5e-3
+MAX_CLOCK_RATE_ERROR = 5e-3
 """Relative. Crystals are within 1e-4; by 5e-3 the last stroke would come 11 ms off, one sample period and the next."""
-MOST_JITTER_US = 100.0
+MAX_JITTER_US = 100.0
 """Root mean square. At 200 deg/s a sample that comes 100 us late is 0.02 deg off, less than an angle sensor's step."""
 RATE_TOLERANCE = 1e-3
 """Relative, on the logger's own clock: the timer and the clock are one crystal's."""
-LEAST_RATE_HZ = 100
+MIN_RATE_HZ = 100
 """The shortest stroke speeds up within 0.05 s, of which five samples show the shape."""
 RANGE_OVER_RATE = 1.5
 """A body turns with its joint, against it, and with what the release left: a gyro needs more than the fastest joint."""
@@ -47,7 +47,7 @@ def check_clock(evidence: Evidence) -> PreflightCheck:
         return no_go("The logger's clock was not set since its power came on.", _SET, **numbers, logger=None)
     apart_s = logger.status.unix_us / US_PER_S - logger.computer_unix_s
     numbers["logger_apart_s"] = apart_s
-    if abs(apart_s) > MOST_APART_S:
+    if abs(apart_s) > MAX_CLOCK_DIFFERENCE_S:
         return no_go(f"The logger's clock is {apart_s:+.1f} s off this computer's.", _SET, **numbers)
     off = f"within {_SHOWN_S} s of" if abs(apart_s) < _SHOWN_S else f"{apart_s:+.1f} s off"
     return go(f"{now}; the logger's is {off} it.", **numbers)
@@ -76,19 +76,19 @@ def check_paces(evidence: Evidence) -> PreflightCheck:
         off, doubt = _off(pace)
         numbers[f"{board}_off_ppm"] = 1e6 * off
         numbers[f"{board}_doubt_ppm"] = 1e6 * doubt
-        if doubt >= MOST_PACE:
+        if doubt >= MAX_CLOCK_RATE_ERROR:
             return not_made(
                 f"The {board} answered too slowly to compare its clock: it is known to {100 * doubt:.1f} % only.",
                 "Plug it in without a hub, and run this preflight again.",
                 **numbers,
             )
-        if abs(off) - doubt > MOST_PACE:
+        if abs(off) - doubt > MAX_CLOCK_RATE_ERROR:
             wrong.append(f"the {board}'s runs {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
     return judged(
         wrong,
-        f"Of the boards' clocks {{}} ({100 * MOST_PACE:g} % is allowed).",
+        f"Of the boards' clocks {{}} ({100 * MAX_CLOCK_RATE_ERROR:g} % is allowed).",
         "Replace that board: strokes and samples would come at other times than they are noted.",
-        f"Both boards' clocks run within {100 * MOST_PACE:g} % of this computer's.",
+        f"Both boards' clocks run within {100 * MAX_CLOCK_RATE_ERROR:g} % of this computer's.",
         **numbers,
     )
 
@@ -115,8 +115,8 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
         wrong.append(f"it samples at {rate_hz:.2f} Hz, not {wanted_hz}")
     if late > 0:
         wrong.append(f"{late} ticks of its timer passed without a sample")
-    if jitter_us > MOST_JITTER_US:
-        wrong.append(f"samples come {jitter_us:.0f} us early or late ({MOST_JITTER_US:g} are allowed)")
+    if jitter_us > MAX_JITTER_US:
+        wrong.append(f"samples come {jitter_us:.0f} us early or late ({MAX_JITTER_US:g} are allowed)")
     return judged(
         wrong,
         "The logger does not keep its time: {}.",
@@ -140,8 +140,8 @@ def check_ranges(evidence: Evidence) -> PreflightCheck:
     wrong = []
     if settings.gyro_range_deg_s < needed_deg_s:
         wrong.append(f"gyros up to {settings.gyro_range_deg_s} deg/s; joints reach {fastest:.0f}")
-    if settings.rate_hz < LEAST_RATE_HZ:
-        wrong.append(f"{settings.rate_hz} Hz; a stroke needs {LEAST_RATE_HZ}")
+    if settings.rate_hz < MIN_RATE_HZ:
+        wrong.append(f"{settings.rate_hz} Hz; a stroke needs {MIN_RATE_HZ}")
     return judged(
         wrong,
         "The logger's settings do not hold the maneuver: {}.",
