@@ -123,10 +123,6 @@ def _clean(part: Any) -> Any:
     if isinstance(part, str):
         shown = part[:_MAX_STRING_CHARACTERS]
         return part if shown == part else f"{shown}… ({len(part)} characters)"
-            part
-            if len(part) <= _MAX_STRING_CHARACTERS
-            else f"{part[:_MAX_STRING_CHARACTERS]}… ({len(part)} characters)"
-        )
     if isinstance(part, Sequence):
         return [_clean(item) for item in part]
     return _clean(part.item()) if isinstance(part, np.generic) else part
