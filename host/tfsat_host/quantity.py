@@ -100,13 +100,13 @@ class Column:
 
     def value(self, row: Any) -> Any:
         """In the key's unit. Of a mapping, what is under the key."""
-        return row[self.key] if isinstance(row, Mapping) else self._taken(self.of or self.key, row)
+        return row[self.key] if isinstance(row, Mapping) else self._take_value(self.of or self.key, row)
 
     def std_of(self, row: Any) -> Any:
         """In the key's unit; None: the column has none."""
         if not self.std:
             return None
-        return row.get(f"{self.key}_std") if isinstance(row, Mapping) else self._taken(self.std, row)
+        return row.get(f"{self.key}_std") if isinstance(row, Mapping) else self._take_value(self.std, row)
 
     def cell(self, row: Any) -> Quantity | str:
         """For people."""
@@ -131,7 +131,7 @@ class Column:
             self.label,
         )
 
-    def _taken(self, source: Source, row: Any) -> Any:
+    def _take_value(self, source: Source, row: Any) -> Any:
         if callable(source):
             return source(row)
         unit = unit_of(self.key)

@@ -91,7 +91,7 @@ def _estimate(still: SensorSamples, body: int) -> BiasEstimate:
     _check_rates(rates, body)
     _check_forces(still.accel_m_s2[:, body - 1] / STANDARD_GRAVITY_M_S2, body)
     bias, covariance = mean_and_covariance(rates)
-    covariance = covariance + np.diag(_wandered(rates, covariance) ** 2)
+    covariance = covariance + np.diag(_bias_drift(rates, covariance) ** 2)
     return BiasEstimate(
         body,
         bias,
@@ -101,7 +101,7 @@ def _estimate(still: SensorSamples, body: int) -> BiasEstimate:
     )
 
 
-def _wandered(rates: FloatArray, covariance: FloatArray) -> FloatArray:
+def _bias_drift(rates: FloatArray, covariance: FloatArray) -> FloatArray:
     """(3,) how far the bias has gone from its mean by the end of the rest, where that is more than noise."""
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
     # From one half's middle to the other's it goes as far as from the mean to the end.
@@ -179,7 +179,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     if seconds < MIN_DURATION_S:
         return None
     first = rows - seconds * per_second  # whole seconds, counted back from the release
-    rates, quiet = _judged(log, slice(first, rows), seconds)
+    rates, quiet = _mean_rates_by_second(log, slice(first, rows), seconds)
     quiet &= _unbroken(log, slice(first, rows), seconds)
     start, count = _best(_stretches(rates, quiet))
     if count < MIN_DURATION_S:
@@ -188,7 +188,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     return Counts.from_log(log).part(slice(begin, begin + count * per_second))
 
 
-def _judged(log: DropLog, rows: slice, seconds: int) -> tuple[FloatArray, BoolArray]:
+def _mean_rates_by_second(log: DropLog, rows: slice, seconds: int) -> tuple[FloatArray, BoolArray]:
     """(seconds, 12) mean rates, rad/s, and (seconds,) whether the second alone was quiet."""
     counts = log.imu_counts[rows].reshape(seconds, -1, 4, 7)
     to_rad_s = np.deg2rad(1.0 / log.header.gyro_lsb_per_deg_s)

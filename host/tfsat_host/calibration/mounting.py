@@ -89,14 +89,14 @@ def solve_mounting(
     scale, leans = np.ones(3), np.zeros((len(hinges), 2))
     prior = _Prior(nominal, hinges, lean_std_rad)
     for _ in range(_STEPS):
-        normal, right, _ = _linearized(responses, rotation, scale, leans, prior)
+        normal, right, _ = _linearize(responses, rotation, scale, leans, prior)
         step = np.linalg.solve(normal, right)
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
         scale = scale + step[3:6]
         leans = leans + step[6:].reshape(leans.shape)
         if np.abs(step).max() < _CONVERGED:
             break
-    normal, _, misfit = _linearized(responses, rotation, scale, leans, prior)
+    normal, _, misfit = _linearize(responses, rotation, scale, leans, prior)
     freedom = sum(3 if response.has_length else 2 for response in responses)
     return Mounting(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
 
@@ -130,7 +130,7 @@ class _Prior(NamedTuple):
         return hinge, np.linalg.svd(self.hinges[hinge][None])[2][1:].T * np.sign(along[hinge])
 
 
-def _linearized(
+def _linearize(
     responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, leans: FloatArray, prior: _Prior
 ) -> tuple[FloatArray, FloatArray, float]:
     """Normal matrix (6 + 2 h, 6 + 2 h), right side and misfit about a rotation, scale factors and leans (h, 2)."""
@@ -169,7 +169,7 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     Where they disagree by more than they should, their covariances are widened by as much (Birge 1932).
     """
     nominal = model.imus[gyro.body - 1].sensor_to_body
-    weighed = _weighed(responses)
+    weighed = _weigh_by_age(responses)
     hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
     found = solve_mounting(weighed, nominal, hinges, lean_std_rad)
@@ -199,7 +199,7 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     return replace(changed, axes=axes, scaled=scaled)
 
 
-def _weighed(responses: Sequence[Response]) -> list[Response]:
+def _weigh_by_age(responses: Sequence[Response]) -> list[Response]:
     """The responses; where some are newer than the last landing, the others with what it may have done to them."""
     new = [one for one in responses if one.fresh]
     if not new:
@@ -207,10 +207,10 @@ def _weighed(responses: Sequence[Response]) -> list[Response]:
     # A landing turns a sensor once: as many old directions as there are, they determine no more of it than one.
     old = len(responses) - len(new)
     doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(new) else LANDING_TILT_STD_RAD * old**0.5
-    return [one if one.fresh else _doubted(one, doubt_rad) for one in responses]
+    return [one if one.fresh else _add_doubt(one, doubt_rad) for one in responses]
 
 
-def _doubted(response: Response, doubt_rad: float) -> Response:
+def _add_doubt(response: Response, doubt_rad: float) -> Response:
     doubt = (response.length * doubt_rad) ** 2 * across(response.reading / response.length)
     return replace(response, covariance=response.covariance + doubt)
 

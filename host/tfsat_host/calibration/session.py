@@ -71,7 +71,7 @@ class Session:
             before = recent(self._campaign, step, RESUME_WITHIN) if self._resume else None
             if before is not None:
                 self._operator.resumed(number, before)
-            self.kept.append(before or self._accepted(step))
+            self.kept.append(before or self._record_until_accepted(step))
 
     @property
     def kept_words(self) -> str:
@@ -81,7 +81,7 @@ class Session:
             return f"None of {total} steps was accepted; what was calibrated before is unchanged."
         return f"{kept} of {total} steps {'is' if kept == 1 else 'are'} kept in {self._campaign.certificate}."
 
-    def _accepted(self, step: Step) -> Evidence:
+    def _record_until_accepted(self, step: Step) -> Evidence:
         anew = step.kind == StepKind.ZERO and not self._compare
         while True:
             evidence = self._operator.record(step, self._campaign.calibration or self._campaign.solution())

@@ -187,10 +187,10 @@ class _Responses:
             check_turn_axis(one.recording, one.step, gyros)
             for gyro in gyros:
                 turned = turn_response(one.recording, one.step, gyro)
-                self.of_body(gyro.body).append(self._dated(turned, one))
+                self.of_body(gyro.body).append(self._with_date(turned, one))
             return
         motion = Motion(one.step, one.recording, gyros, joints, model)
-        found = [self._dated(axis_response(motion, body), one) for body in one.step.moved]
+        found = [self._with_date(axis_response(motion, body), one) for body in one.step.moved]
         check_sense(one.step, found, model)
         for body, response in zip(one.step.moved, found, strict=True):
             if one.step.kind == StepKind.SWING:
@@ -199,7 +199,7 @@ class _Responses:
                 rests = rests_of_sweep(motion, body, response)
                 self._sweeps.setdefault(one.step.moving_joint, []).append((response, rests))
 
-    def _dated(self, response: Response, one: Evidence) -> Response:
+    def _with_date(self, response: Response, one: Evidence) -> Response:
         fresh = self._last_landing is None or one.taken > self._last_landing
         return replace(response, taken=one.taken, fresh=fresh)
 

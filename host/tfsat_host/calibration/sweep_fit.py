@@ -110,7 +110,7 @@ def fit_sweeps(
     """
     design, target, of_mean, weights = _equations(sweeps)
     prior, prior_target = _priors(nonlinearity_rad, known, design.shape[1])
-    solution, covariance = _fitted(design, target, of_mean, weights, prior, prior_target)
+    solution, covariance = _fit_weighted(design, target, of_mean, weights, prior, prior_target)
     bend = solution[-8:].reshape(2, 4)
     # All four of a sensor together: over a joint's range they can seldom be separated.
     sizes = np.linalg.norm(bend, axis=1)
@@ -129,7 +129,7 @@ def fit_sweeps(
     return dict(zip((sweep.body for sweep in sweeps), lengths, strict=True)), bend, covariance[-8:, -8:]
 
 
-def _fitted(
+def _fit_weighted(
     design: FloatArray,
     target: FloatArray,
     of_mean: NDArray[np.bool_],

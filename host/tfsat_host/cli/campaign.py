@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
             added = add_run(args.dir, args.run, note=args.note, move=args.move, notices=out)
             out.result(added.as_dict(), added.sentence)
-            return _warned(added.doubts, out)
+            return _warn_and_exit_code(added.doubts, out)
         case "note":
             drop = campaign.note(args.dir, args.number, args.text)
             out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         case "next":
             following = campaign.following(args.dir)
             out.result(following, str(following["number"]))
-            return _warned(following["findings"], out)
+            return _warn_and_exit_code(following["findings"], out)
         case action:
             return {"list": _list, "report": _report}[action](args, out)
     return 0
@@ -80,7 +80,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
     drops = listed["drops"]
 
     out.result(listed, lambda: _show_list(drops, out))
-    return _warned(listed["findings"], out) or DataLossError.exit_code * any(
+    return _warn_and_exit_code(listed["findings"], out) or DataLossError.exit_code * any(
         drop["changes"] for drop in drops
     )
 
@@ -101,7 +101,7 @@ def _report(args: argparse.Namespace, out: Output) -> int:
 
     made = report(args.dir, args.robot, args.out, force=args.force, notices=out)
     out.result({"campaign": str(args.dir), **made.as_dict()}, lambda: _show_report(made, out))
-    return _warned(made.findings, out) or (0 if made.good else DataLossError.exit_code)
+    return _warn_and_exit_code(made.findings, out) or (0 if made.good else DataLossError.exit_code)
 
 
 def _show_report(made: CampaignReport, out: Output) -> None:
@@ -119,7 +119,7 @@ def _show_report(made: CampaignReport, out: Output) -> None:
     out.line("No report was written." if made.page is None else f"Written  {printable(made.page)}")
 
 
-def _warned(sentences: Sequence[str], out: Output) -> int:
+def _warn_and_exit_code(sentences: Sequence[str], out: Output) -> int:
     """The exit code of a command that has these to say."""
     out.warn_each(sentences)
     return DataLossError.exit_code if sentences else 0

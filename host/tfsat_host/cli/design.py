@@ -107,10 +107,12 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
         swarm[name] = None if pair is None else coefficient(name, pair)
     asked = {"joints": args.joints, "speed_deg_s": args.speed, "time_limit_s": args.time_limit}
     asked |= {"robust": args.robust, "limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
-    return DesignSettings(**_given(asked), alternating=args.alternating, swarm=SwarmSettings(**_given(swarm)))
+    return DesignSettings(
+        **_given_options(asked), alternating=args.alternating, swarm=SwarmSettings(**_given_options(swarm))
+    )
 
 
-def _given(options: dict[str, Any]) -> dict[str, Any]:
+def _given_options(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.devices.logger_settings import check
 
     sets = args.action == "set"
-    wanted = _wanted(args) if sets else {}
+    wanted = _wanted_settings(args) if sets else {}
     with offering_emulated(), open_logger(args, out) as logger:
         before = stored = logger.settings()
         settings = replace(before.settings, **wanted)
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _wanted(args: argparse.Namespace) -> dict[str, Any]:
+def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
     from tfsat_host.devices.logger_settings import FACTORY
 
     named = {name: value for _, name, *_ in _SETTINGS if (value := getattr(args, name)) is not None}

@@ -111,7 +111,7 @@ def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int
     except TfsatError as error:
         return out.error(error)
     except KeyboardInterrupt:
-        out.error(_interrupted(talks_to_boards="emulated" in args))
+        out.error(_interrupt_error(talks_to_boards="emulated" in args))
         return EXIT_INTERRUPTED
     except BrokenPipeError:
         raise
@@ -141,7 +141,7 @@ def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     return int(modules[chosen].run(args, out))
 
 
-def _interrupted(*, talks_to_boards: bool) -> TfsatError:
+def _interrupt_error(*, talks_to_boards: bool) -> TfsatError:
     """Ctrl-C where no command made more of it: no board was connected yet, or there is none."""
     again = "run the same command again when ready."
     return TfsatError(

@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         watched = _open(args, out, sensors, stack)
         stack.callback(watched.close)
         stopped = stack.enter_context(stop_wish())
-        with _shown(out) as show:
+        with _open_view(out) as show:
             watch(watched, args.for_s, stopped, show)
         if not watched.any_left:
             lost = list(watched.lost.values())
@@ -89,7 +89,7 @@ def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor],
 
 
 @contextmanager
-def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
+def _open_view(out: Output) -> Iterator[Callable[[float, Watched], None]]:
     """How it is shown: JSON lines, a picture in place, or a line a second."""
     from tfsat_host.present.monitor import UNCALIBRATED, Picture, as_json, one_line
 

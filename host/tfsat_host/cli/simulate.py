@@ -89,7 +89,7 @@ def _motion(
 
     if args.history is not None:
         if any(one is not None for one in (args.a_deg, args.file, args.speed)):
-            raise _refused(
+            raise _refusal(
                 "--history was given together with a maneuver: both are motions of the joints.",
                 f"tfsat-host simulate --history {args.history}",
             )
@@ -97,7 +97,7 @@ def _motion(
         joints_end_s = float(history.breaks_s[-1]) if args.until is None else 0.0
         return None, history, end_of_flight_s(args.until, joints_end_s, args.step)
     if robot.n_joints == 0 and (args.a_deg is not None or args.speed is not None):
-        raise _refused(
+        raise _refusal(
             f"{robot.path} has no joints that a maneuver could move.",
             f"tfsat-host simulate --robot {args.robot} --initial-rate 0 0 10",
         )
@@ -109,5 +109,5 @@ def _motion(
     return maneuver, schedule, end_of_flight_s(args.until, joints_end_s, args.step)
 
 
-def _refused(what: str, next_step: str) -> UsageError:
+def _refusal(what: str, next_step: str) -> UsageError:
     return UsageError(what=what, meaning="Nothing was done.", next_step=next_step)

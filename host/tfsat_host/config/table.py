@@ -104,7 +104,7 @@ class Table:
         for key in self._values:
             if key not in keys.split():
                 cure = f"Remove it or correct its name; known are: {', '.join(keys.split())}."
-                self.fail(_shortened(key), "is not known here", cure, Fault.UNKNOWN_KEY)
+                self.fail(_shorten_text(key), "is not known here", cure, Fault.UNKNOWN_KEY)
 
     def has(self, key: str) -> bool:
         """Whether there is such an entry."""
@@ -310,8 +310,8 @@ def shown(value: object) -> str:
         text = value.isoformat() if isinstance(value, date) else text
     except (ValueError, RecursionError):  # an integer of thousands of digits; lists hundreds deep
         return "what stands there"
-    return _shortened(text)
+    return _shorten_text(text)
 
 
-def _shortened(text: str) -> str:
+def _shorten_text(text: str) -> str:
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"

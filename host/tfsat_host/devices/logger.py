@@ -312,7 +312,7 @@ def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
     Where nothing is recorded at all, that is another matter: see `state`.
     """
     if status.state == LoggerState.FAILED:
-        what = f"The recording has failed: {_lowered(REMEDIES[status.error][0])}"
+        what = f"The recording has failed: {_lower_first_letter(REMEDIES[status.error][0])}"
         return _not_on_card(
             what, status, "Put in a card that tfsat-host status calls ready, then: tfsat-host record start"
         )
@@ -365,6 +365,6 @@ def _card(status: msg.LoggerStatusReply) -> str:
     return status.card.name.lower().replace("_", " ")
 
 
-def _lowered(sentence: str) -> str:
+def _lower_first_letter(sentence: str) -> str:
     """`No SD card answers.` after a colon; names stay as they are."""
     return sentence[:1].lower() + sentence[1:]

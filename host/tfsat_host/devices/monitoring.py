@@ -246,14 +246,14 @@ class Watched:
 
     def update(self, until_s: float) -> None:
         """Brings both up to date; a board that does not answer any more is given up, its port closed."""
-        if self.sequencer is not None and not self._updated(
+        if self.sequencer is not None and not self._update_board(
             self.sequencer, self.clock() if self.logger is not None else until_s
         ):
             self.sequencer = None
-        if self.logger is not None and not self._updated(self.logger, until_s):
+        if self.logger is not None and not self._update_board(self.logger, until_s):
             self.logger = None
 
-    def _updated(self, board: SequencerWatch | LoggerWatch, until_s: float) -> bool:
+    def _update_board(self, board: SequencerWatch | LoggerWatch, until_s: float) -> bool:
         try:
             board.update(until_s)
         except TfsatError as error:

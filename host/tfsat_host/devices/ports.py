@@ -140,7 +140,7 @@ def find_port(
     if candidates:  # choosing one might arm the wrong robot
         raise PortError(
             PortProblem.AMBIGUOUS,
-            what=f"{len(candidates)} ports look like a {board}: {', '.join(map(_described, candidates))}.",
+            what=f"{len(candidates)} ports look like a {board}: {', '.join(map(_describe_port, candidates))}.",
             next_step=f"Name the one you mean with --port PORT (or {variable}=PORT), or unplug the others.",
         )
     for port in ports:
@@ -152,7 +152,7 @@ def find_port(
                 meaning="It was just reset, or it holds no sketch. Nothing was sent.",
                 next_step=f"Wait 10 s and run the same command again; if it stays so, flash it once more{how}.",
             )
-    others = f" Other ports: {', '.join(map(_described, ports))}." if ports else ""
+    others = f" Other ports: {', '.join(map(_describe_port, ports))}." if ports else ""
     raise PortError(
         PortProblem.NONE_FOUND,
         what=f"No {board} found: no serial port looks like one.{others}",
@@ -161,7 +161,7 @@ def find_port(
     )
 
 
-def _described(port: PortInfo) -> str:
+def _describe_port(port: PortInfo) -> str:
     identity = identify(port)
     looks = identity.board if identity else (port.description or "unknown")
     serial_number = f", serial number {port.serial_number}" if port.serial_number else ""

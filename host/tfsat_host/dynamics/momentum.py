@@ -56,7 +56,7 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    shape, posed = _posed(body, angles_rad)
+    shape, posed = _split_batch(body, angles_rad)
     whole = gathered(body.columns(len(shape)), body.base, body.steps, posed)
     return batch_first(np.broadcast_to(whole.inertia, (3, 3, *shape)), 2)
 
@@ -182,10 +182,10 @@ def gathered(
 
 def join(bodies: Sequence[Composite]) -> Composite:
     """The bodies as one."""
-    return reduce(_joined, bodies)
+    return reduce(_join_composites, bodies)
 
 
-def _joined(a: Composite, b: Composite) -> Composite:
+def _join_composites(a: Composite, b: Composite) -> Composite:
     mass, gap = a.mass + b.mass, b.com - a.com
     share = b.mass / mass
     reduced = a.mass * share
@@ -209,7 +209,7 @@ def _hinge(step: Step, columns: Columns, placed: list[Placed]) -> tuple[FloatArr
     return matvec(parent.rotation, step.sign * columns.axis[step.joint]), parent.at(columns.point[step.joint])
 
 
-def _posed(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], FloatArray]:
+def _split_batch(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], FloatArray]:
     """The batch shape of robots and angles, and the angles components first."""
     angles = np.asarray(angles_rad, dtype=np.float64)
     shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
@@ -218,7 +218,7 @@ def _posed(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], Fl
 
 def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
     """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
-    shape, posed = _posed(body, angles_rad)
+    shape, posed = _split_batch(body, angles_rad)
     rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
     whole = gathered(body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates))
     return whole.inertia, np.zeros((3, body.n_joints, *shape)) + _or_zero(whole.momentum)

@@ -194,7 +194,7 @@ class Propagation:
 
     def attitudes(self, parts: int = 1, keep: int = 1) -> FloatArray:
         """(m, 4, ...) at the start and after every `keep`-th step, with every step divided into `parts`."""
-        piece, since, length = self._divided(parts)
+        piece, since, length = self._divide_steps(parts)
         latest, kept = self._start, [self._start]
         size = max(1, _BLOCK // (latest[0].size * len(self._nodes)))
         for first in range(0, len(piece), size):
@@ -206,7 +206,7 @@ class Propagation:
 
     def flight(self, parts: int, attitudes: FloatArray) -> Flight:
         """The whole motion of one robot with attitudes (m, 4) as `attitudes(parts)` has them."""
-        piece, since, length = self._divided(parts)
+        piece, since, length = self._divide_steps(parts)
         # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
         ends = np.append(piece[:1], piece), np.append(0.0, since + length)[:, None]
         angles, rates = self._history.in_piece(*ends)
@@ -227,7 +227,7 @@ class Propagation:
         own = inertia @ rate + np.einsum("...ij,...j->...i", joints, rates)
         return matvec(quaternion.to_matrix(self._start), batch_last(own))
 
-    def _divided(self, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _divide_steps(self, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
         """Piece (m,), start within the piece (m, ...) and length (m, ...) of each step."""
         counts = self._counts * parts
         piece: IntArray = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
@@ -250,7 +250,7 @@ class Propagation:
         turns = magnus6(w, length) if self._by_magnus else self._turn(length, lambda node, _: w[:, :, node])
         attitudes = []
         for i in range(len(length)):
-            attitude = _turned(attitude, turns[:, i])
+            attitude = _turn_attitude(attitude, turns[:, i])
             attitudes.append(attitude)
         return attitudes
 
@@ -270,7 +270,7 @@ class Propagation:
                 here = quaternion.product(start, quaternion.exponential(turn))
                 return _base_rate(inertia[:, i, node], drive[:, i, node], _in_base(here, momentum))
 
-            attitude = _turned(attitude, self._turn(h, rate))
+            attitude = _turn_attitude(attitude, self._turn(h, rate))
             attitudes.append(attitude)
         return attitudes
 
@@ -302,7 +302,7 @@ def _base_rate(inertia: FloatArray, drive: FloatArray, momentum: FloatArray | No
     return solve_symmetric(inertia, -drive if momentum is None else momentum - drive)
 
 
-def _turned(attitude: FloatArray, turn: FloatArray) -> FloatArray:
+def _turn_attitude(attitude: FloatArray, turn: FloatArray) -> FloatArray:
     """The attitude (4, ...), of unit length, after a rotation vector (3, ...) in its own axes."""
     after = quaternion.product(attitude, quaternion.exponential(turn))
     return np.asarray(after / np.sqrt((after * after).sum(axis=0)))
@@ -386,7 +386,7 @@ def propagate_within(
         body, history, initial_attitude_xyzw, initial_rate_rad_s, step_s=longest_s, order=order
     )
     if step_s is None:
-        parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
+        parts, attitudes, error = _halve_steps(course, tolerance_rad, steps_max)
     else:
         parts, attitudes, fine = 1, course.attitudes(), course.attitudes(2)
         error = _apart_rad(attitudes, fine[::2])
@@ -416,11 +416,11 @@ def final_attitudes(
     turning = 0.0 if initial_rate_rad_s is None else float(np.linalg.norm(initial_rate_rad_s))
     step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf
     course = Propagation(body, history, None, initial_rate_rad_s, step_s=step_s, order=6)
-    _, attitudes, change = _halved(course, GAIN * tolerance_rad, steps_max, every_instant=False)
+    _, attitudes, change = _halve_steps(course, GAIN * tolerance_rad, steps_max, every_instant=False)
     return FinalAttitudes(attitudes[-1], change / GAIN)
 
 
-def _halved(
+def _halve_steps(
     course: Propagation, tolerance_rad: float, steps_max: int, *, every_instant: bool = True
 ) -> tuple[int, FloatArray, float]:
     """Into how many parts steps are divided, the attitudes (m, 4, ...), and how much the last halving changed.

@@ -67,7 +67,7 @@ class Hinge(NamedTuple):
             raise ValueError(f"there is no joint {joint}: the robot has {body.n_joints}, counted from 0")
         step = next(step for step in body.steps if step.joint == joint)
         columns = body.columns(batch_ndim)
-        to_global = _aligned(step.sign * columns.axis[joint])
+        to_global = _align_with_x(step.sign * columns.axis[joint])
         back = transpose(to_global)
         return cls(
             step,
@@ -174,7 +174,7 @@ def _path(body: Multibody, target: int) -> tuple[Step, ...]:
     return tuple(path)
 
 
-def _aligned(axis: FloatArray) -> FloatArray:
+def _align_with_x(axis: FloatArray) -> FloatArray:
     """A rotation (3, 3, ...) whose first column is the unit vector `axis` (3, ...)."""
     least = np.argmin(np.abs(axis), axis=0)
     across = np.moveaxis(_SIDEWAYS[least], -1, 0)

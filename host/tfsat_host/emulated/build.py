@@ -224,11 +224,11 @@ def sequencer_hex(progress: Progress = lambda _: None) -> Path:
 
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise _refused(done.stderr)
+        raise _build_refusal(done.stderr)
     return hex_path
 
 
-def _refused(printed: str) -> BuildError:
+def _build_refusal(printed: str) -> BuildError:
     if "install-toolchain.sh" in printed:
         missing = printed.partition("***")[2].partition(":")[0].removesuffix(" is missing").strip()
         return _toolchain_missing(missing or "a part of the toolchain")

@@ -139,22 +139,22 @@ def _us(seconds: float | None) -> int | None:
     return None if seconds is None else round(seconds * US_PER_S)
 
 
-def _held(server: RobotServer) -> EmulatedRobot:
+def _held_robot(server: RobotServer) -> EmulatedRobot:
     """The robot while an operator can reach it."""
     if server.robot.falling:
         raise ControlError("The robot is falling. Wait for the landing: wait still")
     return server.robot
 
 
-def _swing(server: RobotServer, joint: int, angle_deg: float, period_s: float, cycles: int) -> str:
+def _swing_joint(server: RobotServer, joint: int, angle_deg: float, period_s: float, cycles: int) -> str:
     if not 1 <= cycles <= 1000:
         raise ControlError("Swing 1 to 1000 cycles.")
-    _held(server).swing(joint, angle_deg, period_s, cycles)
+    _held_robot(server).swing(joint, angle_deg, period_s, cycles)
     return f"for {cycles * period_s:g} s"
 
 
 def _sweep(server: RobotServer, joint: int) -> str:
-    robot = _held(server)
+    robot = _held_robot(server)
     ranges = robot.model.joint_limits_rad
     if not 1 <= joint <= len(ranges):
         raise ControlError(f"There is no joint {joint}.")
@@ -164,7 +164,7 @@ def _sweep(server: RobotServer, joint: int) -> str:
 
 
 def _turn(server: RobotServer, axis: Axis, angle_deg: float, rounds: int = TURN_ROUNDS) -> str:
-    robot = _held(server)
+    robot = _held_robot(server)
     if not 0 < abs(angle_deg) <= WIDEST_TURN_DEG:
         raise ControlError(f"Turn by at most {WIDEST_TURN_DEG:g} deg, either way.")
     if not 1 <= rounds <= 100:
@@ -177,7 +177,7 @@ def _turn(server: RobotServer, axis: Axis, angle_deg: float, rounds: int = TURN_
 
 
 def _drop(server: RobotServer, fall_s: float = FALL_S) -> str:
-    _held(server).drop(fall_s=fall_s)
+    _held_robot(server).drop(fall_s=fall_s)
     return f"falls for {fall_s:g} s"
 
 
@@ -249,11 +249,11 @@ _FAULTS = {
     "clock": _Verb("sequencer|logger PPM", lambda server, *fault: server.robot.faults.clock(*fault)),
 }
 _VERBS: dict[str, _Verb] = {
-    "hold": _Verb("BODY...", lambda server, *bodies: _held(server).hold(bodies)),
-    "swing": _Verb("JOINT DEGREES PERIOD CYCLES", _swing),
+    "hold": _Verb("BODY...", lambda server, *bodies: _held_robot(server).hold(bodies)),
+    "swing": _Verb("JOINT DEGREES PERIOD CYCLES", _swing_joint),
     "sweep": _Verb("JOINT", _sweep),
     "turn": _Verb("x|y|z DEGREES [ROUNDS]", _turn),
-    "seat": _Verb("", lambda server: _held(server).seat()),
+    "seat": _Verb("", lambda server: _held_robot(server).seat()),
     "press": _Verb("1|2", lambda server, switch: server.robot.set_switch(switch, True)),
     "release": _Verb("1|2", lambda server, switch: server.robot.set_switch(switch, False)),
     "knock": _Verb("1|2 KNOCK", lambda server, switch, time_s: server.robot.knock(switch, _us(time_s))),

@@ -82,7 +82,7 @@ class KeptState:
         if (eeprom := robot.eeprom()) != before.eeprom:
             write_whole(self.eeprom, eeprom)
         memory = robot.logger_memory()
-        if memory != (before.logger_memory or _erased(memory)):
+        if memory != (before.logger_memory or _erased_memory(memory)):
             write_whole(self.logger_memory, memory)
         self._save_card(robot.card_slot.files(), before.card)
 
@@ -104,7 +104,9 @@ def load_eeprom(path: Path) -> bytes | None:
 
     image = _read(path)
     if image is not None and len(image) != EEPROM_BYTES:
-        raise _damaged(path, f"{len(image)} bytes; the sequencer's EEPROM has {EEPROM_BYTES}", "sequencer")
+        raise _damage_error(
+            path, f"{len(image)} bytes; the sequencer's EEPROM has {EEPROM_BYTES}", "sequencer"
+        )
     return image
 
 
@@ -119,7 +121,7 @@ def load_card(folder: Path) -> dict[int, bytes]:
     return files
 
 
-def _erased(memory: bytes) -> bytes:
+def _erased_memory(memory: bytes) -> bytes:
     """A memory of that size that was never written."""
     return b"\xff" * len(memory)
 
@@ -127,7 +129,7 @@ def _erased(memory: bytes) -> bytes:
 def _load_logger_memory(path: Path) -> bytes | None:
     memory = _read(path)
     if memory is not None and len(memory) > _MAX_MEMORY_BYTES:
-        raise _damaged(path, f"{len(memory)} bytes; the logger's memory has fewer", "logger")
+        raise _damage_error(path, f"{len(memory)} bytes; the logger's memory has fewer", "logger")
     return memory
 
 
@@ -138,7 +140,7 @@ def _read(path: Path) -> bytes | None:
         return None
 
 
-def _damaged(path: Path, found: str, board: str) -> TfsatError:
+def _damage_error(path: Path, found: str, board: str) -> TfsatError:
     return TfsatError(
         what=f"{path} has {found}.",
         meaning=f"The emulated {board}'s memory is damaged; no real board is concerned.",

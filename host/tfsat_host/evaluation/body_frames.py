@@ -152,11 +152,11 @@ def _outer_tracks(model: RobotModel, joints: tuple[JointTrack, ...]) -> tuple[Fr
             if track is not None:
                 # The joint's angle is that of the outer body relative to the inner one.
                 sense = 1.0 if child == outer else -1.0
-                tracks.append(_hinged(model, parent, child, joint, sense, track))
+                tracks.append(_hinge_track(model, parent, child, joint, sense, track))
     return tuple(tracks)
 
 
-def _hinged(
+def _hinge_track(
     model: RobotModel, parent: int, child: int, joint: int, sense: float, track: JointTrack
 ) -> FrameTrack:
     turn = Rotation.from_rotvec(sense * track.angle_rad[:, None] * model.joint_axis[joint])

@@ -132,7 +132,7 @@ def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) 
         raise ValueError("a clock needs an event that both have seen")
     pairs = sorted(pairs, key=lambda pair: pair.logger_s)
     clock, logger, std = np.array([(p.clock_s, p.logger_s, p.std_s) for p in pairs]).T
-    agreeing, others = _agreeing(clock, logger, std, prior)
+    agreeing, others = _find_inliers(clock, logger, std, prior)
     judged = _judge(clock, logger, std, agreeing, prior)
     for _ in range(_ROUNDS):
         if not judged.within.any() or (judged.within == judged.used).all():
@@ -202,7 +202,7 @@ def _line_variance(clock: FloatArray, covariance: FloatArray) -> FloatArray:
     return above
 
 
-def _agreeing(
+def _find_inliers(
     clock: FloatArray, logger: FloatArray, std: FloatArray, prior: SlopePrior
 ) -> tuple[BoolArray, bool]:
     """(n,) the events that one line explains; whether another line explains others, as many."""
@@ -240,7 +240,7 @@ def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
     found = []
     while left_out:
         one = left_out.pop(0)
-        other = next((other for other in left_out if _swapped(one, other)), None)
+        other = next((other for other in left_out if _are_swapped(one, other)), None)
         if other is not None:
             left_out.remove(other)
             found.append(
@@ -255,7 +255,7 @@ def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _swapped(one: Residual, other: Residual) -> bool:
+def _are_swapped(one: Residual, other: Residual) -> bool:
     """Whether each event lies where the other is expected."""
     apart = other.pair.logger_s - one.pair.logger_s
     return abs(one.residual_s + apart) <= GATE_STDS * max(one.std_s, other.std_s) and abs(

@@ -93,7 +93,7 @@ def align_clocks(
         notes.append(
             "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
         )
-    video_fit = _video_fit(video, [*known, *_landing(log)], video_rate, notes) if video else None
+    video_fit = _video_fit(video, [*known, *_landing_marks(log)], video_rate, notes) if video else None
     by_stroke = {mark.event: mark.t_s for mark in seen}
     stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
     return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
@@ -118,7 +118,7 @@ def _release(log: DropLog) -> Mark | None:
     return Mark("release", (middle_us - log.release.t_us) / 1e6, float(np.hypot(EDGE_STD_S, half_s / 3**0.5)))
 
 
-def _landing(log: DropLog) -> list[Mark]:
+def _landing_marks(log: DropLog) -> list[Mark]:
     """The landing, if the logger felt it; one that it only counted off is no use for a clock."""
     shocks = [event for event in log.events if event.name == "landing" and event.arg == 1]
     felt = [event for event in shocks if log.release is None or event.t_us > log.release.t_us]

@@ -273,7 +273,7 @@ class _Drop:
     def evaluated(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
         """With one calibration, nothing withheld; without a cause of what failed if not `diagnosed`."""
         try:
-            return self._evaluated(used, diagnosed)
+            return self._evaluate(used, diagnosed)
         except np.linalg.LinAlgError as error:
             raise EvaluationError(
                 what=f"{self.log.path}: no motion explains the readings with this calibration, not even roughly "
@@ -325,7 +325,7 @@ class _Drop:
             samples, used, self.model, self.rest.densities_rad_s_rthz, LowPass.of(self.log.header)
         )
 
-    def _evaluated(self, used: Calibration, diagnosed: bool) -> Evaluation:
+    def _evaluate(self, used: Calibration, diagnosed: bool) -> Evaluation:
         log, model, schedule, seen = self.log, self.model, self.schedule, self.seen
         motion = self._motion(used)
         samples = motion.samples

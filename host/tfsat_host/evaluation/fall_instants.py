@@ -125,7 +125,7 @@ def landing_felt(
         low_pass: Of the IMUs.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
-    felt = [_shocked(t_s, body, full) for body, full in zip(magnitude.T, clipped.T, strict=True)]
+    felt = [_find_shock(t_s, body, full) for body, full in zip(magnitude.T, clipped.T, strict=True)]
     return _median(felt, t_s, low_pass)
 
 
@@ -142,10 +142,10 @@ def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
     middle = (high + low) / 2.0
     near = np.abs(t_s) <= AROUND_RELEASE_S
     down = np.flatnonzero((magnitude[:-1] >= middle) & (magnitude[1:] < middle) & near[1:])
-    return _crossing(t_s, magnitude, int(down[-1]), middle) if len(down) else float("nan")
+    return _crossing_time(t_s, magnitude, int(down[-1]), middle) if len(down) else float("nan")
 
 
-def _shocked(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> float:
+def _find_shock(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> float:
     known = np.isfinite(magnitude)
     t_s, magnitude, clipped = t_s[known], magnitude[known], clipped[known]
     level = SHOCK_G * STANDARD_GRAVITY_M_S2
@@ -156,10 +156,10 @@ def _shocked(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> floa
     row = int(first[0])
     if row == 0 or not magnitude[row - 1] < level <= magnitude[row]:
         return float(t_s[row])
-    return _crossing(t_s, magnitude, row - 1, level)
+    return _crossing_time(t_s, magnitude, row - 1, level)
 
 
-def _crossing(t_s: FloatArray, magnitude: FloatArray, row: int, level: float) -> float:
+def _crossing_time(t_s: FloatArray, magnitude: FloatArray, row: int, level: float) -> float:
     """Where the line from a row to the next meets the level."""
     share = (magnitude[row] - level) / (magnitude[row] - magnitude[row + 1])
     return float(t_s[row] + share * (t_s[row + 1] - t_s[row]))

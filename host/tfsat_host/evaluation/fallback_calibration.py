@@ -53,7 +53,7 @@ def with_fallbacks(
     Raises:
         EvaluationError: a gyro's bias can be had from nowhere.
     """
-    given = calibration or _nothing(log, model)
+    given = calibration or _design_calibration(log, model)
     lacking = {one.name: one for one in given.shortcomings(recorded)}
     notes = (
         [] if calibration else ["There is no calibration: mountings, scale factors and bends are by design."]
@@ -82,7 +82,7 @@ def with_fallbacks(
     return Fallback(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes))
 
 
-def _nothing(log: DropLog, model: RobotModel) -> Calibration:
+def _design_calibration(log: DropLog, model: RobotModel) -> Calibration:
     gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
     joints = tuple(sensors_by_design(model, joint + 1) for joint in range(model.n_joints))
     subject = Subject(model.name, log.header.board_serial.hex(), log.header.who_am_i.hex(), False)

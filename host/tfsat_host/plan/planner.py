@@ -112,7 +112,7 @@ class Route(NamedTuple):
 
 def nearest(table: PrimitiveTable, needed: FloatArray, count: int) -> IntArray:
     """Indices of the `count` primitives that leave least of the rotation `needed` (4,), the best first."""
-    remaining = _remaining(table, needed)
+    remaining = _remaining_rotation(table, needed)
     few = np.argpartition(remaining, min(count, len(table)) - 1)[:count]
     return np.asarray(few[np.argsort(remaining[few], kind="stable")])
 
@@ -206,7 +206,7 @@ def _promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -
     return np.asarray(few[np.sort(first)][:width])
 
 
-def _remaining(table: PrimitiveTable, needed: FloatArray) -> FloatArray:
+def _remaining_rotation(table: PrimitiveTable, needed: FloatArray) -> FloatArray:
     return quaternion.angle(quaternion.product(table.undone, needed[:, None]))
 
 
@@ -233,12 +233,14 @@ def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> 
     near = nearest(table, needed, _CANDIDATES)
     _, first = np.unique(table.shape[near], return_index=True)
     starts = near[np.sort(first)[:_SHAPES]]
-    tries = [_solved(table, table.primitive(int(index)), needed) for index in starts]
+    tries = [_solve_primitive(table, table.primitive(int(index)), needed) for index in starts]
     enough = max(min(remaining for _, remaining in tries), _SHARE_OF_TOLERANCE * tolerance_rad)
     return min((found for found in tries if found[1] <= enough), key=lambda found: found[0].duration_s)
 
 
-def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> tuple[Primitive, float]:
+def _solve_primitive(
+    table: PrimitiveTable, primitive: Primitive, needed: FloatArray
+) -> tuple[Primitive, float]:
     """Least squares in the displacements of one primitive, within the joints' limits."""
     from scipy.optimize import least_squares
 
@@ -369,8 +371,8 @@ class Planner:
         forth, back = (self._chain(turn, most, direct=False) for turn in (needed, undone))
         # Each is optimized the way it was found: a turn and its inverse then take exactly as long.
         if min(forth, back, key=self._order) is forth:
-            return self._shortened(forth, needed)
-        return self._shortened(back, undone).backwards
+            return self._shorten_chain(forth, needed)
+        return self._shorten_chain(back, undone).backwards
 
     def to_go(self, needed: FloatArray) -> float:
         """A measure of how far a rotation (4,) is away: the angle for the lookup, the time for the search."""
@@ -385,15 +387,17 @@ class Planner:
 
     def _chain(self, needed: FloatArray, most: int, *, direct: bool) -> Chain:
         if not self.trim:
-            return self._found(needed, self.tolerance_rad, most, direct=direct)
+            return self._find_chain(needed, self.tolerance_rad, most, direct=direct)
         coarse = max(self.tolerance_rad, _TRIM_REACH_RAD)
-        chain = self._trimmed(self._found(needed, coarse, most, direct=direct), needed)
+        chain = self._trim_chain(self._find_chain(needed, coarse, most, direct=direct), needed)
         if chain.remaining_rad > self.tolerance_rad and coarse > self.tolerance_rad:
-            finer = self._trimmed(self._found(needed, self.tolerance_rad, most, direct=direct), needed)
+            finer = self._trim_chain(
+                self._find_chain(needed, self.tolerance_rad, most, direct=direct), needed
+            )
             chain = min(chain, finer, key=lambda chain: chain.remaining_rad)
         return chain
 
-    def _shortened(self, chain: Chain, needed: FloatArray) -> Chain:
+    def _shorten_chain(self, chain: Chain, needed: FloatArray) -> Chain:
         """The chain with all its displacements free, if that reaches the tolerance sooner."""
         if not self.trim or chain.remaining_rad > self.tolerance_rad:
             return chain
@@ -403,14 +407,14 @@ class Planner:
                 return Chain(*found)
         return chain
 
-    def _found(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:
+    def _find_chain(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:
         if direct:
             route = lookup(self.table, needed, goal_rad, most)
         else:
             route = search(self.table, self.time_to_go, needed, goal_rad, most=most)
         return Chain(tuple(self.table.primitive(index) for index in route.primitives), route.remaining_rad)
 
-    def _trimmed(self, chain: Chain, needed: FloatArray) -> Chain:
+    def _trim_chain(self, chain: Chain, needed: FloatArray) -> Chain:
         """The chain with its last primitive solved for, if that leaves less."""
         before = chain.primitives[:-1]
         last, remaining = trimmed(self.table, remainder(before, needed), self.tolerance_rad)

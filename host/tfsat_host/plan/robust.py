@@ -74,14 +74,14 @@ class Uncertain:
         vectors = parameters.nominal + np.concatenate(
             [np.zeros((1, len(parameters.nominal))), shifts, -shifts]
         )
-        turned = self._turned(parameters, vectors)
+        turned = self._reorientations(parameters, vectors)
         above, below = turned[1:].reshape(2, -1)
         bend = above + below - 2.0 * turned[0]
         variance = 0.25 * ((above - below) ** 2).sum() + 0.5 * (bend**2).sum()
         return Spread(float(turned[0] + 0.5 * bend.sum()), math.sqrt(variance))
 
     @staticmethod
-    def _turned(parameters: Parameters, vectors: FloatArray) -> FloatArray:
+    def _reorientations(parameters: Parameters, vectors: FloatArray) -> FloatArray:
         """(s,) reorientation of robots with parameters (s, p)."""
         robots: Multibody = parameters.robots(vectors)
         deltas = parameters.motion(vectors).delta_rad.T
@@ -106,11 +106,11 @@ def most_robust(
     uncertain: Uncertain, k: float, starts: Iterable[tuple[Problem, Sequence, FloatArray]]
 ) -> RobustSummit:
     """The best that is climbed to from any start: a problem, a sequence and displacements (d,) within its time."""
-    summits = [_climbed(uncertain, k, *start) for start in starts]
+    summits = [_climb(uncertain, k, *start) for start in starts]
     return max(summits, key=lambda one: one.spread.less(k))
 
 
-def _climbed(
+def _climb(
     uncertain: Uncertain, k: float, problem: Problem, sequence: Sequence, start_rad: FloatArray
 ) -> RobustSummit:
     """Joints that stand still at the start do so throughout: each face of the box is a start of its own."""

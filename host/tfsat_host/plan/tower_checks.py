@@ -160,14 +160,14 @@ def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Che
 
 _CHECKS: Columns = (
     Column("name", "check"),
-    Column("value", "found", words=lambda check: _shown(check.value, check.unit)),
-    Column("limit", "needed", words=lambda check: f"{check.needed} {_shown(check.limit, check.unit)}"),
+    Column("value", "found", words=lambda check: _format_value(check.value, check.unit)),
+    Column("limit", "needed", words=lambda check: f"{check.needed} {_format_value(check.limit, check.unit)}"),
     Column("passed", "passed", words=lambda check: "ok" if check.passed else "NO"),
     Column("sentence", "which means"),
 )
 
 
-def _shown(value: float, unit: str) -> str:
+def _format_value(value: float, unit: str) -> str:
     """Times to a millisecond, all else to a tenth."""
     return f"{value:.3f} {unit}" if unit == "s" else f"{value:.1f} {unit}"
 

@@ -62,16 +62,18 @@ def ask_boards(
     Raises:
         NotNow: the sequencer is armed or moves.
     """
-    at_sequencer = _identified(SequencerClient, opened["sequencer"])
-    begun = _asked("sequencer", at_sequencer, _begin)
-    at_logger = _identified(LoggerClient, opened["logger"])
+    at_sequencer = _identify_board(SequencerClient, opened["sequencer"])
+    begun = _ask_board("sequencer", at_sequencer, _begin)
+    at_logger = _identify_board(LoggerClient, opened["logger"])
     who = {"sequencer": _identity(at_sequencer), "logger": _identity(at_logger)}
     emulated = any(not isinstance(one, Missing) and one.runs_natively for one in who.values())
     calibration, name = certificate(emulated)
-    logger = _asked("logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance))
+    logger = _ask_board(
+        "logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance)
+    )
     sequencer = begun
     if not isinstance(begun, Missing):
-        sequencer = _asked("sequencer", at_sequencer, partial(_ended, begun))
+        sequencer = _ask_board("sequencer", at_sequencer, partial(_end_answers, begun))
     logger_board = replace(expected.logger_board, identity=who["logger"])
     origin = None
     if not isinstance(at_logger, Missing):
@@ -114,19 +116,19 @@ def _begin(sequencer: SequencerClient) -> SequencerAnswers:
     return SequencerAnswers(first, first, maneuver, sequencer.settings())
 
 
-def _ended(begun: SequencerAnswers, sequencer: SequencerClient) -> SequencerAnswers:
+def _end_answers(begun: SequencerAnswers, sequencer: SequencerClient) -> SequencerAnswers:
     """With the status of now. Raises what the request raises."""
     return replace(begun, last=Moment.of(sequencer.status, sequencer.now_s))
 
 
-def _identified(kind: type[Board], transport: Transport | TfsatError) -> Board | Missing:
+def _identify_board(kind: type[Board], transport: Transport | TfsatError) -> Board | Missing:
     """The board that identified itself, whatever protocol it speaks."""
     if isinstance(transport, TfsatError):
-        return _unanswered(transport)
+        return _missing_board(transport)
     try:
         return kind.connect_any_protocol(transport)
     except TfsatError as error:
-        return _unanswered(error)
+        return _missing_board(error)
 
 
 def _identity(board: BoardClient | Missing) -> BoardIdentity | Missing:
@@ -144,7 +146,7 @@ def _logger_image(
     return Reference(calibration.logger_image, certificate, calibrated=True)
 
 
-def _asked(
+def _ask_board(
     name: BoardName, board: Board | Missing, ask: Callable[[Board], BoardAnswers]
 ) -> BoardAnswers | Missing:
     """What it answers, if it speaks this protocol; Missing else. Raises NotNow."""
@@ -159,9 +161,9 @@ def _asked(
     except NotNow:
         raise
     except TfsatError as error:
-        return _unanswered(error)
+        return _missing_board(error)
 
 
-def _unanswered(error: TfsatError) -> Missing:
+def _missing_board(error: TfsatError) -> Missing:
     """A board that could not be asked, or not to the end."""
     return Missing(error.what, error.next_step)

@@ -81,7 +81,7 @@ def ask_logger(
     card: Trial | Running | Missing
     if status.state == LoggerState.RECORDING:
         live = _live(logger, advance)
-        card = _watched(status, logger.status(), settings)
+        card = _running_logger(status, logger.status(), settings)
     elif reason := _no_trial(status, landed_unnoted(status, since, computer_unix_s, calibration)):
         card, live = reason, _live(logger, advance)
     else:
@@ -144,7 +144,7 @@ def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
     )
 
 
-def _watched(
+def _running_logger(
     before: msg.LoggerStatusReply, after: msg.LoggerStatusReply, settings: msg.LoggerSettings
 ) -> Running | Missing:
     if after.state != LoggerState.RECORDING or after.session != before.session:
@@ -191,7 +191,7 @@ def trial_recording(
             logger.start_recording()
             logger.wait_for_card()
             live = meanwhile()
-            trial = _judged(logger, logger.stop_recording())
+            trial = _judge_trial(logger, logger.stop_recording())
         except PortError:
             raise
         except TfsatError as error:
@@ -204,7 +204,7 @@ def trial_recording(
     return trial, meanwhile() if live is None else live
 
 
-def _judged(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
+def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
     """What of the recording is on the card. Raises TfsatError: it is not there, or cannot be fetched."""
     entry = _entry_of(logger, stopped.session)
     if entry is None:

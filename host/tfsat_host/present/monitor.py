@@ -75,9 +75,9 @@ def one_line(t_s: float, watched: Watched) -> str:
     """All of it, short, for what is no terminal."""
     parts = [f"{t_s:.1f} s"]
     if watched.sequencer is not None:
-        parts.append(_joined(_sequencer(watched.sequencer)))
+        parts.append(_join_rows(_sequencer(watched.sequencer)))
     if (logger := watched.logger) is not None:
-        parts += [_joined(_logger(logger)), *attention(logger.status)]
+        parts += [_join_rows(_logger(logger)), *attention(logger.status)]
         if logger.status.ram_holds_drop:
             parts.append(f"RAM {RAM_HOLDS_DROP}")
         if (reading := logger.reading) is not None:
@@ -88,7 +88,7 @@ def one_line(t_s: float, watched: Watched) -> str:
     return " | ".join(parts)
 
 
-def _joined(rows: list[Row]) -> str:
+def _join_rows(rows: list[Row]) -> str:
     return "; ".join(f"{name} {text}" for rank, name, text in rows if rank != _IDENTITY)
 
 
@@ -146,7 +146,7 @@ class Picture:
 
     def blocks(self, width: int) -> list[Block]:
         """All of it from top to bottom, alarms first."""
-        blocks = [Block(ALWAYS, _wrapped(text, width), _ALARM) for text in _alarms(self.watched)]
+        blocks = [Block(ALWAYS, _wrap_text(text, width), _ALARM) for text in _alarms(self.watched)]
         if self.watched.sequencer is not None:
             blocks += _blocks(_sequencer(self.watched.sequencer), width)
         if (logger := self.watched.logger) is not None:
@@ -155,7 +155,7 @@ class Picture:
                 blocks += [
                     Block(_GAP, ("",)),
                     Block(_READING, _table(logger.reading, logger.status)),
-                    Block(_DOUBT, _wrapped(UNCALIBRATED, width)),
+                    Block(_DOUBT, _wrap_text(UNCALIBRATED, width)),
                 ]
         return [*blocks, Block(ALWAYS, ("Ctrl-C ends it.",))]
 
@@ -252,12 +252,12 @@ def _blocks(rows: list[Row], width: int) -> list[Block]:
     """The first of a board's rows is its head."""
     (rank, name, text), *others = rows
     return [
-        Block(rank, _wrapped(f"{name:<9}  {text}", width), _NAME),
-        *(Block(rank, _wrapped(f"  {name:<13} {text}", width, indent=16)) for rank, name, text in others),
+        Block(rank, _wrap_text(f"{name:<9}  {text}", width), _NAME),
+        *(Block(rank, _wrap_text(f"  {name:<13} {text}", width, indent=16)) for rank, name, text in others),
     ]
 
 
-def _wrapped(text: str, width: int, indent: int = 2) -> tuple[str, ...]:
+def _wrap_text(text: str, width: int, indent: int = 2) -> tuple[str, ...]:
     lines = textwrap.wrap(text, max(width, indent + 1), subsequent_indent=" " * indent, drop_whitespace=True)
     return tuple(lines)
 

@@ -168,7 +168,7 @@ class Output:
 
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
-        self._tell(f"{error.what}{_numbered(error)}", "Error: ", "1;31")
+        self._tell(f"{error.what}{_code_text(error)}", "Error: ", "1;31")
         for text in filter(None, (error.meaning, error.next_step)):
             self._tell("  " + text.replace("\n", "\n  "))
         return error.exit_code
@@ -238,12 +238,12 @@ class Output:
         from rich.console import Console
 
         width = stream_columns(stream) or _PIPED_TABLE_COLUMNS
-        return Console(file=stream, highlight=False, width=width, no_color=not _coloured(stream))
+        return Console(file=stream, highlight=False, width=width, no_color=not _has_color(stream))
 
     def _tell(self, text: str, mark: str = "", sgr: str = "") -> None:
         """Print to stderr, wrapped on a terminal."""
         rows = _rows(f"{mark}{_visible(text)}", stream_columns(self._stderr))
-        if mark and _coloured(self._stderr):
+        if mark and _has_color(self._stderr):
             rows[0] = rows[0].replace(mark.rstrip(), f"\x1b[{sgr}m{mark.rstrip()}\x1b[0m", 1)
         try:
             print("\n".join(rows), file=self._stderr, flush=True)
@@ -274,12 +274,12 @@ def refusal_name(code: IntEnum) -> str:
     return f"refusal {int(code)}, {code.name.lower()}"
 
 
-def _numbered(error: TfsatError) -> str:
+def _code_text(error: TfsatError) -> str:
     code = getattr(error, "code", None)
     return f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
 
 
-def _coloured(stream: TextIO) -> bool:
+def _has_color(stream: TextIO) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 

@@ -29,13 +29,13 @@ WHO = {
 }
 
 
-def _logged(stroke: Json) -> str:
+def _logged_time(stroke: Json) -> str:
     return "MISSING" if stroke["logged_s"] is None else f"{stroke['logged_s']:.4f}"
 
 
 _FLOWN: Columns = (
     Column("scheduled_s", "scheduled", form=".2f"),
-    Column("logged_s", "in the log", words=_logged),
+    Column("logged_s", "in the log", words=_logged_time),
     Column("joint", "joint"),
     Column("commanded_deg", "commanded", form="+.2f"),
     Column("size_deg", "flown", std="size_std_deg", form="+.2f"),
@@ -63,7 +63,7 @@ def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
     robot = f"seed {result['seed']} of {printable(result['robot']['file'])}, {imu}."
     _lines([("The robot:", robot), *_faults(result["faults"]), *_preflight(result)], out)
     if result["refused"]:
-        _lines(_refused(result), out)
+        _lines(_refusal_lines(result), out)
     elif result["no_release"]:
         _lines(_no_release(result["no_release"], folder, still_deg), out)
     else:
@@ -94,7 +94,7 @@ def _faults(faults: Sequence[Json]) -> Iterator[Line]:
             unnamed = "" if one["by_name"] else ", not by the fault's name"
             yield "", f"Noticed by {WHO[one['who']]}{unnamed}: {one['what']}"
         if not fault["noticed_by"]:
-            yield "", _unnoticed(fault, faults)
+            yield "", _unnoticed_text(fault, faults)
 
 
 def _if_dropped(fault: Json) -> str:
@@ -117,7 +117,7 @@ def _came_of(fault: Json) -> str:
     return f" It did NOT: in truth joints 1, 2, 3 moved by up to {moved} deg."
 
 
-def _unnoticed(fault: Json, faults: Sequence[Json]) -> str:
+def _unnoticed_text(fault: Json, faults: Sequence[Json]) -> str:
     if not fault["to_be_noticed"]:
         return "Not noticed. It changes nothing that is to be noticed."
     others = [one["name"] for one in faults if one is not fault and one["noticed_by"]]
@@ -141,7 +141,7 @@ def _preflight(result: Json) -> Iterator[Line]:
         yield "", "It was dropped all the same: --despite-preflight."
 
 
-def _refused(result: Json) -> Iterator[Line]:
+def _refusal_lines(result: Json) -> Iterator[Line]:
     if result["refused_by"] != "preflight":
         yield "Nothing was dropped:", result["refused"]
         return
@@ -161,7 +161,7 @@ def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
     yield (
         "What the robot did:",
         f"it hung {found['hook_min']:g} minutes on the hook, was let go and fell {found['fall_s']:.2f} s; {started}; "
-        f"in truth {_moved(found['joints_moved_true_deg'], still_deg)}.",
+        f"in truth {_moved_text(found['joints_moved_true_deg'], still_deg)}.",
     )
     ended_s = found["recording_ended_before_release_s"]
     if ended_s is not None or not found["switches"]:
@@ -187,7 +187,7 @@ def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
     yield "", f"tfsat-host decode {shlex.quote(str(folder / 'SD.bin'))}"
 
 
-def _moved(moved_deg: Sequence[float], still_deg: float) -> str:
+def _moved_text(moved_deg: Sequence[float], still_deg: float) -> str:
     if max(moved_deg) < still_deg:
         return f"no joint moved by more than {max(moved_deg):.1f} deg"
     each = ", ".join(f"joint {joint} by up to {moved:.1f} deg" for joint, moved in enumerate(moved_deg, 1))
@@ -217,16 +217,16 @@ def _show_motion(found: Json, out: Output) -> None:
     lines = []
     for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
         angles = ", ".join(
-            f"joint {one['joint']} {_known(one[f'{name}_deg'], one[f'{name}_deg_std'], sign=True)}"
+            f"joint {one['joint']} {_format_estimate(one[f'{name}_deg'], one[f'{name}_deg_std'], sign=True)}"
             for one in found["joints"]
         )
         lines.append(("Joints stood at:", f"{angles} deg {when}."))
-    turned = _known(found["reorientation_deg"], found["reorientation_deg_std"])
+    turned = _format_estimate(found["reorientation_deg"], found["reorientation_deg_std"])
     lines.append(("Body 1 turned by:", f"{turned} deg from the release to {found['until_s']:.2f} s."))
     _lines(lines, out)
 
 
-def _known(value: float | None, std: float | None, *, sign: bool = False) -> str:
+def _format_estimate(value: float | None, std: float | None, *, sign: bool = False) -> str:
     """A number with its standard deviation; null is unknown, or withheld."""
     if value is None:
         return "unknown"
@@ -290,7 +290,7 @@ def _evaluation(result: Json) -> Iterator[Line]:
         yield "", refused["next_step"]
 
 
-def _held(one: Any) -> str:
+def _held_pose_text(one: Any) -> str:
     if one.count < _MIN_RUNS_FOR_SHARE:
         return f"{round(one.held * one.count)} of {one.count}"
     return f"{100.0 * one.held:.0f} %"
@@ -304,7 +304,7 @@ _DISTRIBUTIONS: Columns = (
     Column("rms_error", "error, rms", form=".4f"),
     Column("largest_error", "largest", form=".4f"),
     Column("stated_std", "stated ±", form=".4f"),
-    Column("held", "95 % hold", words=_held),
+    Column("held", "95 % hold", words=_held_pose_text),
 )
 
 

@@ -168,7 +168,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
         what, meaning, cure = REMEDIES[status.fault]
         rows += [("  fault", what), ("    means", meaning), ("    cure", _here(cure))]
     if status.state in _MAY_BE_ARMED:
-        rows.append(("  arming", _arming(report.refusal)))
+        rows.append(("  arming", _arming_text(report.refusal)))
     if status.last_refusal != ErrorCode.NONE:
         rows.append(("  last refusal", _refused_then(status.last_refusal)))
     rows.append(("  maneuver", maneuver_words(report.maneuver)))
@@ -185,7 +185,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     return rows
 
 
-def _arming(refusal: BoardError | None) -> str:
+def _arming_text(refusal: BoardError | None) -> str:
     if refusal is None:
         return NOTHING_AGAINST_IT
     if refusal.code == ErrorCode.FAULT_LATCHED:
@@ -203,12 +203,12 @@ def _refused_then(code: ErrorCode) -> str:
 def _servo_rows(report: SelfReport) -> Rows:
     settings = report.settings.settings
     frame = f"a pulse each {settings.frame_us / 1000:g} ms"
-    summary = f"{origin_words(report.settings.origin)}, {frame}; {_commanded(report.status)}"
+    summary = f"{origin_words(report.settings.origin)}, {frame}; {_commanded_text(report.status)}"
     joints = [(f"    joint {joint}", servo_words(servo)) for joint, servo in enumerate(settings.servos, 1)]
     return [("  servos", summary), *joints]
 
 
-def _commanded(status: SequencerStatusReply) -> str:
+def _commanded_text(status: SequencerStatusReply) -> str:
     angles_deg = _joint_angles_deg(status)
     if not status.servos_driven:
         return "limp"
@@ -272,7 +272,10 @@ def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
     if run is None:
         return [("  last run", "none since power was switched on")]
     rows = [
-        ("  last run", "; ".join([_released(run), *_extent(run, state), f"{run.bounces} edges of bounce"]))
+        (
+            "  last run",
+            "; ".join([_release_text(run), *_extent(run, state), f"{run.bounces} edges of bounce"]),
+        )
     ]
     if run.earlier_us or run.later_us:
         rows.append(
@@ -302,7 +305,7 @@ def _stroke(onset: Onset, state: SequencerState) -> str:
     return f"began at {onset.start_us / US_PER_S:.6f} s, {error}"
 
 
-def _released(run: LastRun) -> str:
+def _release_text(run: LastRun) -> str:
     edge = f"released {run.released_us / US_PER_S:.6f} s after the start"
     if run.since_release_s is None:
         return f"{edge} before the last reset, or since"

@@ -70,25 +70,25 @@ def labelled(label: str, text: str, out: Output) -> None:
     width = _width()
     indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
     first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
-    for line in _wrapped(text, width, first, " " * indent):
+    for line in _wrap_text(text, width, first, " " * indent):
         out.line(line)
 
 
 def bullets(texts: Iterable[str], out: Output) -> None:
     """One sentence or more each."""
     for text in texts:
-        for line in _wrapped(text, _width(), "  - ", "    "):
+        for line in _wrap_text(text, _width(), "  - ", "    "):
             out.line(line)
 
 
 def sentences(texts: Iterable[str], out: Output) -> None:
     """As they are, one below the other."""
     for text in texts:
-        for line in _wrapped(text, _width(), "", "  "):
+        for line in _wrap_text(text, _width(), "", "  "):
             out.line(line)
 
 
-def _wrapped(text: str, width: int, first: str, others: str) -> list[str]:
+def _wrap_text(text: str, width: int, first: str, others: str) -> list[str]:
     return fill_lines(printable(text), width, first, others)
 
 

@@ -151,7 +151,7 @@ def begun(
     calibration = careful_certificate(filed, truth.calibrated or truth.imperfections, truth.seed, CALIBRATED)
     recordings: dict[str, bytes] = {}
     if bench:
-        rested = _rested(robot)
+        rested = _record_rest(robot)
         data, file = to_bytes(rested), file_name(rested)
         recordings[file] = data
         calibration = replace(
@@ -166,7 +166,7 @@ def begun(
     return Day(robot, schedule, calibration, recordings, seed=truth.seed)
 
 
-def _rested(robot: EmulatedRobot) -> Rest:
+def _record_rest(robot: EmulatedRobot) -> Rest:
     logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
     step = rest()
     EmulatedOperator(robot).begin(step)

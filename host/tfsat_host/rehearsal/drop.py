@@ -149,7 +149,7 @@ def rehearse(
         if refused is None:
             _fallen(day, truth, at, progress)
         progress("cables plugged; the recording is closed")
-        return _collected(day, truth, refused, faults)
+        return _collect_drop(day, truth, refused, faults)
 
 
 def _made_ready(
@@ -211,7 +211,7 @@ def _until(robot: EmulatedRobot, t_us: int) -> None:
     robot.advance(max(0, t_us - robot.now_us))
 
 
-def _collected(day: Day, robot_was: Truth, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
+def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
     """Cables plugged, power on, the recording closed, the card taken out."""
     robot, fell = day.robot, refused is None
     for board in BoardIndex:

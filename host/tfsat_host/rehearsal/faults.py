@@ -81,7 +81,7 @@ def _foreign_calibration(day: Day) -> None:
     )
 
 
-def _spoiled(defect: CardDefect) -> Callable[[Day], object]:
+def _spoil_card(defect: CardDefect) -> Callable[[Day], object]:
     return lambda day: day.robot.card_slot.spoil(defect)
 
 
@@ -116,7 +116,7 @@ STRIKES: Mapping[str, Callable[[Day], object]] = {
     "card-gone-on-the-hook": _gone_on_the_hook,
     "card-full": lambda day: day.robot.card_slot.fill(0),
     "card-missing": lambda day: day.robot.card_slot.remove(),
-    "card-write-protected": _spoiled(CardDefect.WRITE_PROTECTED),
+    "card-write-protected": _spoil_card(CardDefect.WRITE_PROTECTED),
     "card-pulled": lambda day: day.robot.card_slot.remove(),
     # One right after the landing comes before the second copy of the fall is written.
     **dict.fromkeys(
@@ -129,18 +129,18 @@ STRIKES: Mapping[str, Callable[[Day], object]] = {
 _STRIKES: Mapping[str, Callable[..., object]] = {**STRIKES, **SIZED_STRIKES}
 
 
-def _nothing(*_: object) -> None:
+def _do_nothing(*_: object) -> None:
     """Strikes: the robot is so from the day's beginning."""
 
 
-def _declared(values: Mapping[str, Any]) -> Fault:
+def _declare_fault(values: Mapping[str, Any]) -> Fault:
     name, (moment,) = values["name"], moments_of(values["moment"])
     outcomes = {at: outcome for outcome in Outcome for at in moments_of(values.get(outcome.typed, ""))}
     return Fault(
         name,
         values["what"],
         moment,
-        strike=_STRIKES.get(name, _nothing),
+        strike=_STRIKES.get(name, _do_nothing),
         outcomes={at: outcomes[at] for at in Moment if at in outcomes},
         complete=values.get("complete", True),
         noticed=values.get("noticed", ""),
@@ -152,7 +152,7 @@ def _declared(values: Mapping[str, Any]) -> Fault:
 
 
 GROUPS: Mapping[str, tuple[Fault, ...]] = {
-    group: tuple(map(_declared, tables))
+    group: tuple(map(_declare_fault, tables))
     for group, tables in tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8")).items()
 }
 """By what they are faults of."""
@@ -201,7 +201,7 @@ def fault_named(typed: str) -> Fault:
             next_step="See them all: tfsat-host rehearse --list-faults",
         )
     if of:
-        fault = _sized(fault, size)
+        fault = _fault_of_size(fault, size)
     if not at:
         return fault
     moment = next((one for one in Moment if one.typed == when), None)
@@ -219,7 +219,7 @@ def fault_named(typed: str) -> Fault:
     )
 
 
-def _sized(fault: Fault, typed: str) -> Fault:
+def _fault_of_size(fault: Fault, typed: str) -> Fault:
     own = fault.size
     if own is None:
         raise UsageError(

@@ -111,7 +111,7 @@ class ResultFolder:
         self._before = Before(path, REHEARSED)
         self._announced: list[Path] = []
         if path.exists() and not path.is_dir():
-            raise _refused(
+            raise _refusal(
                 f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
             )
         self._recover()
@@ -122,20 +122,20 @@ class ResultFolder:
         """Only a rehearsal's files would be overwritten."""
         path = self.path
         if (path / DROP).exists():
-            raise _refused(
+            raise _refusal(
                 f"{path} is a drop of a campaign: it holds {DROP}.", "Give another folder with --out."
             )
         if (path / INDEX).exists():
-            raise _refused(f"{path} is a campaign: it holds {INDEX}.", "Give another folder with --out.")
+            raise _refusal(f"{path} is a campaign: it holds {INDEX}.", "Give another folder with --out.")
         if self._force or not path.is_dir():
             return
         if any(path.iterdir()) and not (path / REHEARSED).exists():
-            raise _refused(
+            raise _refusal(
                 f"{path} holds files that no rehearsal made.",
                 "Give another folder with --out, or add --force.",
             )
         for name in self._not_ours():
-            raise _refused(
+            raise _refusal(
                 f"{path / name} is not as the rehearsal made it that made {path}.",
                 "Give another folder with --out, or add --force to overwrite it.",
             )
@@ -179,7 +179,7 @@ class ResultFolder:
             yield
             self._before.forget()
         except BaseException:
-            self._settled(self.begun())
+            self._settle(self.begun())
             raise
 
     def stale(self) -> Iterable[Path]:
@@ -189,9 +189,9 @@ class ResultFolder:
     def _recover(self) -> None:
         """A program that was killed left new files, all in its mark, and the old ones in their hidden folder."""
         if self._before.waiting.is_dir():
-            self._settled([self.path / name for name in rehearsed_files(self.path)])
+            self._settle([self.path / name for name in rehearsed_files(self.path)])
 
-    def _settled(self, begun: Iterable[Path]) -> None:
+    def _settle(self, begun: Iterable[Path]) -> None:
         """All new if that is whole, which its mark says by the hashes in it; else all as it was."""
         if any(rehearsed_files(self.path).values()):
             self._before.forget()
@@ -235,7 +235,7 @@ def _text(lines: Iterable[str]) -> str:
     return "".join(f"{line}\n" for line in (_FIRST_LINE, *lines))
 
 
-def _refused(what: str, next_step: str) -> UsageError:
+def _refusal(what: str, next_step: str) -> UsageError:
     return UsageError(
         what=what,
         meaning="Nothing was flown, nothing was overwritten.",

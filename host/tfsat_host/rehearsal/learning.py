@@ -99,7 +99,7 @@ def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = la
         UsageError: the robot is none that the boards fly, or its file takes what is wanted for exact.
     """
     if not robot.has_sequencer or len(robot.imus) != IMU_COUNT:
-        raise _refused(
+        raise _refusal(
             f"{robot.path} is no robot that both boards fly.", "Give the file of the robot that is dropped."
         )
     candidates = [USUAL, *_candidates(robot)]
@@ -112,7 +112,7 @@ def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = la
     usual, offsets = lessons[0], lessons[0].fit.offsets
     rows = _rows(offsets, wanted)
     if not len(rows):
-        raise _refused(
+        raise _refusal(
             f"{robot.path} takes the {wanted} for exact.", "State their [uncertainty], or want another one."
         )
     ranked = sorted(lessons, key=lambda one: float(np.sum(_std([one.fit], wanted) ** 2)))
@@ -172,5 +172,5 @@ def _maneuver(problem: Problem, loop: Loop, share: FloatArray) -> Maneuver:
     return maneuver_of(problem, joints, alpha_deg, f"to learn: {written(joints)} by {sizes}")
 
 
-def _refused(what: str, cure: str) -> UsageError:
+def _refusal(what: str, cure: str) -> UsageError:
     return UsageError(what=what, meaning="Nothing was designed.", next_step=cure)

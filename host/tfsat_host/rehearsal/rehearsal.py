@@ -171,7 +171,7 @@ class Rehearsal:
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with kept.replaced():
             log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
-            evaluated, refusal = _evaluated(kept, drop, log)
+            evaluated, refusal = _evaluate_folder(kept, drop, log)
             judged = (
                 Judged(drop, log, refusal=refusal)
                 if evaluated is None
@@ -293,7 +293,7 @@ class Rehearsed:
         return 0 if as_planned else DataLossError.exit_code
 
 
-def _evaluated(
+def _evaluate_folder(
     folder: RunFolder, drop: Drop, log: DropLog | None
 ) -> tuple[EvaluatedRun | None, TfsatError | None]:
     """As `report` would; or why the recording cannot be evaluated. Neither: nothing fell."""

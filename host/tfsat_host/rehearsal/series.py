@@ -179,7 +179,7 @@ def fly(series: Series, number: int) -> Flown:
     """One of them, evaluated and compared with the truth."""
     truth = series.truth(number)
     drop = series.rehearsed(truth)
-    judged = _judged(drop, series)
+    judged = _judge_drop(drop, series)
     numbers: dict[str, Any] = {}
     if judged.log is not None:
         numbers["samples_lost"] = judged.log.samples_lost
@@ -202,7 +202,7 @@ def fly(series: Series, number: int) -> Flown:
     )
 
 
-def _judged(drop: Drop, series: Series) -> Judged:
+def _judge_drop(drop: Drop, series: Series) -> Judged:
     if drop.refused is not None or not drop.card:
         return Judged(drop)
     log = decoded(drop)
@@ -287,7 +287,7 @@ def series_result(
         "as_filed": series.as_filed,
         "imu": outcomes[0].imu or None,
         "faults": list(series.faults),
-        "faults_noticed": [_noticed(name, outcomes) for name in series.faults],
+        "faults_noticed": [_count_notices(name, outcomes) for name in series.faults],
         "broke_design": [one.number for one in outcomes if one.broke_design],
         "dropped": sum(not one.refused for one in outcomes),
         "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
@@ -302,7 +302,7 @@ def series_result(
     }
 
 
-def _noticed(name: str, outcomes: Sequence[Flown]) -> dict[str, Any]:
+def _count_notices(name: str, outcomes: Sequence[Flown]) -> dict[str, Any]:
     """In how many drops a fault struck and was noticed, and by whom."""
     by = [one.noticed[name] for one in outcomes if name in one.noticed]
     return {

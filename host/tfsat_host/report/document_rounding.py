@@ -31,7 +31,7 @@ def _drop(drop: Mapping[str, Any]) -> dict[str, Any]:
     replay = drop.get("replay")
     return {
         **drop,
-        "t_s": _rounded(drop["t_s"], 6),
+        "t_s": _round_values(drop["t_s"], 6),
         "plots": [_plot(plot) for plot in drop["plots"]],
         "replay": None if replay is None else _replay(replay),
     }
@@ -56,25 +56,25 @@ def _series(series: Mapping[str, Any], *, log: bool) -> dict[str, Any]:
     digits = _digits(values)
     return {
         **series,
-        "values": _rounded(values, digits),
-        "std": None if std is None else _rounded(std, max(digits, _digits(std) - 2)),
+        "values": _round_values(values, digits),
+        "std": None if std is None else _round_values(std, max(digits, _digits(std) - 2)),
     }
 
 
 def _replay(replay: Mapping[str, Any]) -> dict[str, Any]:
     """Poses to 0.1 mm and 0.001 deg, no more than a hundred a second; first and last stay."""
     t_s = replay["t_s"]
-    kept = _kept(t_s)
+    kept = _poses_to_keep(t_s)
     model = replay["model"]
     return {
         **replay,
-        "t_s": _rounded([t_s[i] for i in kept], 4),
+        "t_s": _round_values([t_s[i] for i in kept], 4),
         "measured": [[_pose(pose) for pose in replay["measured"][i]] for i in kept],
         "model": None if model is None else [[_pose(pose) for pose in model[i]] for i in kept],
     }
 
 
-def _kept(t_s: Sequence[float]) -> list[int]:
+def _poses_to_keep(t_s: Sequence[float]) -> list[int]:
     """Indices of the poses to keep: one where a step has passed since the last, and both sides of every gap."""
     kept: list[int] = []
     for i, t in enumerate(t_s):
@@ -90,7 +90,7 @@ def _kept(t_s: Sequence[float]) -> list[int]:
 
 
 def _pose(pose: Sequence[float | None]) -> list[float | None]:
-    return _rounded(pose[:3], 4) + _rounded(pose[3:], 5)
+    return _round_values(pose[:3], 4) + _round_values(pose[3:], 5)
 
 
 def _digits(values: Sequence[float | None]) -> int:
@@ -102,7 +102,7 @@ def _digits(values: Sequence[float | None]) -> int:
     return math.ceil(-math.log10(step)) if step > 0 else 0
 
 
-def _rounded(values: Sequence[float | None], digits: int) -> list[float | None]:
+def _round_values(values: Sequence[float | None], digits: int) -> list[float | None]:
     return [
         None if value is None or not math.isfinite(value) else round(float(value), digits) for value in values
     ]

@@ -58,12 +58,16 @@ def write_evaluated_mcap(drop: Reported, path: Path) -> None:
     """
 
     def channels(stamp: Stamp) -> list[Channel]:
-        return [*_evaluated(drop.evaluation, stamp), _scene(drop.evaluation, stamp), _words(drop, stamp)]
+        return [
+            *_evaluation_channels(drop.evaluation, stamp),
+            _scene(drop.evaluation, stamp),
+            _words(drop, stamp),
+        ]
 
     write_mcap(drop.evaluation.log, path, BodyFrames((), (), (NOTE,)), channels, MARKER)
 
 
-def _evaluated(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
+def _evaluation_channels(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
     """Frames, attitudes, rates, joints, momenta and errors over time."""
     motion, explained = found.motion, found.explained
     kinds = {**kinds_of("tfsat/evaluation.proto", _MESSAGES), "Frame": frame_transforms()}

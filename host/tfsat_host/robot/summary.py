@@ -95,13 +95,13 @@ def summary(robot: RobotModel) -> Json:
         "file": str(robot.path),
         "source": robot.source,
         "base": robot.body_names[robot.base],
-        "mass_kg": _rounded(mass),
+        "mass_kg": _round_values(mass),
         "com_mm": _thousandths(com),
         **_inertia(inertia),
         "bodies": [
             {
                 "name": name,
-                "mass_kg": _rounded(robot.mass_kg[i]),
+                "mass_kg": _round_values(robot.mass_kg[i]),
                 "origin_mm": _thousandths(robot.origin_m[i]),
                 "com_mm": _thousandths(robot.com_m[i]),
                 **_inertia(robot.inertia_kg_m2[i]),
@@ -116,7 +116,7 @@ def summary(robot: RobotModel) -> Json:
                 "bus": imu.bus,
                 "address": imu.address,
                 "position_mm": _thousandths(imu.position_m),
-                "sensor_to_body": _rounded(imu.sensor_to_body),
+                "sensor_to_body": _round_values(imu.sensor_to_body),
                 "gyro_range_deg_s": _degrees(imu.gyro_range_rad_s),
                 "low_pass_hz": imu.low_pass_hz,
             }
@@ -147,7 +147,7 @@ def _joint(robot: RobotModel, j: int) -> Json:
         "name": robot.joint_names[j],
         "inner": robot.body_names[robot.joint_inner[j]],
         "outer": robot.body_names[robot.joint_outer[j]],
-        "axis": _rounded(robot.joint_axis[j]),
+        "axis": _round_values(robot.joint_axis[j]),
         "point_mm": _thousandths(robot.joint_point_m[j]),
         "limits_deg": _degrees(robot.joint_limits_rad[j]),
         "servo": {
@@ -165,7 +165,7 @@ def _pulses(pulses: PulseMap) -> Json:
         "range_us": list(pulses.range_us),
         "reference_pulse_us": pulses.reference_pulse_us,
         "reference_angle_deg": _degrees(pulses.reference_angle_rad),
-        "pulse_us_per_deg": _rounded(np.radians(pulses.pulse_us_per_rad)),
+        "pulse_us_per_deg": _round_values(np.radians(pulses.pulse_us_per_rad)),
     }
 
 
@@ -211,15 +211,15 @@ def _extent(corners: list[list[float]]) -> str:
     return f"{vector(np.min(corners, axis=0), form='.5g')} to {vector(np.max(corners, axis=0), form='.5g')}"
 
 
-def _rounded(values: ArrayLike) -> Any:
+def _round_values(values: ArrayLike) -> Any:
     """A number, or nested lists of them; no minus before a zero."""
     return (np.round(np.asarray(values), _DECIMALS) + 0.0).tolist()
 
 
 def _thousandths(values: ArrayLike) -> Any:
     """Of metres millimetres, of kg m^2 g m^2."""
-    return _rounded(1e3 * np.asarray(values))
+    return _round_values(1e3 * np.asarray(values))
 
 
 def _degrees(values: ArrayLike) -> Any:
-    return _rounded(np.degrees(values))
+    return _round_values(np.degrees(values))

@@ -71,11 +71,11 @@ def notices(
         lacking = [one for one in shortcomings if one.reason == reason]
         if lacking:
             commands = _commands((one.command for one in lacking), options)
-            objections.append(f"{words} {_listed([one.name for one in lacking])}. To measure: {commands}")
+            objections.append(f"{words} {_list_names([one.name for one in lacking])}. To measure: {commands}")
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
         objections.append(
-            f"Measured only after the landing that followed, which may have changed it: {_listed(later)}. "
+            f"Measured only after the landing that followed, which may have changed it: {_list_names(later)}. "
             "A calibration from before the drop says more."
         )
     return objections + _of_the_future(calibration, file, now or datetime.now(UTC))
@@ -157,7 +157,7 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     last = max(one.taken for one in early if one.taken is not None)
     another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
-        f"{_listed([one.name for one in early])} {'was' if len(early) == 1 else 'were'} measured in the future "
+        f"{_list_names([one.name for one in early])} {'was' if len(early) == 1 else 'were'} measured in the future "
         f"({last.astimezone(UTC):%Y-%m-%d %H:%M} UTC): the clock was wrong then or is now; landings cannot end it. "
         f"Set the clock if it is wrong now; else measure again into another certificate: "
         f"{_commands((one.command for one in early), another)}"
@@ -165,10 +165,12 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
 
 
 def _commands(commands: Iterable[str], options: str) -> str:
-    return _listed(list(dict.fromkeys(f"tfsat-host calibrate {command}{options}" for command in commands)))
+    return _list_names(
+        list(dict.fromkeys(f"tfsat-host calibrate {command}{options}" for command in commands))
+    )
 
 
-def _listed(names: list[str]) -> str:
+def _list_names(names: list[str]) -> str:
     more = len(names) - _NAMED
     return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
@@ -274,7 +276,7 @@ def note_landing_of(
     """
     if log.release_us is None or any(_is_of(landing, log) for landing in calibration.landings):
         return
-    landing, how = _landing(log, now or datetime.now(UTC))
+    landing, how = _find_landing(log, now or datetime.now(UTC))
     known = with_landing(calibration, landing)
     if known is calibration:
         return
@@ -322,7 +324,7 @@ def _landing_of(log: DropLog) -> datetime | None:
     return time_of_day(log, next(after, log.release_us + FALL_US))
 
 
-def _landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
+def _find_landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
     """The landing, and how its time is known.
 
     Without a time of day it was not later than the file: whatever was measured before that counts as before it.

@@ -78,7 +78,7 @@ def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
     """
     worth, text = worth_of(found), _text(found.model)
     if worth == "withheld":
-        raise _refused(" ".join(correction_sentences(found)), "Cure what the checks name, and drop again.")
+        raise _refusal(" ".join(correction_sentences(found)), "Cure what the checks name, and drop again.")
     drop = f"drop {found.log.session:08x}"
     when = "" if recorded is None else f" of {recorded:%Y-%m-%d %H:%M:%S} UTC"
     heading = [f"{CORRECTED_MARKER.decode()}: {drop}{when}, of {found.model.path.name}."]
@@ -92,7 +92,7 @@ def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
     try:
         parse_robot(text, found.model.path)
     except RobotFileError as error:
-        raise _refused(
+        raise _refusal(
             f"The correction makes no robot. {error.what}",
             "Check that entry in the robot file: the drop contradicts it.",
         ) from error
@@ -109,17 +109,17 @@ def corrections(found: Evaluation) -> Iterator[Correction]:
     for b in range(filed.n_bodies):
         mass = np.array([filed.mass_kg[b], body.mass_kg[b]])
         std = _std(fit, "mass", b, lambda one: one.shape * body.mass_kg[one.of, None])
-        yield from _changed(("body", b, "mass_kg"), (), mass[:1], mass[1:], std)
+        yield from _find_corrections(("body", b, "mass_kg"), (), mass[:1], mass[1:], std)
         com = 1e3 * (body.com_m[b] - filed.origin_m[b])
         std = _std(fit, "com", b, lambda one: 1e3 * one.shape)
-        yield from _changed(("body", b, "com_mm"), _AXES, 1e3 * filed.com_m[b], com, std)
+        yield from _find_corrections(("body", b, "com_mm"), _AXES, 1e3 * filed.com_m[b], com, std)
         old, new = (signs * of.inertia_kg_m2[b][pairs] for of in (filed, body))
         std = _std(fit, "inertia", b, lambda one: signs * fit.offsets.inertia_slope(one, fit.values)[pairs])
-        yield from _changed(("body", b, "inertia_g_m2"), tuple(_ENTRIES), old, new, std)
+        yield from _find_corrections(("body", b, "inertia_g_m2"), tuple(_ENTRIES), old, new, std)
     for j in range(filed.n_joints):
         old, new = (1e3 * of.joint_point_m[j] for of in (filed, body))
         std = _std(fit, "point", j, lambda one: 1e3 * one.shape)
-        yield from _changed(("joint", j, "point_mm"), _AXES, old, new, std)
+        yield from _find_corrections(("joint", j, "point_mm"), _AXES, old, new, std)
     yield from _axes(found.explained)
 
 
@@ -132,7 +132,7 @@ def _axes(explained: ModelComparison) -> Iterator[Correction]:
         # A turn u moves the axis a by u x a.
         slope = np.cross(across(old), old).T @ flown.tilt_errors[j]
         std = _root(slope @ fit.covariance[first:, first:] @ slope.T)
-        yield from _changed(("joint", j, "axis"), _AXES, old, new, std)
+        yield from _find_corrections(("joint", j, "axis"), _AXES, old, new, std)
 
 
 def _std(fit: ModelFit, kind: Kind, of: int, slope: Callable[[Parameter], FloatArray]) -> FloatArray | None:
@@ -149,7 +149,7 @@ def _root(covariance: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
-def _changed(
+def _find_corrections(
     path: tuple[str | int, ...],
     names: tuple[str, ...],
     old: FloatArray,
@@ -174,11 +174,11 @@ def _with(text: str, one: Correction, comment: str) -> str:
         return with_entry(text, one.path, one.entry, comment)
     except KeyError as error:
         where = f"{one.path[-1]} of {one.path[0]} {int(one.path[1]) + 1}"
-        raise _refused(
+        raise _refusal(
             f"{where} shares a line of the robot file with other entries.",
             "Give each entry a line of its own, as robots/drop_tower.toml does.",
         ) from error
 
 
-def _refused(what: str, next_step: str) -> TfsatError:
+def _refusal(what: str, next_step: str) -> TfsatError:
     return TfsatError(what=what, meaning="No corrected robot was written.", next_step=next_step)

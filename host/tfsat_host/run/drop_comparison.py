@@ -144,7 +144,7 @@ class Comparison:
 
     def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
         self.runs = tuple(runs)
-        drops = [_fitted(run) for run in runs]
+        drops = [_fit_drop(run) for run in runs]
         fits = [drop.fit for drop in trusted(drops)]
         self.combined: Combined | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
@@ -175,7 +175,7 @@ class Comparison:
         return cls(runs) if len(runs) > 1 else None
 
 
-def _fitted(run: EvaluatedRun) -> FittedDrop:
+def _fit_drop(run: EvaluatedRun) -> FittedDrop:
     explained = run.found.explained
 
     def error_deg(values: Any) -> float:

@@ -54,7 +54,7 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
 
 
 def _stands(stem: Path, name: str) -> bool:
-    return _named(stem, f".{name}").exists() or _named(stem, f".events.{name}").exists()
+    return _name_export(stem, f".{name}").exists() or _name_export(stem, f".events.{name}").exists()
 
 
 def _holds_other_recording(file: OutputFile, log: DropLog) -> bool:
@@ -65,7 +65,7 @@ def _holds_other_recording(file: OutputFile, log: DropLog) -> bool:
     return is_of_recording(file.path, log) is False
 
 
-def _named(stem: Path, ending: str) -> Path:
+def _name_export(stem: Path, ending: str) -> Path:
     return stem.with_name(stem.name + ending)
 
 
@@ -74,7 +74,7 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
     files = {}
 
     def add(key: str, ending: str, marker: bytes, write: Callable[[DropLog, Path], object]) -> None:
-        files[key] = OutputFile(_named(stem, ending), marker, partial(write, log))
+        files[key] = OutputFile(_name_export(stem, ending), marker, partial(write, log))
 
     if "csv" in formats:
         from tfsat_host.sdlog import export_tables as tables

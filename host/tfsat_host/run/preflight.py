@@ -176,7 +176,7 @@ def require_not_flown(folder: Path) -> None:
         UsageError: it is a campaign's drop, holds a recording, or its record names one.
         OSError: something cannot be read.
     """
-    why = _flown(folder)
+    why = _flown_evidence(folder)
     if why:
         raise UsageError(
             what=f"{folder} is the folder of a drop that was flown: {why}.",
@@ -187,14 +187,14 @@ def require_not_flown(folder: Path) -> None:
         )
 
 
-def _flown(folder: Path) -> str:
+def _flown_evidence(folder: Path) -> str:
     """How that is known; empty: it was not."""
     if (folder / DROP).exists():
         return f"it holds {DROP}, so it is a campaign's"
     found = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
     if found is not None:
         return f"it holds the recording {found.name}"
-    signed = next((name for name in _signed(folder) if name.lower().endswith(".bin")), None)
+    signed = next((name for name in _signed_names(folder) if name.lower().endswith(".bin")), None)
     return "" if signed is None else f"its record vouches for the recording {signed}"
 
 
@@ -205,7 +205,7 @@ def _is_recording(path: Path) -> bool:
         return path.name == RECORDING or _MAGIC in file.read(_LOOK_BYTES)
 
 
-def _signed(folder: Path) -> list[str]:
+def _signed_names(folder: Path) -> list[str]:
     """Names in the run's record; none where it is damaged: the preflight says so when it signs."""
     try:
         return [file.name for entry in entries_of(folder) for file in entry.files]

@@ -111,7 +111,7 @@ def sign(folder: Path, files: Sequence[Path], by: str, at: datetime) -> Entry:
     """
     if at.tzinfo is None:
         raise ValueError("the time of an entry needs its time zone")
-    signed = tuple(_signed(folder, file) for file in files)
+    signed = tuple(_sign_file(folder, file) for file in files)
     with one_at_a_time(folder / _LOCK, f"the record of {folder}"):
         entries = entries_of(folder)
         previous = sha256_of_entry(entries[-1]) if entries else ""
@@ -219,7 +219,7 @@ def _after(folder: Path, entry: Entry) -> Finding:
     return Finding("inserted", RECORD, what)
 
 
-def _signed(folder: Path, file: Path) -> SignedFile:
+def _sign_file(folder: Path, file: Path) -> SignedFile:
     try:
         name = file.resolve().relative_to(folder.resolve()).as_posix()
     except ValueError as error:

@@ -216,7 +216,7 @@ class ReportFiles:
         new_folder = new_folder_of(self.page)
         with notices.progress("Writing the report", total=1.0) as advance:
             step = partial(advance, 1.0 / len(outputs))
-            write_all([_counted(output, step) for output in outputs], force=self.wanted.force)
+            write_all([_count_output(output, step) for output in outputs], force=self.wanted.force)
         tell_new_folder(new_folder, notices)
         return [output.path for output in outputs]
 
@@ -264,7 +264,7 @@ def lacking(place: Path, refusal: TfsatError) -> str:
     return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
 
 
-def _counted(output: OutputFile, done: Callable[[], object]) -> OutputFile:
+def _count_output(output: OutputFile, done: Callable[[], object]) -> OutputFile:
     """The same, calling `done` when it is written."""
 
     def write(path: Path) -> None:

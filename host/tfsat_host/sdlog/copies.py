@@ -41,11 +41,11 @@ def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[Recor
         LogError: the file cannot be read, or is not what it was.
     """
     pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
-    contested = _contested(pieces)
+    contested = _find_contested(pieces)
     taken, pieces = [pieces[~contested]], pieces[contested]
     duplicate = conflicting = 0
     for window in _windows(pieces):
-        contested = _contested(window)
+        contested = _find_contested(window)
         taken.append(window[~contested])
         if contested.any():
             best, equal, different = _best_of_each_number(source, window[contested])
@@ -56,7 +56,7 @@ def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[Recor
     return joined(all_taken[np.argsort(all_taken["number"])]), duplicate, conflicting
 
 
-def _contested(pieces: RecordArray) -> BoolArray:
+def _find_contested(pieces: RecordArray) -> BoolArray:
     """Which of the pieces, in the order of their first numbers, share a number with another."""
     first = pieces["number"]
     end = first + pieces["count"]

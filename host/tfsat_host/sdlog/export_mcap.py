@@ -213,7 +213,7 @@ def write_mcap(
             if kind not in schemas:
                 schemas[kind] = register_schema(writer, kind)
             number = writer.register_channel(channel.topic, "protobuf", schemas[kind], channel.metadata)
-            streams.append(_numbered(number, channel.messages()))
+            streams.append(_number_messages(number, channel.messages()))
         for t_us, number, data in heapq.merge(*streams, key=lambda message: message[0]):
             time_ns = (t_us + offset_us) * 1000
             writer.add_message(number, log_time=time_ns, publish_time=time_ns, data=data)
@@ -221,7 +221,7 @@ def write_mcap(
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def _numbered(number: int, messages: Iterator[tuple[int, bytes]]) -> Iterator[tuple[int, int, bytes]]:
+def _number_messages(number: int, messages: Iterator[tuple[int, bytes]]) -> Iterator[tuple[int, int, bytes]]:
     """The messages of one channel with its number."""
     for t_us, data in messages:
         yield t_us, number, data
@@ -259,10 +259,10 @@ def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channe
         rows = partial(_samples, log, column.valid, partial(_values, [column], []))
         yield channel(f"/joint_{joint + 1}/sensor_{sensor + 1}", kinds["AngleSensor"], rows)
     for track in frames.joints:
-        rows = partial(_tracked, track.t_us, np.rad2deg(track.angle_rad)[:, None])
+        rows = partial(_track_rows, track.t_us, np.rad2deg(track.angle_rad)[:, None])
         yield channel(f"/quick_look/{track.name}", kinds["JointAngle"], rows, QUICK_LOOK)
     for frame in frames.tracks:
-        rows = partial(_tracked, frame.t_us, np.hstack((frame.translation_m, frame.quaternion_xyzw)))
+        rows = partial(_track_rows, frame.t_us, np.hstack((frame.translation_m, frame.quaternion_xyzw)))
         named = {"parent_frame_id": frame.parent, "child_frame_id": frame.child}
         yield channel(f"/quick_look/tf/{frame.child}", frame_transforms(), rows, QUICK_LOOK, **named)
 
@@ -281,7 +281,7 @@ def _values(columns: list[CountColumn], flags: list[BoolArray], rows: NDArray[np
     return [*(column.values(rows) for column in columns), *(flag[rows] for flag in flags)]
 
 
-def _tracked(t_us: IntArray, numbers: FloatArray) -> Rows:
+def _track_rows(t_us: IntArray, numbers: FloatArray) -> Rows:
     yield from zip(t_us.tolist(), numbers.tolist(), strict=True)
 
 

@@ -100,7 +100,7 @@ def invalidate_repeated(
             own = rows[which == body]
             if not len(own) and not len(before):
                 continue
-            runs = _joined(np.concatenate((before, np.stack((own, own + _PROBE_EVERY), axis=1))))
+            runs = _join_runs(np.concatenate((before, np.stack((own, own + _PROBE_EVERY), axis=1))))
             goes_on = runs[:, 1] == end
             open_runs[body] = runs[goes_on]
             _judge(runs[~goes_on], imu[:, body], index, t_us, imu_valid[:, body])
@@ -122,7 +122,7 @@ def _still(imu: NDArray[np.int16], imu_valid: BoolArray, begin: int, end: int) -
     return rows, which
 
 
-def _joined(runs: IntArray) -> IntArray:
+def _join_runs(runs: IntArray) -> IntArray:
     """(k, 2) first and last rows, those joined of which one begins with the last row of the one before."""
     starts = np.flatnonzero(np.concatenate(([True], runs[1:, 0] != runs[:-1, 1])))
     ends = np.append(starts[1:], len(runs)) - 1

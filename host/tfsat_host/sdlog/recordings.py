@@ -134,7 +134,7 @@ class Census:
         return tuple(
             Recording(
                 session=session,
-                started_unix_us=_started(tally),
+                started_unix_us=_start_of(tally),
                 samples=tally.samples,
                 blocks=tally.blocks,
                 is_unbroken=session in unbroken,
@@ -169,7 +169,7 @@ class Census:
                     break
 
 
-def _started(tally: _Tally) -> int | None:
+def _start_of(tally: _Tally) -> int | None:
     return None if tally.unix_offset_us is None else tally.unix_offset_us + tally.first_time_us
 
 

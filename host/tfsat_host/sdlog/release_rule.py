@@ -199,7 +199,7 @@ def switch_edges(
     edges, changes = list(recorded), _rows_at_changes(t_us, switch_open)
     for switch in range(SWITCH_COUNT):
         own = [edge for edge in recorded if edge[1] == switch]
-        for span, is_open in _unrecorded(own, t_us, switch_open[:, switch], period_us, changes):
+        for span, is_open in _find_unrecorded_changes(own, t_us, switch_open[:, switch], period_us, changes):
             edges.append((span[1], switch, is_open))
             missing.append(span)
     return sorted(edges, key=lambda edge: edge[0]), missing
@@ -217,7 +217,7 @@ def state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: BoolArra
     return state
 
 
-def _unrecorded(
+def _find_unrecorded_changes(
     edges: list[SwitchEdge], t_us: IntArray, is_open: BoolArray, period_us: int, changes: IntArray
 ) -> list[tuple[Span, bool]]:
     """Changes of one switch that its samples show and its edges do not: between when, and to what."""

@@ -78,7 +78,7 @@ def summary(log: DropLog) -> Json:
     """The metadata, and per sensor how many samples were valid, invalid and clipped."""
     return metadata(log) | {
         "sensors": _sensor_rows(log),
-        "clipping": _clipping(log),
+        "clipping": _clipping_facts(log),
         "warnings": warnings(log),
     }
 
@@ -95,7 +95,7 @@ def _sensor_rows(log: DropLog) -> list[Json]:
     return rows
 
 
-def _clipping(log: DropLog) -> Json | None:
+def _clipping_facts(log: DropLog) -> Json | None:
     """When IMUs were at their full scale, and how many such samples lie in the fall; None if never.
 
     The landing clips: that is no fault. In the fall a clipped value is a lower bound of the truth.
@@ -165,7 +165,7 @@ def warnings(log: DropLog) -> list[str]:
         lines.append(_late_line(log))
     if log.footer is None:
         lines.append(_open_end_line(log))
-    clipped = _clipping(log)
+    clipped = _clipping_facts(log)
     if clipped is not None and clipped["in_fall"]:
         lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
     lines += [_missed_line(log, row) for row in _sensor_rows(log) if row["invalid"]]

@@ -41,11 +41,13 @@ def write_certificate(certificate: Path, calibration: Calibration) -> None:
 
 def kept_before(certificate: Path, moment: datetime) -> list[Path]:
     """The copies of a certificate that were written before that moment, the newest first."""
-    written = ((_written(kept), kept) for kept in recordings_folder(certificate).glob("certificate-*.toml"))
+    written = (
+        (_time_of_copy(kept), kept) for kept in recordings_folder(certificate).glob("certificate-*.toml")
+    )
     return [kept for when, kept in sorted(written, reverse=True) if when < moment]
 
 
-def _written(kept: Path) -> datetime:
+def _time_of_copy(kept: Path) -> datetime:
     """By the name; never, for files of a person's own making."""
     try:
         return datetime.strptime(kept.name, _KEPT).replace(tzinfo=UTC)

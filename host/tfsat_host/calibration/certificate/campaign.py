@@ -168,7 +168,7 @@ class Campaign:
         solution = solve([*self.evidence, step], self._model, self._last_landing())
         data, file = to_bytes(step), file_name(step)
         paper = Paper(step.step.key, step.taken, file, sha256(data))
-        calibration = self._certified(solution, {**self._papers, **_by_step([paper])})
+        calibration = self._make_certificate(solution, {**self._papers, **_by_step([paper])})
         try:
             write_whole(self.folder / file, data)
             write_certificate(self.certificate, calibration)
@@ -184,7 +184,7 @@ class Campaign:
         self._replaces = False
         return calibration
 
-    def _certified(self, solution: Solution, papers: _Papers) -> Calibration:
+    def _make_certificate(self, solution: Solution, papers: _Papers) -> Calibration:
         servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         before = self.calibration
         return Calibration(

@@ -121,7 +121,7 @@ def _check_seal(top: Table) -> None:
         )
 
 
-def _drawn(top: Table, key: str) -> list[str]:
+def _read_drawn_steps(top: Table, key: str) -> list[str]:
     wanted = f"a list of some of {', '.join(DRAWABLE)}"
     names = top.value(key, wanted)
     if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
@@ -155,7 +155,7 @@ _TOP = {
     "tool_version": text("tool_version"),
     "protocol_hash": text("protocol_hash"),
     "logger_image?": text("logger_image"),
-    "drawn?": Item("drawn", _drawn),
+    "drawn?": Item("drawn", _read_drawn_steps),
     "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
     "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
     "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, whole=False)),

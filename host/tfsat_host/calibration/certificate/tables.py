@@ -108,9 +108,9 @@ def written_values(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
     found = {}
     for key, item in layout.items():
         if isinstance(item, Item):
-            value = _written(values[item.name], item.si)
+            value = _format_value(values[item.name], item.si)
         elif isinstance(item, Mapping):
-            known = any(_written(values[one.name], one.si) is not None for one in _items(item))
+            known = any(_format_value(values[one.name], one.si) is not None for one in _items(item))
             value = written_values(item, values) if known else None
         else:
             value = item
@@ -125,15 +125,17 @@ def _items(layout: Layout | Item) -> list[Item]:
     return [item for item in layout.values() if isinstance(item, Item)]
 
 
-def _written(value: Any, si: float | NDArray[np.float64]) -> Any:
+def _format_value(value: Any, si: float | NDArray[np.float64]) -> Any:
     if isinstance(value, float | np.ndarray):
-        rounded = _rounded((np.asarray(value) / si).tolist())
+        rounded = _round_values((np.asarray(value) / si).tolist())
         return None if np.isnan(rounded).any() else rounded
     return None if value is None or value in ((), [], {}) else value
 
 
-def _rounded(value: Any) -> Any:
-    return [_rounded(item) for item in value] if isinstance(value, list) else float(f"{value:.{DIGITS}g}")
+def _round_values(value: Any) -> Any:
+    return (
+        [_round_values(item) for item in value] if isinstance(value, list) else float(f"{value:.{DIGITS}g}")
+    )
 
 
 ROUNDING = 1e-6

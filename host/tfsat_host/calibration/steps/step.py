@@ -158,13 +158,13 @@ def task(step: Step) -> tuple[str, ...]:
         case StepKind.SWING:
             return (
                 *_held_and_closed(step),
-                f"Swing {_moved(step)} about joint {step.joint}, about 60 deg out and back, two seconds a swing.",
+                f"Swing {_name_moved(step)} about joint {step.joint}, about 60 deg out and back, two seconds a swing.",
                 f"Begin with the joint closed and at rest, then keep swinging for {lasts}.",
             )
         case StepKind.SWEEP:
             return (
                 *_held_and_closed(step),
-                f"Move {_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, twice; "
+                f"Move {_name_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, twice; "
                 "rest a second at each.",
                 "Begin with the joint closed and at rest. A few degrees more or less do not matter, the rests do.",
             )
@@ -192,7 +192,7 @@ def _held_and_closed(step: Step) -> tuple[str, str]:
     )
 
 
-def _moved(step: Step) -> str:
+def _name_moved(step: Step) -> str:
     """With what hangs on it."""
     along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
     return bodies(step.moved) + (f" ({bodies(along)} goes along)" if along else "")

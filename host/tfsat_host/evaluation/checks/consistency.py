@@ -190,7 +190,9 @@ class Consistency:
         """(size,) what joint angles, (2, n) for each joint, add to the residual."""
         out = np.zeros(self.size)
         for joint, sensor in np.ndindex(self.joints, 2):
-            out[self.along(joint, sensor)] = self.mean(self._bridged(joint, sensed_rad[joint][sensor]))
+            out[self.along(joint, sensor)] = self.mean(
+                self._bridge_by_gyros(joint, sensed_rad[joint][sensor])
+            )
         # Linear in the tilts from those that were found on: as if the axes were as filed.
         return out - self.tilt_jacobian @ self.tilt_rad.ravel() if self.tilt_rad.any() else out
 
@@ -245,7 +247,7 @@ class Consistency:
         rate = (self.rates[outer] - self.rates[inner]) @ self.model.joint_axis[joint]
         return self.model.servos[joint].start_rad + cumulative_trapezoid(rate, self.t_s, initial=0)
 
-    def _bridged(self, joint: int, angle: FloatArray) -> FloatArray:
+    def _bridge_by_gyros(self, joint: int, angle: FloatArray) -> FloatArray:
         """(n,) an angle sensor's angle; where it did not answer the joint went on by its gyros.
 
         A straight line would miss a stroke that begins or ends in the hole, and spoil the whole block.

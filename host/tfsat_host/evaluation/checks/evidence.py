@@ -71,11 +71,11 @@ def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[Tried]
     columns = whole.whitened(np.concatenate([one.columns for one in chosen], axis=1))
     for first, last, one in zip(widths, widths[1:], chosen, strict=False):
         left = as_it_is if one.left is None else whole.whitened(one.left)
-        found.append(_tried(one, left, columns[:, first:last]))
+        found.append(_try_hypothesis(one, left, columns[:, first:last]))
     return found
 
 
-def _tried(one: Hypothesis, left: FloatArray, columns: FloatArray) -> Tried:
+def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> Tried:
     """By the eigenvectors of the columns' normal matrix, in which all sizes are as easy."""
     values, axes = np.linalg.eigh(columns.T @ columns)
     along, values = axes.T @ (columns.T @ left), np.maximum(values, 0.0)
@@ -98,15 +98,15 @@ def _tried(one: Hypothesis, left: FloatArray, columns: FloatArray) -> Tried:
 def of_no_kind(whole: WholeResidual) -> list[Tried]:
     """That nothing is wrong, and that everything is."""
     left = whole.whitened(whole.residual)
-    return [_nothing(left), _everything(left)]
+    return [_try_no_error(left), _try_any_error(left)]
 
 
-def _nothing(left: FloatArray) -> Tried:
+def _try_no_error(left: FloatArray) -> Tried:
     agree = f"{UNKNOWN}; gyros, angle sensors and model agree to {(left**2).mean():.3g} times what their errors allow"
     return Tried(SOUND, float(-0.5 * left @ left), lambda: agree, _LOOK, np.zeros((len(left), 0)))
 
 
-def _everything(left: FloatArray) -> Tried:
+def _try_any_error(left: FloatArray) -> Tried:
     factors = np.array(_WORSE)
     logs = -len(left) * np.log(factors) - 0.5 * (left @ left) / factors**2
     apart = f"{UNKNOWN}; the data contradict each other {(left**2).mean():.3g} times as much as their errors allow"

@@ -31,12 +31,12 @@ _NEXT_S = 1e-4
 def completeness_checks(log: DropLog, motion: Motion, model: RobotModel) -> Iterator[Check]:
     """Of the fall, from the release to just before the landing."""
     fall = (log.t_s >= 0.0) & (log.t_s <= motion.samples.until_s)
-    yield _clipped(log, fall)
-    yield _answered(log, fall, model)
+    yield _check_full_scale(log, fall)
+    yield _check_answers(log, fall, model)
     yield _holes(log, fall, motion)
 
 
-def _clipped(log: DropLog, fall: BoolArray) -> Check:
+def _check_full_scale(log: DropLog, fall: BoolArray) -> Check:
     count = (log.clipped & log.imu_valid)[fall].sum(axis=0)
     bodies = _numbers(count > 0)
     sentence = (
@@ -50,7 +50,7 @@ def _clipped(log: DropLog, fall: BoolArray) -> Check:
     )
 
 
-def _answered(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
+def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
     valid = np.concatenate([log.imu_valid[fall], log.angle_valid[fall]], axis=1)
     missing = 100.0 * (1.0 - valid.mean(axis=0))
     worst = int(missing.argmax())

@@ -118,7 +118,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
         ],
         axis=1,
     )
-    known, sensed = _known(data)
+    known, sensed = _known_rows(data)
     return StatedErrors(known, sensed, design @ design.T + noise, by_gyros, sensors, fallback, starts, noise)
 
 
@@ -233,7 +233,7 @@ def _askew(data: Consistency, body: int) -> FloatArray:
     return np.asarray(turned * np.linalg.norm(data.rates[body], axis=1))
 
 
-def _known(data: Consistency) -> tuple[BoolArray, BoolArray]:
+def _known_rows(data: Consistency) -> tuple[BoolArray, BoolArray]:
     """(size,) rows with enough readings, of an integral with all of them; and rows whose angle sensor answered."""
     out, shown = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
     share = data.mean(data.answered.T.astype(np.float64))

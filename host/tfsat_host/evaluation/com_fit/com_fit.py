@@ -116,13 +116,13 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
         start = Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
     else:
         start = Place.of(before)
-    place = _settled(offsets, flown, start, 1.0)
+    place = _converge(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
     rows = system.design.reshape(len(flown.t_s), 3, -1)
     left = system.target.reshape(len(flown.t_s), 3)
     excess = max(1.0, Blocks.of(flown.t_s, _BLOCK_S).excess(rows, left, system.normal, system.prior))
     if excess > 1.0:
-        place = _settled(offsets, flown, place, excess, system)
+        place = _converge(offsets, flown, place, excess, system)
         system = _System.of(offsets, place, flown)
     return _fit(offsets, flown, system, place, excess, excess)
 
@@ -133,7 +133,7 @@ def widened(fit: ModelFit, misfit: float) -> ModelFit:
     What was known before the drop stays as it was, so that it weighs more, and the values move towards it.
     """
     widening = fit.widening * misfit**2
-    place = _settled(fit.offsets, fit.flown, Place.of(fit), widening)
+    place = _converge(fit.offsets, fit.flown, Place.of(fit), widening)
     return _fit(
         fit.offsets, fit.flown, _System.of(fit.offsets, place, fit.flown), place, fit.excess, widening
     )
@@ -180,7 +180,7 @@ class Place(NamedTuple):
         return cls(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
 
 
-def _settled(
+def _converge(
     offsets: Offsets, flown: Flown, place: Place, widening: float, system: _System | None = None
 ) -> Place:
     """From a place, and its system if that is there already, to where no step leads on.

@@ -255,13 +255,13 @@ def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
                 float(alone[row]),
                 {group: float(values[row]) for group, values in growth.items()},
                 tuple((numbers.names[with_others[k]], float(correlation[k])) for k in order),
-                _determined(fit, int(index)),
+                _determined_combination(fit, int(index)),
             )
         )
     return tuple(found)
 
 
-def _determined(fit: ModelFit, index: int) -> Combination | None:
+def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
     """An offset less the hinge points that it moves with one to one."""
     points = np.flatnonzero([kind == "point" for kind in fit.offsets.kinds])
     if not len(points):

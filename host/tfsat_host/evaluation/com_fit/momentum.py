@@ -153,7 +153,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         (prior.tilt[:, None] * root[prior.tilts]).reshape(-1, 2, len(root)),
         holes.variance_between(np.full_like(t, t[0]), t),
         OwnGyros(
-            _shown(motion, solved)[fall],
+            _corrected_gyro_rates(motion, solved)[fall],
             fused.gyro_map[fall],
             _by_unit_errors(left, root),
             alone[fall],
@@ -166,7 +166,7 @@ def _by_unit_errors(by_errors: FloatArray, root: FloatArray) -> FloatArray:
     return np.asarray((by_errors.reshape(-1, len(root)) @ root).reshape(by_errors.shape))
 
 
-def _shown(motion: Motion, solved: Solved) -> FloatArray:
+def _corrected_gyro_rates(motion: Motion, solved: Solved) -> FloatArray:
     """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
     rates = solved.fused.body_rates()
     late = [solved.lag.applied(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]

@@ -128,8 +128,8 @@ class Offsets:
     def _with(self, vectors: FloatArray, *, sampled: bool) -> Multibody:
         lead, body = vectors.shape[:-1], self.body
         moved: dict[Kind, FloatArray] = {
-            "com": _repeated(body.com_m, lead),
-            "point": _repeated(body.joint_point_m, lead),
+            "com": _repeat_axes(body.com_m, lead),
+            "point": _repeat_axes(body.joint_point_m, lead),
             "mass": np.zeros((*lead, body.n_bodies)),
             "inertia": np.zeros((*lead, *body.inertia_kg_m2.shape)),
         }
@@ -140,18 +140,18 @@ class Offsets:
             "com_m": moved["com"],
             "joint_point_m": moved["point"],
             "mass_kg": body.mass_kg * np.exp(moved["mass"]),
-            "inertia_kg_m2": _strained(body.inertia_kg_m2, moved["inertia"]),
+            "inertia_kg_m2": _strain_inertia(body.inertia_kg_m2, moved["inertia"]),
         }
         if sampled:
             fields = {name: np.expand_dims(values, len(lead)) for name, values in fields.items()}
         return body.replace(**fields)
 
 
-def _repeated(values: FloatArray, lead: tuple[int, ...]) -> FloatArray:
+def _repeat_axes(values: FloatArray, lead: tuple[int, ...]) -> FloatArray:
     return np.broadcast_to(values, (*lead, *values.shape)).copy()
 
 
-def _strained(inertia: FloatArray, strain: FloatArray) -> FloatArray:
+def _strain_inertia(inertia: FloatArray, strain: FloatArray) -> FloatArray:
     """(..., n, 3, 3) tensors with S' = L e^E L^T; `inertia` (n, 3, 3), E `strain` (..., n, 3, 3)."""
     root = _root(inertia)
     return np.where(

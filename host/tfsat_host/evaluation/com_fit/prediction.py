@@ -280,15 +280,19 @@ class Driven:
         """The model with given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
         found = derivatives(self.offsets, values, self.flown, momentum)
-        return self._compared(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
+        return self._compare_sides(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
 
     def with_fit(self, fit: ModelFit) -> Sides:
         """The model with offsets that were fitted to this very drop."""
         p = len(self.offsets)
         kept = np.r_[0:p, p + 3 : len(fit.covariance)]
-        return self._compared(fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True)
+        return self._compare_sides(
+            fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True
+        )
 
-    def _compared(self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool) -> Sides:
+    def _compare_sides(
+        self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool
+    ) -> Sides:
         body, turned = self.offsets.corrected(values), self.rotation[:, BODY_1]
         prediction = predicted(body, self.flown, initial_momentum(body, self.flown, self.quiet))
         covariance = difference_covariance(
@@ -351,9 +355,9 @@ class ModelComparison:
                 "stands for another error."
             )
         if not self.explains_after:
-            yield self._missed()
+            yield self._missed_sentence()
 
-    def _missed(self) -> str:
+    def _missed_sentence(self) -> str:
         before, after = self.before.error, self.after.error
         missed = (
             f"misses the attitude by {np.rad2deg(after.final_norm_rad):.2f} deg, {after.mahalanobis:.1f} times what "

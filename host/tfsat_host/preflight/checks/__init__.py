@@ -42,10 +42,10 @@ _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
 
 def judge(evidence: Evidence) -> tuple[PreflightCheck, ...]:
     """Every check, each once."""
-    return tuple(_made(name, check, evidence) for name, check in _CHECKS.items())
+    return tuple(_make_check(name, check, evidence) for name, check in _CHECKS.items())
 
 
-def _made(name: str, check: Callable[[Evidence], PreflightCheck], evidence: Evidence) -> PreflightCheck:
+def _make_check(name: str, check: Callable[[Evidence], PreflightCheck], evidence: Evidence) -> PreflightCheck:
     try:
         return replace(check(evidence), name=name)
     except Unreached as error:

@@ -138,7 +138,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     angles = believed(joint_angles(sensors, evidence))
     # A joint whose sensors are silent counts as closed.
     to_base = poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
-    rates, warmer_c, down = _calibrated(sensors, calibration, bodies, to_base)
+    rates, warmer_c, down = _calibrate_rates(sensors, calibration, bodies, to_base)
     allowed = MAX_BIAS_CHANGE_DEG_S + MAX_BIAS_DRIFT_DEG_S_C * warmer_c
     apart = np.abs(rates - np.median(rates, axis=0)).max(axis=1)
     middle = np.median(down, axis=0)
@@ -167,7 +167,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     )
 
 
-def _calibrated(
+def _calibrate_rates(
     sensors: Sensors, calibration: Calibration, bodies: NDArray[np.intp], to_base: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(m, 3) mean rates, base axes, deg/s; (m,) how much warmer or colder than calibrated, deg C; (m, 3) unit down."""

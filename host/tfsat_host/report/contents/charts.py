@@ -212,7 +212,7 @@ def gyro_residual_chart(found: Evaluation) -> Chart:
     """The residual of each gyro against the motion that fits all of them."""
     left = np.rad2deg(found.motion.fused.residual_rad_s)
     left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
-    averaged = np.stack([_averaged(body) for body in left.swapaxes(0, 1)], axis=1)
+    averaged = np.stack([_moving_average(body) for body in left.swapaxes(0, 1)], axis=1)
     return Chart(
         "gyro_residuals",
         "What adjacent gyros disagree about",
@@ -257,7 +257,7 @@ def _norms(vectors: FloatArray) -> tuple[Line, ...]:
     return tuple(Line(f"body {body + 1}", norm, body, "measured") for body, norm in enumerate(norms.T))
 
 
-def _averaged(values: FloatArray) -> FloatArray:
+def _moving_average(values: FloatArray) -> FloatArray:
     """(n, 3) moving average; NaN where a sample of it is missing, as at both ends."""
     weights, half = np.full(AVERAGED, 1.0 / AVERAGED), AVERAGED // 2
     averaged = np.full(values.shape, np.nan)

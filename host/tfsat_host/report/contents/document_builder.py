@@ -193,7 +193,10 @@ def provenance_table(drop: Reported) -> quantity.Table:
             f"± {header.gyro_range_deg_s} deg/s, low-pass setting {header.dlpf_cfg}, WHO_AM_I {header.who_am_i.hex()}",
         ],
         ["robot", f"{found.model.name} ({found.model.path})"],
-        ["calibration", "none" if drop.certificate is None else f"{drop.certificate}, {_taken(found)}"],
+        [
+            "calibration",
+            "none" if drop.certificate is None else f"{drop.certificate}, {_measurement_time_text(found)}",
+        ],
         ["maneuver", _maneuver(found)],
         *([source.what, f"{source.path}, SHA-256 {source.sha256}"] for source in drop.sources),
         ["options", " ".join(drop.options) or "none"],
@@ -211,7 +214,7 @@ def _logger(found: Evaluation) -> str:
     return f"serial {serial}, firmware {firmware} ({kind}), protocol {header.protocol_hash.hex()}"
 
 
-def _taken(found: Evaluation) -> str:
+def _measurement_time_text(found: Evaluation) -> str:
     """When its quantities were measured: the file's own date is that of its last change."""
     taken = sorted(one.taken for one in quantities(found.calibration) if one.taken is not None)
     if not taken:

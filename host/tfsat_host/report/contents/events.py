@@ -36,7 +36,7 @@ def _all(found: Evaluation) -> Iterator[Event]:
     log = found.log
     yield _event(0.0, "release", "release")
     yield from _strokes(found)
-    yield from _landing(found)
+    yield from _landing_events(found)
     yield from _switches(found)
     for event in log.events:
         if event.name not in _NOT_SHOWN:
@@ -60,7 +60,7 @@ def _strokes(found: Evaluation) -> Iterator[Event]:
                 yield _event(found.log.seconds(event.t_us), "stroke", f"stroke {event.index + 1}")
 
 
-def _landing(found: Evaluation) -> Iterator[Event]:
+def _landing_events(found: Evaluation) -> Iterator[Event]:
     instants = found.instants
     if instants.landing is not None:
         yield _event(instants.landing.t_s, "landing", "landing")

@@ -49,12 +49,16 @@ def body_poses(found: Evaluation) -> BodyPoses:
     driven = settled(found)
     offsets, sides = found.explained.driven.offsets, found.explained.before
     predicted = attitude[driven][0] @ sides.prediction.attitude
-    ghost = _placed(offsets.body, found.model, angles[driven], predicted)
+    ghost = _place_bodies(offsets.body, found.model, angles[driven], predicted)
     corrected = offsets.corrected(found.explained.fit.values)
-    return BodyPoses(moved.t_s, _placed(corrected, found.model, angles, attitude), padded(driven, ghost))
+    return BodyPoses(
+        moved.t_s, _place_bodies(corrected, found.model, angles, attitude), padded(driven, ghost)
+    )
 
 
-def _placed(body: Multibody, model: RobotModel, angles_rad: FloatArray, attitude: FloatArray) -> FloatArray:
+def _place_bodies(
+    body: Multibody, model: RobotModel, angles_rad: FloatArray, attitude: FloatArray
+) -> FloatArray:
     """(k, b, 7) of joint angles (k, joints) and attitudes (k, 3, 3) of the base."""
     rotation, translation = poses(body, angles_rad)
     com = np.einsum("kbij,bj->kbi", rotation, body.com_m) + translation
@@ -73,8 +77,8 @@ def replay_of(found: Evaluation) -> Replay:
             ReplayBody(name=name, boxes_m=boxes_of(model, body)) for body, name in enumerate(model.body_names)
         ],
         t_s=moved.t_s.tolist(),
-        measured=_listed(moved.measured),
-        model=_listed(moved.predicted),
+        measured=_list_poses(moved.measured),
+        model=_list_poses(moved.predicted),
     )
 
 
@@ -91,5 +95,5 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     return [[box.min(axis=0).tolist(), box.max(axis=0).tolist()] for box in boxes]
 
 
-def _listed(poses: FloatArray) -> list[list[list[float | None]]]:
+def _list_poses(poses: FloatArray) -> list[list[list[float | None]]]:
     return [[numbers(pose) for pose in bodies] for bodies in poses]

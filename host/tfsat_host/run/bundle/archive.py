@@ -147,19 +147,19 @@ def collision_among(names: Iterable[str]) -> tuple[str, str] | None:
     files: dict[str, str] = {}
     folders: dict[str, str] = {}
     for name in names:
-        key = _folded(name)
+        key = _fold_name(name)
         if key in files or key in folders:
             return files.get(key) or folders[key], name
         files[key] = name
         parts = name.split("/")
         for folder in ("/".join(parts[:depth]) for depth in range(1, len(parts))):
-            key = _folded(folder)
+            key = _fold_name(folder)
             if key in files or folders.setdefault(key, folder) != folder:
                 return files.get(key) or folders[key], name
     return None
 
 
-def _folded(name: str) -> str:
+def _fold_name(name: str) -> str:
     """As the least careful file system sees it: without case, in one normal form."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
 
@@ -222,7 +222,7 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
             if not _is_extracted(opened, entries[name], unpacked / name, archive, file.sha256)
         ]
         if wrong:
-            raise _damaged(manifest, wrong, archive)
+            raise _damage_error(manifest, wrong, archive)
         with suppress(OSError):  # a file system without permissions keeps its own
             unpacked.chmod(0o755)
         if folder.exists():
@@ -258,7 +258,7 @@ def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, 
     return digest.hexdigest()
 
 
-def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
+def _damage_error(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
     """What is damaged, what is still good, and how to get at it."""
     recording, count = manifest.evaluated.recording, len(manifest.files)
     one = len(wrong) == 1
@@ -270,7 +270,7 @@ def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError
         left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made again."
     return BundleError(
         what=f"{len(wrong)} of {count} files in {archive} {'is' if one else 'are'} not what its manifest says: "
-        f"{_listed(wrong)}.",
+        f"{_list_names(wrong)}.",
         meaning=f"{'It was' if one else 'They were'} damaged or changed after the bundle was made. {_NOTHING} {left}",
         next_step=f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
         "rest, and tfsat-host bundle rescued/run makes a new one of it.",
@@ -329,9 +329,11 @@ def _check_entry(entry: zipfile.ZipInfo, archive: Path, limits: Limits) -> None:
 def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archive: Path) -> None:
     there, listed = entries.keys() - {MANIFEST}, manifest.files.keys()
     if there - listed:
-        _refuse(archive, f"holds files that its manifest does not name: {_listed(sorted(there - listed))}")
+        _refuse(
+            archive, f"holds files that its manifest does not name: {_list_names(sorted(there - listed))}"
+        )
     if listed - there:
-        _refuse(archive, f"lacks files that its manifest names: {_listed(sorted(listed - there))}")
+        _refuse(archive, f"lacks files that its manifest names: {_list_names(sorted(listed - there))}")
     for name, file in manifest.files.items():
         if entries[name].file_size != file.bytes:
             says = f"{entries[name].file_size} bytes; its manifest says {file.bytes}"
@@ -341,7 +343,7 @@ def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archi
             _refuse(archive, f"was evaluated with {one!r}, which is not in it")
 
 
-def _listed(names: list[str]) -> str:
+def _list_names(names: list[str]) -> str:
     shown = [name if name.isprintable() else repr(name) for name in names[:_SHOWN]]
     return ", ".join(shown) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 

@@ -117,10 +117,10 @@ def _walk(one: Any, two: Any, tolerance: Tolerance, at: _Place) -> Iterator[Diff
         if not same_figures(one, two):
             yield Difference(at.key, one, two, None)
     elif type(one) is not type(two) or one != two:
-        yield Difference(at.key, _shown(one), _shown(two), None)
+        yield Difference(at.key, _format_value(one), _format_value(two), None)
 
 
-def _shown(value: Any) -> Any:
+def _format_value(value: Any) -> Any:
     return f"{len(value)} entries" if isinstance(value, list | dict) else value
 
 

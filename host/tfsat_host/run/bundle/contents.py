@@ -288,11 +288,13 @@ def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: Evaluated) 
     files = preflight.get("files") if isinstance(preflight, dict) else None
     if not isinstance(files, dict):
         return []
-    found = (_changed(kind, files[kind], at_hand, getattr(used, kind)) for kind in _CHECKED if kind in files)
+    found = (
+        _change_text(kind, files[kind], at_hand, getattr(used, kind)) for kind in _CHECKED if kind in files
+    )
     return [sentence for sentence in found if sentence]
 
 
-def _changed(kind: str, checked: Any, at_hand: Mapping[str, str], name: str | None) -> str:
+def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str | None) -> str:
     """Empty: it is there."""
     sha256 = checked.get("sha256") if isinstance(checked, dict) else None
     if not isinstance(sha256, str):

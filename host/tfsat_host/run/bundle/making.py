@@ -119,7 +119,7 @@ def bundle(
     with tempfile.TemporaryDirectory(prefix="tfsat-bundle-") as made:
         folder = Path(made)
         with notices.progress(f"Evaluating {name}"):
-            manifest = _staged(folder, found, used, name)
+            manifest = _stage_bundle(folder, found, used, name)
         files = {inside: folder / inside for inside in (*manifest.files, MANIFEST)}
         write_all([OutputFile(target, MARKER, partial(write_archive, files=files))], force=force)
         manifest_sha256 = sha256_of(folder / MANIFEST)
@@ -130,7 +130,7 @@ def bundle(
     return Bundled(target, manifest, manifest_sha256, recording)
 
 
-def _staged(folder: Path, found: Collected, used: Evaluated, name: str) -> Manifest:
+def _stage_bundle(folder: Path, found: Collected, used: Evaluated, name: str) -> Manifest:
     """Lays out the bundle in a folder and evaluates it there, as `reproduce` will."""
     for inside, path in found.files.items():
         (folder / inside).parent.mkdir(parents=True, exist_ok=True)
@@ -258,7 +258,7 @@ def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
     if used.maneuver == f"{RUN}/{MANEUVER}":
         del files["maneuver"]  # evaluate finds it, and holds it against what the sequencer held
     if used.calibration is not None:
-        files["calibration"] = _copied(folder, scratch, used.calibration)
+        files["calibration"] = _copy_certificate(folder, scratch, used.calibration)
     return EvaluationOptions(
         **files,
         session=None if used.session is None else int(used.session, 16),
@@ -267,7 +267,7 @@ def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
     )
 
 
-def _copied(folder: Path, scratch: Path, certificate: str) -> Path:
+def _copy_certificate(folder: Path, scratch: Path, certificate: str) -> Path:
     """A copy of the certificate and of those that were kept before it."""
     copy = scratch / certificate
     copy.parent.mkdir(parents=True)

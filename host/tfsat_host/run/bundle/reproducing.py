@@ -167,7 +167,7 @@ def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Not
             _report(folder, done),
             *_calibrations(folder, manifest, done),
         )
-    record = tuple(_changed(folder, manifest)) or manifest.record
+    record = tuple(_find_changes(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
     return Reproduced(folder, manifest, manifest_sha256, compared, record, environment)
 
@@ -178,7 +178,7 @@ def _is_result(name: str) -> bool:
     return path.match(f"{RUN}/*") and any(path.match(pattern) for pattern in _RESULTS)
 
 
-def _changed(folder: Path, manifest: Manifest) -> list[str]:
+def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
     """What is not as the run's record and its preflight say; sentences."""
     run = folder / RUN
     if not run.is_dir():
@@ -249,13 +249,13 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
     for name in (name for name in names if name in manifest.files):
         try:
             robot = load_robot(None if used.robot is None else folder / used.robot)
-            found.append(_recalibrated(folder / name, robot, name))
+            found.append(_recalibrate(folder / name, robot, name))
         except TfsatError as error:
             found.append(ComparedPart("calibration", None, error.what, lacking=True))
     return found
 
 
-def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
+def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
     """A certificate computed from its recordings, which lie next to it, or it among them.
 
     Raises:

@@ -54,7 +54,7 @@ class SameDropError(CampaignError):
     drop: DropEntry
 
 
-def _remembered(drop: dict[str, Any]) -> str:
+def _note_of_drop(drop: dict[str, Any]) -> str:
     void = [f"VOID: {drop['void']['text']}"] if drop["void"] else []
     return "; ".join([*void, *(note["text"] for note in drop["notes"])]) or UNKNOWN
 
@@ -66,7 +66,7 @@ LISTED: Columns = (
     Column("recording", "recording"),
     Column("", "id", words=lambda drop: drop["session"] or "unknown"),
     Column("", "as it came", words=lambda drop: "NO" if drop["changes"] else "yes"),
-    Column("", "notes", words=_remembered),
+    Column("", "notes", words=_note_of_drop),
 )
 """Of drops as `--json` has them, for people."""
 
@@ -101,7 +101,7 @@ def init(folder: Path) -> None:
         OSError: it cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with _locked(folder):
+    with _lock_campaign(folder):
         if (folder / INDEX).exists() or _folders(folder):
             raise CampaignError(
                 what=f"{folder} is a campaign already.",
@@ -127,11 +127,11 @@ def read(folder: Path) -> Contents:
             meaning="Nothing was done.",
             next_step=f"Make it one: tfsat-host campaign init {shlex.quote(str(folder))}",
         )
-    known, findings, damaged = _indexed(index)
+    known, findings, damaged = _read_index(index)
     found = {drop.number: drop for drop in known}
     for number, path in sorted(folders.items()):
         if number not in found:
-            entry, sentence = _adopted(path, number)
+            entry, sentence = _adopt_entry(path, number)
             findings.append(sentence)
             if entry is not None:
                 found[number] = entry
@@ -172,7 +172,7 @@ def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> Dro
         BusyError: another program is writing it.
         OSError: something cannot be written.
     """
-    with _locked(folder):
+    with _lock_campaign(folder):
         contents = read(folder)
         if contents.next_number > NUMBER_MAX:
             raise CampaignError(
@@ -197,7 +197,7 @@ def note(folder: Path, number: int, text: str) -> DropEntry:
         OSError: something cannot be written.
     """
     check_note(text, f'tfsat-host campaign note {shlex.quote(str(folder))} {number} "wind from the west"')
-    return _changed(folder, number, lambda drop, at: drop.with_note(at, text))
+    return _change_entry(folder, number, lambda drop, at: drop.with_note(at, text))
 
 
 def void(folder: Path, number: int, why: str) -> DropEntry:
@@ -220,13 +220,13 @@ def void(folder: Path, number: int, why: str) -> DropEntry:
 
     place = f"{shlex.quote(str(folder))} {number}"
     check_note(why, f'tfsat-host campaign void {place} "the hook was caught"')
-    return _changed(folder, number, voided)
+    return _change_entry(folder, number, voided)
 
 
-def _changed(folder: Path, number: int, change: Callable[[DropEntry, datetime], DropEntry]) -> DropEntry:
+def _change_entry(folder: Path, number: int, change: Callable[[DropEntry, datetime], DropEntry]) -> DropEntry:
     """Writes another entry of a drop. Raises CampaignError: there is no such drop."""
     at = datetime.now(UTC)
-    with _locked(folder):
+    with _lock_campaign(folder):
         contents = read(folder)
         before = next((drop for drop in contents.drops if drop.number == number), None)
         if before is None:
@@ -266,7 +266,7 @@ def check_note(text: str, example: str) -> None:
         )
 
 
-def _locked(folder: Path) -> AbstractContextManager[None]:
+def _lock_campaign(folder: Path) -> AbstractContextManager[None]:
     return one_at_a_time(folder / _LOCK, f"the campaign {folder}")
 
 
@@ -339,7 +339,7 @@ def _folders(folder: Path) -> dict[int, Path]:
     return {number: path for number, path in found if number is not None}
 
 
-def _indexed(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
+def _read_index(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
     """The entries, what is wrong, and whether the index is damaged."""
     if not index.is_file():
         return (), [f"{index} is not there: it was rebuilt from the drops' folders."], False
@@ -352,7 +352,7 @@ def _indexed(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
         return (), [sentence], True
 
 
-def _adopted(path: Path, number: int) -> tuple[DropEntry | None, str]:
+def _adopt_entry(path: Path, number: int) -> tuple[DropEntry | None, str]:
     """The entry that a drop's folder holds, and that the index lacks it."""
     own = _own_entry(path)
     if isinstance(own, str):

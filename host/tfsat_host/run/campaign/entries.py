@@ -153,8 +153,8 @@ def _json(value: object) -> str:
 def _plain(entry: DropEntry | Note) -> dict[str, Any]:
     """Its fields, times as text."""
     found = {one.name: getattr(entry, one.name) for one in fields(entry)}
-    return {key: _written(one) if isinstance(one, datetime) else one for key, one in found.items()}
+    return {key: _format_time(one) if isinstance(one, datetime) else one for key, one in found.items()}
 
 
-def _written(at: datetime) -> str:
+def _format_time(at: datetime) -> str:
     return at.astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

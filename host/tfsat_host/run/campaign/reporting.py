@@ -163,16 +163,16 @@ def report(
     """
     contents = read(folder)
     counting = [drop for drop in contents.drops if drop.void is None]
-    present = [drop for drop in counting if _recording(folder, drop).is_file()]
+    present = [drop for drop in counting if _recording_file(folder, drop).is_file()]
     if not present:
         raise _nothing_to_compare(folder, contents.findings)
     wanted = ReportOptions(page or folder / PAGE, force=force)
-    files = ReportFiles.of([_recording(folder, drop) for drop in present], None, wanted)
+    files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, wanted)
     files.check()
     options = EvaluationOptions(robot=robot)
     if robot is not None:
         drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
-    tried = [(drop, _tried(drop, folder, options, notices)) for drop in present]
+    tried = [(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
     robots = by_robot([(drop.number, one) for drop, one in tried if isinstance(one, EvaluatedRun)])
     if robots:
         _write(tried, robots, files, notices)
@@ -180,7 +180,7 @@ def report(
     return CampaignReport(files.page if robots else None, tried, void, robots, contents.findings)
 
 
-def _recording(folder: Path, drop: DropEntry) -> Path:
+def _recording_file(folder: Path, drop: DropEntry) -> Path:
     return folder / drop.folder / drop.recording
 
 
@@ -196,11 +196,11 @@ def _nothing_to_compare(folder: Path, findings: Sequence[str]) -> TfsatError:
     )
 
 
-def _tried(
+def _try_evaluation(
     drop: DropEntry, folder: Path, options: EvaluationOptions, notices: Notices
 ) -> EvaluatedRun | TfsatError:
     """A drop of an unforeseen kind breaks its own evaluation, and not that of the others."""
-    recording = _recording(folder, drop)
+    recording = _recording_file(folder, drop)
     try:
         _require_as_it_came(drop, folder)
         robot = drop_evaluation.robot_of(options.robot, [recording])
