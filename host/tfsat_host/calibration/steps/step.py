@@ -164,8 +164,8 @@ def task(step: Step) -> tuple[str, ...]:
         case StepKind.SWEEP:
             return (
                 *_held_and_closed(step),
-                f"Move {_name_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, twice; "
-                "rest a second at each.",
+                f"Move {_name_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, "
+                "twice; rest a second at each.",
                 "Begin with the joint closed and at rest. A few degrees more or less do not matter, the rests do.",
             )
         case StepKind.TURN:
