@@ -195,6 +195,20 @@ TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
   }
 }
 
+// Of such a switch only the closing edge is ever seen.
+TEST_CASE(a_switch_that_closes_before_the_first_look_after_a_reset_was_open) {
+  for (const uint8_t index : {0, 1}) {
+    Bench before;
+    before.wait_armed();
+    before.switches.set(index, true, before.now());
+    Bench bench(before, ResetCause::kWatchdog);
+    bench.switches.set(index, false, bench.now());
+    bench.run_ms(20);
+    CHECK(bench.is(SequencerState::kFault, ErrorCode::kResetWhileArmed));
+    check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+  }
+}
+
 TEST_CASE(disarming_right_after_a_reset_is_safe) {
   Bench before;
   before.wait_armed();

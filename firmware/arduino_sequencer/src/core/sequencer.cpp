@@ -237,11 +237,12 @@ void Sequencer::disarm() {
 }
 
 // Once the switches have been closed for the debounce, the board is armed as before. One that is
-// open may have opened during the reset: when, nobody knows, so nothing moves.
+// open may have opened during the reset: when, nobody knows, so nothing moves. Any edge, a closing
+// one as well, tells of a switch that was open.
 void Sequencer::resume(tick_t now) {
   bool opened = switches_.levels() != 0;
   SwitchEdge edge;
-  while (switches_.take_edge(edge)) opened = opened || edge.open;
+  while (switches_.take_edge(edge)) opened = true;
   if (opened) {
     latch(ErrorCode::kResetWhileArmed);
   } else if (now - resume_since_ >= kDebounceTicks) {
