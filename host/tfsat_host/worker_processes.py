@@ -20,12 +20,9 @@ class SerialExecutor(Executor):
     """An executor that computes in this process, as each task is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Compute at once; the future is done."""
+        """Compute at once; the future is done. Raises what the task raises."""
         future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001  whoever asks for the result gets it
-            future.set_exception(error)
+        future.set_result(fn(*args, **kwargs))
         return future
 
 

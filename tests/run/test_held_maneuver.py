@@ -33,18 +33,25 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
         yield process
 
 
-def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
-    robot: Served, tfsat_host: RunCli, tmp_path: Path
-) -> None:
-    ports = {
+@pytest.fixture
+def ports(robot: Served) -> dict[str, str]:
+    return {
         "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
         "TFSAT_LOGGER_PORT": robot.announced["logger"],
     }
+
+
+def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
+    robot: Served, ports: dict[str, str], tfsat_host: RunCli, tmp_path: Path
+) -> None:
     stale = tmp_path / "maneuver.toml"
     write_maneuver(STALE, stale)
     uploaded = tfsat_host("upload-sequence", 59, 70, environ=ports)
     assert "maneuver.toml in this folder is another maneuver" in uploaded.stderr
     assert "tfsat-host upload-sequence 59 70 --out maneuver.toml --force" in uploaded.stderr
+    slower = tfsat_host("upload-sequence", 59.25, 70, "--speed", 150, environ=ports).stderr
+    assert "tfsat-host upload-sequence 59.25 70 --speed 150 --out maneuver.toml --force" in slower
+    tfsat_host("upload-sequence", 59, 70, environ=ports)
     started = tfsat_host.json("record", "start", environ=ports)
     crc = f"{maneuver_crc(schedule_maneuver(four_stroke(59, 70))):04x}"
     assert started["maneuver_crc"] == crc
@@ -71,12 +78,8 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
 
 
 def test_an_upload_during_the_recording_is_noted_by_arm(
-    robot: Served, tfsat_host: RunCli, tmp_path: Path
+    robot: Served, ports: dict[str, str], tfsat_host: RunCli, tmp_path: Path
 ) -> None:
-    ports = {
-        "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
-        "TFSAT_LOGGER_PORT": robot.announced["logger"],
-    }
     tfsat_host("upload-sequence", 30, 40, environ=ports)
     tfsat_host("record", "start", environ=ports)
     tfsat_host("upload-sequence", 59, 70, environ=ports)

@@ -108,8 +108,11 @@ def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Outpu
     except ManeuverError as error:
         out.warn(f"{error.what} Preflight and evaluate read it in this folder.")
         return
-    angles = "" if args.file is not None else f"{args.a_deg:g} {args.b_deg:g} "
-    again = f"--file {shlex.quote(str(args.file))} " if args.file is not None else angles
+    if args.file is not None:
+        again = f"--file {shlex.quote(str(args.file))} "
+    else:
+        speed = "" if args.speed is None else f"--speed {args.speed} "
+        again = f"{args.a_deg} {args.b_deg} {speed}".replace(".0 ", " ")
     out.warn(
         f"{here} in this folder is another maneuver: preflight will refuse it, and evaluate will not compare with "
         f"it. To replace it: tfsat-host upload-sequence {again}--out {here} --force{device_option(args)}"

@@ -15,7 +15,7 @@ from tfsat_host.config.table import ConfigKind, Fault, Table, shown
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
 _MAX_DOTS = 20
-_DEEP_KEY = re.compile(rf"^[ \t\[]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"'-]+){{{_MAX_DOTS},}}", re.MULTILINE)
+_DEEP_KEY = re.compile(rf"^[ \t\[]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"'-]+){{{_MAX_DOTS + 1},}}", re.MULTILINE)
 """The parser takes a minute for forty kilobytes of them."""
 _Comments = Mapping[str, str]
 _MARKS = {
