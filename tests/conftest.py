@@ -24,7 +24,7 @@ settings.load_profile("tfsat")
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """One process more than there are cores: while one waits for a board in real time, another computes."""
+    """Return one process more than there are cores: while one waits for a board, another computes."""
     return (os.cpu_count() or 1) + 1
 
 
@@ -36,7 +36,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(autouse=True)
 def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test sees the user's state, names a real port or paints its output."""
+    """Isolate the test from the user's state, real ports and colored output."""
     home = tmp_path_factory.mktemp("home")
     for name, value in clean_environment(home).items():
         monkeypatch.setenv(name, value)

@@ -8,5 +8,5 @@ from tfsat_host.arrays import FloatArray
 
 
 def wrapped(angle_rad: FloatArray) -> FloatArray:
-    """The same angles in [-pi, pi): of several that differ by turns, the one within half a turn of zero. NaN stays."""
+    """Wrap angles to [-pi, pi); NaN stays."""
     return np.asarray(np.mod(angle_rad + np.pi, 2.0 * np.pi) - np.pi)

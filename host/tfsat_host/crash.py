@@ -16,7 +16,7 @@ from tfsat_host.user_folders import NoUserFolder, state_folder
 
 
 def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
-    """The error for an unforeseen exception; its traceback goes into a file."""
+    """Build the error for an unforeseen exception; its traceback is written to a file."""
     text = "".join(
         [
             f"tfsat-host {__version__}, Python {platform.python_version()}, {platform.platform()}\n",

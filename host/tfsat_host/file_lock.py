@@ -25,13 +25,13 @@ class BusyError(LockError):
 
 @contextmanager
 def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) -> Iterator[None]:
-    """While the block runs no other program that asks likewise does.
+    """Hold a lock while the block runs, so that no other program that takes it runs at the same time.
 
     Args:
-        lock: An empty file that is made, and removed afterwards; a system that cannot remove open files keeps it. One
-            that a killed program left is free.
-        what: What the lock is of, for the error: `the record of RUN`.
-        patience_s: How long to wait for another one.
+        lock: An empty file that is made, and removed afterwards; a system that cannot remove open files keeps
+            it. One that a killed program left is free.
+        what: The thing locked, for the error: `the record of RUN`.
+        patience_s: The time to wait for another holder.
 
     Raises:
         BusyError: another one holds it.
@@ -55,7 +55,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) 
 
 
 def _claimed(lock: Path) -> IO[bytes] | None:
-    """The lock's file, held; None while another program holds it."""
+    """Open and lock the lock's file; return None while another program holds it."""
     file = lock.open("ab")
     try:
         if _held(file, lock):
@@ -93,7 +93,10 @@ else:
     import os
 
     def _held(file: IO[bytes], lock: Path) -> bool:
-        """Whether it is now. The holder before removed its file: who has opened that one waits for nothing."""
+        """Lock the open file and return whether that succeeded.
+
+        The previous holder removed its file: a lock on that removed file does not count.
+        """
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return os.path.samestat(os.fstat(file.fileno()), lock.stat())

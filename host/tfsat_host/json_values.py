@@ -32,21 +32,21 @@ def sha256(value: object) -> str:
 
 
 def session_id(value: object) -> str:
-    """A recording's id, 8 hexadecimal digits. Raises ValueError."""
+    """Check a recording's id, 8 hexadecimal digits, and return it. Raises ValueError."""
     if not isinstance(value, str) or not _SESSION.fullmatch(value):
         raise ValueError(f"{value!r} is no recording's id")
     return value
 
 
 def byte_count(value: object) -> int:
-    """The size of a file. Raises ValueError."""
+    """Check the size of a file in bytes and return it. Raises ValueError."""
     if type(value) is not int or value < 0:
         raise ValueError(f"{value!r} is no number of bytes")
     return value
 
 
 def moment(value: object) -> datetime:
-    """A time with its zone, ISO 8601, in UTC. Raises ValueError."""
+    """Parse an ISO 8601 time with a time zone into UTC. Raises ValueError."""
     at = datetime.fromisoformat(text(value))
     if at.tzinfo is None:
         raise ValueError(f"{value!r} has no time zone")
@@ -54,24 +54,25 @@ def moment(value: object) -> datetime:
 
 
 def flag(value: object) -> bool:
-    """Whether it is true."""
+    """Return whether the value is true."""
     return value is True
 
 
 def parsed(kind: type[T], values: Any, optional: Container[str] = ()) -> T:
-    """A dataclass from its JSON object, each field by its type.
+    """Build a dataclass from its JSON object, parsing each field by its type.
 
-    A field is text, a time, a flag, a number of bytes, another such dataclass, one of these or null (`X | None`), a
-    list (`tuple[X, ...]`) or a table (`Mapping[str, X]`) of one, or `Any`; or `Annotated` names what reads it.
+    A field is text, a time, a flag, a number of bytes, another such dataclass, one of these or null
+    (`X | None`), a list (`tuple[X, ...]`) or a table (`Mapping[str, X]`) of one, or `Any`; or
+    `Annotated` names its parser.
 
     Args:
         kind: The dataclass.
-        values: As `json.loads` gives them.
+        values: The object that `json.loads` returned.
         optional: Fields that may be left out: older files have none.
 
     Raises:
         KeyError: a field is not there.
-        ValueError, TypeError: one is not what it should be.
+        ValueError, TypeError: a field has a wrong value or type.
     """
     hints = get_type_hints(kind, include_extras=True)
     names = [one.name for one in fields(kind) if one.name not in optional or one.name in values]  # type: ignore[arg-type]
@@ -124,9 +125,9 @@ def jsonable(value: Any) -> Any:
 
 
 def error_as_dict(error: TfsatError) -> dict[str, Any]:
-    """For `--json`; `code` is a stable name where the error has one, `number` that of a board's refusal.
+    """Return the error as an object for `--json`, with its `details` if it has some.
 
-    An error's `details`, where it has some, are added.
+    `code` is a stable name where the error has one, `number` that of a board's refusal.
     """
     shown: dict[str, Any] = {
         "what": error.what,

@@ -23,12 +23,15 @@ class Notices(Protocol):
         """Something a person should know that is not the result."""
 
     def warn(self, text: str) -> None:
-        """A warning."""
+        """Show a warning."""
 
     def progress(
         self, description: str, total: float | None = None
     ) -> AbstractContextManager[Callable[[float], None]]:
-        """While the block runs this is going on; the function advances it by some units of `total`."""
+        """Show progress while the block runs.
+
+        The function that the block gets advances it by some units of `total`.
+        """
 
 
 class Silent:
@@ -51,20 +54,23 @@ SILENT = Silent()
 
 
 def printable(text: object) -> str:
-    """A name as it can be shown: what would move the cursor or colour the screen is written as an escape."""
+    """Escape unprintable characters of a name.
+
+    They could move the cursor or colour the screen.
+    """
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
 
 
 def recordings_lines(
     facts: Mapping[str, Any], file: object, command: str = "decode", done: str = "Decoded"
 ) -> Iterator[str]:
-    """That a file holds several recordings, which one the command took and how to get another.
+    """Yield lines that list a file's several recordings, the one taken and how to get another.
 
     Args:
-        facts: Of the one that was taken, by `sdlog.summary.metadata`.
-        file: Its name.
-        command: Which asks.
-        done: What it did with that recording.
+        facts: The facts of the recording taken, by `sdlog.summary.metadata`.
+        file: The file's name.
+        command: The command that asks.
+        done: The verb for what it did with that recording.
     """
     recordings, others = facts["recordings"], len(facts["other_sessions"])
     if not others:
@@ -82,7 +88,7 @@ def recordings_lines(
 
 
 def utc(unix_us: int) -> str:
-    """A time of day to the second, or that it is none."""
+    """Format a Unix time in µs as UTC to the second, or say that it is no possible time."""
     try:
         moment = datetime.fromtimestamp(unix_us / 1e6, UTC)
     except (OverflowError, ValueError, OSError):

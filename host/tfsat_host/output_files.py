@@ -58,7 +58,7 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
 
 
 def write_text(path: Path, marker: bytes, text: str, *, force: bool) -> None:
-    """One file of text, whole. Raises likewise."""
+    """Write one text file, whole. Raises as `write_all` does."""
     write_all(
         [OutputFile(path, marker, lambda to: to.write_text(text, encoding="utf-8", newline="\n"))],
         force=force,
@@ -113,7 +113,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
 
 
 def new_folder_of(path: Path) -> Path | None:
-    """The folder that writing a file will make, the lowest one; None: it is there."""
+    """Return the lowest folder that writing a file will make; None: it exists already."""
     return None if path.parent.exists() else path.parent
 
 
@@ -140,7 +140,7 @@ def _refused(what: str, next_step: str) -> TfsatError:
 
 
 def was_made_with(path: Path, marker: bytes) -> bool:
-    """Whether the file bears the marker near its start or its end."""
+    """Return whether the file bears the marker near its start or its end."""
     with path.open("rb") as file:
         start = file.read(_LOOK_BYTES)
         file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))

@@ -99,17 +99,20 @@ class Column:
         return UNITS[unit][0] if unit in UNITS else ""
 
     def value(self, row: Any) -> Any:
-        """In the key's unit. Of a mapping, what is under the key."""
+        """Return the column's value of a row, in the key's unit.
+
+        If the row is a mapping, the value under the key.
+        """
         return row[self.key] if isinstance(row, Mapping) else self._take_value(self.of or self.key, row)
 
     def std_of(self, row: Any) -> Any:
-        """In the key's unit; None: the column has none."""
+        """Return the standard deviation in the key's unit; None: the column has none."""
         if not self.std:
             return None
         return row.get(f"{self.key}_std") if isinstance(row, Mapping) else self._take_value(self.std, row)
 
     def cell(self, row: Any) -> Quantity | str:
-        """For people."""
+        """Format the column's value of a row for people."""
         if self.words is not None:
             return self.words(row)
         value = self.value(row)
@@ -178,13 +181,13 @@ class Table:
 
 
 def unit_of(name: str) -> str:
-    """The unit at the end of a name; empty: it has none."""
+    """Return the unit at the end of a name; empty: it has none."""
     ends = (unit for unit in _FACTORS if f"_{name}".endswith(f"_{unit}"))
     return max(ends, key=len, default="")
 
 
 def number(value: float, form: str = ".3f", unknown: str = UNKNOWN) -> str:
-    """A number; what rounds to zero has no sign."""
+    """Format a number, without a sign if it rounds to zero."""
     if not math.isfinite(value):
         return unknown
     text = format(float(value), form)
@@ -210,21 +213,24 @@ def vector(values: Iterable[float], std: Iterable[float] | None = None, form: st
 
 
 def decimals_of(std: float) -> int:
-    """With so many decimals a standard deviation has two significant digits; 2 where there is none."""
+    """Return the decimals that show two significant digits of `std`; 2 if it is not finite and positive."""
     if not math.isfinite(std) or std <= 0.0:
         return 2
     return min(max(1 - math.floor(math.log10(std)), 0), _MAX_DECIMALS)
 
 
 def _ratio(source: str, wanted: str) -> float:
-    """How many of the wanted unit are one of the source's; 1 where either has none."""
+    """Return the factor from the source unit to the wanted one; 1 if either is empty."""
     if source == wanted or not source or not wanted:
         return 1.0
     return _FACTORS[wanted] / _FACTORS[source]
 
 
 def record(columns: Columns, row: Any) -> dict[str, Any]:
-    """A row as an object; NaN stays, arrays are lists, choices are their names in small letters."""
+    """Return a row as a JSON object.
+
+    NaN stays; arrays become lists, choices their names in small letters.
+    """
     found: dict[str, Any] = {}
     for column in columns:
         if not column.key:
@@ -237,12 +243,12 @@ def record(columns: Columns, row: Any) -> dict[str, Any]:
 
 
 def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:
-    """Each row as an object."""
+    """Return each row as a JSON object."""
     return [record(columns, row) for row in rows]
 
 
 def nested(columns: Columns, value: Any) -> Any:
-    """A row, several in a list or tuple, or None."""
+    """Return one row as a JSON object, a list or tuple of rows as a list of them, and None as None."""
     if value is None:
         return None
     return records(columns, value) if isinstance(value, list | tuple) else record(columns, value)

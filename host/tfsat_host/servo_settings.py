@@ -65,7 +65,7 @@ class ServoSettings:
     servos: tuple[ServoSetting, ...]
 
     def of(self, joint: int) -> ServoSetting:
-        """The setting of a joint, 1 to 3."""
+        """Return the servo setting of a joint, 1 to 3."""
         return self.servos[joint - 1]
 
 
@@ -106,7 +106,7 @@ class Finding:
 
 
 def find_defect(settings: ServoSettings) -> Finding | None:
-    """The first defect that the board would find, or None: it would accept the settings."""
+    """Find the first defect that the board would refuse; None: it would accept the settings."""
     return next(_defects(settings), None)
 
 
@@ -156,18 +156,18 @@ def _defects(settings: ServoSettings) -> Iterator[Finding]:
 
 
 def limits_text(servo: ServoSetting) -> str:
-    """Such as `0 to 90`, without the unit (deg)."""
+    """Format a servo's limits without the unit (deg), such as `0 to 90`."""
     return f"{servo.min_cdeg / CDEG_PER_DEG:g} to {servo.max_cdeg / CDEG_PER_DEG:g}"
 
 
 def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> str | None:
-    """What the first stroke that leaves its joint's limits would do, and what is allowed; None: none does.
+    """Describe the first stroke that leaves its joint's limits, with the allowed limits; None: none does.
 
     Follows each joint from the start pose, 0 deg.
 
     Args:
         moves: (joint, angle_cdeg) of each stroke, in order.
-        settings: Whose limits.
+        settings: The servo settings with the limits.
     """
     pose_cdeg = dict.fromkeys(range(1, len(settings.servos) + 1), 0)
     for number, (joint, angle_cdeg) in enumerate(moves, 1):
@@ -226,7 +226,7 @@ def read_settings_file(path: Path) -> tuple[ServoSettings, list[str]]:
 
 
 def parse_settings(text: str, *, source: str = "settings") -> tuple[ServoSettings, list[str]]:
-    """The settings in the text of a file, and what was rounded; `source` is the name that errors give it.
+    """Parse the settings in a file's text, and list what was rounded; errors name the file `source`.
 
     Raises:
         SettingsError: syntax, format, keys, types, joints, or a rule of the board's.
@@ -235,7 +235,7 @@ def parse_settings(text: str, *, source: str = "settings") -> tuple[ServoSetting
 
 
 def format_settings(settings: ServoSettings) -> str:
-    """The text of a settings' file; `parse_settings` gives the same settings back."""
+    """Format a settings file's text; `parse_settings` gives the same settings back."""
     servos = [
         {
             "joint": joint,

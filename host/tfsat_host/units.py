@@ -18,7 +18,7 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 
 
 def exact(value: float) -> Fraction:
-    """The number a person wrote: the shortest decimal text that reads back as `value`.
+    """Return the number a person wrote: the shortest decimal text that reads back as `value`.
 
     Raises:
         ValueError: `value` is infinite or not a number.
@@ -59,5 +59,5 @@ def s_from_us(t_us: int) -> float:
 
 
 def round_up(value: Fraction | int, step: int) -> int:
-    """The smallest multiple of `step` that is not below `value`; exact multiples stay as they are."""
+    """Return the smallest multiple of `step` not below `value`; exact multiples stay as they are."""
     return math.ceil(Fraction(value) / step) * step

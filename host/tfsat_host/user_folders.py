@@ -31,7 +31,10 @@ def cache_folder() -> Path:
 
 
 def _user_folder(variable: str, purpose: str) -> Path:
-    """The folder by its XDG variable, on every system, so that errors can name it; else as the system has it."""
+    """Return the user's folder from its XDG variable on every system, else the system's own.
+
+    Errors can then name the variable.
+    """
     import platformdirs
 
     chosen = Path(os.environ.get(variable, ""))

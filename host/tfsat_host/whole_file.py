@@ -49,7 +49,10 @@ def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
 
 
 def is_special(path: Path) -> bool:
-    """Whether a path is neither file nor folder: a device, a pipe, a socket; nothing is opened."""
+    """Return whether a path is a device, pipe or socket, neither file nor folder.
+
+    Nothing is opened.
+    """
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
@@ -67,7 +70,10 @@ def flush_to_disk(descriptor: int) -> None:
 
 
 def _give_usual_mode(path: Path) -> None:
-    """The permissions of any new file; a file system without permissions keeps its own."""
+    """Set the permissions of any new file.
+
+    A file system without permissions keeps its own.
+    """
     try:
         path.chmod(0o666 & ~_umask())
     except OSError as error:
@@ -76,7 +82,7 @@ def _give_usual_mode(path: Path) -> None:
 
 
 def new_file_beside(path: Path, folder: Path | None = None) -> Path:
-    """A new empty file named after `path`, in its folder or another one. Raises OSError."""
+    """Create an empty file named after `path`, in its folder or another one. Raises OSError."""
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder or path.parent)
     os.close(descriptor)
     return Path(name)

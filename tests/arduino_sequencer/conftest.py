@@ -25,11 +25,11 @@ def new_board(board_library: ctypes.CDLL) -> Callable[..., Board]:
 
 @pytest.fixture
 def fresh_board(new_board: Callable[..., Board]) -> Board:
-    """As `board`, but nothing was ever stored on it."""
+    """Return a board like `board`, but with an erased EEPROM."""
     return new_board(ERASED)
 
 
 @pytest.fixture
 def board(new_board: Callable[..., Board]) -> Board:
-    """The factory's maneuver uploaded, powered, cable in, both switches closed."""
+    """Return a powered board with the factory maneuver uploaded, cable in, both switches closed."""
     return new_board()

@@ -30,7 +30,7 @@ class RawManeuver:
         return cls(schedule.speed_cdeg_s, strokes)
 
     def canonical(self) -> bytes:
-        """The bytes that the commit's CRC covers."""
+        """Return the bytes that the commit's CRC covers."""
         text = bytes([len(self.strokes)]) + self.speed_cdeg_s.to_bytes(2, "little")
         for joint, angle_cdeg, start_us in self.strokes:
             text += bytes([joint]) + angle_cdeg.to_bytes(2, "little", signed=True)
@@ -45,7 +45,7 @@ class RawManeuver:
 
 
 def defect(raw: RawManeuver) -> tuple[ErrorCode, int]:
-    """What is wrong and with which stroke, by the protocol's words; in exact arithmetic, not the board's.
+    """Return the protocol's error code and the stroke it concerns, in exact arithmetic, not the board's.
 
     The order of the checks is part of the contract: the first defect of the first bad stroke.
     """
@@ -102,7 +102,7 @@ LIMITS = (
 
 @st.composite
 def raw_maneuvers(draw: st.DrawFn) -> RawManeuver:
-    """A flyable maneuver's fields with a few replaced by anything that fits the wire."""
+    """Draw a flyable maneuver with a few fields replaced by any values that fit the wire format."""
     raw = RawManeuver.of(schedule_maneuver(draw(flyable())))
     speed = draw(st.just(raw.speed_cdeg_s) | st.sampled_from([0, 1, 999, 1000, 40_000, 40_001, 65_535]))
     strokes = [list(stroke) for stroke in raw.strokes]

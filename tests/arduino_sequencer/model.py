@@ -94,7 +94,7 @@ class Model:
     # ------------------------------------------------------------------ what happens to the board
 
     def restart(self, *, power_lost: bool, opened: int, now_us: int) -> None:
-        """The EEPROM stays; RAM says what was, unless the power went."""
+        """Restart the model: the EEPROM stays, and RAM keeps the state unless the power was lost."""
         fresh = Model(self.maneuver, self.settings)
         self.maneuver.load()
         self.settings.load()
@@ -113,7 +113,7 @@ class Model:
         self.__dict__.update(fresh.__dict__)
 
     def switches_stand(self, opened: int, moved_us: int) -> bool:
-        """The switches have not moved for longer than the debounce; True if that was a release."""
+        """Update the state once the switches have been still for the debounce; return whether it is a release."""
         if self.state != ARMED:
             return False
         self.touched |= opened != 0
@@ -126,11 +126,11 @@ class Model:
         return False
 
     def hangs_us(self) -> int:
-        """When both switches will have been closed for long enough to take a release back."""
+        """Return the time at which both switches will have been closed long enough to revoke a release."""
         return NEVER_US if self.closed_from_us is None else self.closed_from_us + RELEASE_SEATED_US
 
     def end_false_run(self) -> None:
-        """Both switches have been closed for long."""
+        """End a run as a false release, after both switches have been closed for long."""
         begun = self.strokes_begun(self.hangs_us())
         self.state, self.fault = (FAULT, ErrorCode.CLOSED_WHILE_RUNNING) if begun else (ARMED, self.fault)
         self.held_cdeg = self.angles_cdeg(begun)
@@ -148,7 +148,7 @@ class Model:
     # ------------------------------------------------------------------ what follows from the maneuver
 
     def run_ends_us(self) -> int:
-        """The last stroke is over, and so is its first pulse, however short the stroke."""
+        """Return the time at which the last stroke and its first pulse are over, however short the stroke."""
         _, angle_cdeg, start_us = self.maneuver.record.strokes[-1]
         taken_us = -(-abs(angle_cdeg) * 1_000_000 // self.maneuver.record.speed_cdeg_s)
         return self.run_from_us + start_us + taken_us + LAST_PULSE_US
@@ -158,7 +158,7 @@ class Model:
         return sum(start_us <= now_us for start_us in starts_us)
 
     def angles_cdeg(self, strokes: int) -> tuple[int, ...]:
-        """Of each joint, after so many strokes."""
+        """Return the angle of each joint after the first `strokes` strokes."""
         done = self.maneuver.record.strokes[:strokes]
         return tuple(sum(angle for joint, angle, _ in done if joint == wanted) for wanted in JOINTS)
 
@@ -182,7 +182,7 @@ class Model:
     # ------------------------------------------------------------------ requests
 
     def answer(self, request: Payload, opened: int, now_us: int) -> Payload:
-        """The reply that `request` must get, and what it changes."""
+        """Return the reply that `request` must get, and apply its effects to the model."""
         match request:
             case ArmRequest():
                 return self.arm(request, opened, now_us)

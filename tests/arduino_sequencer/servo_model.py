@@ -28,7 +28,7 @@ def pulse_centi_ns(servo: ServoSetting, angle_cdeg: int) -> int:
 
 
 def width_ns(servo: ServoSetting, angle_cdeg: int) -> int:
-    """The width in whole ticks that is nearest."""
+    """Return the pulse width in ns, rounded to the nearest whole tick."""
     return (pulse_centi_ns(servo, angle_cdeg) + 50 * TICK_NS) // (100 * TICK_NS) * TICK_NS
 
 

@@ -52,7 +52,7 @@ class SideBySide(RuleBasedStateMachine):
 
     @initialize(uploaded=st.sampled_from([True, True, True, False]))
     def take_a_board(self, uploaded: bool) -> None:
-        """A fresh one, or one that was used before."""
+        """Start with a new board, or with one that already has a maneuver."""
         if uploaded:
             self.board = native_board(self.library)
             self.model.maneuver.put(RawManeuver.of(OLD))
@@ -65,7 +65,7 @@ class SideBySide(RuleBasedStateMachine):
         self.tokens[self.model.token] = self.model.state
 
     def read_the_token(self) -> None:
-        """A token that changed is one that never was."""
+        """Read the arm token: it is unchanged and so is the state, or it was never used before."""
         token, state = connect(self.board).status().arm_token, self.model.state
         if token != self.model.token:
             assert token not in self.tokens, "a token came back"
@@ -94,7 +94,7 @@ class SideBySide(RuleBasedStateMachine):
             self.await_stores()
 
     def on_its_way(self, reply: JogReply, expected: JogReply) -> None:
-        """From here on the model's joint is where the board says it is."""
+        """Check a jog reply against the model, and set the model's joint to the angle that the board reports."""
         jogged = self.model.jogged
         assert jogged is not None
         assert abs(reply.angle_cdeg - expected.angle_cdeg) <= JOG_TOLERANCE_CDEG
@@ -118,7 +118,7 @@ class SideBySide(RuleBasedStateMachine):
         return self.board.now_us > moment_us
 
     def catch_up(self) -> None:
-        """The model follows time; nothing is asked right before or after what time brings."""
+        """Advance the model to the board's time, keeping requests clear of timed state changes."""
         model = self.model
         if model.state == RUNNING and model.hangs_us() < model.run_ends_us():
             if self.pass_by(model.hangs_us()):
@@ -131,7 +131,7 @@ class SideBySide(RuleBasedStateMachine):
         self.pass_by(model.report_ends_us())
 
     def close_both(self) -> None:
-        """Not so that it would take back a release in the very moment of a stroke."""
+        """Close both switches, but not when that would revoke a release at the very moment of a stroke."""
         if self.model.state == RUNNING:
             for _, _, start_us in self.model.maneuver.record.strokes:
                 self.pass_by(self.model.run_from_us + start_us - RELEASE_SEATED_US)
@@ -139,7 +139,7 @@ class SideBySide(RuleBasedStateMachine):
             self.board.switch(index, closed=True)
 
     def settle(self) -> None:
-        """After the switches moved: what the release detector must have made of it."""
+        """Wait until the switches have settled, then update the model with the release detector's result."""
         moved_us = self.board.now_us
         self.model.closed_from_us = moved_us if self.opened == 0 else None
         self.board.run(SETTLE_US)
@@ -147,9 +147,10 @@ class SideBySide(RuleBasedStateMachine):
             self.report, self.released_us = None, moved_us - self.started_us
 
     def restart(self, cause: ResetCause | None, flips: Iterable[tuple[int, int]] = ()) -> None:
-        """What was sent before a reset may come late; after a power cut, tokens begin again.
+        """Restart the board and the model, by a power cut if `cause` is None.
 
-        `flips` are bits of the EEPROM that turn over while there is no power: address, bit.
+        Requests sent before a reset may still arrive late; after a power cut, tokens begin again. `flips` are
+        the EEPROM bits (address, bit) that flip while there is no power.
         """
         self.catch_up()
         if self.model.state == RUNNING:
@@ -233,7 +234,7 @@ class SideBySide(RuleBasedStateMachine):
                 assert abs(angle_cdeg - expected_cdeg) <= 20  # the invariant's own requests take 10 ms
 
     def the_run_is_reported(self, strokes_started: int) -> None:
-        """By the board's own clock; and for as long as there is no other run."""
+        """Check the run report: times are in the board's own clock, and it stays the same until another run."""
         report = client(self.board).request(RunReportRequest(), RunReportReply)
         if self.report is not None:
             assert report == self.report

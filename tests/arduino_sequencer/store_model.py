@@ -127,7 +127,7 @@ class Store(Generic[Record]):
         return True
 
     def load(self) -> None:
-        """The board starts: the newest slot that is whole counts."""
+        """Load the store as the board does at start: the newest intact slot counts."""
         self.current, self.begun, newest = None, False, 0
         for index, slot in enumerate(self.slots):
             if slot.marker == COMPLETE and slot.whole and slot.generation > newest:
@@ -139,7 +139,7 @@ class Store(Generic[Record]):
 
 
 def without_markers(image: bytes) -> bytes:
-    """All that an upload which was only begun leaves alone."""
+    """Return the EEPROM image with its markers erased: the rest, which an unfinished upload leaves alone."""
     left = bytearray(image)
     for store in (MANEUVER_AT, SETTINGS_AT):
         for slot in (store, store + SLOT_BYTES):

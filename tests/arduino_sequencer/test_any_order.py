@@ -78,7 +78,7 @@ class AnyOrder(SideBySide):
 
     @rule(raw=st.sampled_from(MANEUVERS), skip=st.none() | st.integers(0, 5), times=st.integers(1, 2))
     def upload(self, raw: RawManeuver, skip: int | None, times: int) -> None:
-        """A whole upload, or one that lost a frame; once, or all of it again."""
+        """Upload a maneuver `times` times, leaving out frame `skip` unless it is None."""
         for _ in range(times):
             for number, request in enumerate(raw.requests()):
                 if number != skip:
@@ -94,7 +94,7 @@ class AnyOrder(SideBySide):
 
     @rule()
     def get_ready_and_arm(self) -> None:
-        """As a person does it; what else forbids it still does."""
+        """Prepare the board and arm it as an operator does; other obstacles may still forbid arming."""
         self.hang_in_the_releaser()
         self.request(DisarmRequest())
         self.read_the_token()
@@ -148,7 +148,7 @@ class AnyOrder(SideBySide):
 
     @rule(open_us=st.integers(1, 4900))
     def knock(self, open_us: int) -> None:
-        """Both open for less than the debounce, then as they were."""
+        """Open both switches for `open_us`, less than the debounce, then put them back as they were."""
         before = list(self.board.closed)
         for index in (0, 1):
             self.board.switch(index, closed=False)
@@ -189,7 +189,7 @@ class AnyOrder(SideBySide):
     @precondition(lambda self: self.model.jogged is not None)
     @rule(to_cdeg=st.integers(0, 4150))
     def jog_on(self, to_cdeg: int) -> None:
-        """From where the host says is heeded at the start only."""
+        """Continue a jog with another `from` angle, which the board heeds only at the start of a jog."""
         assert self.model.jogged is not None
         self.request(JogRequest(self.model.jogged.joint, 9001, to_cdeg, JOG_CONFIRM))
 
@@ -242,7 +242,7 @@ class AnyOrder(SideBySide):
         )
     )
     def bits_turn_over_in_the_dark(self, flips: list[tuple[bool, int, int, int]]) -> None:
-        """In what is stored or erased, marker and generation included."""
+        """Flip bits of the stored or erased EEPROM while the power is off, marker and generation included."""
         turned = []
         for of_settings, slot, byte, bit in flips:
             if of_settings:
@@ -256,7 +256,7 @@ class AnyOrder(SideBySide):
 
     @rule()
     def store_both_anew(self) -> None:
-        """As STORE_DAMAGED tells a person to: repeated until the answer is that all is stored."""
+        """Store maneuver and settings anew as STORE_DAMAGED demands: repeat until all is reported as stored."""
         self.request(DisarmRequest())
         for request in [*FACTORY.requests(), *[ManeuverCommitRequest(crc16(FACTORY.canonical()))] * 2]:
             self.request(request)
@@ -299,7 +299,7 @@ def test_any_order(machine: type[AnyOrder], examples: int) -> None:
 
 
 def test_the_model_flies(board: Board) -> None:
-    """The shortest strokes that the model knows: 0.01 deg, 10 ms apart on one joint."""
+    """Fly the shortest strokes that the model knows: 0.01 deg, 10 ms apart on one joint."""
     sequencer = connect(board)
     for request in MANEUVERS[3].requests():
         board.ask(Frame(request.TYPE, 1, request.encode()))

@@ -36,7 +36,7 @@ def why_not_armed(board: Board) -> ErrorCode:
 
 
 def held_after_power_cycle(board: Board) -> StoredManeuver:
-    """What would fly, which must be the same from RAM and, after a power cycle, from EEPROM."""
+    """Return the stored maneuver, the same from RAM and, after a power cycle, from EEPROM."""
     before = connect(board).read_back()
     assert connect(board).status().state == SequencerState.SAFE
     board.power_cycle()
@@ -90,7 +90,7 @@ class LossyCable(Cable):
         return self._damage(data) if data and self._fault() else data
 
     def deliver_late(self) -> None:
-        """The last stragglers, in any order."""
+        """Deliver the remaining late frames, in any order."""
         self._rng.shuffle(self._late)
         for data in self._late:
             super().write(data)

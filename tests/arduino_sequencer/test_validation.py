@@ -50,13 +50,13 @@ def send(board: Board, requests: list[Payload]) -> tuple[ErrorCode, int]:
 
 
 def upload_raw(board: Board, raw: RawManeuver) -> tuple[ErrorCode, int]:
-    """All of an upload, whatever the host's own checks would say."""
+    """Upload the whole maneuver, bypassing the host's own checks."""
     return send(board, raw.requests())
 
 
 @pytest.mark.parametrize("reply_type", [0x80, 0x81, 0x90, 0xFF])
 def test_an_echo_of_a_reply_is_not_answered(board: Board, reply_type: int) -> None:
-    """Two ends that answered each other's errors would never stop."""
+    """Echoed replies get no answer: two ends answering each other's errors would never stop."""
     assert board.ask(Frame(reply_type, 77, b"\x01\x02")) == []
 
 
@@ -134,7 +134,7 @@ def test_the_last_microsecond_of_the_fall(board: Board, speed_cdeg_s: int, angle
 def test_every_pulse_of_a_random_maneuver(
     new_board: Callable[..., Board], maneuver: Maneuver, seed: int
 ) -> None:
-    """Each stroke's first pulse rises on its tick; no pulse anywhere is cut short or out of range."""
+    """First pulses of strokes rise on their tick, and no pulse is cut short or out of range."""
     schedule = schedule_maneuver(maneuver)
     board = new_board()
     sequencer = connect(board)

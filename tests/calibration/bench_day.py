@@ -68,7 +68,10 @@ def record(
     last_s: float = 0.0,
     seed: int = 7,
 ) -> Evidence:
-    """One step on a robot of its own; with `motion` this is done for `last_s` instead of what the step says."""
+    """Record one step on a robot of its own.
+
+    With `motion`, this is done for `last_s` instead of the step's own motion.
+    """
     with EmulatedRobot(MODEL, imperfections=truth, seed=seed) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -80,17 +83,17 @@ def record(
 
 @cache
 def done(step: Step) -> Evidence:
-    """The step, well done."""
+    """Record the step performed well."""
     return record(step)
 
 
 def day(*left_out: StepKind) -> list[Evidence]:
-    """All steps, well done, but those of some kinds."""
+    """Return all steps performed well, except those of some kinds."""
     return [done(step) for step in STEPS if step.kind not in left_out]
 
 
 def before(step: Step) -> list[Evidence]:
-    """What was recorded before a step on a good day."""
+    """Return the evidence recorded before a step on a good day."""
     return [done(one) for one in STEPS[: STEPS.index(step)]]
 
 
@@ -100,7 +103,7 @@ def known(*evidence: Evidence) -> list[Evidence]:
 
 
 def changed(evidence: Evidence, *changes: Change) -> Evidence:
-    """The same step with other counts."""
+    """Return the step with its counts changed."""
     counts = evidence.counts
     for change in changes:
         counts = change(counts)
@@ -108,13 +111,13 @@ def changed(evidence: Evidence, *changes: Change) -> Evidence:
 
 
 def accept(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> None:
-    """What a campaign does with a step that was just recorded."""
+    """Check and solve a step just recorded, as a campaign does."""
     check_step(evidence, earlier, model)
     solve([*earlier, evidence], model)
 
 
 def refused(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> CalibrationError:
-    """The reason why a campaign does not take a step."""
+    """Return the error with which a campaign refuses a step."""
     with pytest.raises(CalibrationError) as caught:
         accept(evidence, earlier, model)
     error = caught.value
@@ -142,7 +145,7 @@ def hands_move(
 def hands_turn(
     angles_deg: Sequence[float], leg_s: float, rest_s: float, about: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> tuple[Callable[[EmulatedRobot], None], float]:
-    """The closed robot through these angles by steady hands; and how long that takes."""
+    """Return a motion that turns the closed robot through these angles by steady hands, and its duration."""
     legs = tuple(Leg(float(np.deg2rad(angle)), leg_s, rest_s) for angle in angles_deg)
     motion = Motion(legs, Operator.steady(), 1)
 
@@ -160,7 +163,7 @@ def hands_turn(
 
 
 def exchange_gyros(first: int, second: int) -> Change:
-    """The cables of two bodies' IMUs."""
+    """Return a change that exchanges the cables of two bodies' IMUs."""
 
     def change(counts: Counts) -> Counts:
         order = list(range(4))
@@ -176,7 +179,7 @@ def exchange_gyros(first: int, second: int) -> Change:
 
 
 def turn_sensor(body: int, rotation: FloatArray) -> Change:
-    """One IMU, mounted with this rotation (3, 3) from its axes to those it should have."""
+    """Return a change that mounts one IMU with `rotation` (3, 3), from its axes to those it should have."""
 
     def change(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
@@ -192,12 +195,12 @@ def turn_sensor(body: int, rotation: FloatArray) -> Change:
 
 
 def slip_sensor(body: int, rotvec_deg: Sequence[float]) -> Change:
-    """The same by an angle that a loose screw allows."""
+    """Return a change that rotates one IMU's mounting by an angle that a loose screw allows."""
     return turn_sensor(body, Rotation.from_rotvec(rotvec_deg, degrees=True).as_matrix())
 
 
 def freeze_gyro(body: int) -> Change:
-    """The gyro of a body repeats its first value; its flag does not tell."""
+    """Return a change that freezes a body's gyro at its first value, with its valid flag unchanged."""
 
     def change(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
@@ -208,7 +211,7 @@ def freeze_gyro(body: int) -> Change:
 
 
 def exchange_angles(first: int, second: int) -> Change:
-    """The cables of two angle sensors, 1 to 6."""
+    """Return a change that exchanges the cables of two angle sensors, 1 to 6."""
 
     def change(counts: Counts) -> Counts:
         order = list(range(6))
@@ -221,7 +224,7 @@ def exchange_angles(first: int, second: int) -> Change:
 
 
 def freeze_angle(sensor: int) -> Change:
-    """One of six repeats its first value."""
+    """Return a change that freezes one of the six angle sensors at its first value."""
 
     def change(counts: Counts) -> Counts:
         values = counts.angle_counts.copy()
@@ -232,7 +235,10 @@ def freeze_angle(sensor: int) -> Change:
 
 
 def add_angle(sensor: int, added_deg: Callable[[FloatArray], NDArray[Any]] | float) -> Change:
-    """To one of six: a constant, or a function of the share of the step (n,) that is over, deg."""
+    """Return a change that adds an angle to one of the six sensors, in deg.
+
+    It is a constant, or a function of the elapsed share of the step (n,).
+    """
 
     def change(counts: Counts) -> Counts:
         values = counts.angle_counts.astype(np.int64)
@@ -245,7 +251,7 @@ def add_angle(sensor: int, added_deg: Callable[[FloatArray], NDArray[Any]] | flo
 
 
 def add_rate(body: int, added_deg_s: Callable[[FloatArray], FloatArray]) -> Change:
-    """To one gyro: (n, 3) deg/s of the time (n,) in seconds."""
+    """Return a change that adds a rate (n, 3) in deg/s to one gyro, as a function of the time (n,) in s."""
 
     def change(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
@@ -257,7 +263,7 @@ def add_rate(body: int, added_deg_s: Callable[[FloatArray], FloatArray]) -> Chan
 
 
 def silence_angle(sensor: int, share: float) -> Change:
-    """One of six gives no value in a share of the samples."""
+    """Return a change by which one of the six angle sensors gives no value in a share of the samples."""
 
     def change(counts: Counts) -> Counts:
         valid = counts.angle_valid.copy()

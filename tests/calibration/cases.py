@@ -25,13 +25,16 @@ def case(
     model: RobotModel = MODEL,
     quick: bool = True,
 ) -> Any:
-    """A row for `check_refused`: what the error says happened and what to do; without `quick` under `make prove`."""
+    """Build a row for `check_refused`: the error's expected finding and next step.
+
+    Without `quick` it runs under `make prove`.
+    """
     marks = () if quick else pytest.mark.prove
     return pytest.param((make, what, cure, earlier, model), id=name, marks=marks)
 
 
 def check_refused(row: tuple[Make, str, str, Callable[[], Sequence[Evidence]], RobotModel]) -> None:
-    """That the step is refused in these words."""
+    """Check that the step is refused in these words."""
     make, what, cure, earlier, model = row
     error = refused(make(), earlier(), model)
     assert what in error.what
@@ -45,7 +48,10 @@ def moved(
     rest_s: float = 0.0,
     held: Sequence[int] | None = None,
 ) -> Evidence:
-    """The step's joint through these stops by steady hands that hold what the step says, or `held`."""
+    """Record the step's joint moved through these stops by steady hands.
+
+    They hold the bodies that the step says, or `held`.
+    """
     hands = hands_move(step.moving_joint, step.held if held is None else held, stops_deg, leg_s, rest_s)
     return record(step, motion=hands[0], last_s=hands[1])
 
@@ -57,6 +63,6 @@ def turned(
     leg_s: float = 3.0,
     rest_s: float = 1.0,
 ) -> Evidence:
-    """The closed robot through these angles about a body axis by steady hands."""
+    """Record the closed robot turned through these angles about a body axis by steady hands."""
     hands = hands_turn(angles_deg, leg_s, rest_s, about)
     return record(step, motion=hands[0], last_s=hands[1])

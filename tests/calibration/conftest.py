@@ -19,7 +19,7 @@ from tfsat_host.emulated.transport import EmulatedTransport
 
 @pytest.fixture
 def few_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step that is read is looked at four times less often."""
+    """Check a step's progress four times less often while it is recorded."""
     monkeypatch.setattr("tfsat_host.calibration.progress.LOOK_S", 2.0)
 
 

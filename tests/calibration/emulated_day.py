@@ -24,7 +24,10 @@ DAY_BEGINS = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
 
 
 def all_steps() -> tuple[Step, ...]:
-    """What a gyro and an angle sensor need, in order; servos are another command's."""
+    """Return the steps that gyros and angle sensors need, in order.
+
+    Servos are another command's.
+    """
     joints = range(1, JOINT_COUNT + 1)
     swings = (swing for joint in joints for swing in steps.swings(joint))
     sweeps = (sweep for joint in joints for sweep in steps.sweeps(joint))
@@ -53,7 +56,7 @@ def calibration_day(
 
 
 def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOperator, step: Step) -> Evidence:
-    """One step."""
+    """Record one step."""
     taken = DAY_BEGINS + timedelta(microseconds=robot.now_us)
     identity, who = logger.identity, logger.status().who_am_i
     origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)

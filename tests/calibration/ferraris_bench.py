@@ -38,7 +38,7 @@ class Turns:
     rests: list[slice]
 
     def forward(self, values: FloatArray) -> FloatArray:
-        """The samples of the positive turns alone, one after another, each from rest to rest."""
+        """Return the samples of the positive turns alone, concatenated, each from rest to rest."""
         middles = [(rest.start + rest.stop) // 2 for rest in self.rests]
         return np.concatenate([values[middles[turn] : middles[turn + 1]] for turn in range(0, 2 * ROUNDS, 2)])
 
@@ -72,7 +72,7 @@ class Imu:
         return np.asarray(np.round((noisy + self.accel_offset_m_s2) / _ACCEL_COUNT_M_S2) * _ACCEL_COUNT_M_S2)
 
     def calibration_data(self, rng: np.random.Generator) -> Ferraris:
-        """The whole procedure."""
+        """Simulate the whole Ferraris procedure."""
         return Ferraris(
             tuple(self._lies(axis, rng) for axis in np.eye(3)),
             tuple(self._lies(-axis, rng) for axis in np.eye(3)),

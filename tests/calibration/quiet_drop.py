@@ -16,13 +16,13 @@ from tfsat_host.emulated.robot import DEFAULT_SEED, US_PER_S
 def quiet_drop(
     seed: int, wait_us: int = 14_000_000, unix_us: int = 0, *, as_built: bool = False
 ) -> tuple[bytes, NDArray[np.float64]]:
-    """The card, and (4, 3) biases in rad/s.
+    """Return the card of a drop after a quiet wait, and the true biases (4, 3) in rad/s.
 
     Args:
-        seed: Of the noise, and of a robot that is not `as_built`.
-        wait_us: From the start of the recording to the drop.
-        unix_us: The time of day at the start of the recording; 0: nobody tells it.
-        as_built: The very robot that `calibrate --emulated` has on its bench.
+        seed: Seed of the noise, and of a robot that is not `as_built`.
+        wait_us: Time from the start of the recording to the drop.
+        unix_us: Time of day at the start of the recording; 0: the logger was not told it.
+        as_built: Use the very robot that `calibrate --emulated` has on its bench.
     """
     built = draw_as_built(DEFAULT_SEED) if as_built else None
     one = drop(imperfections=built, seed=seed, armed=False, wait_us=wait_us - US_PER_S, unix_us=unix_us)

@@ -40,17 +40,17 @@ class SimulatedServo:
         self._random = np.random.default_rng(self.seed)
 
     def mean_deg(self, pulse_us: float, direction: int) -> float:
-        """Where it comes to rest on average."""
+        """Compute the mean angle at which the servo comes to rest."""
         asked_deg = (pulse_us - FACTORY_SERVO.zero_us) / FACTORY_SERVO.ns_per_deg * 1000.0
         bend_deg = self.bend_deg * float(np.sin(np.pi * asked_deg / 90.0))
         return self.gain * asked_deg + self.offset_deg + bend_deg - direction * self.backlash_deg / 2
 
     def arrive_deg(self, pulse_us: float, direction: int) -> float:
-        """Where it comes to rest this time."""
+        """Draw the angle at which the servo comes to rest this time."""
         return self.mean_deg(pulse_us, direction) + self.repeatability_deg * self._random.standard_normal()
 
     def visited(self, setting: ServoSetting = FACTORY_SERVO) -> list[ServoPoint]:
-        """The whole plan. What the first visit was reached from is drawn."""
+        """Visit the whole plan; the direction of the first arrival is drawn."""
         plan = servo_plan(setting)
         points = []
         for angle_cdeg, direction in zip(plan, arrivals(plan), strict=True):
@@ -65,7 +65,7 @@ class SimulatedServo:
         return points
 
     def fly_deg(self, angles_cdeg: Sequence[int], setting: ServoSetting) -> list[float]:
-        """What each stroke of a maneuver reaches, from the start pose."""
+        """Return the angle moved by each stroke of a maneuver, from the start pose."""
         rest_deg = self.arrive_deg(board_pulse_us(setting, 0), int(self._random.choice([-1, 1])))
         pose_cdeg, reached = 0, []
         for angle_cdeg in angles_cdeg:

@@ -91,7 +91,7 @@ def drawn_calibration(seed: int) -> Calibration:
 
 
 def servo_map(rng: np.random.Generator, joint: int) -> ServoMap:
-    """Of a servo that opens its joint with longer pulses, or shorter ones."""
+    """Draw the map of a servo that opens its joint with longer or with shorter pulses."""
     return ServoMap(
         joint,
         rng.uniform(1000.0, 2000.0),

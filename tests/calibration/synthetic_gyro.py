@@ -54,7 +54,7 @@ class Gyro:
 
 
 def low_passed(values: FloatArray, cutoff_hz: float) -> FloatArray:
-    """One pole, started where the values (n, d) start."""
+    """Filter the values (n, d) with a single pole, initialized at the first of them."""
     keep = np.exp(-2.0 * np.pi * cutoff_hz / RATE_HZ)
     filtered, _ = lfilter([1.0 - keep], [1.0, -keep], values, axis=0, zi=keep * values[:1])
     return np.asarray(filtered, dtype=np.float64)

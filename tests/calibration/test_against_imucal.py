@@ -77,7 +77,7 @@ def by_ours(data: Ferraris, *, from_one_turn: bool = False) -> Found:
 def one_turn(
     seen: Response, t_s: FloatArray, rates: FloatArray, rests: list[slice], bias_covariance: FloatArray
 ) -> Response:
-    """The definition itself: the integral of the reading over one turn, for each radian."""
+    """Measure the response by its definition: the integral of the reading over one turn, per radian."""
     first, last = (rest.start for rest in rests[:2])
     turned = np.asarray(np.trapezoid(rates[first:last], t_s[first:last], axis=0))
     spread = (t_s[last] - t_s[first]) / TURN_RAD

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import drawn_calibration, whole_calibration
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.apply import Calibrated, apply_calibration
+from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns, sensors_by_design
@@ -35,7 +35,7 @@ TAKEN = datetime(2026, 7, 1, tzinfo=UTC)
 
 
 def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
-    """What a perfect calibration would find, and that it is perfect."""
+    """Return the perfect calibration: the true parameters with zero covariance."""
     truth, model = robot.imperfections, robot.model
     gyros = tuple(
         replace(
@@ -67,8 +67,11 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
 
 
 @pytest.fixture(scope="module")
-def swung() -> Iterator[tuple[EmulatedRobot, Calibrated]]:
-    """A robot as it was built, with poor magnets, its joint 2 swung, seen through a perfect calibration."""
+def swung() -> Iterator[tuple[EmulatedRobot, CalibratedSamples]]:
+    """Yield an as-built robot and the samples of a swing of its joint 2, perfectly calibrated.
+
+    Its angle sensors have poor magnets.
+    """
     built = draw_as_built(11)
     bent = replace(built, angle_nonlinearity_rad=10 * built.angle_nonlinearity_rad)
     with EmulatedRobot(seed=11, imperfections=bent) as robot:
@@ -89,7 +92,7 @@ def at_samples(robot: EmulatedRobot, t_s: FloatArray, columns: slice) -> FloatAr
     return np.stack([np.interp(t_s, truth[:, 0], column) for column in truth[:, columns].T], axis=1)
 
 
-def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]) -> None:
     robot, found = swung
     delays_s = np.arange(0.0, 0.02, 0.0005)  # of the low-pass, and when in its period a sensor is read
     errors = []
@@ -104,7 +107,7 @@ def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> No
     assert np.degrees(np.abs(found.rate_rad_s[:, still].mean(axis=0)).max()) < 0.01
 
 
-def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]) -> None:
     robot, found = swung
     delays_s = np.arange(-0.004, 0.004, 0.0005)  # when in its period a sensor is read
     errors = [
@@ -118,7 +121,9 @@ def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> 
     assert np.degrees(found.joint_angle_std_rad) == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
 
 
-def test_specific_forces_are_the_weight_where_nothing_moves(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+def test_specific_forces_are_the_weight_where_nothing_moves(
+    swung: tuple[EmulatedRobot, CalibratedSamples],
+) -> None:
     robot, found = swung
     up = Rotation.from_quat(at_samples(robot, found.t_s[:1], slice(12, 16))[0]).inv().apply([0, 0, 9.80665])
     assert found.specific_force_m_s2[:, 2].mean(axis=0) == pytest.approx(up, abs=0.05)
@@ -139,7 +144,7 @@ def counts_of(rng: np.random.Generator, n: int) -> Counts:
 
 
 def moved(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
-    """The gyro with its nine parameters changed: the rotation vector is in sensor axes."""
+    """Return the gyro with its nine parameters changed: the rotation vector is in sensor axes."""
     turned = gyro.rotation @ Rotation.from_rotvec(step[3:6]).as_matrix()
     return replace(gyro, bias_rad_s=gyro.bias_rad_s + step[:3], rotation=turned, scale=gyro.scale + step[6:9])
 
@@ -191,7 +196,10 @@ def test_the_covariance_is_how_rates_scatter() -> None:
 
 
 def test_a_die_that_is_warmer_than_when_it_rested_makes_its_bias_doubtful() -> None:
-    """By the data sheet: within 20 deg/s over 62.5 deg C, evenly spread."""
+    """Increase the bias's uncertainty for a die that is warmer than at rest.
+
+    By the data sheet it drifts within 20 deg/s over 62.5 deg C, uniformly distributed.
+    """
     counts = counts_of(np.random.default_rng(6), 50)
     found = SensorSamples.from_counts(counts).temperature_c
     calibration = whole_calibration()

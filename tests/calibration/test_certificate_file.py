@@ -84,7 +84,7 @@ def test_what_was_never_measured_has_no_key() -> None:
 
 
 def in_table(header: str, number: int, old: str, new: str) -> str:
-    """The whole certificate with one text changed in the `number`-th (from 1) table of that name."""
+    """Return the whole certificate with one text changed in the `number`-th (from 1) table of that name."""
     starts = [found.end() for found in re.finditer(re.escape(f"\n{header}\n"), WHOLE)]
     start = starts[number - 1]
     assert re.search(old, WHOLE[start:])
@@ -92,7 +92,7 @@ def in_table(header: str, number: int, old: str, new: str) -> str:
 
 
 def line_number(text: str, header: str, number: int, key: str) -> int:
-    """Where the key stands in that table, counted as an editor does."""
+    """Return the line number, from 1, of the key in that table."""
     seen = 0
     for line, content in enumerate(text.splitlines(), 1):
         seen += content == header
@@ -255,7 +255,7 @@ def test_the_hash_of_another_protocol_is_only_noted() -> None:
     ],
 )
 def test_what_was_changed_by_hand_is_refused(before: str, after: str) -> None:
-    """Its values are those that its recordings tell."""
+    """Refuse a certificate changed by hand: its values must be those computed from its recordings."""
     text = re.sub(before, after, WHOLE, count=1)
     assert text != WHOLE
     with pytest.raises(CalibrationError, match="was changed since tfsat-host wrote it") as caught:

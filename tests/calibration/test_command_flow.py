@@ -171,7 +171,10 @@ def test_lost_samples_are_said() -> None:
 
 
 def test_a_recording_starts_with_samples_of_its_own() -> None:
-    """What arrived after the end of the step before, while a person read the next task, is dropped."""
+    """Start a recording with its own samples.
+
+    Those that arrived after the previous step, while a person read the next task, are dropped.
+    """
     logger = scripted_logger()
     out = Output(stdout=io.StringIO(), stderr=io.StringIO())
     first, again = taken(logger, out), taken(logger, out)
@@ -189,7 +192,7 @@ class Idle:
 
 
 def taken(logger: LoggerClient, out: Output) -> Evidence:
-    """A zero of joint 1 as the logger's samples are."""
+    """Record the zero step of joint 1 from the logger's samples."""
     model = load_robot()
     nothing_known = solve((), model)
     bench = Bench(logger, Idle(), Origin("", "", True, "", ""))
@@ -197,7 +200,7 @@ def taken(logger: LoggerClient, out: Output) -> Evidence:
 
 
 def scripted_logger(lost: range = range(0)) -> LoggerClient:
-    """A logger at 1000 Hz that sends 5001 samples whenever it is asked for live ones."""
+    """Return a logger at 1000 Hz that sends 5001 samples whenever it is asked for live ones."""
     start = 1000
 
     def script(request: Frame) -> Iterator[bytes]:

@@ -30,7 +30,7 @@ RECORDINGS = Path("calibration-emulated-recordings")
 
 @pytest.fixture
 def full_disk() -> Iterator[Callable[..., None]]:
-    """As good as a full disk from the step on at which this is done: no file grows beyond 8 KiB."""
+    """Yield a function that performs a step and then limits files to 8 KiB, as good as a full disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def fill(step: Step, do: Callable[[Step], None]) -> None:

@@ -24,7 +24,7 @@ FALL_S = 5
 
 @pytest.fixture
 def drop(tmp_path: Path) -> DropLog:
-    """A recording with a release; its columns are replaced by `resting`."""
+    """Return a recording with a release; its columns are replaced by `resting`."""
     return load(write(tmp_path / "SD.bin", drop_with_release()[0].image()))
 
 
@@ -59,7 +59,7 @@ def resting(drop: DropLog, rest_s: int, seed: int = 1) -> DropLog:
 
 
 def stretch_s(log: DropLog) -> tuple[float, float] | None:
-    """Where the quiet lies, in seconds after the first sample."""
+    """Return the begin and the end of the quiet interval, in seconds after the first sample."""
     quiet = quiet_before_release(log)
     if quiet is None:
         return None
@@ -144,7 +144,10 @@ def test_the_longest_is_taken_and_of_equals_the_newest(drop: DropLog) -> None:
 
 
 def test_a_bias_that_moves_is_taken_where_it_came_to_rest(drop: DropLog) -> None:
-    """A board that warms up: 0.5 deg/s in the first minute, then steady."""
+    """Take a drifting bias from where it became steady.
+
+    A board warms up: its bias changes by 0.5 deg/s in the first minute, then it is steady.
+    """
     log = resting(drop, 180)
     ramp = np.clip(np.arange(len(log)) / (60 * RATE_HZ), 0, 1)
     log.imu_counts[:, 1, 6] += np.round(-33 * (1 - ramp)).astype(np.int16)
@@ -186,7 +189,10 @@ def test_without_a_release_all_of_it_counts(drop: DropLog) -> None:
 
 
 def test_the_wait_in_the_emulated_releaser(tmp_path: Path) -> None:
-    """As the logger's own firmware recorded it; against the truth."""
+    """Estimate biases from the wait in the emulated releaser, against the truth.
+
+    The logger's own firmware recorded it.
+    """
     data, truth = quiet_drop(4)
     card = tmp_path / "SD.bin"
     card.write_bytes(data)

@@ -18,7 +18,7 @@ BEGAN = datetime(2024, 5, 4, 10, tzinfo=UTC)
 def log(
     folder: Path, began: datetime, seed: int, name: str = "DROP 1.BIN", *, as_built: bool = False
 ) -> tuple[Path, list[list[float]]]:
-    """A recording of that time; its gyros' true biases, deg/s."""
+    """Write a recording of that time; return its file and its gyros' true biases in deg/s."""
     data, bias_rad_s = quiet_drop(seed, unix_us=round(began.timestamp() * 1e6), as_built=as_built)
     file = folder / name
     file.write_bytes(data)

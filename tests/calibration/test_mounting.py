@@ -26,7 +26,7 @@ X, Y, Z = np.eye(3)
 def response(
     gyro: Gyro, axis: FloatArray, rng: np.random.Generator, *, angle_rad: float = np.pi / 3
 ) -> Response:
-    """As it is measured: the bias at rest, the direction from swings, the length from sweeps between rests."""
+    """Measure the response: bias at rest, direction from swings, length from sweeps between rests."""
     bias, _ = mean_and_covariance(gyro.reads(np.zeros((int(3 * RATE_HZ), 3)), rng))
     angle, unsteady = swings(rng, 20.0)
     rate = np.gradient(angle, 1.0 / RATE_HZ)

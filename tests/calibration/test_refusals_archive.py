@@ -37,7 +37,7 @@ SUBJECT = Subject(
 
 @pytest.fixture
 def certificate(tmp_path: Path) -> Path:
-    """Of a rest, a zero and the swings of joint 1."""
+    """Create a certificate from a rest, a zero and the swings of joint 1."""
     path = tmp_path / "calibration.toml"
     campaign = Campaign(path, MODEL, SUBJECT)
     for step in (REST, ZERO, *SWINGS[:2]):
@@ -58,7 +58,10 @@ def test_what_was_kept_is_read_back(certificate: Path) -> None:
 
 @pytest.mark.parametrize(("image", "kept"), [("10660001", "10660001"), ("00000000", None)])
 def test_the_image_that_the_logger_ran_is_kept(certificate: Path, image: str, kept: str | None) -> None:
-    """A core that runs natively has none, which its CRC of zeros says."""
+    """Keep the CRC of the logger's image in the certificate.
+
+    A core that runs natively has no image: its CRC is all zeros.
+    """
     step = done(SWINGS[2])
     Campaign(certificate, MODEL, SUBJECT).accept(replace(step, origin=replace(step.origin, image_crc=image)))
     assert read_calibration(certificate).logger_image == kept
@@ -103,7 +106,10 @@ def test_a_step_that_was_recorded_before_the_one_it_would_replace(certificate: P
 
 
 def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None:
-    """One waits at its prompt while the other one keeps a step, and decode notes a landing."""
+    """Lose nothing when two programs change one certificate.
+
+    One waits at its prompt while the other adds a step, and decode notes a landing.
+    """
     waiting, other = (Campaign(certificate, MODEL, SUBJECT) for _ in range(2))
     other.accept(done(SWINGS[2]))
     assert note_landing(certificate, Landing(done(SWINGS[2]).taken + timedelta(minutes=1), "recording 1"))
@@ -190,7 +196,10 @@ def test_another_archive_of_arrays(tmp_path: Path) -> None:
 
 
 def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None:
-    """By so much that the old directions, however doubtful, must not weigh in."""
+    """Measure a moved sensor anew.
+
+    It moved so far that the old directions, however uncertain, must not be weighed in.
+    """
     slip = slip_sensor(2, (0.0, 0.0, 12.0))
     again = [changed(later(done(step), 60), slip) for step in (REST, *SWINGS[:4])]
     campaign = Campaign(certificate, MODEL, SUBJECT)
@@ -210,7 +219,10 @@ def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None
 
 
 def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
-    """A drop is evaluated by the one that held when it fell, whatever was measured since."""
+    """Keep every certificate that was written.
+
+    A drop is evaluated by the one valid when it fell, whatever was measured since.
+    """
     folder = certificate.with_name("calibration-recordings")
     last = max(folder.glob("certificate-*.toml"))
     assert last.read_bytes() == certificate.read_bytes()

@@ -52,17 +52,17 @@ SWEPT = partial(partial, moved, SWEEP)
 
 
 def by(step: Step, *changes: Change) -> Make:
-    """The step, well done, with these faults."""
+    """Return a maker of the step performed well, with these faults."""
     return lambda: changed(done(step), *changes)
 
 
 def instead(step: Step, asked: Step) -> Make:
-    """A step where another one was asked for."""
+    """Return a maker of a step recorded where another one was asked for."""
     return lambda: replace(done(step), step=asked)
 
 
 def bent(sensor: int) -> Evidence:
-    """A sweep with an angle sensor of joint 1 (1 or 2) whose magnet is off by a degree."""
+    """Record a sweep with joint 1's angle sensor 1 or 2 having its magnet off by a degree."""
     nonlinearity = TRUTH.angle_nonlinearity_rad.copy()
     nonlinearity[sensor - 1, :2] += np.deg2rad([0.7, 0.7])
     return record(SWEEP, truth=replace(TRUTH, angle_nonlinearity_rad=nonlinearity))
@@ -75,7 +75,7 @@ def without_answers() -> Evidence:
 
 
 def carried(step: Step) -> Make:
-    """The whole robot turned about x."""
+    """Return a maker of the step recorded with the whole robot turned about x."""
     motion, last_s = hands_turn([60.0, 0.0] * 3, 1.0, 0.0, about=(1.0, 0.0, 0.0))
     return lambda: record(step, motion=motion, last_s=last_s)
 
@@ -86,7 +86,7 @@ def gives_way(fraction: float) -> Make:
 
 @pytest.mark.parametrize("step", STEPS, ids=[step.key for step in STEPS])
 def test_each_step_of_a_good_day_is_accepted(step: Step) -> None:
-    """By itself; that they fit each other, test_solution.py proves."""
+    """Accept each step of a good day by itself; test_solution.py proves that they fit each other."""
     check_step(done(step), before(step), MODEL)
 
 
@@ -310,7 +310,7 @@ def test_another_joint_that_moves_along() -> None:
 
 @pytest.mark.parametrize("pair", PAIRS, ids=[f"{a} and {b}" for a, b in PAIRS])
 def test_gyros_of_two_bodies_exchanged(pair: tuple[int, int]) -> None:
-    """The first swing that can tell names both."""
+    """Name both exchanged gyros at the first swing that can tell."""
     exchange = exchange_gyros(*pair)
     earlier = [changed(done(REST), exchange), done(ZERO)]
     for step in SWINGS:

@@ -40,14 +40,14 @@ NAMES = ["".join(f"{'+-'[int(c.sum() < 0)]}{'xyz'[int(abs(c).argmax())]}" for c 
 
 
 def with_design(body: int, sensor_to_body: FloatArray) -> RobotModel:
-    """The robot whose file has the IMU of a body like this."""
+    """Return the robot whose file has this mounting of a body's IMU."""
     imus = list(MODEL.imus)
     imus[body - 1] = replace(imus[body - 1], sensor_to_body=sensor_to_body)
     return replace(MODEL, imus=tuple(imus))
 
 
 def lies_along(rotation: FloatArray) -> str:
-    """Where its axes lie, of the axes that it should have."""
+    """Format the intended axes along which the sensor's axes lie."""
     return ", ".join(f"{'-' if c.sum() < 0 else ''}{'xyz'[int(abs(c).argmax())]}" for c in rotation.T)
 
 
@@ -67,7 +67,10 @@ SOME = [
 @pytest.mark.parametrize("rotation", SOME)
 @pytest.mark.parametrize("body", [2, pytest.param(4, marks=pytest.mark.prove)])
 def test_a_sensor_that_is_mounted_otherwise_is_named(body: int, rotation: FloatArray) -> None:
-    """By two rotations wholly; and a robot file with the cure that is named takes the same recordings."""
+    """Name a wrongly mounted sensor completely by rotations about two axes.
+
+    A robot file with the suggested mounting accepts the same recordings.
+    """
     swings = [changed(done(one), turn_sensor(body, rotation)) for one in SWINGS if body in one.moved]
     with pytest.raises(CalibrationError) as caught:
         solve(known(*swings), MODEL)
@@ -112,7 +115,10 @@ def test_every_design_of_right_angles_is_taken(design: FloatArray) -> None:
 
 
 def test_a_mirrored_reading_is_refused() -> None:
-    """No mounting exchanges two axes and leaves the third; a driver that mixes up registers does."""
+    """Refuse a mirrored reading.
+
+    No mounting exchanges two axes and leaves the third; a driver that mixes up registers does.
+    """
 
     def mirror(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
@@ -165,7 +171,7 @@ def test_a_sensor_on_body_4_that_slipped_is_told_its_own_joints() -> None:
 
 @pytest.mark.parametrize("about", [(0.0, 4.0, 0.0), (0.0, 0.0, 4.0)])
 def test_a_sensor_that_slipped_between_swing_and_sweep(about: tuple[float, ...]) -> None:
-    """The same axis, seen in two directions."""
+    """Refuse a sensor that slipped between swing and sweep: the same axis has two directions."""
     error = refused(changed(done(SWEEPS[0]), slip_sensor(1, about)), known(done(SWINGS[0])))
     assert "apart that are 0.0 deg" in error.what
 
@@ -181,7 +187,10 @@ def test_a_slip_that_swings_cannot_tell_shows_in_the_turn() -> None:
 
 
 def test_a_step_is_judged_whatever_earlier_motions_say() -> None:
-    """Two of them may contradict each other: the step that replaces the wrong one must not be refused for that."""
+    """Check a step even if earlier motions contradict each other.
+
+    The step that replaces the wrong one must not be refused for that.
+    """
     earlier = known(done(SWINGS[1]), changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
     with pytest.raises(CalibrationError, match="measured two axes"):
         solve(earlier, MODEL)

@@ -63,7 +63,7 @@ def lose(share: float) -> Change:
 
 
 def restart(counts: Counts) -> Counts:
-    """The logger's clock begins again in the middle."""
+    """Restart the logger's clock in the middle."""
     t_us = counts.t_us.copy()
     t_us[len(t_us) // 2 :] -= t_us[len(t_us) // 2] - 300_000
     return replace(counts, t_us=t_us)
@@ -108,12 +108,12 @@ def test_a_gyro_that_did_not_answer(step: Step) -> None:
 
 
 def rates(of: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
-    """A rate about x over time, deg/s."""
+    """Return a rate about x, in deg/s over time, as a function giving all three axes."""
     return lambda t_s: np.column_stack([of(t_s), np.zeros((len(t_s), 2))])
 
 
 def tilt(body: int, rate_deg_s: float) -> Change:
-    """A body that turns about x at a steady rate: gyro and accelerometer both say so."""
+    """Return a change by which a body turns about x at a steady rate, in both gyro and accelerometer."""
 
     def change(counts: Counts) -> Counts:
         counts = add_rate(body, rates(lambda t_s: np.full(len(t_s), rate_deg_s)))(counts)
@@ -127,7 +127,7 @@ def tilt(body: int, rate_deg_s: float) -> Change:
 
 
 def add_force(offset_g: float) -> Change:
-    """To every axis of every accelerometer."""
+    """Return a change that adds a force to every axis of every accelerometer."""
 
     def change(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()

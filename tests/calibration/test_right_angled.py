@@ -23,7 +23,7 @@ TURNED_MODEL = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=TURNED) for
 
 @cache
 def found(*left_out: StepKind) -> Solution:
-    """What a day says of four such sensors."""
+    """Solve a day's steps with four such sensors."""
     turns = [turn_sensor(body, TURNED) for body in (1, 2, 3, 4)]
     return solve([changed(one, *turns) for one in day(StepKind.SERVO, *left_out)], TURNED_MODEL)
 
@@ -33,7 +33,7 @@ def certificate(solution: Solution) -> Calibration:
 
 
 def true_scale(body: int, axis: int) -> float:
-    """For a rotation about a body axis; the sensor that was turned has the same."""
+    """Compute the true scale for a rotation about a body axis; the turned sensor has the same."""
     return float(true_rotation(body)[axis] ** 2 @ TRUTH.gyro_scale[body - 1])
 
 

@@ -45,7 +45,10 @@ from tfsat_host.servo_settings import FACTORY
 
 @cache
 def measured_twice(joint: int) -> tuple[Evidence, Evidence, tuple[JointSensors, ...]]:
-    """With the factory's settings and with those that follow; and the sensors."""
+    """Measure a joint's servo with the factory's settings and with those that follow.
+
+    Return both measurements and the joints' angle sensors.
+    """
     with rig(wrong()) as here:
         sensors = here.solution().joints
         evidence = here.measured(joint)

@@ -52,7 +52,7 @@ def off_rad(gyro: GyroCalibration) -> FloatArray:
 
 
 def along_std_rad(gyro: GyroCalibration, axis_body: FloatArray) -> float:
-    """How sure its rotation about a body axis is."""
+    """Compute the standard deviation of the gyro's rotation about a body axis."""
     axis = gyro.rotation.T @ axis_body
     return float(np.sqrt(axis @ gyro.covariance[3:6, 3:6] @ axis))
 
@@ -104,7 +104,10 @@ def test_one_joint_alone_leaves_the_turn_about_its_axis_as_designed() -> None:
 
 
 def test_the_newest_of_a_step_replaces_what_was_before() -> None:
-    """The sensor was loose, and was fastened: the old swings would contradict the new ones."""
+    """Replace older recordings of a step by the newest.
+
+    The sensor was loose, and was fastened: the old swings would contradict the new ones.
+    """
     slip = slip_sensor(2, (0.0, 0.0, 4.0))
     loose = [changed(later(done(step), -60), slip) for step in SWINGS[1:3]]
     fresh = known(done(SWINGS[1]), done(SWINGS[2]))
@@ -157,7 +160,7 @@ def test_zeros_that_are_missing_cost_certainty_not_truth() -> None:
 
 
 def seen_axes_off_deg(found: Solution) -> list[float]:
-    """How far the axes that swings measure are off, for the bodies that both joints turn."""
+    """Compute the errors of the axes measured by swings, in deg, for the bodies that both joints turn."""
     gyros = [found.gyros[0], found.gyros[1]]
     pairs = [(gyro.rotation @ true_rotation(gyro.body).T @ axis, axis) for gyro in gyros for axis in (X, Y)]
     return [float(np.rad2deg(np.linalg.norm(np.cross(seen, axis)))) for seen, axis in pairs]
@@ -180,7 +183,10 @@ def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_new_bias_leaves_what_was_measured_with_the_old_one_alone() -> None:
-    """After a landing, or warm: the sensors read 5 deg/s more now, but did not then."""
+    """Preserve with a new bias the parameters measured with the old one.
+
+    After a landing, or when warm, the sensors read 5 deg/s more, but did not earlier.
+    """
     steps = known(*map(done, SOME))
     warm = changed(
         later(done(REST), 60),
@@ -209,7 +215,10 @@ def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -
 
 @pytest.mark.parametrize("degrees", [1.0, pytest.param(1.5, marks=pytest.mark.prove), 6.0])
 def test_a_sensor_that_slipped_is_not_believed_half(degrees: float) -> None:
-    """All was measured; then the sensor slipped, and one motion was repeated."""
+    """Refuse to mix directions from before and after a sensor slipped.
+
+    Everything was measured; then the sensor slipped, and one motion was repeated.
+    """
     slipped = changed(later(done(SWINGS[1]), 60), slip_sensor(2, (0.0, 0.0, degrees)))
     with pytest.raises(CalibrationError, match="The gyro on body 2 measured"):
         solve([*day(), slipped], MODEL)

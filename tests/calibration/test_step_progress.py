@@ -29,7 +29,7 @@ SWEEP, TURN = sweeps(1)[1], turn("z", -360.0)
 
 @cache
 def recorded(step: Step, duration_s: float, hands: Operator) -> Counts:
-    """What an ideal robot's sensors give while somebody does the step."""
+    """Record an ideal robot's sensors while a person performs the step."""
     with EmulatedRobot(MODEL, imperfections=ideal(), seed=1) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -42,7 +42,7 @@ def recorded(step: Step, duration_s: float, hands: Operator) -> Counts:
 
 
 def until(counts: Counts, elapsed_s: float) -> Counts:
-    """The part of it that has come by then."""
+    """Return the part of the counts received by `elapsed_s`."""
     n = int(np.searchsorted(counts.t_us, counts.t_us[0] + elapsed_s * 1e6))
     return replace(
         counts,

@@ -34,7 +34,10 @@ def swinging(most_deg: float, share: FloatArray) -> FloatArray:
 
 
 def loose(joint: int, most_deg: float) -> Change:
-    """The joint swings to and fro within the attachment: both sensors see it, each in its direction."""
+    """Return a change by which the joint swings to and fro within its attachment.
+
+    Both sensors see it, each in its direction.
+    """
 
     def change(counts: Counts) -> Counts:
         for sensor in (2 * joint - 1, 2 * joint):
@@ -55,7 +58,10 @@ def loose(joint: int, most_deg: float) -> Change:
     ],
 )
 def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
-    """The sensors' noise takes them across the wrap from one sample to the next."""
+    """Find zero points anywhere, also at the wrap.
+
+    There the sensors' noise crosses the wrap from one sample to the next.
+    """
     design = np.array([sensor.zero_offset_rad for sensor in MODEL.angle_sensors])
     truth = replace(
         TRUTH, angle_zero_rad=np.deg2rad(shown_deg) - design, angle_nonlinearity_rad=np.zeros((6, 4))
@@ -102,7 +108,7 @@ def test_a_sensor_that_slipped_since_the_last_zero(sensor: int, by_deg: float) -
 
 
 def test_both_sensors_turned_together_are_no_slip() -> None:
-    """The joint itself lies elsewhere: another attachment."""
+    """Accept both sensors turned together: the joint itself lies elsewhere, with another attachment."""
     turned = changed(done(ZERO), add_angle(1, 1.5), add_angle(2, -1.5))
     accept(turned, [done(REST), done(ZERO)])
 

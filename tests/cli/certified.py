@@ -27,7 +27,7 @@ def certificate(folder: Path, calibration: Calibration, name: str = "calibration
 
 
 def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0FFEE) -> Path:
-    """A drop whose recording began at that time of day, or does not tell."""
+    """Write a drop whose recording began at that time of day, or whose start time is unknown."""
     wall_clock_us = 0 if at is None else round(at.timestamp() * 1e6)
     header = replace(HEADER, wall_clock_us=wall_clock_us, image_crc=image_crc)
     recorder, _ = drop_with_release(header=header)

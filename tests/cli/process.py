@@ -43,15 +43,15 @@ class RunCli:
         process: bool = False,
         timeout_s: float = 120.0,
     ) -> subprocess.CompletedProcess[str]:
-        """One command, with no terminal and nothing to read.
+        """Run one command, with no terminal and no input.
 
         Args:
             args: Its arguments.
             expect: The exit code; None for any.
-            without_ports: As on a computer with no serial port, whatever is plugged in.
+            without_ports: Run as on a computer with no serial port, whatever is plugged in.
             environ: Variables besides those of this process.
-            process: In a process of its own: for what Python does before and after the command.
-            timeout_s: Of a process.
+            process: Run in a separate process, to test what Python does before and after the command.
+            timeout_s: Timeout of such a process.
         """
         argv = list(map(str, args))
         done = (
@@ -98,5 +98,5 @@ class RunCli:
         return subprocess.CompletedProcess(argv, code, out.getvalue(), err.getvalue())
 
     def json(self, *args: object, expect: int = 0, **options: Any) -> Any:
-        """The one JSON object that the command prints."""
+        """Run the command with `--json` and return the one object it prints."""
         return json.loads(self(*args, "--json", expect=expect, **options).stdout)

@@ -74,7 +74,7 @@ INERTIA = re.compile(r"(?<=[xyz] = )-?[\d.]+")
 
 
 def _scaled(pattern: re.Pattern[str], factor: float, line_start: str) -> str:
-    """The robot's file, with the numbers of some lines in another unit."""
+    """Return the robot's file with the numbers of some lines in another unit."""
     return "\n".join(
         pattern.sub(lambda found: repr(float(found[0]) * factor), line)
         if line.startswith(line_start)

@@ -149,7 +149,10 @@ def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text
 
 
 def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -> None:
-    """A name so long that no new file next to it can be named after it."""
+    """Warn of a certificate that cannot be written.
+
+    Its name is so long that no new file next to it can be named after it.
+    """
     file = certificate(tfsat_host.folder, whole_calibration()).rename(tfsat_host.folder / f"{'c' * 245}.toml")
     done = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file)
     assert "could not be written into" in done.stderr

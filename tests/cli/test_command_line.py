@@ -75,7 +75,10 @@ def test_the_help_of_a_command_on_a_terminal_is_coloured() -> None:
 
 
 def test_the_help_of_a_command_imports_nothing_heavy() -> None:
-    """One process for all: the first that imports something heavy is named."""
+    """Import nothing heavy for a command's help.
+
+    One process runs all commands: the first that imports something heavy is named.
+    """
     code = f"""
 import sys
 from tfsat_host.cli.commands import HELPS

@@ -24,14 +24,14 @@ COPIED = DROPPED + 2 * HOUR
 
 
 def timeless(folder: Path, copied: datetime = COPIED) -> Path:
-    """A drop whose recording has no time of day, in a file of that date."""
+    """Write a drop whose recording has no time of day, in a file of that date."""
     log = recorded(folder, at=None)
     os.utime(log, (copied.timestamp(),) * 2)
     return log
 
 
 def kept(folder: Path, calibration: Calibration, written: datetime) -> Path:
-    """A certificate that was written once, among the recordings."""
+    """Write an earlier certificate into the archive of recordings."""
     archive = folder / "calibration-recordings"
     archive.mkdir(exist_ok=True)
     return certificate(
@@ -97,7 +97,10 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
 
 
 def test_a_kept_certificate_knows_of_the_landings_since(tfsat_host: RunCli) -> None:
-    """A landing between its last step and this fall may be told later than that was kept."""
+    """Apply later landings to a kept certificate.
+
+    A landing between its last step and this fall may be noted after the certificate was kept.
+    """
     here = tfsat_host.folder
     mine = kept(here, whole_calibration(), MEASURED)
     anew = with_landing(whole_calibration(taken=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))

@@ -17,13 +17,13 @@ DOCUMENTS = sorted(
 
 
 def shell_examples(document: Path) -> list[str]:
-    """The lines of the document's `sh` blocks."""
+    """Return the lines of the document's `sh` blocks."""
     blocks = re.findall(r"```sh\n(.*?)```", document.read_text(encoding="utf-8"), flags=re.DOTALL)
     return [line for block in blocks for line in block.splitlines() if line.strip()]
 
 
 def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
-    """What a rehearsal leaves is what the quick start names."""
+    """Run the README's examples in order: a rehearsal leaves the files that the quick start names."""
     examples = shell_examples(REPOSITORY / "README.md")
     assert len(examples) >= 5
     for example in examples:
@@ -40,7 +40,7 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
 
 
 def anchors(document: Path) -> set[str]:
-    """Of its headings, as GitHub and Sphinx make them."""
+    """Return the anchors of the document's headings, as GitHub and Sphinx make them."""
     headings = re.findall(r"^#+ (.*)$", document.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -198,7 +198,10 @@ def test_a_table_too_wide_for_the_terminal_is_a_block_for_each_row(monkeypatch: 
 
 
 def test_what_would_steer_the_terminal_is_written_as_escapes() -> None:
-    """In names of robots and files: ESC, BEL, the C1 form of CSI, and controls that turn the writing direction."""
+    """Escape terminal control characters in names of robots and files.
+
+    They are ESC, BEL, the C1 form of CSI, and controls that change the writing direction.
+    """
     evil = "a\x1b[2J\x07\x9b1m\u202eb\u2066c\r"
     streams = io.StringIO(), io.StringIO()
     out = Output(stdout=streams[0], stderr=streams[1], stdin=Terminal("n\n"))
@@ -220,7 +223,10 @@ def test_what_would_steer_the_terminal_is_written_as_escapes() -> None:
 
 
 def test_no_text_for_people_has_the_name_of_a_class() -> None:
-    """A renamed class once took a printed "Result: preflight.json" with it."""
+    """Use no class names in texts for people.
+
+    A renamed class once changed a printed "Result: preflight.json".
+    """
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in HOST.rglob("*.py")]
     nodes = [node for tree in trees for node in ast.walk(tree)]
     names = {node.name for node in nodes if isinstance(node, ast.ClassDef)}

@@ -153,7 +153,10 @@ def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> N
 
 
 def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
-    """Both voices without a process, whose start would take longer than what the board does."""
+    """Return the status as JSON and as text rows without a process.
+
+    Its start would take longer than the board's actions.
+    """
     state, rows = sequencer_state(connect(board))
     return state, {name.strip(): text for name, text in rows}
 

@@ -25,7 +25,7 @@ FILE = format_settings(FACTORY).replace("frame_ms = 20.0", "frame_ms = 10")
 
 @pytest.fixture
 def narrow(tfsat_host: RunCli) -> Path:
-    """A file that allows joint 1 less than 59/70 needs."""
+    """Write a robot file that allows joint 1 less than 59/70 needs."""
     path = tfsat_host.folder / "narrow.toml"
     path.write_text(FILE.replace("[0.0, 90.0]", "[0, 58.994]", 1))
     return path
@@ -170,7 +170,10 @@ def test_an_armed_board_refuses_before_anybody_is_asked(
 
 
 def test_an_emulated_robot_of_an_earlier_release_is_told_how_to_go_on(tfsat_host: RunCli) -> None:
-    """Its EEPROM is of layout 1: markers of one byte at 0 and 256."""
+    """Explain how to go on to users of an earlier release's emulated robot.
+
+    Its EEPROM is of layout 1: markers of one byte at 0 and 256.
+    """
     image = bytearray([0xFF]) * 1024
     image[0] = image[256] = 0xA5
     eeprom = Path(os.environ["XDG_STATE_HOME"]) / "tfsat" / "emulated" / "sequencer.eeprom"

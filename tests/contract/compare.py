@@ -21,7 +21,7 @@ _RULE = re.compile(r"([ ─━-])\1+")
 
 
 def differences(expected: Any, found: Any, place: str = "", std: Any = None) -> Iterator[str]:
-    """Each place where two JSON values differ, with both values.
+    """Yield each place where two JSON values differ, with both values.
 
     Args:
         expected: What was recorded.
@@ -65,12 +65,14 @@ def _same(expected: Any, found: Any, std: Any) -> bool:
 
 
 def text_differences(expected: str, found: str, *, numbers: bool = True) -> list[str]:
-    """The lines that differ between two texts, as `diff -u` shows them; empty if only numbers do, within tolerance.
+    """Return the lines that differ between two texts, as `diff -u` shows them.
+
+    It is empty if only numbers differ, within tolerance.
 
     Args:
         expected: What was recorded.
         found: What is printed now.
-        numbers: Compare numbers, and where lines end; else neither, as both are of a moment.
+        numbers: Compare numbers and line ends; else neither, as both change from run to run.
     """
     old, new = (_words(text) if numbers else " ".join(_words(text).split()) for text in (expected, found))
     if old == new and (not numbers or all(map(_same_digits, _numbers(expected), _numbers(found)))):
@@ -79,7 +81,10 @@ def text_differences(expected: str, found: str, *, numbers: bool = True) -> list
 
 
 def _words(text: str) -> str:
-    """A text with each number as `#`, and runs of blanks and of rules as one, as they fill up to a number's digits."""
+    """Replace each number by `#`, and each run of blanks or of a rule by one.
+
+    Their lengths depend on the numbers' digits.
+    """
     return _RULE.sub(r"\1", _NUMBER.sub("#", text))
 
 
@@ -88,7 +93,7 @@ def _numbers(text: str) -> list[str]:
 
 
 def _same_digits(old: str, new: str) -> bool:
-    """As many decimals, and in the last of them about the same."""
+    """Return whether both have the same number of decimals and nearly the same last one."""
     if old == new:
         return True
     decimals, exponent = _decimals(old)

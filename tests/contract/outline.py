@@ -49,14 +49,14 @@ def outline(value: Any, folder: str) -> Any:
 
 
 def shorten(items: list[Any]) -> Any:
-    """A list of outlines; a long one as its length and what all of them have."""
+    """Shorten a list of outlines if long: to its length and its common outline."""
     if len(items) <= MAX_OBJECTS or all(isinstance(item, str) and item != SENTENCE for item in items):
         return items
     return {"items": len(items), "each": common(items)}
 
 
 def common(items: Sequence[Any]) -> Any:
-    """What outlines have in common: the same value, the names that occur, or the kind of number."""
+    """Find the outlines' common part: the same value, the names that occur, or the kind of number."""
     if all(item == items[0] for item in items):
         return items[0]
     present = [item for item in items if item is not None]
@@ -87,7 +87,7 @@ def common(items: Sequence[Any]) -> Any:
 
 
 def _outline_numbers(value: list[Any]) -> Any:
-    """The outline of a long list of numbers, or of equally long lists of numbers; else None."""
+    """Return the outline of a long list of numbers, or of equally long lists of numbers; else None."""
     if len(value) <= MAX_NUMBERS:
         return None
     try:
@@ -120,12 +120,18 @@ def _outline_text(text: str, folder: str) -> str:
 
 
 def without_moments(text: str) -> str:
-    """A text, such as a file's name, with every date, time, hash, serial number and drawn session as its kind."""
+    """Replace each date, time, hash, serial number and drawn session of a text by its kind.
+
+    The text may be a file's name.
+    """
     return _TIME.sub("TIME", _SESSION.sub("RAM-SESSION", _HASH.sub("(a hash)", text)))
 
 
 def without_numbers(value: Any) -> Any:
-    """An outline's keys and names alone; lists of numbers as their shape, lists of objects as what they share."""
+    """Return an outline's keys and names alone.
+
+    Lists of numbers are replaced by their shape, lists of objects by their common outline.
+    """
     if isinstance(value, dict):
         return {key: without_numbers(item) for key, item in value.items()}
     if isinstance(value, list):

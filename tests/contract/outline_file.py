@@ -99,7 +99,10 @@ def _outline_mcap(path: Path) -> dict[str, Any]:
 
 
 def _outline_page(path: Path, folder: str) -> Any:
-    """The document that a report page draws: whole where the page is called so, else its headings."""
+    """Outline the document that a report page draws.
+
+    It is outlined whole if the page is called page.html, else by its headings.
+    """
     found = re.search(
         r'<script type="application/json" id="document">(.*?)</script>', path.read_text("utf-8"), re.DOTALL
     )

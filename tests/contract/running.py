@@ -76,7 +76,7 @@ def run_scenario(scenario: str) -> list[Result]:
 
 
 def _without_sizes(result: Result) -> Result:
-    """A served board's result: its numbers, and how much it has recorded, are of a moment."""
+    """Remove the numbers and file sizes from a served board's result: they change from run to run."""
     if "text" in result:
         return result
     files = {
@@ -93,7 +93,10 @@ def _folder() -> Iterator[Path]:
 
 
 def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
-    """The result of a line; of two files with the same keys and columns the second is only named."""
+    """Run a line and return its result.
+
+    Of two files with the same keys and columns, the second is only named.
+    """
     before = _stamps(folder)
     argv = shlex.split(line)
     code, printed, shown = _run(argv)
@@ -130,13 +133,13 @@ def _run(argv: list[str]) -> tuple[int, str, str]:
 
 
 def _document(printed: str) -> Any:
-    """The one object, or the objects of a stream."""
+    """Parse the one object, or the objects of a stream."""
     objects = [json.loads(line) for line in printed.splitlines() if line.startswith("{")]
     return objects[0] if len(objects) == 1 else objects
 
 
 def _without_moments(shown: str, folder: Path) -> str:
-    """A text with what differs from run to run replaced by as many characters, as lines are filled with it."""
+    """Replace the run-dependent parts of a text by as many characters, as lines are filled with it."""
     shown = shown.replace(str(folder), FOLDER + _DRAWN).replace(__version__, "VERSION")
     shown = re.sub(r"/\S*/robots/", "ROBOTS/", shown)
     shown = _HEXADECIMAL.sub(lambda id_: "x" * len(id_[0]), shown)

@@ -22,7 +22,7 @@ COMMANDS = sorted(path.stem for path in (EXPECTED / "options").iterdir())
 
 @pytest.fixture
 def result(scenario: str, line: str, once: Once) -> Result:
-    """The result of a line; its scenario is typed once."""
+    """Return the result of a line; its scenario is run once."""
     results: list[Result] = once(f"contract, {scenario}", lambda: run_scenario(scenario))
     return next(result for result in results if result["typed"] == line)
 

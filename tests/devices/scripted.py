@@ -44,7 +44,7 @@ class ScriptedTransport:
             self._answers += self._script(frame)
 
     def say(self, data: Answer) -> None:
-        """The board speaks without being asked."""
+        """Queue data that the board sends without being asked."""
         self._answers.append(data)
 
     def read(self, timeout_s: float) -> bytes:
@@ -65,13 +65,13 @@ def client(script: Script) -> tuple[Client, ScriptedTransport]:
 
 
 def reply(request: Frame, payload: Record, sequence: int | None = None) -> bytes:
-    """The frame that answers `request`."""
+    """Return the encoded frame that answers `request`."""
     chosen = request.sequence if sequence is None else sequence
     return encode_frame(Frame(request.type | REPLY_BIT, chosen & 0xFF, payload.encode()))
 
 
 def refusal(request: Frame, code: ErrorCode, detail: int = -1, about: int | None = None) -> bytes:
-    """The error frame that answers `request`."""
+    """Return the encoded error frame that answers `request`."""
     error = ErrorReply(request.type if about is None else about, code, detail)
     return encode_frame(Frame(ErrorReply.TYPE, request.sequence, error.encode()))
 

@@ -98,7 +98,7 @@ def test_a_board_that_never_stops_talking_does_not_hold_the_host() -> None:
 
 
 def test_answers_to_older_requests_are_dropped() -> None:
-    """A late reply has an older sequence number, or another type: neither is taken for the answer."""
+    """Drop late replies: those with an older sequence number or another type are not the answer."""
 
     def script(frame: Frame) -> Iterator[Answer]:
         yield reply(frame, DONE, sequence=frame.sequence - 1)
@@ -113,7 +113,10 @@ def test_answers_to_older_requests_are_dropped() -> None:
 
 
 def test_a_late_second_answer_does_not_answer_the_next_request() -> None:
-    """Both copies of a repeated request are answered; the second answer arrives with the next request."""
+    """Late second answers, which arrive with the next request, are not taken for its answer.
+
+    Both copies of a repeated request are answered.
+    """
     late: list[bytes] = []
 
     def script(frame: Frame) -> Iterator[Answer]:

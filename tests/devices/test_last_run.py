@@ -10,7 +10,7 @@ from tests.arduino_sequencer.conftest import board, board_library, new_board
 from tests.fixtures.sequencer.board import Board, PinHold
 from tests.fixtures.sequencer.cable import NEW, OLD, connect
 from tests.fixtures.sequencer.pulses import release
-from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
+from tfsat_host.devices.last_run import LastRun, Onset, StrokeStatus, last_run
 from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
@@ -74,7 +74,7 @@ def test_every_stroke_against_its_schedule(board: Board) -> None:
 def test_half_a_run(board: Board) -> None:
     run = released_for(board, 1_200_000)
     assert [onset.scheduled_us for onset in run.onsets] == [stroke.t_us for stroke in OLD.strokes]
-    assert [onset.booking for onset in run.onsets] == [Booking.BEGUN] * 2 + [Booking.NOT_BEGUN] * 2
+    assert [onset.booking for onset in run.onsets] == [StrokeStatus.BEGUN] * 2 + [StrokeStatus.NOT_BEGUN] * 2
     assert (run.begun, run.missed) == (2, 0)
     connect(board).disarm()
     ended = found(*asked(board))
@@ -88,7 +88,7 @@ def test_half_a_run(board: Board) -> None:
 def test_a_run_that_ended_before_its_first_stroke_tells_nothing_of_its_maneuver(board: Board) -> None:
     released_for(board, 300_000)
     connect(board).disarm()
-    assert found(*asked(board)).onsets == (Onset(Booking.NOT_BEGUN, None, None),) * 4
+    assert found(*asked(board)).onsets == (Onset(StrokeStatus.NOT_BEGUN, None, None),) * 4
 
 
 def test_after_a_reset_nobody_knows_how_long_ago_it_was(board: Board) -> None:
@@ -145,17 +145,17 @@ def test_a_stroke_that_was_passed_over_was_missed(board: Board) -> None:
     flown(board)
     flight, status, maneuver = asked(board)
 
-    def told(*strokes: int | None, fault: ErrorCode = ErrorCode.NONE) -> list[Booking]:
+    def told(*strokes: int | None, fault: ErrorCode = ErrorCode.NONE) -> list[StrokeStatus]:
         starts_us = [STROKE_NOT_BEGUN_US if start_us is None else start_us for start_us in strokes]
         report = replace(flight, start_us=(*starts_us, *flight.start_us[4:]))
         run = found(report, replace(status, fault=fault), maneuver)
         return [onset.booking for onset in run.onsets]
 
-    begun, missed, not_begun = Booking.BEGUN, Booking.MISSED, Booking.NOT_BEGUN
+    begun, missed, not_begun = StrokeStatus.BEGUN, StrokeStatus.MISSED, StrokeStatus.NOT_BEGUN
     assert told(None, 1_050_000, None, None) == [missed, begun, not_begun, not_begun]
     assert told(700_000, None, None, None, fault=ErrorCode.STROKE_MISSED) == [begun, missed, missed, missed]
     unknown = STROKE_TIME_UNKNOWN_US
-    assert told(None, unknown, None, None) == [missed, Booking.BEGUN_UNTIMED, not_begun, not_begun]
+    assert told(None, unknown, None, None) == [missed, StrokeStatus.BEGUN_UNTIMED, not_begun, not_begun]
 
 
 def test_a_pin_that_was_held_and_let_go_is_a_late_stroke(board: Board) -> None:
@@ -175,5 +175,5 @@ def test_a_pin_that_was_held_and_let_go_is_a_late_stroke(board: Board) -> None:
 def test_a_pin_that_is_held_misses_its_strokes(board: Board) -> None:
     board.hold_pin(1, PinHold.HIGH)
     run = flown(board)
-    assert [onset.booking for onset in run.onsets] == [Booking.MISSED, Booking.BEGUN] * 2
+    assert [onset.booking for onset in run.onsets] == [StrokeStatus.MISSED, StrokeStatus.BEGUN] * 2
     assert connect(board).status().fault == ErrorCode.STROKE_MISSED

@@ -151,7 +151,10 @@ def test_the_write_is_repeated_until_it_is_stored() -> None:
 
 
 def test_whether_it_was_there_already_is_told_by_the_generation() -> None:
-    """The board's `written` is about its last request of that content, which may be of an earlier upload."""
+    """Compare generations to tell whether the settings were already stored.
+
+    The board's `written` refers to its last request of that content, which may be of an earlier upload.
+    """
     board = Sequencer()
     board.held = WANTED
     assert sequencer(board)[0].write_settings(WANTED).written is False

@@ -38,7 +38,7 @@ class Terminal:
         return received
 
     def vanish(self) -> None:
-        """The board is unplugged."""
+        """Close the terminal, as if the board was unplugged."""
         for descriptor in (self._slave, self.master):
             if descriptor is not None:
                 os.close(descriptor)
@@ -129,7 +129,10 @@ def test_a_board_that_vanishes_in_the_middle_of_a_request(terminal: Terminal, po
 def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
     port: SerialTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A pseudo-terminal takes some thousand bytes without a reader; then the write runs out of time."""
+    """Raise PortError by a write timeout on a board that takes no bytes, instead of waiting for ever.
+
+    A pseudo-terminal takes some thousand bytes without a reader; then the write times out.
+    """
     descriptor = port._port.fileno()
     while select.select([], [descriptor], [], 0.2)[1]:  # the system moves them on at its leisure
         os.write(descriptor, bytes(1000))
@@ -141,7 +144,10 @@ def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
 def test_a_program_that_was_frozen_in_a_write_has_written(
     terminal: Terminal, port: SerialTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A computer may sleep between the write and pyserial's look at the clock, which then calls it a timeout."""
+    """Writes count as done even if the program was frozen in them.
+
+    A computer may sleep between the write and pyserial's look at the clock, which then calls it a timeout.
+    """
     away_s = 0.0
     write = os.write
 

@@ -59,13 +59,13 @@ def code_lines(document: Path) -> Iterator[tuple[int, str]]:
 
 
 def typed_in_code(document: Path) -> list[Typed]:
-    """Every `tfsat-host ...` of the document's code."""
+    """Return every `tfsat-host ...` command in the document's code blocks."""
     name = document.relative_to(REPOSITORY).as_posix()
     return [Typed(name, number, line) for number, line in code_lines(document) if _PROMPT.match(line)]
 
 
 def typed_inline(document: Path) -> list[Typed]:
-    """Every `tfsat-host ...` between single backticks."""
+    """Return every `tfsat-host ...` command between single backticks in the document."""
     name = document.relative_to(REPOSITORY).as_posix()
     return [
         Typed(name, number, found)

@@ -17,7 +17,7 @@ NAMES = set(HELPS)
 
 
 def _refusal(typed: Typed) -> str | None:
-    """What the program itself says against the line; None if it takes it."""
+    """Return the command line parser's refusal of the line, or None if it accepts it."""
     arguments = typed.arguments
     parser, _ = parser_with({word for word in arguments if word in NAMES})
     try:

@@ -45,7 +45,7 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Where somebody types."""
+    """Create the files and the folder among which names are completed."""
     (tmp_path / "maneuver.toml").touch()
     (tmp_path / "SD.bin").touch()
     (tmp_path / "run").mkdir()

@@ -85,7 +85,7 @@ def test_the_runbook_copies_the_certificate_when_the_landing_is_in_it() -> None:
 
 
 def _calibrated(page: str) -> set[str]:
-    """What is measured by the commands of a page; `then 2 and 3` means the other joints."""
+    """Return the calibrate commands of a page; `then 2 and 3` stands for the other joints."""
     found = re.findall(r"`tfsat-host calibrate ([^`]+)`(, then 2 and 3)?", page)
     assert all(others or "--joint" not in command for command, others in found)
     return {
@@ -96,7 +96,10 @@ def _calibrated(page: str) -> set[str]:
 
 
 def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_another() -> None:
-    """A landing ends all but scale factors: what it ends must be measured before each drop."""
+    """Runbook commands leave nothing missing for a first drop or for another one.
+
+    A landing invalidates all but scale factors, which must be measured anew before each drop.
+    """
     robot = load_robot()
     unmeasured = replace(
         whole_calibration(),
@@ -132,7 +135,7 @@ def test_the_python_examples_run_one_after_the_other(
 
 
 def test_the_sketches_need_what_the_flashing_page_says() -> None:
-    """The page promises that nothing is to be installed next to the board's core."""
+    """Sketches need no library besides the board's core, except those that the flashing page names."""
 
     def included(sketch: str) -> set[str]:
         sources = [

@@ -17,7 +17,7 @@ REFERENCE = (REPOSITORY / "protocol" / "reference.md").read_text(encoding="utf-8
 
 @pytest.mark.parametrize("code", [code for code in ErrorCode if code is not ErrorCode.NONE])
 def test_every_error_code_has_its_row(code: ErrorCode) -> None:
-    """In the words of the screen."""
+    """Error codes each have a row in the troubleshooting page, in the words of the screen."""
     cells = " | ".join(REMEDIES[code]).replace("\n", " ")
     assert f"| {int(code)} | `{code.name.lower()}` | {cells} |" in REFERENCE
 

@@ -34,7 +34,7 @@ Token = tuple[str, str, str, str]
 
 
 def tokens(line: str) -> list[Token]:
-    """A rule's parts: key, attribute, operator, value. AssertionError for what udev would not read."""
+    """Split a udev rule into key, attribute, operator and value; assert that udev would read it."""
     found, at = [], 0
     while at < len(line):
         token = _TOKEN.match(line, at)

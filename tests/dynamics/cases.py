@@ -65,7 +65,7 @@ class Case:
         )
 
     def release(self) -> State:
-        """How the robot is released; where momentum is zero, at the rate of the independent reference."""
+        """Return the state at the release; with zero momentum, its rate is the independent reference's."""
         angles, rates = self.history.angles(0.0), self.history.rates(0.0)
         rate = self.rate
         if rate is None:
@@ -74,9 +74,10 @@ class Case:
 
 
 def make_cases(folder: Path) -> list[Case]:
-    """Two to six bodies, chains and trees, polynomials and samples of sines; the drop tower robot comes last.
+    """Build cases of two to six bodies: chains and trees, polynomials and sampled sines.
 
-    The second half, the drop tower robot included, has angular momentum. Robot files go to `folder`.
+    The drop tower robot comes last. The second half of the cases, it included, has angular momentum. Robot
+    files go to `folder`.
     """
     return [_case(number, folder / f"random_{number}.toml") for number in range(RANDOM_CASES + 1)]
 

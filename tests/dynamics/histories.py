@@ -82,7 +82,7 @@ class PolynomialHistory:
         return self.angles(t), self.rates(t)
 
     def joint_history(self) -> JointHistory:
-        """The same as one piece, which leaves the choice of steps to the integration."""
+        """Return the history as one polynomial piece, which leaves the choice of steps to the integration."""
         powers = [series.convert(kind=Polynomial).coef[::-1] for series in self._series]
         return JointHistory(
             np.array([0.0, self.duration_s]), np.asarray(np.stack(powers, axis=-1)[:, None], dtype=np.float64)

@@ -51,7 +51,7 @@ def random_tree(rng: np.random.Generator, n: int, *, chain: bool = False) -> Rob
 
 
 def random_robot(folder: Path, seed: int, n: int, *, chain: bool = False) -> RobotModel:
-    """The tree that comes first from a seed, by way of a file."""
+    """Draw the first random tree of a seed and load it as a robot through a file."""
     tree = random_tree(np.random.default_rng(seed), n, chain=chain)
     return load_robot(write_robot_file(tree, folder / f"robot_{seed}_{n}.toml"))
 

@@ -60,7 +60,10 @@ def test_a_path_that_is_retraced_cancels(probe: Path, drop_tower: Robot) -> None
 def fly(
     probe: Path, robot: Robot, history: SineHistory, base_rate: FloatArray, steps: int, show: Sequence[int]
 ) -> list[Shown]:
-    """One second of free fall in equal steps; shows body 0 at (10, 20, 30) mm after each step in `show`."""
+    """Simulate one second of free fall in equal steps.
+
+    Shows body 0 at (10, 20, 30) mm after each step in `show`.
+    """
     script = Script(robot)
     script.step(1e-3, *history.all(0.0))  # still held: brings the joints to where they start
     script.say("place", [0, 0, 0, 1], [0, 0, 0])

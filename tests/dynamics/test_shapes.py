@@ -49,7 +49,7 @@ def broadcastable(draw: st.DrawFn, count: int) -> list[Shape]:
 
 
 def varied(body: Multibody, shapes: list[Shape], rng: np.random.Generator) -> Multibody:
-    """The tree with arrays of these batch shapes, each a little different from sample to sample."""
+    """Return the tree with arrays of these batch shapes, varied slightly from sample to sample."""
     arrays = {}
     for name, shape in zip(ARRAYS, shapes, strict=True):
         values = getattr(body, name)

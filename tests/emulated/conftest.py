@@ -15,7 +15,7 @@ from tfsat_host.emulated.state import ServedFolder
 def served(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Served]:
-    """A served robot, once with the sequencer's core and once with its real image."""
+    """Yield a served robot, once with the sequencer's core and once with its real image."""
     monkeypatch.chdir(tmp_path)
     with Served("--sequencer", request.param) as process:
         yield process
@@ -23,7 +23,7 @@ def served(
 
 @pytest.fixture
 def native(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
-    """A served robot, for what does not concern the sequencer's image."""
+    """Yield a served robot for tests that do not depend on the sequencer's image."""
     monkeypatch.chdir(tmp_path)
     with Served() as process:
         yield process
@@ -31,7 +31,7 @@ def native(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[RobotServer]:
-    """A server in this process: time passes in `step` alone."""
+    """Yield a server in this process, whose time passes only in `step`."""
     folder = ServedFolder(tmp_path / "robot")
     with EmulatedRobot() as robot:
         made = RobotServer(robot, folder, folder.kept.load())

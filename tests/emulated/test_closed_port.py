@@ -46,7 +46,7 @@ class SteppedPort(SerialTransport):
         return self._server.robot.now_us / US_PER_S
 
     def read(self, timeout_s: float) -> bytes:
-        """One step of the server, whatever the timeout."""
+        """Step the server once, whatever the timeout, and return the bytes received."""
         del timeout_s
         self._server.step()
         return super().read(0.0)
@@ -126,7 +126,10 @@ def test_closing_a_port_in_this_process_ends_a_jog_and_opening_it_again_finds_th
 
 
 def test_between_two_programs_the_sequencer_stays_armed(served: Served, tfsat_host: RunCli) -> None:
-    """Only a jog needs its program: an armed robot is lifted without a cable."""
+    """Keep the sequencer armed when the arming program ends: the robot is lifted without a cable.
+
+    Only a jog needs its program to keep running.
+    """
     tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
     tfsat_host("arm", "--yes", "--port", served.sequencer)
     told = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]

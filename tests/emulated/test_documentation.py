@@ -26,7 +26,7 @@ def _blocks(language: str) -> list[str]:
 
 
 def _shell(block: str, folder: Path) -> str:
-    """What `block` prints in a shell that finds `tfsat-host`."""
+    """Run `block` in a shell that finds `tfsat-host` and return its standard output."""
     programs = folder / "bin"
     programs.mkdir(exist_ok=True)
     command = programs / "tfsat-host"

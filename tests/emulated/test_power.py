@@ -51,9 +51,10 @@ def test_a_recording_after_the_power_cut_is_another_and_whole(server: RobotServe
 
 
 def test_what_the_card_had_not_programmed_goes_with_its_power() -> None:
-    """The card is told to sync each 250 ms; between two syncs its last blocks are in its own RAM.
+    """Lose the blocks in the card's own RAM, those written since the last sync, with its power.
 
-    Not while the file is still being filled: then they are zeros.
+    The card is told to sync every 250 ms. Blocks are not lost while the file is still being filled: then they
+    are zeros.
     """
     lost = []
     for delay_us in range(10_000_000, 10_250_000, 50_000):

@@ -122,7 +122,10 @@ def test_an_upload_that_was_read_back_outlives_a_kill(served: Served, tfsat_host
 
 
 def test_the_ports_of_a_killed_run_lead_nowhere(native: Served) -> None:
-    """The pseudo-terminal's number goes to the next program that asks for one."""
+    """Detect the dangling ports of a killed server, even after other programs took new pseudo-terminals.
+
+    The pseudo-terminal's number goes to the next program that asks for one.
+    """
     assert native.sequencer.is_char_device()
     assert not served_by_dead_process(native.sequencer)
     native.process.kill()

@@ -30,7 +30,7 @@ def _attach(port: PtyPort) -> SerialTransport:
 
 
 def _receive(client: SerialTransport, n_bytes: int) -> bytes:
-    """All of it: the kernel may hand it over in pieces."""
+    """Receive exactly `n_bytes`, although the kernel may deliver them in pieces."""
     data = b""
     while len(data) < n_bytes:
         piece = client.read(1.0)

@@ -41,7 +41,7 @@ class Performance:
     duration_s: float
 
     def at(self, t_s: float) -> int:
-        """The row of that time."""
+        """Return the row nearest to time `t_s`."""
         return int(np.argmin(np.abs(self.t_s - t_s)))
 
     def turned(self, body: int, t_s: float) -> FloatArray:
@@ -57,7 +57,7 @@ class Performance:
 def perform(
     step: Step, hands: Operator | None = None, imperfections: Imperfections | None = None
 ) -> Performance:
-    """The step from its beginning until its motion has ended."""
+    """Perform the step from its beginning until its motion has ended."""
     with EmulatedRobot(imperfections=imperfections or ideal(), seed=1) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))

@@ -94,7 +94,7 @@ def test_a_loggers_clock_may_go_wrong_while_it_records_and_its_time_has_no_jump(
 
 @pytest.mark.parametrize("ppm", [10_000.0, -10_000.0])
 def test_a_clock_set_at_once_is_one_that_was_drawn(ppm: float) -> None:
-    """A robot whose clock is wrong from the first microsecond, by its imperfections or by a fault."""
+    """Setting a clock's error by a fault at time zero gives the same card as drawing it."""
     cards = []
     for drawn in (True, False):
         wrong = replace(ideal(), logger_clock_ppm=ppm if drawn else 0.0)

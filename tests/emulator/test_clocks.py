@@ -38,14 +38,17 @@ class Flight:
     state: SequencerState
 
     def strokes_noted_s(self) -> NDArray[np.float64]:
-        """After the release, in the logger's clock."""
+        """Return the times of the noted strokes after the release, in the logger's clock."""
         release_us = self.log.release_us
         assert release_us is not None
         noted = [event.t_us - release_us for event in self.log.events if event.name == "stroke"]
         return np.array(noted) * 1e-6
 
     def strokes_seen_s(self) -> NDArray[np.float64]:
-        """After the release, in virtual time: the truth's row by which a resting joint has moved."""
+        """Return the true times of the strokes after the release, in virtual time.
+
+        Each is the time of the first truth row by which a resting joint has moved.
+        """
         moves = np.abs(np.diff(self.truth[:, 1:4], axis=0)) > 1e-5
         begun = moves & ~np.vstack([np.zeros((1, 3), bool), moves[:-1]])
         t_s = self.truth[1:, 0] - self.released_s

@@ -20,7 +20,7 @@ SEEDS = range(40)
 
 
 def jogged_deg(wrong: Imperfections, *targets_deg: float) -> list[float]:
-    """Where joint 1 truly stands after each jog."""
+    """Return the true angle of joint 1 after each jog."""
     reached = []
     with EmulatedRobot(imperfections=wrong, seed=1) as robot:
         robot.advance(SETTLE_US)

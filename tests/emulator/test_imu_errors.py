@@ -27,7 +27,7 @@ def gyro_deg_s(log: DropLog) -> NDArray[np.float64]:
 
 
 def dropped(wrong: Imperfections) -> DropLog:
-    """One second in the releaser, one in the air without a turn or a stroke, and the landing."""
+    """Record one second in the releaser, one second of fall without rotation or stroke, and the landing."""
     with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         logger.start_recording()
         robot.advance(1_000_000)

@@ -20,7 +20,7 @@ WARM = replace(
 
 
 def waited(wrong: Imperfections, *waits_s: float, powered: bool = True) -> tuple[DropLog, int]:
-    """A second of recording, the waits, another second; and how far virtual time went in the waits."""
+    """Record a second, wait, record another second; return the log and the virtual time passed waiting."""
     with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         robot.advance(500_000)
         if not powered:

@@ -11,7 +11,7 @@ PARTS = ("physics", "sensors", "card")
 
 
 def test_parts(tmp_path: Path) -> None:
-    """Each case prints its name."""
+    """Run the C++ part tests: each case prints its name."""
     sources = [
         *HERE.glob("*.cpp"),
         *(path for part in PARTS for path in (EMULATOR_SOURCES / part).glob("*.cpp")),

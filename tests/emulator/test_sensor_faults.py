@@ -151,7 +151,10 @@ def test_a_slipped_magnet_shifts_its_sensor_round_the_turn_and_no_other(turned_d
 
 
 def test_a_slipped_magnet_can_make_the_sensor_wrap_within_its_joints_range() -> None:
-    """With its zero 10 deg before the end of the turn, or 10 deg after its beginning if it counts against the joint."""
+    """Wrap a slipped sensor within its joint's range.
+
+    Its zero is 10 deg before the end of the turn, or 10 deg after its beginning if it counts against the joint.
+    """
     straight, before, _ = record(nothing)
     at_rest_deg = straight.angle_counts[before, 0].mean() * 360 / 4096
     near_end_deg = -10.0 * load_robot().angle_sensors[0].direction

@@ -43,7 +43,10 @@ def fly(clock_ppm: float = 0.0, beyond_deg: tuple[float, ...] = BEYOND_DEG) -> N
 def test_opening_joints_run_beyond_their_angle_and_are_back_within_a_tenth_of_a_second(
     clock_ppm: float,
 ) -> None:
-    """The closing ones do not: they end at their stops. A clock that is off rounds each pulse in another way."""
+    """Opening joints overshoot and return within 0.1 s; closing joints end at their stops and do not.
+
+    A clock error rounds each pulse differently.
+    """
     truth, without = fly(clock_ppm), fly(clock_ppm, (0.0, 0.0, 0.0))
     more_deg = np.rad2deg(truth[:, 1:4] - without[:, 1:4])
     pulse_us = 20_000  # a stroke begins with the first pulse after its command

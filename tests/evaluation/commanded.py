@@ -41,7 +41,7 @@ def evaluate(*args: object) -> Said:
 
 
 def evaluated(*args: object, expect: int = 0) -> Any:
-    """The object that it prints."""
+    """Run `evaluate --json` and return the object it prints."""
     said = evaluate(*args, "--json")
     assert said.code == expect, (said.code, said.out[:3000], said.err)
     return said.json

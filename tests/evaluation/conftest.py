@@ -22,7 +22,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Said:
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A whole drop in the folder `run` of the current one."""
+    """Create a whole drop in the folder `run` of the current folder."""
     monkeypatch.chdir(tmp_path)
     run_folder(tmp_path / "run")
     return tmp_path / "run"

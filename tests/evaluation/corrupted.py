@@ -36,7 +36,10 @@ class Flown:
     def checked(
         self, wrong: Wrong = lambda log: log, *, fitted: bool = False, model: RobotModel = MODEL
     ) -> tuple[Check, ...]:
-        """By the checks, with one thing wrong; with the model fitted, which takes a second, only on demand."""
+        """Run the checks on the drop with one thing wrong.
+
+        Fitting the model takes a second and is done only on demand.
+        """
         log = wrong(self.drop.log)
         motion = moved(log, self.calibration, model)
         fit = fit_model(com_offsets(model), flown_of(motion)) if fitted else None
@@ -45,7 +48,7 @@ class Flown:
 
 @cache
 def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
-    """One whose CoM offsets and initial rates follow from the seed."""
+    """Return a healthy drop whose CoM offsets and initial rates follow from the seed."""
     random = np.random.default_rng(seed)
     random.uniform(size=9)  # the offsets
     rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)).tolist())
@@ -54,12 +57,12 @@ def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
 
 
 def failed(checks: tuple[Check, ...]) -> dict[str, Check]:
-    """By name."""
+    """Return the failed checks by name."""
     return {check.name: check for check in checks if check.failed}
 
 
 def with_imu(log: DropLog, body: int, part: slice, counts: FloatArray) -> DropLog:
-    """The accelerometer or the gyro of body 1 to 4 gives these counts (n, 3)."""
+    """Return the log with the accelerometer or gyro counts (n, 3) of body 1 to 4 replaced."""
     other = log.imu_counts.copy()
     other[:, body - 1, part] = np.clip(np.round(counts), -32768, 32767)
     return replace(log, imu_counts=other)
@@ -78,13 +81,13 @@ def imus_in_order(log: DropLog, order: Sequence[int]) -> DropLog:
 
 
 def gyro_plus(log: DropLog, body: int, rate_deg_s: Sequence[float] | FloatArray) -> DropLog:
-    """A gyro that shows so much more: (3,) or (n, 3)."""
+    """Return the log with `rate_deg_s`, (3,) or (n, 3), added to a body's gyro readings."""
     added = np.asarray(rate_deg_s) * log.header.gyro_lsb_per_deg_s
     return with_imu(log, body, GYRO, log.imu_counts[:, body - 1, GYRO] + added)
 
 
 def gyro_scaled(log: DropLog, body: int, factor: Sequence[float]) -> DropLog:
-    """Each of its axes by its own."""
+    """Return the log with each axis of a body's gyro scaled by its own factor."""
     return with_imu(log, body, GYRO, log.imu_counts[:, body - 1, GYRO] * np.array(factor))
 
 
@@ -138,21 +141,21 @@ def sensor_stuck(log: DropLog, column: int, from_s: float) -> DropLog:
 
 
 def sensors_exchanged(log: DropLog, first: int, second: int) -> DropLog:
-    """Their cables are."""
+    """Return the log with the cables of two angle sensors exchanged."""
     other = log.angle_counts.copy()
     other[:, [first, second]] = log.angle_counts[:, [second, first]]
     return replace(log, angle_counts=other)
 
 
 def unanswered(log: DropLog, body: int, from_s: float, until_s: float) -> DropLog:
-    """An IMU that does not answer for a while."""
+    """Return the log with a body's IMU not answering between two times."""
     valid = log.imu_valid.copy()
     valid[(log.t_s >= from_s) & (log.t_s < until_s), body - 1] = False
     return replace(log, imu_valid=valid)
 
 
 def without_samples(log: DropLog, from_s: float, until_s: float) -> DropLog:
-    """The recording lacks them."""
+    """Return the log without the samples between two times."""
     kept = (log.t_s < from_s) | (log.t_s >= until_s)
     columns = ["sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid"]
     columns += ["switch_open", "clipped"]

@@ -18,7 +18,7 @@ from tfsat_host.devices.logger_settings import FACTORY
 from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
-from tfsat_host.evaluation.com_fit.momentum import Flown, flown_of
+from tfsat_host.evaluation.com_fit.momentum import FallSamples, flown_of
 from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
@@ -46,19 +46,19 @@ def few_of(first: object, *more: object, least: int = 1) -> list[ParameterSet]:
 
 
 def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:
-    """The robot with the centers of mass of bodies 1 to 3 moved by (3, 3)."""
+    """Return the robot with the centers of mass of bodies 1 to 3 moved by (3, 3)."""
     com = model.com_m.copy()
     com[:3] += offsets_m
     return replace(model, com_m=com)
 
 
 def calibrated_from_truth(model: RobotModel, truth: Imperfections, seed: int) -> Calibration:
-    """A certificate as a careful day on the bench would have it."""
+    """Build the certificate of a careful calibration from the truth."""
     return careful_certificate(model, truth, seed, MORNING)
 
 
 def moved_centers(seed: int) -> RobotModel:
-    """The drop tower's robot with centers of mass up to 10 mm off."""
+    """Return the drop tower's robot with centers of mass up to 10 mm off."""
     return with_com_offsets(MODEL, np.random.default_rng(seed).uniform(-0.010, 0.010, (3, 3)))
 
 
@@ -72,7 +72,10 @@ def flown(
     bus_khz: int = FACTORY.bus_khz,
     rate_rad_s: tuple[float, ...] = RATE_RAD_S,
 ) -> Drop:
-    """The robot that `robot` (or else `seed`) draws, dropped with the paper's maneuver; `parts` are its IMUs."""
+    """Drop the robot drawn from `robot` (else from `seed`) with the paper's maneuver.
+
+    `parts` are its IMUs.
+    """
     robot = seed if robot is None else robot
     built = draw_as_built(robot)
     if parts:
@@ -90,12 +93,12 @@ def flown(
 
 @cache
 def certificate(one: Drop, seed: int) -> Calibration:
-    """As a careful day on the bench would have it."""
+    """Return the certificate of a careful calibration of the dropped robot."""
     return calibrated_from_truth(one.model, one.imperfections, seed)
 
 
 def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> Motion:
-    """What the robot did, by that log."""
+    """Estimate the robot's motion from a log."""
     densities = rest_before_release(log).densities_rad_s_rthz
     samples = samples_of(log, calibration, model)
     return motion_of(samples, calibration, model, densities, LowPass.of(log.header))
@@ -103,7 +106,7 @@ def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> 
 
 @cache
 def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Motion:
-    """Of such a drop, well calibrated."""
+    """Estimate the motion of a drop of `flown`, carefully calibrated."""
     one = flown(seed, dlpf_cfg, robot=robot)
     return moved(one.log, certificate(one, seed if robot is None else robot))
 
@@ -114,13 +117,13 @@ class Fitted:
 
     drop: Drop
     motion: Motion
-    flown: Flown
+    flown: FallSamples
     fit: ModelFit
 
 
 @cache
 def fitted(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Fitted:
-    """The same, with the model fitted."""
+    """Fit the model to a drop of `flown`, carefully calibrated."""
     found = motion(seed, dlpf_cfg, robot=robot)
     driven = flown_of(found)
     return Fitted(flown(seed, dlpf_cfg, robot=robot), found, driven, fit_model(com_offsets(MODEL), driven))
@@ -142,7 +145,7 @@ class TurnOff:
 
 
 def turn_off(one: Drop, found: Motion, body: int, from_s: float | None = None) -> TurnOff:
-    """Of body 1 to 4 since the first sample of the fall, or since `from_s`."""
+    """Compute the rotation error of body 1 to 4 since the first sample of the fall, or since `from_s`."""
     track = found.bodies[body - 1]
     true = one.true_turn(body, float(track.t_s[0]) if from_s is None else from_s, float(track.t_s[-1]))
     error = (track.attitude[-1] * true.inv()).as_rotvec()
@@ -162,7 +165,7 @@ def angle_off_deg(one: Drop, found: Motion, joint: int) -> tuple[FloatArray, Flo
 
 
 def assert_angle_holds(one: Drop, found: Motion, joint: int, widest_deg: float) -> None:
-    """The truth lies within what is stated, and that is no wider than so much."""
+    """Assert that the true angle lies within its stated uncertainty, and that this is below `widest_deg`."""
     error, std = angle_off_deg(one, found, joint)
     assert (np.abs(error) < STDS * std + RAMPS_DEG).all(), np.abs(error).max()
     assert std.max() < widest_deg

@@ -55,22 +55,22 @@ def _made(seed: int) -> _Made:
 
 
 def made_drop(seed: int = 1) -> Drop:
-    """The drop of `run_folder`, with its truth."""
+    """Return the drop of `run_folder`, with its truth."""
     return _made(seed).drop
 
 
 def made_folder(seed: int = 1) -> Path:
-    """Where that drop's files are; not to be changed."""
+    """Return the folder with that drop's files, which must not be changed."""
     return _made(seed).folder
 
 
 def run_folder(folder: Path, seed: int = 1) -> None:
-    """A folder with a drop of `ROBOT`, its calibration and its maneuver."""
+    """Create a folder with a drop of `ROBOT`, its calibration and its maneuver."""
     shutil.copytree(_made(seed).folder, folder)
 
 
 def on_other_logger(folder: Path, serial: bytes) -> None:
-    """The same drop as if another logger had recorded it, and its certificate were of that one."""
+    """Change the drop as if another logger had recorded it, and its certificate to match."""
     change_headers(folder / "SD.bin", board_serial=list(serial))
     certificate = read_calibration(folder / CERTIFICATE)
     subject = replace(certificate.subject, logger_serial=serial.hex())
@@ -80,7 +80,7 @@ def on_other_logger(folder: Path, serial: bytes) -> None:
 
 
 def tell_time(card: Path, at: datetime | None) -> None:
-    """The recording began at that time of day, as `record start` would have it; None: nobody told the logger."""
+    """Set the recording's start time, as `record start` would; None: the logger was not told the time."""
     change_headers(card, wall_clock_us=0 if at is None else round(at.timestamp() * 1e6))
 
 

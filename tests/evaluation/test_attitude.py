@@ -39,7 +39,7 @@ def test_a_constant_axis_is_exact_however_coarse_and_uneven_the_samples() -> Non
 
 
 def plain(samples: int) -> Rotation:
-    """By the mean of two rates alone."""
+    """Integrate the attitude from the mean of consecutive rates alone."""
     t_s = np.linspace(0.0, 2.0, samples)
     rate = rates(t_s)
     attitude = Rotation.identity()
@@ -49,7 +49,11 @@ def plain(samples: int) -> Rotation:
 
 
 def test_the_error_falls_with_the_square_of_the_step() -> None:
-    """What is left is that the rates are not straight between samples; that turns do not commute is taken off."""
+    """Attitude error falls with the square of the step.
+
+    The remaining error comes from rates not being linear between samples; non-commuting rotations are
+    corrected for.
+    """
     best = end(40_001)
     errors = [reorientation_deg(best, end(samples)) for samples in (201, 401, 801)]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
@@ -79,7 +83,7 @@ def tracks(log: DropLog) -> dict[str, FrameTrack]:
 
 
 def changed(log: DropLog, **columns: Any) -> DropLog:
-    """The same log with other columns; what was computed from the old ones is not taken along."""
+    """Return the log with other columns, without values cached from the old ones."""
     return replace(log, **columns)
 
 
@@ -197,7 +201,10 @@ def test_a_robot_that_was_handled_before_its_release_is_doubtful(log: DropLog) -
 
 
 def test_the_emulated_robot_s_bodies_are_where_they_truly_were(tmp_path: Path) -> None:
-    """Its IMUs sit up to some degrees askew, which turns the axis of the base's rotation, not its angle."""
+    """Recover the true attitudes of the emulated robot's bodies.
+
+    Its IMUs are misaligned by up to some degrees, which turns the axis of the base's rotation, not its angle.
+    """
     flight = dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
     (tmp_path / "SD.bin").write_bytes(flight.card)
     log = load(tmp_path / "SD.bin")

@@ -36,7 +36,10 @@ def healthy() -> Flown:
 
 @pytest.mark.parametrize("seed", few_of(1, 2, 3, 4, 5, 6, least=3))
 def test_healthy_drops_pass(seed: int) -> None:
-    """At 42 Hz, 5 Hz and 260 Hz; only joint 3, which does not move, has no scale to check."""
+    """Healthy drops pass at 42 Hz, 5 Hz and 260 Hz.
+
+    Only joint 3, which does not move, has no scale to check.
+    """
     checks = healthy_drop(seed, (3, 6, 0)[seed % 3]).checked(fitted=True)
     assert failed(checks) == {}
     assert [check.name for check in checks if check.verdict != "passed"] == ["gyro scale at joint 3"]

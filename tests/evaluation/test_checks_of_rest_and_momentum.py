@@ -105,7 +105,7 @@ def test_a_robot_that_sways_has_no_rest_to_check(healthy: Flown) -> None:
 
 
 def test_noise_cannot_hide_a_contradiction(healthy: Flown) -> None:
-    """A noisy gyro explains any contradiction by its noise; so the noise itself fails."""
+    """Fail a noisy gyro for its noise, which would otherwise explain any contradiction."""
     noise = np.random.default_rng(1).normal(0.0, 5.0, (len(healthy.drop.log), 3))
     found = failed(healthy.checked(lambda log: gyro_plus(log, 3, noise)))
     assert set(found) == {"gyro noise"}

@@ -176,7 +176,7 @@ def test_stated_deviations_are_those_of_the_errors() -> None:
 
 @pytest.mark.parametrize(("sequencer_ppm", "logger_ppm"), [(40.0, -30.0), (-8000.0, 20.0)])
 def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> None:
-    """The real firmware of both boards, each on a clock of its own."""
+    """Fit the relative clock rate of both boards' real firmware, each on its own clock."""
     wrong = replace(draw(5), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
     fit = align_clocks(flown(wrong), SCHEDULE).sequencer
     assert fit is not None

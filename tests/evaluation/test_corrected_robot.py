@@ -30,7 +30,10 @@ ROBOT = 3
 
 @cache
 def fallen(robot: int, day: int = 0, a_deg: float = 59.0, b_deg: float = 70.0) -> Evaluation:
-    """A drop of a hidden robot as its file allows; on another day it is released otherwise, with other noise."""
+    """Evaluate a drop of a hidden robot with its file's model.
+
+    On another `day` the initial rates and the noise differ.
+    """
     truth = draw_hidden(FILED, robot)
     if day:
         other = draw_hidden(FILED, 1000 + day)
@@ -40,7 +43,7 @@ def fallen(robot: int, day: int = 0, a_deg: float = 59.0, b_deg: float = 70.0) -
 
 
 def again(found: Evaluation, model: RobotModel) -> Evaluation:
-    """The same drop by another file of the robot."""
+    """Evaluate the same drop with another robot file."""
     return evaluation_of(found.log, model, found.calibration, found.schedule)
 
 
@@ -89,7 +92,7 @@ def test_each_change_has_its_deviation_and_its_drop_above_what_stood_there() -> 
 
 
 def corrected_robot_lines(lines: list[str]) -> set[str]:
-    """Those of changes, old and new."""
+    """Return the lines that state changes, old and new."""
     found = [at for at, line in enumerate(lines) if line.startswith("# drop ")]
     return {lines[at + k] for at in found for k in range(3)}
 

@@ -38,7 +38,10 @@ FIRST_STROKE_S = 0.69
 
 
 def final_error_deg(one: Fitted, values: FloatArray) -> float:
-    """Of the attitude that the model predicts, to first order: what is unexplained, integrated."""
+    """Compute the final attitude error of the model's prediction to first order.
+
+    It is the integrated residual rate.
+    """
     body = one.fit.offsets.corrected(values)
     calm = one.flown.t_s < FIRST_STROKE_S
     momentum = inertial_momentum(body, one.flown)[calm].mean(axis=0)
@@ -48,7 +51,10 @@ def final_error_deg(one: Fitted, values: FloatArray) -> float:
 
 @cache
 def moved_robot() -> Fitted:
-    """A drop of the robot after its body 2's center of mass moved by 2 mm along z, such as by a loose battery."""
+    """Return a drop of the robot after its body 2's center of mass moved by 2 mm along z.
+
+    A loose battery does this.
+    """
     offsets_m = np.zeros((3, 3))
     offsets_m[1, 2] = 2e-3
     robot = with_com_offsets(moved_centers(ROBOT), offsets_m)
@@ -158,7 +164,7 @@ def test_drops_with_all_that_is_uncertain_agree_and_know_no_more_than_they_tell(
 def rows(
     one: Fitted, values: FloatArray, momentum: FloatArray, errors: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """One drop's whitened equations for offsets, its momentum and its errors, linear at these."""
+    """Return a drop's whitened equations for offsets, momentum and sensor errors, linearized at these."""
     fit, driven = one.fit, one.flown.corrected(errors)
     found = derivatives(fit.offsets, values, driven, momentum)
     residual = residual_rate(fit.offsets.corrected(values), driven, momentum)

@@ -19,7 +19,7 @@ from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tests.paths import DOCS
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.laser_identity import AS_FILED, Reading
-from tfsat_host.evaluation.laser_spots import LASERS, BodyTurning, equations_of
+from tfsat_host.evaluation.laser_spots import LASERS, BodyRotation, equations_of
 from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.maneuver import format_maneuver, four_stroke
 from tfsat_host.present.terminal import printable
@@ -146,13 +146,16 @@ def test_video_and_lasers(run: Path) -> None:
 
 
 def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
-    """What a camera saw of the drop as it turned and sank at 50 mm/s; places read to 0.3 mm, spots as in `reading`."""
+    """Write a camera's record of the drop as the robot turned and sank at 50 mm/s.
+
+    Positions are read to 0.3 mm, spots as in `reading`.
+    """
     (folder / "video.csv").write_text("event,t_s\nrelease,12.4\nlanding,14.9\n")
     drop = made_drop()
     fall = drop.truth[(drop.truth[:, 0] >= 0.0) & (drop.truth[:, 0] <= 2.4)]
     attitude = Rotation.from_quat(fall[:, 8:12])
     com_m = np.array([com_in_bodies_m(drop.flown, angles)[1] for angles in fall[:, 1:4]])
-    turning = BodyTurning(fall[:, 0], (attitude[0].inv() * attitude).as_matrix(), np.zeros(3), com_m)
+    turning = BodyRotation(fall[:, 0], (attitude[0].inv() * attitude).as_matrix(), np.zeros(3), com_m)
     t_s = np.repeat(np.arange(0.16, 2.39, 0.02), 2)
     spot = np.tile([1, 2], len(t_s) // 2)
     none = np.zeros(len(t_s))
@@ -223,7 +226,7 @@ BY_GROUP = "trades[].growth"
 
 
 def tables(after: str) -> list[str]:
-    """The keys in the first column of the table that follows a line."""
+    """Return the keys in the first column of the table that follows the line `after`."""
     lines = DOCUMENT[DOCUMENT.index(after) :].splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith("| key |"))
     rows = []

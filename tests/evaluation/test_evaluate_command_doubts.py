@@ -45,7 +45,7 @@ def certified(run: Path, change: Callable[[Calibration], Calibration]) -> None:
 
 
 def silence(run: Path, body: int, from_s: float, until_s: float) -> None:
-    """The IMU of a body does not answer between two times after the release."""
+    """Silence a body's IMU between two times after the release."""
     zero_s = released_s(run)
 
     def change(blocks: Any, t_s: np.ndarray[Any, Any]) -> None:
@@ -64,7 +64,7 @@ def cut(run: Path, after_release_s: float) -> None:
 
 
 def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) -> None:
-    """Both switches open and close again together, so long before the release: in samples and events."""
+    """Open and close both switches together at times before the release, in samples and events."""
     zero_s = released_s(run)
     edges = [(zero_s + at_s, is_open) for at in opened_s for at_s, is_open in ((-at, 1), (for_s - at, 0))]
 

@@ -12,7 +12,7 @@ import pytest
 from tests.evaluation.drops import DROPPED, certificate, flown
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.evaluation.camera import LaserTracks
-from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.verdict import verdict_of
@@ -25,7 +25,7 @@ from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 
 
-def evaluated(one: Drop, log: DropLog, witnesses: Witnesses | None = None) -> Evaluation:
+def evaluated(one: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
     return evaluate(log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED, witnesses=witnesses)
 
 
@@ -62,7 +62,7 @@ def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
         1e-3 + 0.0 * places,
         False,
     )
-    found = evaluated(one, one.log, Witnesses(laser=late, windows=windows_of(load_tower())))
+    found = evaluated(one, one.log, ExternalObservations(laser=late, windows=windows_of(load_tower())))
     assert found.release_velocity is None
     assert any(note.startswith("No release velocity.") for note in found.notes)
     assert found.reorientation.angle_rad > 0.3
@@ -78,7 +78,10 @@ def test_a_header_that_names_another_low_pass_is_found_out() -> None:
 
 
 def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> None:
-    """The last stroke of the schedule is left out, so that what was flown then was commanded by nobody."""
+    """Report a joint that moves without a command in the verdict.
+
+    The last stroke of the schedule is left out, so that it was flown without a command.
+    """
     one = flown(1)
     assert all(standing.remark == "" for standing in whole().standing)
     shorter = replace(one.schedule, strokes=one.schedule.strokes[:3])

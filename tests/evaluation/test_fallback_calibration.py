@@ -160,7 +160,10 @@ def test_a_joint_without_a_zero_point_hung_where_its_servo_starts() -> None:
 
 
 def test_readings_that_stand_still_are_not_without_noise() -> None:
-    """Their steps hide it, but for a rare one: a noise of nothing would be a weight without end."""
+    """Floor the noise density of readings that do not change: zero noise would be an infinite weight.
+
+    The quantization steps hide the noise, except for a rare step.
+    """
     t_s = np.arange(0.0, 10.0, 1.0 / 280.0)
     rates = np.full((len(t_s), 4, 3), 0.01)
     rates[:100] += np.deg2rad(1.0 / 65.5)

@@ -87,7 +87,10 @@ def test_without_a_calibration_the_bias_of_the_releaser_is_as_far_off(seed: int)
 
 
 def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> None:
-    """As if they felt their weight thrice as much: in the fall nothing has changed."""
+    """Gyro readings of the hanging robot do not affect the motion in the fall.
+
+    The gyros read as if they felt three times their weight.
+    """
     one, found = flown(1), motion(1)
     log = one.log
     for body in (1, 2, 3, 4):
@@ -100,7 +103,7 @@ def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> Non
 
 
 def test_joints_begin_where_their_sensors_saw_them_hang() -> None:
-    """The gyros of the hanging robot are not asked, its angle sensors are."""
+    """Initialize joint angles from the hanging robot's angle sensors, not from its gyros."""
     one = flown(1)
     valid = one.log.angle_valid.copy()
     valid[one.log.t_s >= 0.0] = False

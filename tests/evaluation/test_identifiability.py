@@ -11,7 +11,7 @@ from tests.evaluation.drops import MODEL, fitted
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import identifiability
-from tfsat_host.evaluation.com_fit.momentum import Flown
+from tfsat_host.evaluation.com_fit.momentum import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
 
 SEEDS = (1, 2, 3, 4)
@@ -20,15 +20,18 @@ BODY_2_Z = 5
 
 
 def with_information(information: FloatArray) -> ModelFit:
-    """A fit whose data say this of nine offsets, with the covariance that follows from it and the prior."""
+    """Return a fit whose data have this information on nine offsets, with the resulting covariance.
+
+    The covariance combines the information with the prior.
+    """
     fit = fitted(1).fit
     covariance = fit.covariance.copy()
     covariance[:9, :9] = np.linalg.inv(information + np.eye(9) / PRIOR_MM**2)
     return replace(fit, equations=fit.equations._replace(information=information), covariance=covariance)
 
 
-def cut(flown: Flown, until_s: float) -> Flown:
-    """The drop as if it had ended earlier."""
+def cut(flown: FallSamples, until_s: float) -> FallSamples:
+    """Return the drop as if it had ended at `until_s`."""
     keep = flown.t_s < until_s
     series = (
         "t_s",

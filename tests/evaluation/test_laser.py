@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, read_tracks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
-from tfsat_host.evaluation.laser_spots import BodyTurning
+from tfsat_host.evaluation.laser_spots import BodyRotation
 from tfsat_host.evaluation.laser_velocity import (
     LaserError,
     ReleaseVelocity,
@@ -67,10 +67,10 @@ def measured(tracks: LaserTracks, rate_rad_s: FloatArray, std_rad_s: float = 0.0
     return release_velocity(tracks, WINDOWS, first_stroke_s=PAUSE_S, turning=turning)
 
 
-def steady(rate_rad_s: FloatArray, std_rad_s: float) -> BodyTurning:
-    """At a constant rate until a second after the release."""
+def steady(rate_rad_s: FloatArray, std_rad_s: float) -> BodyRotation:
+    """Return a body turning at a constant rate until a second after the release."""
     turned = Rotation.from_rotvec(np.outer([0.0, 1.0], rate_rad_s))
-    return BodyTurning(np.array([0.0, 1.0]), turned.as_matrix(), np.full(3, std_rad_s), COM_M)
+    return BodyRotation(np.array([0.0, 1.0]), turned.as_matrix(), np.full(3, std_rad_s), COM_M)
 
 
 def values(found: ReleaseVelocity) -> list[float]:
@@ -129,7 +129,10 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
 
 
 def test_places_that_mostly_contradict_the_gyro_are_refused() -> None:
-    """A gyro that shows another rotation than the spots: no few wrong places, so no velocity."""
+    """Refuse spot positions that mostly contradict the gyro, without stating a velocity.
+
+    The gyro shows another rotation than the spots, which a few wrong positions would not explain.
+    """
     flown = Drop(np.array([3.0, -4.0, -40.0]), np.deg2rad([20.0, -30.0, 25.0]))
     tracks = flown.tracks(np.random.default_rng(3), 1e-7)
     with pytest.raises(LaserError, match="places do not lie on one even motion"):

@@ -13,7 +13,7 @@ from tests.fixtures.emulated_drop import OF_THE_PAPER, releaser
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S
 from tfsat_host.evaluation.camera import LaserTracks, read_tracks
 from tfsat_host.evaluation.laser_identity import Reading, _others
-from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyTurning
+from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyRotation
 from tfsat_host.evaluation.laser_velocity import LaserError, ReleaseVelocity, release_velocity, windows_of
 from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.evaluation.motion.attitude import integrate_rates
@@ -30,7 +30,10 @@ BODY_2_ATTITUDE = slice(8, 12)
 
 
 def cast(com_m: np.ndarray, angles_rad: np.ndarray, attitude: Rotation, number: int) -> tuple[float, float]:
-    """Where a laser's ray meets its wall, along and up, mm: from places in the world, less the capsule's fall."""
+    """Compute where a laser's ray meets its wall, along and up, in mm.
+
+    Places in the world are taken relative to the falling capsule.
+    """
     laser = LASERS[number - 1]
     start = com_m + attitude.apply(laser.exit_m - com_in_bodies_m(MODEL, angles_rad)[1])
     ray = attitude.apply(laser.ray)
@@ -41,7 +44,7 @@ def cast(com_m: np.ndarray, angles_rad: np.ndarray, attitude: Rotation, number: 
 
 @pytest.fixture(scope="module")
 def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks]:
-    """The card, and the tracks as somebody would type them: to half a millimetre."""
+    """Return the log of a drop and its laser tracks as typed in, to half a millimetre."""
     folder = tmp_path_factory.mktemp("drop")
     frames = []
     with releaser(seed=6) as (robot, sequencer, logger):
@@ -72,7 +75,7 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
     return load(folder / "SD.bin"), read_tracks(folder / "tracks.csv")
 
 
-def turning_by_gyro(log: DropLog) -> BodyTurning:
+def turning_by_gyro(log: DropLog) -> BodyRotation:
     """Body 2's, less its rest before; mounted as designed."""
     rate, fall = log.rate_rad_s[:, 1], (log.t_s >= 0) & (log.t_s < 2.4)
     attitudes = integrate_rates(log.t_s[fall], rate[fall] - rate[log.t_s < -0.2].mean(axis=0))
@@ -80,7 +83,7 @@ def turning_by_gyro(log: DropLog) -> BodyTurning:
         axis=0
     )
     com_m = np.array([com_in_bodies_m(MODEL, one)[1] for one in angles_rad])
-    return BodyTurning(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)), com_m)
+    return BodyRotation(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)), com_m)
 
 
 def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation.clock_log import log_with
 from tests.rehearsal.days import WholeDrop, dropped
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.apply import Calibrated, apply_calibration
+from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
@@ -52,7 +52,7 @@ def fallen(
     residual_g: FloatArray | float = 0.0,
     rate_rad_s: FloatArray | None = None,
     seed: int = 0,
-) -> Calibrated:
+) -> CalibratedSamples:
     """Hangs upright, falls from t = 0 to the landing, bounces for 50 ms at 30 g and lies."""
     rng = np.random.default_rng(seed)
     rate = np.zeros(3) if rate_rad_s is None else rate_rad_s
@@ -65,7 +65,7 @@ def fallen(
     rates = np.zeros_like(force)
     rates[falling] = rate
     n = len(T_S)
-    return Calibrated(
+    return CalibratedSamples(
         t_s=T_S + 10.0,
         rate_rad_s=rates,
         rate_covariance=np.zeros((n, 4, 3, 3)),
@@ -79,7 +79,7 @@ def fallen(
     )
 
 
-def quality(samples: Calibrated) -> MicroGravity:
+def quality(samples: CalibratedSamples) -> MicroGravity:
     return micro_gravity(samples, T_S, WINDOWS)
 
 
@@ -88,7 +88,10 @@ def quality(samples: Calibrated) -> MicroGravity:
 
 @given(st.integers(0, 2**32))
 def test_the_expected_force_is_the_acceleration_of_the_point(seed: int) -> None:
-    """A point on a body whose rate grows evenly along a fixed axis, differentiated twice."""
+    """Expected specific force equals the second derivative of the point's position.
+
+    The point is on a body whose rate grows linearly about a fixed axis.
+    """
     rng = np.random.default_rng(seed)
     axis, arm = rng.normal(size=(2, 3))
     axis /= np.linalg.norm(axis)
@@ -220,7 +223,11 @@ def test_a_rate_at_full_scale_is_no_rate() -> None:
 
 @pytest.mark.parametrize("dlpf_cfg", range(7))
 def test_instants_do_not_depend_on_the_low_pass(dlpf_cfg: int) -> None:
-    """A single pole of the delay; what a real one does otherwise is in the stated deviation."""
+    """Release and landing times do not depend on the low-pass filter.
+
+    The filter is modeled as a single pole of the delay; the stated standard deviation covers a real one's
+    deviation from that.
+    """
     samples, delay_s = fallen(offset_g=0.05), LowPass(dlpf_cfg).accel_delay_s
     fine_s = np.arange(-2.0, 3.5, 1e-4)
     fine = np.where((fine_s >= 0) & (fine_s < LANDED_S), 0.0, 1.0)
@@ -259,7 +266,7 @@ def test_a_body_that_is_dead_is_nan_and_the_others_tell() -> None:
 
 
 def test_a_sensor_at_the_end_of_its_range_felt_a_shock() -> None:
-    """At ±2 g it never shows the 3 g of one."""
+    """Detect a shock by a sensor's saturation: at ±2 g it never shows the shock's 3 g."""
     samples = fallen()
     force = np.clip(samples.specific_force_m_s2, -2 * G_M_S2, 2 * G_M_S2)
     full = np.asarray((np.abs(force) >= 2 * G_M_S2).any(axis=2))
@@ -268,8 +275,8 @@ def test_a_sensor_at_the_end_of_its_range_felt_a_shock() -> None:
     assert landing_felt(T_S, force, np.zeros_like(full), LowPass(0)) is None
 
 
-def shifted(log: DropLog, samples: Calibrated, by_s: float) -> Calibrated:
-    """The forces as felt so much later than they were."""
+def shifted(log: DropLog, samples: CalibratedSamples, by_s: float) -> CalibratedSamples:
+    """Return the samples with the forces delayed by `by_s`."""
     rows = np.clip(np.arange(len(log)) - round(by_s * log.header.rate_hz), 0, len(log) - 1)
     return replace(
         samples, specific_force_m_s2=samples.specific_force_m_s2[rows], clipped=samples.clipped[rows]
@@ -286,7 +293,7 @@ def as_designed() -> Calibration:
 
 
 @pytest.fixture(scope="module")
-def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, Calibrated]:
+def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, CalibratedSamples]:
     flown = dropped(schedule_maneuver(four_stroke(59, 70)), seed=4)
     card = tmp_path_factory.mktemp("card") / "SD.bin"
     card.write_bytes(flown.card)
@@ -294,7 +301,7 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, 
     return flown, log, apply_calibration(Counts.from_log(log), as_designed(), MODEL)
 
 
-def test_the_emulated_drop_s_instants(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
+def test_the_emulated_drop_s_instants(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
     flown, log, samples = drop
     found = fall_instants(log, samples)
     assert found.findings == ()
@@ -306,7 +313,7 @@ def test_the_emulated_drop_s_instants(drop: tuple[WholeDrop, DropLog, Calibrated
     assert found.landing_logged_s > found.landing.t_s
 
 
-def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
+def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
     _, log, samples = drop
     found = micro_gravity(samples, log.t_s, WINDOWS)
     assert found.findings == () and found.notes == ()
@@ -315,7 +322,7 @@ def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, Calibrated]
     assert all(check.less_fall_norm_g == pytest.approx(1.0, abs=0.003) for check in found.gravity)
 
 
-def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
+def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
     _, log, samples = drop
     late = fall_instants(log, shifted(log, samples, 0.2)).findings
     assert re.search("(199|200|201) ms after the switches opened: the robot hung on", late[0])

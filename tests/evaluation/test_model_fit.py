@@ -16,7 +16,7 @@ from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
-from tfsat_host.evaluation.com_fit.momentum import Derivatives, Flown, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.momentum import Derivatives, FallSamples, derivatives, flown_of
 from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, com_offsets, model_offsets
 from tfsat_host.evaluation.com_fit.prediction import (
     EXPECTED_DISTANCE,
@@ -96,14 +96,14 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
 
 
 @cache
-def uncalibrated(seed: int) -> tuple[Drop, Flown]:
+def uncalibrated(seed: int) -> tuple[Drop, FallSamples]:
     one = flown(seed)
     used = with_fallbacks(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
     return one, flown_of(moved(one.log, used, one.model))
 
 
 def within(offsets: Offsets, bound_mm: float, std_mm: float = COM_BOUND_MM / 3.0**0.5) -> Offsets:
-    """The same with other bounds and priors."""
+    """Return the offsets with other bounds and priors."""
     moved = (one._replace(bound=bound_mm, prior_std=std_mm) for one in offsets.parameters)
     return replace(offsets, parameters=tuple(moved))
 
@@ -127,7 +127,10 @@ def test_the_fit_ends_at_its_optimum_also_within_narrow_bounds(seed: int, bound_
 
 
 def test_steps_that_lead_to_and_fro_are_halved_until_they_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With half the slope a whole step leads as far beyond the optimum as it was before it, for ever."""
+    """Halve steps that oscillate until the fit converges.
+
+    With half the slope, a whole step overshoots the optimum by as much as it was short of it, for ever.
+    """
     _, found = explained(1)
 
     def half_as_steep(*known: Any) -> Derivatives:
@@ -205,7 +208,11 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
 
 
 def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
-    """The drop tells them: neighbours contradict each other, and angle sensors bind the scale next to a joint."""
+    """Uncalibrated scale factors increase the standard deviations little.
+
+    The drop determines them: neighbors contradict each other, and angle sensors constrain the scale next to a
+    joint.
+    """
     one, known = explained(1, DLPF_5_HZ)
     calibration = certificate(one, 1)
     gyros = []
@@ -222,7 +229,7 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
 
 
 def test_the_prediction_is_that_of_the_simulator() -> None:
-    """The same joint history and momentum through `dynamics.propagate`."""
+    """Prediction matches `dynamics.propagate` for the same joint history and momentum."""
     _, found = explained(2)
     driven, body = found.driven.flown, Multibody.of(load_robot())
     history = sampled(driven.t_s, driven.angles_rad)
@@ -251,7 +258,10 @@ def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_a
 
 @pytest.mark.parametrize("seed", few_of(*SEEDS[:2]))
 def test_masses_and_inertias_of_a_right_model_stay_where_they_are(seed: int) -> None:
-    """All of them smaller by one factor explain a motion as well: only their prior holds them, noise must not pull."""
+    """Keep a correct model's masses and inertias: noise must not move them.
+
+    Scaling all of them by one factor explains a motion as well: only their prior constrains them.
+    """
     one = flown(seed)
     offsets = model_offsets(one.flown)
     found = compare_model(moved(one.log, certificate(one, seed), one.flown), offsets, 0.7).fit

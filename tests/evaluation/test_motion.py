@@ -27,7 +27,7 @@ def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion]:
 
 
 def off_deg(one: Drop, body: int, track: BodyMotion) -> tuple[float, float]:
-    """How far a body's last attitude is from the truth, and the greatest standard deviation of that."""
+    """Return a body's last attitude error and the largest standard deviation of it, in deg."""
     true = one.true_turn(body, track.t_s[0], track.t_s[-1])
     error = np.rad2deg((track.attitude[-1] * true.inv()).magnitude())
     return float(error), float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(track.covariance()).max())))
@@ -46,7 +46,10 @@ def test_every_body_ends_where_it_was_seen_to_end(seed: int, dlpf_cfg: int) -> N
 
 @FILTERS
 def test_the_delay_of_the_low_pass_is_measured_against_the_angle_sensors(dlpf_cfg: int) -> None:
-    """The sheet says 4.8 and 18.6 ms; on average a reading is half a millisecond old besides."""
+    """Measure the low-pass delay against the angle sensors.
+
+    The data sheet says 4.8 and 18.6 ms; on average a reading is also half a millisecond old.
+    """
     for seed in (1, 2, 3):
         _, found = motion(seed, dlpf_cfg)
         expected_s = {DLPF_42_HZ: 5.3e-3, DLPF_5_HZ: 19.1e-3}[dlpf_cfg]
@@ -56,7 +59,10 @@ def test_the_delay_of_the_low_pass_is_measured_against_the_angle_sensors(dlpf_cf
 
 
 def test_a_delay_that_no_chip_has_is_not_taken_off() -> None:
-    """With body 4's gyro and both sensors of joint 1 dead, joint 2 alone would tell one of minus 7 ms."""
+    """Reject a measured delay that no chip has.
+
+    With body 4's gyro and both sensors of joint 1 dead, joint 2 alone would give one of minus 7 ms.
+    """
     one = flown(1)
     angle_valid, imu_valid = one.log.angle_valid.copy(), one.log.imu_valid.copy()
     angle_valid[:, :2], imu_valid[:, 3] = False, False
@@ -171,7 +177,11 @@ def test_the_log_names_them_and_their_temperatures_are_right(parts: bytes) -> No
 
 @PARTS
 def test_their_low_pass_is_taken_off(parts: bytes) -> None:
-    """By the sheets 5.9 ms of the ICM-20689, 4.8 ms of the MPU-6050, half a millisecond of age besides."""
+    """Compensate the low-pass delay of each part.
+
+    By the data sheets it is 5.9 ms for the ICM-20689 and 4.8 ms for the MPU-6050, plus half a millisecond of
+    age.
+    """
     _, found = flown_with(parts)
     expected_s = 6.4e-3 if parts == ALL_ICM_20689 else 5.3e-3
     assert found.lag.measured and found.lag.expected_s == pytest.approx(expected_s)
@@ -197,7 +207,10 @@ def slow() -> Drop:
 
 
 def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
-    """By a log that tells these offsets: rms error of the bodies' attitudes in the fall, and the measured delay, ms."""
+    """Evaluate the drop with these IMU time offsets in the log's header.
+
+    Return the rms error of the bodies' attitudes in the fall, in deg, and the measured delay, in ms.
+    """
     header = replace(slow.log.header, imu_offset_us=offsets_us)
     found = moved(replace(slow.log, header=header), certificate(slow, 1), slow.model)
     errors_rad = [
@@ -209,7 +222,10 @@ def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
 
 
 def test_the_offsets_are_told_and_taken_off_or_else_found(slow: Drop) -> None:
-    """The low-pass and half the age of a reading make 5.3 ms, whenever an IMU is read."""
+    """Compensate the IMU time offsets stated in the header, or else estimate them.
+
+    The low-pass and half the age of a reading make 5.3 ms, whenever an IMU is read.
+    """
     told = slow.log.header.imu_offset_us
     assert told == (0, 1560, 0, 1560)
     (right, delay_ms), (none, without_ms) = off_all_deg(slow, told), off_all_deg(slow, (0, 0, 0, 0))
@@ -221,7 +237,10 @@ def test_the_offsets_are_told_and_taken_off_or_else_found(slow: Drop) -> None:
 def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
     slow: Drop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of 1 ms, shorter than a reading of both IMUs of a bus, and of 100 ms."""
+    """Readings do not depend on the step with which the emulator is advanced.
+
+    Steps are 1 ms, shorter than a reading of both IMUs of a bus, and 100 ms.
+    """
     monkeypatch.setattr("tests.fixtures.emulated_drop.TRUTH_PERIOD_US", 100_000)
     coarse = flown.__wrapped__(1, bus_khz=100)
     rows = min(len(slow.log), len(coarse.log))

@@ -61,7 +61,7 @@ def sensors_silent_after(log: DropLog, columns: slice, from_s: float) -> DropLog
 
 
 def slipped(log: DropLog, column: int, from_s: float, by_deg: float) -> DropLog:
-    """From then on an angle sensor sits elsewhere on its shaft."""
+    """Return the log with an angle sensor slipped on its shaft by `by_deg` from `from_s` on."""
     counts = log.angle_counts[:, column].astype(np.int64)
     counts[log.t_s >= from_s] += round(by_deg / 360.0 * log.header.angle_counts_per_turn)
     return with_angles(log, column, counts)
@@ -85,7 +85,10 @@ def test_a_hole_in_all_gyros_within_a_stroke_is_carried_over(seed: int, from_s: 
 def test_where_no_angle_sensor_answers_the_others_tell_what_the_joint_turned_in_the_hole(
     seed: int, from_s: float
 ) -> None:
-    """A wrong angle would show in the gyros off the joint's axis, and in the rates of its neighbours."""
+    """Estimate a joint's rotation in a gyro gap without its angle sensors.
+
+    A wrong angle would show in the gyros off the joint's axis, and in the rates of its neighbors.
+    """
     one = flown(seed)
     silent = sensors_silent_after(one.log, slice(2, 4), 0.9)
     found = motion_in(one, seed, no_gyro(silent, from_s, from_s + HOLE_S))
@@ -176,7 +179,10 @@ DROPS = pytest.mark.parametrize(("seed", "body"), few_of((1, 1), (2, 3)))
 
 
 def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
-    """The gyro of one body has its scale factors as far off as such a chip's are, and says so."""
+    """Return the calibration with one body's gyro scale uncalibrated: off, and stated as uncertain.
+
+    The scale factors are as far off as those of such a chip.
+    """
     gyro = calibration.gyros[body - 1]
     covariance = gyro.covariance.copy()
     covariance[6:, 6:] = UNKNOWN_SCALE**2 * np.eye(3)
@@ -234,7 +240,10 @@ def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
 
 @DROPS
 def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(seed: int, body: int) -> None:
-    """From the release on one shows 2 deg/s too much about each axis: far more than losing its weight does."""
+    """Name gyros that contradict each other, and let none correct another.
+
+    From the release on one shows 2 deg/s too much about each axis: far more than the loss of its weight causes.
+    """
     one = flown(seed)
     used = certificate(one, seed)
     log = gyro_plus(one.log, body, np.outer(one.log.t_s > 0.0, (2.0, 2.0, 2.0)))
@@ -272,7 +281,7 @@ START_STD_RAD = np.pi
 
 
 def standing(angle_rad: float, seed: int) -> SensedJoint:
-    """A joint at an angle; its sensors are as calibrated, and that may be off by a bend."""
+    """Return a joint at rest at an angle, with its sensors as calibrated up to the bend's uncertainty."""
     random = np.random.default_rng(seed)
     sensors = JointSensors(
         joint=3,
@@ -312,7 +321,7 @@ FINITE = st.floats(-1e100, 1e100)
 
 
 def assert_close(ours: FloatArray, theirs: FloatArray, given_to_both: FloatArray) -> None:
-    """To rounding of the largest number that went in."""
+    """Assert equality to within rounding of the largest input."""
     np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-9 * float(np.abs(given_to_both).max()))
 
 
@@ -321,7 +330,10 @@ def assert_close(ours: FloatArray, theirs: FloatArray, given_to_both: FloatArray
     st.floats(1e-4, 0.05),
 )
 def test_a_lag_of_one_pole_is_that_pole(shown: FloatArray, constant_s: float) -> None:
-    """Of a signal that is linear between samples and was settled before the first of them."""
+    """Lag of one pole equals that pole's response.
+
+    The signal is linear between samples and settled before the first of them.
+    """
     t_s = FINE_S * np.arange(len(shown), dtype=np.float64)
     lag = Lag(constant_s, 0.0, 0.0, constant_s, measured=True)
     pole = ([[-1.0 / constant_s]], [[1.0 / constant_s]], [[1.0]], [[0.0]])

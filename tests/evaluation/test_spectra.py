@@ -26,7 +26,7 @@ def times(n: int) -> FloatArray:
 
 
 def sine(t_s: FloatArray, line: float, amplitude: float = 1.0) -> FloatArray:
-    """A sine with so many periods in all samples."""
+    """Return a sine with `line` periods in all samples."""
     return np.asarray(amplitude * np.sin(2.0 * np.pi * line * (t_s - t_s[0]) * RATE_HZ / len(t_s) + 0.3))
 
 

@@ -16,7 +16,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import (
     FlownStroke,
-    Standing,
+    JointRest,
     falling_edge,
     rising_edge,
     standing_joints,
@@ -45,7 +45,7 @@ def with_strokes(schedule: Schedule, *strokes: TimedStroke) -> Schedule:
 
 
 def bent(motion: Motion, joint: int, added_rad: Callable[[FloatArray], FloatArray]) -> Motion:
-    """The motion with something added to one joint's angle, and its derivative to the rate."""
+    """Return the motion with a function added to one joint's angle, and its derivative to the rate."""
     extra = added_rad(motion.t_s)
     joints = list(motion.joints)
     joints[joint - 1] = replace(joints[joint - 1], angle_rad=joints[joint - 1].angle_rad + extra)
@@ -187,7 +187,7 @@ def test_without_a_logged_rise_the_schedule_gives_the_time() -> None:
 
 
 def cut_off(motion: Motion, until_s: float) -> Motion:
-    """The motion as far as the samples until a time."""
+    """Return the motion truncated to the samples before `until_s`."""
     n = int(np.searchsorted(motion.t_s, until_s))
     joints = tuple(
         replace(joint, angle_rad=joint.angle_rad[:n], basis=joint.basis[:n]) for joint in motion.joints
@@ -272,7 +272,7 @@ def test_a_motion_that_nobody_commanded_is_found() -> None:
 
 
 def test_a_small_drift_is_no_creep_unless_it_is_certain() -> None:
-    certain = Standing(1, 0.0, 1.0, np.deg2rad(0.1), np.deg2rad(0.01), 0.0, 0.5)
+    certain = JointRest(1, 0.0, 1.0, np.deg2rad(0.1), np.deg2rad(0.01), 0.0, 0.5)
     assert certain.crept
     assert not replace(certain, drift_std_rad=np.deg2rad(0.05)).crept
     assert not replace(certain, drift_rad=np.deg2rad(0.04)).crept

@@ -13,7 +13,7 @@ from tests.fixtures.emulated_drop import DLPF_42_HZ
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import couplings
-from tfsat_host.evaluation.com_fit.momentum import Flown, flown_of, momentum_of
+from tfsat_host.evaluation.com_fit.momentum import FallSamples, flown_of, momentum_of
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
 from tfsat_host.evaluation.motion.motion import motion_of
 
@@ -30,8 +30,8 @@ def with_nuisance() -> ModelFit:
     return fit_model(model_offsets(MODEL), fitted(1).flown)
 
 
-def exact(flown: Flown, known: slice) -> Flown:
-    """The drop as if those of the sensors' errors were known to be none."""
+def exact(flown: FallSamples, known: slice) -> FallSamples:
+    """Return the drop with the `known` sensor errors known to be zero."""
     told = flown.sensor_errors[known]
     free = np.eye(told.shape[1]) - np.linalg.pinv(told, rcond=1e-10) @ told
     return replace(

@@ -27,7 +27,7 @@ def good() -> Evaluation:
 
 
 def reason(found: Evaluation, sentence: str) -> str:
-    """The one reason, whose kind is that sentence."""
+    """Return the verdict's only reason, asserting the verdict's sentence."""
     verdict = verdict_of(found)
     assert verdict.level == "doubtful"
     assert verdict.sentence == f"EMULATED robot. {sentence}"

@@ -30,7 +30,7 @@ def hex_text(data: bytes) -> str:
 
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    """One Arduino Micro with a sketch that is not the image."""
+    """Yield a desk with one Arduino Micro, whose sketch is not the image."""
     made = Desk()
     monkeypatch.setattr(serial.tools.list_ports, "comports", made.comports)
     yield made
@@ -47,7 +47,7 @@ def image(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def fake_avrdude(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The only program on the PATH: writes its arguments to the file that is given here."""
+    """Install a fake avrdude as the only program on the PATH, and return the file for its arguments."""
     folder, log = tmp_path / "bin", tmp_path / "avrdude.json"
     folder.mkdir()
     program = folder / "avrdude"

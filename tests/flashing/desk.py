@@ -167,14 +167,14 @@ class Desk:
             self.become(zlib.crc32(self.written))
 
     def become(self, image_crc: int) -> None:
-        """The board leaves its bootloader with a sketch of this CRC."""
+        """Leave the bootloader with a sketch of this image CRC."""
         self.waits, self.wakes = False, False
         self.sketch.silent = False
         self.sketch.state = SequencerState.SAFE
         self.sketch.identity = replace(hello(), image_crc=image_crc)
 
     def comports(self) -> list[SimpleNamespace]:
-        """In place of pyserial's."""
+        """Return the ports in place of pyserial's `comports`."""
         if self.wakes and self.sketch_pty.touched:
             self.waits = True
         pty, pid = (self.bootloader_pty, 0x0037) if self.waits else (self.sketch_pty, 0x8037)

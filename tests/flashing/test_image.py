@@ -59,7 +59,7 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """A checkout with a built image that is newer than its sources."""
+    """Build a checkout whose built image is newer than its sources."""
     sources = tmp_path / "firmware" / "arduino_sequencer"
     (tmp_path / HEX).parent.mkdir(parents=True)
     sources.mkdir(parents=True)

@@ -34,7 +34,7 @@ sys.exit(int(os.environ.get("FAKE_LOADER_EXIT", "0")))
 
 
 def teensy_hex(data: bytes) -> str:
-    """With the extended linear address that a Teensy 4's images have."""
+    """Format data as Intel HEX with the extended linear address that a Teensy 4's images have."""
     return ":0200000460009A\n" + hex_text(data)
 
 
@@ -62,7 +62,7 @@ class Teensy:
         return said
 
     def comports(self) -> list[SimpleNamespace]:
-        """In place of pyserial's."""
+        """Return the ports in place of pyserial's `comports`."""
         here = self.plugged or self.log.exists()
         teensy = SimpleNamespace(
             device=self.pty.name, vid=0x16C0, pid=0x0483, serial_number=None, description="Teensy"

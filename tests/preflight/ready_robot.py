@@ -90,7 +90,7 @@ def check(result: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def certificate_of(robot: EmulatedRobot, truth: Imperfections, taken: datetime) -> Calibration:
-    """A whole one, servos included."""
+    """Return a complete certificate, servos included."""
     careful = careful_certificate(robot.model, truth, SEED, taken)
     rng = np.random.default_rng(SEED)
     return replace(
@@ -106,7 +106,7 @@ def ready_robot(
     truth: Imperfections = TRUTH,
     certified: Imperfections | None = None,
 ) -> Iterator[ReadyRobot]:
-    """A robot of these errors, with a certificate that was taken an hour ago of it (or of `certified`)."""
+    """Yield a robot with these errors and a certificate of it (or of `certified`), taken an hour ago."""
     folder.mkdir(exist_ok=True)
     monkeypatch.chdir(folder.parent)
     (folder / "maneuver.toml").write_text(format_maneuver(MANEUVER), encoding="utf-8")

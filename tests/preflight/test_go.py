@@ -102,7 +102,7 @@ def test_both_boards_are_left_as_they_were(ready: ReadyRobot) -> None:
 def test_an_interrupted_preflight_leaves_no_recording_behind(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch, moment: str, number: signal.Signals
 ) -> None:
-    """By Ctrl-C, by `kill`, by a terminal that is closed."""
+    """Interrupt a preflight by Ctrl-C, by `kill` or by closing the terminal: no recording is left."""
     done: Any = getattr(LoggerClient, moment)
     calls = []
 

@@ -94,7 +94,7 @@ def latched_fault(ready: ReadyRobot) -> None:
 
 
 def damaged_store(ready: ReadyRobot) -> None:
-    """A bit of the older of the maneuver's two slots (128 bytes each, from 512) is flipped while the power is off."""
+    """Flip a bit of the older of the maneuver's two slots (128 bytes each, from 512) during a power-off."""
     robot = ready.robot
     for maneuver in (four_stroke(40.0, 50.0), MANEUVER):
         ready.sequencer().upload(schedule_maneuver(maneuver))
@@ -124,7 +124,7 @@ def angle_sensor(*arguments: Any) -> Break:
 
 
 def settle(act: Break) -> Break:
-    """The logger looks at its card every two seconds."""
+    """Let the robot run on after `act`: the logger looks at its card every two seconds."""
 
     def acted(ready: ReadyRobot) -> None:
         act(ready)

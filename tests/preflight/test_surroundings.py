@@ -74,7 +74,7 @@ def test_a_host_of_another_release(ready: ReadyRobot, monkeypatch: pytest.Monkey
 
 @pytest.fixture
 def flashed(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRobot:
-    """The boards say that they run images, as real ones do; the certificate is of real ones."""
+    """Make the boards report image CRCs, as real ones do, with a certificate of a real robot."""
     identify = Client.identify
     images = {Board.SEQUENCER: "5e0e0ce2", Board.LOGGER: "10660001"}
 

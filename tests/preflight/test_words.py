@@ -78,7 +78,7 @@ def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_of_many_commands_that_are_wanted_the_one_is_named_that_lists_them(ready: ReadyRobot) -> None:
-    """What is cut off can be had."""
+    """Name the command that lists all wanted commands, if there are too many to show."""
     landed = Landing(ready.calibration.written + timedelta(minutes=30), "recording 1a2b3c4d")
     ready.certify(replace(ready.calibration, landings=(landed,)))
     wanted = {one.command for one in ready.calibration.shortcomings()}

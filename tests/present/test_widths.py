@@ -115,7 +115,7 @@ def _printed(folder: Path, command: str, columns: int) -> list[str]:
 
 
 def _earlier(command: str) -> Iterator[str]:
-    """What makes the files that a command needs."""
+    """Yield the commands that make the files which `command` needs."""
     if command.startswith("reproduce"):
         yield "bundle run --out drop.tfsat.zip"
     if command.startswith("campaign") and "init" not in command:
@@ -125,7 +125,7 @@ def _earlier(command: str) -> Iterator[str]:
 
 
 def _words(lines: list[str]) -> Iterator[str]:
-    """All words but the numbers and names that differ from one run to the next."""
+    """Yield all words except the numbers and names that differ from run to run."""
     for line in lines:
         for word in line.split():
             if not re.search(r"[\d─━╸█▏▎▍▌▋▊▉]", word):

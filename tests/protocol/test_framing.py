@@ -193,7 +193,10 @@ def golden_frames() -> list[bytes]:
 
 
 def test_a_flipped_bit_never_makes_another_frame(cpp: CppFraming) -> None:
-    """In every frame of the protocol, followed by another: a bit that makes or breaks a zero counts too."""
+    """Flip bits in every frame of the protocol, followed by another frame.
+
+    A flip that makes or breaks a zero byte counts too.
+    """
     follower = Frame(0x20, 9, b"\x01\x02")
     tail = encode_frame(follower)
     for stream in golden_frames():

@@ -32,7 +32,7 @@ def generate(tree: Path, *options: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A copy of what the generator reads and writes."""
+    """Copy the generator's inputs and outputs to a temporary folder."""
     no_caches = shutil.ignore_patterns("__pycache__")
     shutil.copy(REPOSITORY / "tools" / "generate_protocol.py", _folder(tmp_path / "tools"))
     for folder in ("tools/protocol_generator", "protocol", SEQUENCER_CORE, *GENERATED_FOLDERS):
@@ -49,7 +49,7 @@ def _folder(path: Path) -> Path:
 
 
 def files(tree: Path) -> dict[str, str]:
-    """Every text file below `tree`, by its name."""
+    """Return every text file below `tree`, by its name."""
     found = [path for path in tree.rglob("*") if path.is_file() and path.suffix != ".pyc"]
     return {path.relative_to(tree).as_posix(): path.read_text(encoding="utf-8") for path in found}
 

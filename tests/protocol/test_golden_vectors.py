@@ -33,7 +33,7 @@ def payload_class(name: str) -> type[Payload]:
 
 
 def from_plain(record: type[Record], values: dict[str, Any]) -> Record:
-    """A record from JSON's lists and numbers."""
+    """Build a record from JSON's lists and numbers."""
 
     def one(kind: Any, value: Any) -> Any:
         if isinstance(kind, str):
@@ -139,7 +139,7 @@ def test_the_crc_is_the_one_that_the_specification_names() -> None:
 
 
 def blocks_header() -> str:
-    """The blocks as C++: the generated header has the frames only."""
+    """Return the blocks as a C++ header: the generated header has the frames only."""
     rows = ",\n".join(
         "    {{" + ", ".join(f"0x{byte:02X}" for byte in bytes.fromhex(block["bytes"])) + "}}"
         for block in BLOCKS
@@ -153,7 +153,7 @@ def blocks_header() -> str:
 
 @pytest.mark.parametrize(("sketch", "standard"), [*zip(SKETCHES, STANDARDS, strict=True)])
 def test_the_sketches_copies_in_cpp(tmp_path: Path, sketch: str, standard: str) -> None:
-    """The copies are the same text, so each is compiled by one of the two language standards."""
+    """Compile each sketch's copy by one of the two language standards, as the copies are the same text."""
     (tmp_path / "golden_blocks.h").write_text(blocks_header())
     includes = [REPOSITORY / "firmware" / sketch / "src" / "protocol", REPOSITORY / "protocol"]
     includes += [REPOSITORY / "tests" / "fixtures" / "cpp", tmp_path]

@@ -37,14 +37,14 @@ def rehearsed(once: Once) -> Rehearsing:
 
 @pytest.fixture
 def run(rehearsed: Rehearsing, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A rehearsed drop, copied as the folder `run` of the current one."""
+    """Copy a rehearsed drop to the folder `run` of the current folder."""
     monkeypatch.chdir(tmp_path)
     return Path(shutil.copytree(rehearsed("59", "70").folder, tmp_path / "run"))
 
 
 @pytest.fixture(scope="session")
 def seen(once: Once) -> Days:
-    """What became of the day of a fault."""
+    """Return a function that gives the outcome of a fault's day."""
 
     def get(fault: Any) -> Day:
         day: Day = once(f"day of {fault.name}", lambda: days.seen(fault))

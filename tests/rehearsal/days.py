@@ -25,7 +25,7 @@ from tfsat_host.rehearsal.day import DROPPED, NoGo, Preflight
 from tfsat_host.rehearsal.drop import Drop, rehearse
 from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
 from tfsat_host.rehearsal.fault import Fault, Moment, Outcome
-from tfsat_host.rehearsal.judgement import Judged, came_of, moved_deg
+from tfsat_host.rehearsal.judgement import JudgedDay, came_of, moved_deg
 from tfsat_host.rehearsal.series import decoded
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot
@@ -89,12 +89,12 @@ Days = Callable[[Fault], Day]
 
 @cache
 def preflight(*, despite: bool) -> Preflight:
-    """Of the day's maneuver."""
+    """Return the preflight of the day's maneuver."""
     return Preflight.of(SCHEDULE, load_robot(), load_tower(None), None, despite=despite)
 
 
 def flown(fault: Fault, *, despite: bool) -> Drop:
-    """A day with that fault, preflight and all."""
+    """Rehearse a day with that fault, including the preflight."""
     filed = load_robot()
     truth = drawn_truth(filed, SEED)
     return rehearse(SCHEDULE, filed, truth, preflight=preflight(despite=despite), faults=(fault,))
@@ -117,15 +117,15 @@ def seen(fault: Fault) -> Day:
     """Flown, decoded, evaluated."""
     drop = flown(fault, despite=True)
     assert drop.checked is not None
-    judged, checks = Judged(drop), {}
+    judged, checks = JudgedDay(drop), {}
     if drop.refused is None:
         log = decoded(drop)
         try:
             found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
-            judged = Judged(drop, log, found, verdict_of(found))
+            judged = JudgedDay(drop, log, found, verdict_of(found))
             checks = {one["name"]: one for one in records(CHECKS, found.checks)}
         except TfsatError as error:
-            judged = Judged(drop, log, refusal=error)
+            judged = JudgedDay(drop, log, refusal=error)
     return Day(
         tuple(check.name for check in drop.checked.wrong),
         drop.refused is not None,
@@ -154,7 +154,10 @@ class WholeDrop:
 
 
 def dropped(schedule: Schedule, *, seed: int, rate_rad_s: Sequence[float] | None = None) -> WholeDrop:
-    """The robot exactly as its file says, rehearsed whole; let go as the paper's was, or at a rate of body 3."""
+    """Rehearse a whole drop of the robot exactly as its file says.
+
+    It is released as the paper's was, or at the given rate of body 3.
+    """
     filed = load_robot()
     truth = truth_as_filed(filed, seed)
     if rate_rad_s is not None:

@@ -49,25 +49,25 @@ Checks = Callable[[Fault], tuple[str, ...]]
 
 
 def page(seen: Days, no_go: Checks) -> str:
-    """The text of the page.
+    """Render the page's text.
 
     Args:
-        seen: What became of a fault's day.
-        no_go: Which checks stand against the drop when it is there before the preflight.
+        seen: Gives the outcome of a fault's day.
+        no_go: Gives the checks that forbid the drop if the fault is present before the preflight.
     """
     rows = "".join(row(fault, seen(fault), no_go) for fault in FAULTS)
     return _HEAD + rows + _DIAGNOSES + "".join(diagnosis(fault, seen(fault)) for fault in MISMATCHES)
 
 
 def diagnosis(fault: Fault, found: Day) -> str:
-    """Of the second table: what the evaluation makes of a mismatch."""
+    """Format a mismatch's row in the second table: the evaluation's diagnosis."""
     causes = dict.fromkeys(one["cause"] for one in found.checks.values() if one["cause"])
     level = found.verdict or "refused"
     return f"| `{fault.name}` | {level} | {'; '.join(causes) or '–'} |\n"
 
 
 def row(fault: Fault, found: Day, no_go: Checks) -> str:
-    """Of the table."""
+    """Format a fault's row of the table."""
     where = ", ".join(who for who, words in found.said.items() if fault.noticed and fault.noticed in words)
     own, all_of_it = fault.moment.typed, words_of(fault.outcomes)
     kept = ", no recording" if found.log is None else "" if fault.complete else ", recording cut off"

@@ -14,8 +14,8 @@ from tests.paths import DOCS
 from tests.rehearsal.days import SCHEDULE, preflight
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S
 from tfsat_host.emulated.imu_part import ImuPart, load_imu, wander_std_deg_s
-from tfsat_host.rehearsal.comparison import Compared
-from tfsat_host.rehearsal.series import Flown, Series, fly_many
+from tfsat_host.rehearsal.comparison import EstimateAndTruth
+from tfsat_host.rehearsal.series import RehearsedDrop, Series, fly_many
 from tfsat_host.robot import load_robot
 
 PAGE = DOCS / "imus.md"
@@ -79,7 +79,7 @@ gravity takes along must be measured in orbit, by a star tracker or a sun sensor
 
 
 def page(runs: int) -> str:
-    """The text of the page."""
+    """Render the page's text."""
     flown = fly(runs)
     return "".join(
         (
@@ -94,11 +94,14 @@ def page(runs: int) -> str:
     )
 
 
-Fly = Callable[[Series, int], tuple[Flown, ...]]
+Fly = Callable[[Series, int], tuple[RehearsedDrop, ...]]
 
 
-def fly(runs: int, fly_series: Fly = fly_many) -> dict[str, tuple[Flown, ...]]:
-    """The first robots, with each IMU; on the day that the command makes of their seeds, preflight and all."""
+def fly(runs: int, fly_series: Fly = fly_many) -> dict[str, tuple[RehearsedDrop, ...]]:
+    """Fly the first robots with each IMU.
+
+    The day is the one that the command makes of their seeds, including the preflight.
+    """
     filed = load_robot()
     series = {
         imu: Series(SCHEDULE, filed, _SEED, part=load_imu(imu), preflight=preflight(despite=False))
@@ -107,7 +110,7 @@ def fly(runs: int, fly_series: Fly = fly_many) -> dict[str, tuple[Flown, ...]]:
     return {imu: fly_series(one, runs) for imu, one in series.items()}
 
 
-def robots_table(flown: dict[str, tuple[Flown, ...]]) -> list[str]:
+def robots_table(flown: dict[str, tuple[RehearsedDrop, ...]]) -> list[str]:
     """Lines of Markdown, one a robot."""
     lines = ["| robot | seed | " + " | ".join(_name(load_imu(imu)) for imu in IMUS) + " |\n"]
     lines.append("| --- | --- |" + " --- |" * len(IMUS) + "\n")
@@ -117,12 +120,12 @@ def robots_table(flown: dict[str, tuple[Flown, ...]]) -> list[str]:
     return lines
 
 
-def _error(outcome: Flown) -> str:
+def _error(outcome: RehearsedDrop) -> str:
     one = next((one for one in outcome.compared if one.name == "reorientation"), None)
     return "not evaluated" if one is None else f"{one.found - one.true:+.3f} ± {one.std:.3f} deg"
 
 
-def _table(flown: dict[str, tuple[Flown, ...]], runs: int) -> list[str]:
+def _table(flown: dict[str, tuple[RehearsedDrop, ...]], runs: int) -> list[str]:
     lines = [f"| of {runs} robots | | " + " | ".join(_name(load_imu(imu)) for imu in IMUS) + " |\n"]
     lines.append("| --- | --- |" + " --- |" * len(IMUS) + "\n")
     for title, unit, name in _QUANTITIES:
@@ -135,11 +138,11 @@ def _table(flown: dict[str, tuple[Flown, ...]], runs: int) -> list[str]:
     return [*lines, "| verdict | good | " + " | ".join(good) + " |\n"]
 
 
-def _of(outcomes: Sequence[Flown], name: str) -> list[Compared]:
+def _of(outcomes: Sequence[RehearsedDrop], name: str) -> list[EstimateAndTruth]:
     return [one for outcome in outcomes for one in outcome.compared if one.name.startswith(name)]
 
 
-def _figures(ones: list[Compared], unit: str) -> tuple[str, str, str]:
+def _figures(ones: list[EstimateAndTruth], unit: str) -> tuple[str, str, str]:
     error = np.array([one.found - one.true for one in ones])
     std = np.array([one.std for one in ones])
     held = float((np.abs(error) <= 1.96 * std).mean())

@@ -53,7 +53,10 @@ QUICK_MISMATCHES = {"wrong-masses", "gyro-bias-step"}
 
 
 def each(faults: Sequence[Fault], *sample: str) -> pytest.MarkDecorator:
-    """These of them, by default all but the slow one and most mismatches; the others under `make prove`."""
+    """Parametrize a test by these faults, running only a sample outside `make prove`.
+
+    The sample is by default all but the slow one and most mismatches.
+    """
     late = {SLOW, *(fault.name for fault in MISMATCHES)} - QUICK_MISMATCHES
     chosen = sample or [fault.name for fault in faults if fault.name not in late]
     marks = [() if fault.name in chosen else pytest.mark.prove for fault in faults]
@@ -125,7 +128,10 @@ def test_what_servos_and_clocks_do_is_no_other_maneuver(seen: Days, name: str) -
 
 
 def test_a_start_pose_that_is_wrong_is_named(seen: Days) -> None:
-    """A reversed servo holds its joint on the other side of the pulse's middle before the first stroke."""
+    """Name a wrong start pose in the verdict.
+
+    A reversed servo holds its joint on the other side of the pulse's middle before the first stroke.
+    """
     found = seen(fault_named("servo-reversed"))
     (reason,) = [one for one in found.reasons if "Wrong start pose" in one]
     assert "joint 1 stood at +" in reason and "instead of 0 ± 10 deg" in reason
@@ -140,7 +146,10 @@ def test_a_start_pose_that_is_wrong_is_named(seen: Days) -> None:
     [one if one in (-60_000, 20_000) else pytest.param(one, marks=pytest.mark.prove) for one in STEPS_US],
 )
 def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
-    """What had reached the card is read back, sample by sample as the same drop without a cut has it."""
+    """Power cuts around the landing leave the samples already on the card readable.
+
+    They equal those of the same drop without a cut.
+    """
     whole = seen(SOUND).log
     drop = flown(
         replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
@@ -163,7 +172,10 @@ def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
     "brown-out-at-release",
 )
 def test_the_flashed_image_does_the_same(seen: Days, fault: Fault) -> None:
-    """The AVR's own code, watchdog, brown-out and EEPROM, in an emulated ATmega32U4."""
+    """Flashed image behaves the same as the native core.
+
+    It is the AVR's own code, watchdog, brown-out and EEPROM, in an emulated ATmega32U4.
+    """
     found, filed = seen(fault), load_robot()
     drop = rehearse(SCHEDULE, filed, drawn_truth(filed, SEED), hex_path=sequencer_hex(), faults=(fault,))
     assert (drop.refused is not None) == (fault.outcome is Outcome.NOT_DROPPED)
@@ -276,7 +288,7 @@ def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
 
 @pytest.fixture
 def misjudged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A jolt must not keep the robot from flying; here it is said to."""
+    """Change the catalog to demand, wrongly, that a jolt keeps the robot from flying."""
     demands = at_any_moment(Outcome.STANDS_STILL)
     wrong = [replace(one, outcomes=demands) if one.name == "crane-jolt" else one for one in FAULTS]
     monkeypatch.setattr(faults, "FAULTS", tuple(wrong))
@@ -292,8 +304,8 @@ def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
 
 @pytest.mark.usefixtures("misjudged")
 def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    def here(many: series.Series, runs: int, **_: Any) -> tuple[series.Flown, ...]:
-        """Not in other processes, which know of no misjudged fault."""
+    def here(many: series.Series, runs: int, **_: Any) -> tuple[series.RehearsedDrop, ...]:
+        """Fly the series in this process: worker processes do not see the patched fault."""
         return tuple(series.fly(many, number) for number in range(1, runs + 1))
 
     monkeypatch.setattr(series, "fly_many", here)

@@ -23,7 +23,7 @@ from tfsat_host.rehearsal import series
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.folder import WAITING, Before, ResultFolder
 from tfsat_host.rehearsal.run_folder import RunFolder
-from tfsat_host.rehearsal.series import Flown
+from tfsat_host.rehearsal.series import RehearsedDrop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 from tfsat_host.run import reporting
@@ -45,21 +45,21 @@ def everything(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def other_drop() -> Drop:
-    """Of seed 2."""
+    """Return a drop of seed 2."""
     filed = load_robot()
     return drops.rehearse(SCHEDULE, filed, drawn_truth(filed, 2), preflight=preflight(despite=False))
 
 
 @pytest.fixture
 def flown(other_drop: Drop, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The day of seed 2 need not be rehearsed for each of its endings."""
+    """Replace the rehearsal by the drop of seed 2, made once for all tests."""
     monkeypatch.setattr(drops, "rehearse", lambda *_, **__: other_drop)
 
 
 @pytest.fixture
 def flown_many(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor need many: here their files matter."""
-    drop = Flown(1, 1, "", "", ())
+    drop = RehearsedDrop(1, 1, "", "", ())
     monkeypatch.setattr(series, "fly_many", lambda *_, **__: (drop, replace(drop, number=2)))
 
 
@@ -205,7 +205,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, more: tuple[str
 
 @pytest.fixture(scope="module")
 def evaluated(rehearsed: Rehearsing, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A rehearsed drop with an evaluation and somebody's notes in its folder."""
+    """Return a rehearsed drop's folder with an evaluation and a user's notes in it."""
     folder = Path(shutil.copytree(rehearsed("59", "70").folder, tmp_path_factory.mktemp("evaluated") / "run"))
     (folder / "mine.txt").write_text("keep")
     with contextlib.chdir(folder.parent):
@@ -291,7 +291,10 @@ def test_what_a_killed_program_left_is_put_back_by_the_next(
 
 @pytest.mark.usefixtures("flown")
 def test_runs_in_subfolders_keep_their_reports(run: Path) -> None:
-    """Of figures that `report` put into a subfolder nothing is left: they are of the recording that went."""
+    """Keep reports of runs in subfolders.
+
+    Figures that `report` put into a subfolder are removed with the replaced recording that they show.
+    """
     files = {
         "sub/report.html": PAGE,
         f"sub/{REHEARSED}": b"made by tfsat-host rehearse",

@@ -15,7 +15,7 @@ from tests.rehearsal.imus_page import IMUS, ORBIT_S, PAGE, fly, orbit_rows, robo
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S
 from tfsat_host.emulated.imu_part import load_imu, wander_std_deg_s
 from tfsat_host.rehearsal import series
-from tfsat_host.rehearsal.series import Flown
+from tfsat_host.rehearsal.series import RehearsedDrop
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot
 
@@ -57,12 +57,12 @@ def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
 
 
 @pytest.fixture(scope="module")
-def first() -> dict[str, tuple[Flown, ...]]:
-    """The first robot of the page, with each IMU."""
+def first() -> dict[str, tuple[RehearsedDrop, ...]]:
+    """Fly the page's first robot with each IMU."""
     return fly(1, lambda one, runs: tuple(series.fly(one, number) for number in range(1, runs + 1)))
 
 
-def test_the_page_is_of_these_robots(first: dict[str, tuple[Flown, ...]]) -> None:
+def test_the_page_is_of_these_robots(first: dict[str, tuple[RehearsedDrop, ...]]) -> None:
     text = PAGE.read_text(encoding="utf-8")
     for line in robots_table(first):
         assert line in text, "python -m tests.rehearsal.imus_page"
@@ -70,7 +70,7 @@ def test_the_page_is_of_these_robots(first: dict[str, tuple[Flown, ...]]) -> Non
 
 
 def test_the_pages_robots_are_those_of_the_command(
-    first: dict[str, tuple[Flown, ...]], rehearsed: Rehearsing
+    first: dict[str, tuple[RehearsedDrop, ...]], rehearsed: Rehearsing
 ) -> None:
     found = {one["name"]: one["found"] for one in rehearsed("59", "70").result["compared"]}
     assert {one.name: one.found for one in first["mpu6050"][0].compared} == pytest.approx(found, abs=1e-6)

@@ -46,7 +46,7 @@ class Here:
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A loop of two joints and one of three."""
+    """Restrict the candidates to a loop of two joints and one of three."""
 
     def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
         wanted = (f"to learn: {SIX} by 57/", "to learn: +1 +3 -1 -3 by 7")

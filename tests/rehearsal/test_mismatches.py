@@ -74,7 +74,7 @@ def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
 
 
 def config_of(truth: Truth) -> bytes:
-    """All that the emulator is given."""
+    """Return the emulator's whole input."""
     return bytes(robot_config(truth.model, truth.imperfections, SEED, SEED))
 
 
@@ -205,7 +205,10 @@ def test_a_late_imu_shows_the_same_later() -> None:
 
 
 def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
-    """The logger reads the last output that a chip finished, so what it reads is up to 1 ms older."""
+    """IMUs with clocks of their own show outputs of changing age.
+
+    The logger reads the last output that a chip finished, so what it reads is up to 1 ms older.
+    """
     _, one = with_fault("imu-clocks")
     apart = rates_deg_s(one) - rates_deg_s(dropped(IDEAL))
     t_s = times_s(one)

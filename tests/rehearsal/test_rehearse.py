@@ -55,7 +55,7 @@ def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
 
 
 def _numbers(value: Any, told: set[str]) -> Iterator[float]:
-    """All numbers in a part of a result but those that no sensor told."""
+    """Yield all numbers in a part of a result except those that do not come from sensors."""
     if isinstance(value, dict):
         for key, inner in value.items():
             if key not in told:
@@ -99,9 +99,10 @@ def test_59_70_comes_back_from_the_card(rehearsed: Rehearsing, tfsat_host: RunCl
 
 @pytest.mark.parametrize("angles", [(54.0, 72.0), (18.0, 90.0)])
 def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float, float]) -> None:
-    """The emulator's robot in C++ and the dynamics in Python, both released as the paper's robot was.
+    """Compute the same drop with `simulate` as with the emulator.
 
-    The servos' pulses are whole microseconds: 9 deg are 100 of them.
+    The emulator's robot in C++ and the dynamics in Python are both released as the paper's robot was. The
+    servos' pulses are whole microseconds: 9 deg are 100 of them.
     """
     flight = dropped(schedule_maneuver(four_stroke(*angles)), seed=1)
     until_s = flight.landed_s - flight.released_s - 0.05
@@ -153,7 +154,10 @@ def test_it_can_be_called_from_python(rehearsed: Rehearsing, tmp_path: Path) -> 
 
 
 def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:
-    """At 400 deg/s each stroke is over before the servos, 200 deg/s at most, have done it."""
+    """Warn of joints that do not reach their angles.
+
+    At 400 deg/s each stroke is over before the servos, 200 deg/s at most, have completed it.
+    """
     tfsat_host("upload-sequence", "59", "70", "--speed", "400", "--dry-run", "--out", "fast.toml")
     shown = tfsat_host("rehearse", "--file", "fast.toml", "--as-filed", "--despite-preflight", expect=3)
     assert "above the greatest rate of the servos, 200 deg/s" in shown.stderr
@@ -245,7 +249,10 @@ def test_faults_are_named_with_who_noticed(rehearsed: Rehearsing) -> None:
 
 
 def test_no_go_names_each_check_with_what_was_found_and_what_to_do(rehearsed: Rehearsing) -> None:
-    """A fault that would have struck after that did not."""
+    """Report each no-go check with its finding and its next step.
+
+    A fault that would have struck after the preflight is reported as not struck.
+    """
     done = faulty(rehearsed, "card-full", "servo-dead@falling", expect=4)
     assert "Preflight:            NO-GO: card-room, card-writing." in done.out
     written = json.loads((done.folder / "preflight.json").read_text())
@@ -283,7 +290,10 @@ def test_without_a_release_it_tells_what_the_switches_did(rehearsed: Rehearsing)
 def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switches(
     rehearsed: Rehearsing,
 ) -> None:
-    """What the joints did is in the truth; the sequencer lost its power since, and knows no run."""
+    """Do not blame the switches if the recording breaks off before the release.
+
+    The joints' motion is in the truth; the sequencer has lost its power since, and knows no run.
+    """
     done = faulty(rehearsed, "power-cut-after-landing", "card-gone-on-the-hook")
     assert "how many strokes it started no board knows" in done.out and "0 strokes" not in done.out
     assert "in truth its joints moved: joint 1 by up to 59." in done.out

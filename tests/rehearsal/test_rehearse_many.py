@@ -24,7 +24,7 @@ FIVE = Series(SCHEDULE, load_robot(), seed=5)
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder; drops are flown in this process, which has everything imported."""
+    """Change to `tmp_path` and fly drops in this process, which has everything imported."""
 
     @contextmanager
     def pool(*_: Any, **__: Any) -> Iterator[SerialExecutor]:
@@ -80,7 +80,10 @@ def test_who_noticed_is_counted_over_the_drops() -> None:
 
 @pytest.mark.usefixtures("here")
 def test_what_was_flown_when_it_was_stopped_is_kept() -> None:
-    """The wish comes after the first drop: what flies then is flown to its end, and nothing more begins."""
+    """Keep the drops flown when the series is stopped.
+
+    The stop is requested after the first drop: drops in flight are finished, and no more begin.
+    """
     landed: list[int] = []
     flown = fly_many(FIVE, 50, workers=1, progress=lambda: landed.append(1), stop=lambda: bool(landed))
     assert [one.number for one in flown] == [1]

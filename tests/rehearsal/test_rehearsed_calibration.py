@@ -24,7 +24,7 @@ RECORDINGS = "calibration-emulated-recordings"
 
 
 def signed(run: Path) -> Calibration:
-    """The certificate as the preflight checked it: the first that was kept."""
+    """Read the certificate that the preflight checked: the first one archived."""
     return read_calibration(min((run / RECORDINGS).glob("certificate-*.toml")))
 
 
@@ -102,7 +102,10 @@ def test_without_its_raw_samples_it_is_not_the_same(run: Path) -> None:
 
 
 def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
-    """The landing was noted in it since; both hold, and both are in the bundle."""
+    """Keep the certificate that the preflight checked.
+
+    The landing was noted in the certificate since; both are valid, and both are in the bundle.
+    """
     checked = json.loads((run / "preflight.json").read_text())["files"]["calibration"]["sha256"]
     kept = {sha256_of(path): path.name for path in (run / RECORDINGS).glob("certificate-*.toml")}
     assert checked in kept and checked != sha256_of(run / CERTIFICATE)

@@ -20,7 +20,7 @@ SHIFTED = ("com_mm = [46.58, 50.93, 84.18]", "com_mm = [46.58, 50.93, 104.18]")
 
 @pytest.fixture
 def other(tfsat_host: RunCli) -> Path:
-    """A robot's file next to the commands, unlike the shipped one."""
+    """Write a robot file unlike the shipped one into the current folder."""
     file = tfsat_host.folder / "other.toml"
     text = default_robot_path().read_text(encoding="utf-8")
     assert SHIFTED[0] in text

@@ -95,12 +95,15 @@ def _sample(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Itera
 
 @pytest.fixture
 def report(_sample: Opened) -> Opened:
-    """The sample of one drop, loaded once: plots whole, the cursor at the end. Leave documents as they are."""
+    """Return the page of the one-drop sample, loaded once and reset: plots whole, the cursor at the end.
+
+    Tests must leave its documents as they are.
+    """
     _sample.rest()
     return _sample
 
 
 @pytest.fixture(scope="session")
 def drop() -> Any:
-    """The document's part of a real drop."""
+    """Return the document's part of a real drop."""
     return drop_of()

@@ -28,15 +28,15 @@ class Picture:
         self._pixels: JSHandle = canvas.evaluate_handle(_TAKE)
 
     def drawn(self) -> int:
-        """How many pixels are not quite transparent."""
+        """Count the pixels that are not fully transparent."""
         return self._count("pixels => pixels.filter(pixel => pixel >>> 24).length")
 
     def colors(self) -> int:
-        """How many colors there are."""
+        """Count the distinct colors."""
         return self._count("pixels => new Set(pixels).size")
 
     def count(self, hex_color: str) -> int:
-        """How many pixels have exactly this color, "#rrggbb" (canvas pixels read as alpha, blue, green, red)."""
+        """Count the pixels of exactly this color, "#rrggbb" (canvas pixels read as alpha, blue, green, red)."""
         red, green, blue = (int(hex_color[i : i + 2], 16) for i in (1, 3, 5))
         wanted = 0xFF000000 | blue << 16 | green << 8 | red
         return cast(
@@ -44,7 +44,7 @@ class Picture:
         )
 
     def unlike(self, other: Picture) -> int:
-        """How many pixels differ from the other picture's; both of one page and of one size."""
+        """Count the pixels that differ from another picture of the same page and size."""
         different = "(a, b) => a.length === b.length ? a.filter((pixel, i) => pixel !== b[i]).length : -1"
         count = cast(int, self._pixels.evaluate(different, other._pixels))
         assert count >= 0, "pictures of different sizes"
@@ -88,25 +88,25 @@ class Opened:
         return float(self.page.locator(".when").inner_text().removesuffix(" s").replace("−", "-"))
 
     def plot(self, name: str) -> Locator:
-        """The figure of the plot with this id."""
+        """Find the figure of the plot with this id."""
         return self.page.locator(f'figure[data-plot="{name}"]')
 
     def picture(self, name: str) -> Picture:
-        """What the plot with this id shows once it has drawn what it was told."""
+        """Return the drawing of the plot with this id once pending drawing is done."""
         self.page.evaluate("() => new Promise(requestAnimationFrame)")
         return Picture(self.plot(name).locator(".drawing canvas"))
 
     def replayed(self) -> Picture:
-        """What the replay shows."""
+        """Return the picture of the replay."""
         return Picture(self.page.locator("canvas.bodies"))
 
     def value(self, name: str, label: str) -> str:
-        """What a plot's legend says of the line with this label, at the cursor."""
+        """Read the legend value of the line with this label, at the cursor."""
         row = self.plot(name).locator("li", has=self.page.get_by_text(label, exact=True))
         return row.locator(".value").inner_text()
 
     def hairlines(self) -> dict[str, float]:
-        """Of each plot: how far right its cursor stands, in px."""
+        """Return the horizontal position of each plot's cursor, in px."""
         return {
             str(figure.get_attribute("data-plot") or "timeline"): figure.locator(".hairline").evaluate(
                 "line => new DOMMatrix(getComputedStyle(line).transform).e"

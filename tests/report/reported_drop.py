@@ -14,7 +14,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.report.contents.document_builder import Reported, document_of
+from tfsat_host.report.contents.document_builder import ReportedDrop, document_of
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 
@@ -22,7 +22,7 @@ MADE = datetime(2026, 1, 5, 12, 0, tzinfo=UTC)
 
 
 def folder() -> Path:
-    """Of the run; not to be changed."""
+    """Return the run's folder, which must not be changed."""
     return made_folder()
 
 
@@ -33,11 +33,11 @@ def evaluated() -> Evaluation:
     return evaluate(log, load_robot(), read_calibration(folder() / CERTIFICATE), made_drop().schedule)
 
 
-def reported(found: Evaluation | None = None, name: str = "drop 1") -> Reported:
-    """The drop, or another evaluation of its recording."""
+def reported(found: Evaluation | None = None, name: str = "drop 1") -> ReportedDrop:
+    """Return the reported drop, or another evaluation of its recording."""
     found = found or evaluated()
     path = folder() / "SD.bin"
-    return Reported(name, found, verdict_of(found), sha256_of(path), folder() / CERTIFICATE)
+    return ReportedDrop(name, found, verdict_of(found), sha256_of(path), folder() / CERTIFICATE)
 
 
 def drop_of(found: Evaluation | None = None) -> Any:

@@ -41,7 +41,7 @@ _NUMBERS = (
 
 
 def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMPLES) -> dict[str, Any]:
-    """A report of as many drops as there are names; every drop has its own seed and verdict."""
+    """Build a report document of one drop per name; each drop has its own seed and verdict."""
     return {
         "format": 1,
         "title": f"Drop tower robot, maneuver 59/70: {', '.join(names)}",

@@ -12,17 +12,17 @@ import pytest
 from matplotlib.patches import Rectangle
 
 from tests.report.reported_drop import evaluated
-from tfsat_host.report.figures import FIGURES, FORMATS, MARKER, Drawn, drawn_of, write_figure
+from tfsat_host.report.figures import FIGURES, FORMATS, MARKER, FigureData, drawn_of, write_figure
 
 WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-error": 89.0}
 
 
 @pytest.fixture(scope="module")
-def drawn() -> Drawn:
+def drawn() -> FigureData:
     return drawn_of(evaluated())
 
 
-def written(name: str, drawn: Drawn, file_format: str, folder: Path) -> bytes:
+def written(name: str, drawn: FigureData, file_format: str, folder: Path) -> bytes:
     path = folder / f"{name}.{file_format}"
     write_figure(name, drawn, file_format, path)
     return path.read_bytes()
@@ -30,7 +30,7 @@ def written(name: str, drawn: Drawn, file_format: str, folder: Path) -> bytes:
 
 @pytest.mark.parametrize("name", WIDTHS_MM)
 def test_each_figure_is_the_same_bytes_of_its_width_with_its_fonts(
-    name: str, drawn: Drawn, tmp_path: Path
+    name: str, drawn: FigureData, tmp_path: Path
 ) -> None:
     files = {file_format: written(name, drawn, file_format, tmp_path) for file_format in FORMATS}
     again = (
@@ -54,7 +54,7 @@ def test_every_figure_is_the_papers() -> None:
     assert list(FIGURES) == list(WIDTHS_MM)
 
 
-def test_strokes_are_shaded_behind_the_measured_angles(drawn: Drawn) -> None:
+def test_strokes_are_shaded_behind_the_measured_angles(drawn: FigureData) -> None:
     figure = FIGURES["motion"](drawn)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     joints = figure.axes[2]
@@ -67,7 +67,7 @@ def test_strokes_are_shaded_behind_the_measured_angles(drawn: Drawn) -> None:
     assert moving.any() and np.mean(inside) > 0.98
 
 
-def test_before_and_after_share_their_scale(drawn: Drawn) -> None:
+def test_before_and_after_share_their_scale(drawn: FigureData) -> None:
     before, after, *spectra = FIGURES["momentum"](drawn).axes
     assert before.get_ylim() == after.get_ylim()
     assert spectra[0].get_ylim() == spectra[1].get_ylim()

@@ -178,7 +178,7 @@ def test_one_drop_of_800_samples_stays_small() -> None:
 
 
 def poisoned(part: Any, text: str) -> Any:
-    """The document with every string replaced; keys stay, or it would be no document."""
+    """Replace every string of the document by `text`, except the keys, which make it a document."""
     if isinstance(part, dict):
         return {key: poisoned(value, text) for key, value in part.items()}
     if isinstance(part, list):
@@ -252,7 +252,7 @@ def a_single_sample(drop: dict[str, Any]) -> None:
 
 
 def odd_values(drop: dict[str, Any]) -> None:
-    """A frequency of zero, constant lines, events beyond the data."""
+    """Set odd values in the drop: a frequency of zero, constant lines, events beyond the data."""
     for plot in drop["plots"]:
         for series in plot["series"]:
             series["values"] = [1.0] * len(series["values"])

@@ -26,7 +26,10 @@ HOSTILE = "<img src=x onerror=alert(1)>"
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A whole drop in the folder `run` of the current one; of figures and recordings only where they go is asked."""
+    """Create a whole drop in the folder `run` of the current folder.
+
+    Figures and recordings are replaced by markers: only their places are tested.
+    """
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(reporting, "FIGURES", {DRAWN: None})

@@ -28,7 +28,7 @@ PLACES = {
 
 
 def documented_keys() -> dict[str, set[str]]:
-    """The keys of each table, by the table "Every key"."""
+    """Parse the documented keys of each table from the table "Every key"."""
     keys: dict[str, set[str]] = {}
     table = ""
     for line in DOCUMENT.partition("| table | key |")[2].splitlines()[2:]:

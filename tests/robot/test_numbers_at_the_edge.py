@@ -46,7 +46,7 @@ def written(folder: Path, text: str) -> Path:
 
 @st.composite
 def mangled(draw: st.DrawFn, text: str) -> str:
-    """The text with a few of its words replaced by odd ones or by its own, or left out, or doubled."""
+    """Draw the text with a few words replaced by odd ones or by its own, left out or doubled."""
     words = _WORDS.findall(text)
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, len(words) - 1))
@@ -105,7 +105,7 @@ def test_numbers_that_nobody_means_are_refused(tmp_path: Path, number: str) -> N
 
 
 def scaled(text: str, entry: str, factor: float) -> str:
-    """Every number of an entry, in each place where it stands, times a factor."""
+    """Return the text with every number of an entry, wherever it occurs, multiplied by a factor."""
     number = re.compile(r"-?\d[\d.]*")
 
     def times(row: re.Match[str]) -> str:

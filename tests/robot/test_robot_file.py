@@ -22,7 +22,7 @@ inertia_g_m2 = { xx = 0.1, xy = 0.0, xz = 0.0, yy = 0.1, yz = 0.0, zz = 0.1 }
 
 
 def line_with(text: str, fragment: str) -> int:
-    """The line on which `fragment` ends."""
+    """Return the number of the line on which `fragment` ends."""
     assert text.count(fragment) == 1
     return text[: text.index(fragment) + len(fragment)].count("\n") + 1
 

@@ -93,7 +93,7 @@ def test_an_upload_during_the_recording_is_noted_by_arm(
 
 @pytest.fixture
 def noted(tmp_path: Path) -> Path:
-    """A drop with the note of what the sequencer held, and a maneuver.toml of another one."""
+    """Return a drop with the note of the sequencer's maneuver, and another maneuver in maneuver.toml."""
     folder = tmp_path / "noted"
     run_folder(folder)
     note = folder / f"maneuver-{load(folder / 'SD.bin').session:08x}.toml"

@@ -38,7 +38,7 @@ class Heard:
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A whole drop in the folder `run` of the current one."""
+    """Create a whole drop in the folder `run` of the current folder."""
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     run_folder(tmp_path / "run")

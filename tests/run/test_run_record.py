@@ -32,7 +32,7 @@ NAMES = ("SD.bin", "maneuver.toml", "preflight.json")
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    """A run with three files, signed in three entries."""
+    """Create a run with three files, signed in three entries."""
     folder = tmp_path / "run"
     folder.mkdir()
     for number, name in enumerate(NAMES):
@@ -68,7 +68,7 @@ def test_times_are_kept_in_utc(run: Path) -> None:
 
 @given(data=st.data())
 def test_any_byte_that_is_changed_is_named(run: Path, data: st.DataObject) -> None:
-    """In any signed file, and in the record itself."""
+    """Name the file of any changed byte, in the signed files and in the record itself."""
     name = data.draw(st.sampled_from((*NAMES, RECORD)))
     whole = (run / name).read_bytes()
     place = data.draw(st.integers(0, len(whole) - 1))

@@ -56,14 +56,14 @@ HEADER = LogHeader(
 
 
 def sealed(head: BlockHeader, body: bytes) -> bytes:
-    """A block with its CRC."""
+    """Return a block with its CRC."""
     text = (head.encode() + body).ljust(CRC_OFFSET, b"\0")
     return text + struct.pack("<I", zlib.crc32(text))
 
 
 @cache
 def sample(index: int, time_offset_us: int, flags: int = ALL_VALID) -> Sample:
-    """A sample whose every number follows from its index."""
+    """Return a sample whose every number follows from its index."""
     imu = tuple(
         ImuReading(
             accel=tuple(_i16(index * 7 + body * 100 + axis) for axis in range(3)),
@@ -96,13 +96,13 @@ class Recorder:
         self._add(BlockKind.HEADER, self.header.encode())
 
     def time_us(self, index: int) -> int:
-        """When sample `index` is taken."""
+        """Return the time at which sample `index` is taken."""
         return self.start_us + index * self.interval_us
 
     def data(
         self, count: int = SAMPLES_PER_BLOCK, *, flags: int = ALL_VALID, events: Sequence[Event] = ()
     ) -> None:
-        """One data block, and the repeated header when it is due."""
+        """Append one data block, and the repeated header when it is due."""
         slots = [
             sample(self.samples + slot, slot * self.interval_us, flags).encode() for slot in range(count)
         ]
@@ -114,12 +114,12 @@ class Recorder:
             self._add(BlockKind.HEADER, self.header.encode())
 
     def drop(self, samples: int) -> None:
-        """The ring was full."""
+        """Count samples as dropped because the ring was full."""
         self.samples += samples
         self.dropped += samples
 
     def close(self) -> None:
-        """A clean stop."""
+        """Append the footer of a clean stop."""
         footer = LogFooter(
             samples=self.samples,
             samples_dropped=self.dropped,
@@ -137,7 +137,7 @@ class Recorder:
         self._add(BlockKind.FOOTER, footer.encode())
 
     def image(self) -> bytes:
-        """The file."""
+        """Return the file's bytes."""
         return b"".join(self.blocks)
 
     def _add(self, kind: BlockKind, body: bytes, sample_count: int = 0, event_count: int = 0) -> None:
@@ -157,7 +157,7 @@ class Recorder:
 
 
 def recording(data_blocks: int = 6, *, closed: bool = True, **settings: Any) -> Recorder:
-    """A clean recording of `data_blocks` full blocks."""
+    """Build a recording of `data_blocks` full blocks without loss, closed unless told otherwise."""
     recorder = Recorder(**settings)
     for _ in range(data_blocks):
         recorder.data()
@@ -169,12 +169,12 @@ def recording(data_blocks: int = 6, *, closed: bool = True, **settings: Any) -> 
 def long_recording(
     blocks: int, *, start_us: int = 5_000_000, late_us: Mapping[int, int] | None = None
 ) -> bytes:
-    """A header, then full blocks that differ in nothing but their numbers and times, 3571 us a sample.
+    """Build a header and full blocks that differ only in number and time, 3571 us a sample.
 
     Args:
-        blocks: How many, the header counted.
+        blocks: Number of blocks, the header included.
         start_us: Time of the first sample.
-        late_us: Block number to how much later it and all after it begin.
+        late_us: Delay in us by block number, for that block and all after it.
     """
     header, data = recording(1, closed=False, start_us=start_us).blocks
     image = np.tile(np.frombuffer(data, np.uint8), (blocks, 1))
@@ -191,12 +191,12 @@ def long_recording(
 
 
 def event(time_us: int, code: EventCode, index: int = 0, arg: int = 0, value: int = 0) -> Event:
-    """One event."""
+    """Build one event."""
     return Event(time_us, code, index, arg, value)
 
 
 def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, int]:
-    """A recording with a release and four strokes at the paper's times; and the time of the release."""
+    """Return a recording with a release and four strokes at the paper's times, and the release's time."""
     recorder = Recorder(**settings)
     recorder.data()
     recorder.data()
@@ -220,7 +220,7 @@ def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, i
 
 
 def renumbered(block: bytes, **changes: Any) -> bytes:
-    """The same block with another head and a right CRC."""
+    """Return the same block with changed header fields and a matching CRC."""
     head = replace(BlockHeader.decode(block[: BlockHeader.SIZE]), **changes)
     return sealed(head, block[BlockHeader.SIZE : CRC_OFFSET])
 

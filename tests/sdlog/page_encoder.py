@@ -65,11 +65,11 @@ class Content:
 
 
 def encode(samples: Sequence[Sample], events: Sequence[Event], again: range = range(0)) -> bytes:
-    """The whole file.
+    """Return the bytes of the whole file.
 
     Args:
-        samples: By time; two or more.
-        events: In any order.
+        samples: Samples by time; two or more.
+        events: Events in any order.
         again: Numbers of the blocks that are written a second time, before the footer.
     """
     blocks: list[bytes] = []
@@ -130,13 +130,13 @@ def data_block(number: int, content: Content) -> bytes:
 
 
 def sample_bytes(sample: Sample, block_time_us: int) -> bytes:
-    """The 74 bytes of a sample."""
+    """Return the 74 bytes of a sample."""
     counts = [count for imu in sample.imu for count in imu]
     return struct.pack("<IH28h6H", sample.time_us - block_time_us, sample.flags, *counts, *sample.angle)
 
 
 def footer_block(number: int, samples: Sequence[Sample], copies: int) -> bytes:
-    """The end of a recording that lost nothing, closed at its last sample."""
+    """Return the footer of a recording without loss, closed at its last sample."""
     nominal_us = 1e6 / RATE_HZ
     steps = [after.time_us - before.time_us for before, after in pairwise(samples)]
     on_time = [step for step in steps if step <= 1.5 * nominal_us]

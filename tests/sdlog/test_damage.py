@@ -44,7 +44,7 @@ def check(log: DropLog, recorder: Recorder) -> None:
 
 @pytest.mark.parametrize("step", [29, pytest.param(1, marks=pytest.mark.prove)])
 def test_every_truncation(reference: Recorder, tmp_path: Path, step: int) -> None:
-    """By the byte under `make prove`; else some of each block, and both sides of each block's end."""
+    """Truncate a log at every byte under `make prove`, else at some sizes in and around each block's end."""
     data = reference.image()
     ends = {end + i for end in range(0, len(data), BLOCK_BYTES) for i in (-1, 0, 1)}
     sizes = sorted({*range(0, len(data), step), *ends} & {*range(len(data))}, reverse=True)

@@ -154,7 +154,7 @@ def test_usage(sd: Path, args: tuple[str, str]) -> None:
 @pytest.mark.parametrize("age_s", [-1_000_000_000, 1_000_000_000])
 @pytest.mark.parametrize("kind", ["csv", "npz", "mat", "parquet", "mcap"])
 def test_files_of_another_recording_are_named_whatever_their_date(sd: Path, kind: str, age_s: int) -> None:
-    """The dates are the card's, whose clock may be decades off."""
+    """Name files of another recording whatever their dates: the card's clock may be decades off."""
     other = "npz" if kind == "csv" else "csv"
     decode(sd, "--format", f"{kind},{other}")
     file = sd.with_suffix(f".{kind}")
@@ -177,7 +177,7 @@ def test_a_file_that_decode_did_not_write_is_nobodys(sd: Path) -> None:
 
 
 def clipped_at(tmp_path: Path, t_s: float) -> dict[str, Any]:
-    """A drop with one clipped sample near `t_s` after the release."""
+    """Return the decoded drop with one clipped sample near `t_s` after the release."""
     recorder, release_us = drop_with_release()
     log = load(write(tmp_path / "clean.bin", recorder.image()))
     row = int(np.argmin(np.abs(log.t_us - release_us - t_s * 1e6)))

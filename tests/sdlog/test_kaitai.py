@@ -21,7 +21,7 @@ from tfsat_host.sdlog import DropLog, load
 
 
 def encoded_log() -> bytes:
-    """A release, strokes, and after them every flag, value and event that the grammar can tell apart."""
+    """Build a log with a release, strokes and every flag, value and event that the grammar distinguishes."""
     recorder, _ = drop_with_release(closed=False)
     for bit in range(16):
         recorder.data(3, flags=ALL_VALID ^ 1 << bit)
@@ -32,7 +32,7 @@ def encoded_log() -> bytes:
 
 
 def flown_log() -> bytes:
-    """What the logger's own core wrote in a rehearsed drop."""
+    """Return the log that the logger's own core wrote in a rehearsed drop."""
     return dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=7).card
 
 

@@ -181,7 +181,7 @@ def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:
 def add_with_dependencies(
     pool: DescriptorPool, files: dict[str, FileDescriptorProto], name: str, added: set[str]
 ) -> None:
-    """A dependency that the set does not hold raises."""
+    """Add a file after its dependencies; raise if the set lacks one of them."""
     if name in added:
         return
     added.add(name)

@@ -102,7 +102,7 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_one_block_written_again_with_other_content(tmp_path: Path) -> None:
-    """The one with the most samples counts, then the first; others are equal to it or in conflict."""
+    """Count the block with the most samples, then the first; others are duplicates or in conflict."""
     recorder = recording(3)
     header, data, *rest = recorder.blocks
     fewer = renumbered(data, sample_count=3)
@@ -118,7 +118,7 @@ def test_one_block_written_again_with_other_content(tmp_path: Path) -> None:
 def test_old_recordings_of_a_whole_card_leave_only_their_places(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same blocks of another recording again and again are a piece each time, and nothing is decoded."""
+    """Count repeated blocks of another recording as one piece per repetition, and decode none of them."""
     path = tmp_path / "SD.bin"
     chunk = long_recording(64)
     path.write_bytes(chunk)

@@ -127,7 +127,7 @@ def test_header_and_footer_are_as_they_were_meant(recording: Path) -> None:
 
 
 def test_an_end_takes_the_number_of_a_header(tmp_path: Path) -> None:
-    """After block 0 and seven of data the footer is block 8."""
+    """Number the footer 8 after block 0 and seven data blocks."""
     path = tmp_path / "SD.bin"
     path.write_bytes(encode(SAMPLES[: 7 * 6], []))
     log = load(path)

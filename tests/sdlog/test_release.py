@@ -38,7 +38,7 @@ NEVER = 1 << 60
 
 
 def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
-    """What the samples show of the edges."""
+    """Return the switch levels that the samples show for these edges."""
     shown = levels(NEVER, NEVER)
     for one in events:
         if one.name == "switch_edge":
@@ -148,7 +148,7 @@ class Story:
             self.recorder.data(events=events if block == 0 else ())
 
     def open(self, blocks: int, *, recorded: bool = True, recorded_later_us: int = 0) -> None:
-        """Both switches open; the logger notes it a block later."""
+        """Open both switches; the logger records the release one block later."""
         first_us = self.now_us()
         release_us = first_us + 10
         self.releases.append(release_us)
@@ -163,7 +163,7 @@ class Story:
         self.fall(blocks)
 
     def close(self, *, revokes: bool = True) -> None:
-        """Both close, and after 200 ms the logger takes the release back."""
+        """Close both switches; after 200 ms the logger revokes the release."""
         self.hang(12, [event(self.now_us() + 10 * i, EventCode.SWITCH_EDGE, i, 0) for i in range(2)])
         self.hang(1, [event(self.releases[-1], EventCode.RELEASE, 0, 0)] if revokes else [])
 
@@ -186,7 +186,7 @@ class Story:
 
 
 def knocked_then_dropped(*, lands: bool = True) -> Story:
-    """A release that was none, and 2 s later the drop, without strokes."""
+    """Build a false release and, 2 s later, the drop, without strokes."""
     story = Story()
     story.hang(20)
     story.open(10)

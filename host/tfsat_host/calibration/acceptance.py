@@ -88,7 +88,7 @@ def _by_each(recording: SensorSamples, sensors: JointSensors, model: RobotModel)
 
 
 def _check_closed(recording: SensorSamples, before: Solution, model: RobotModel) -> None:
-    """All bodies must be parallel in a turn, or each would turn about an axis of its own."""
+    """Refuse a turn whose bodies are not parallel: each would turn about its own axis."""
     for sensors in before.joints:
         angle = _by_each(recording, sensors, model).mean(axis=1)
         open_rad = float(np.abs(wrapped(angle)).max())
@@ -161,7 +161,10 @@ def _check_joint_moved(step: Step, travel_rad: FloatArray, rms: FloatArray) -> N
 
 
 def _one_sensor(joint: int, travel_rad: FloatArray, least_rad: float) -> CalibrationError:
-    """One of the joint's own does not move: dead, or its cable is another joint's."""
+    """Build the error for one of the joint's sensors that shows no motion.
+
+    It is dead, or its cable is exchanged with another joint's.
+    """
     silent = int(np.argmin(travel_rad[joint - 1])) + 1
     for other, travel in enumerate(travel_rad, 1):
         if other != joint and travel.max() > least_rad and travel.min() < _SILENT_RAD:

@@ -34,7 +34,7 @@ ACCEL_OFFSET_STD_M_S2 = np.array([0.05, 0.05, 0.08]) / 3.0**0.5 * STANDARD_GRAVI
 
 
 @dataclass(frozen=True, eq=False)
-class Calibrated:
+class CalibratedSamples:
     """n samples in body axes; NaN where a sensor was invalid.
 
     The errors of a gyro's parameters are the same at all samples: integrate `rate_jacobian`, then take its product with
@@ -65,7 +65,7 @@ class Calibrated:
     clipped: NDArray[np.bool_]
 
 
-def apply_calibration(counts: Counts, calibration: Calibration, model: RobotModel) -> Calibrated:
+def apply_calibration(counts: Counts, calibration: Calibration, model: RobotModel) -> CalibratedSamples:
     """Raw counts in body axes and SI units.
 
     What was never measured keeps its design and the uncertainty of that: a bias of 0 +- 12 deg/s, a scale of
@@ -97,7 +97,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         forces.append(np.where(answered, force, np.nan))
         deviations.append(np.where(answered, deviation, np.nan))
     angles, angle_stds = _joint_angles(counts, samples, calibration, model)
-    return Calibrated(
+    return CalibratedSamples(
         samples.t_s,
         np.stack(rates, axis=1),
         np.stack(covariances, axis=1),

@@ -63,7 +63,7 @@ class BiasEstimate:
 
 
 def estimate_biases(still: SensorSamples) -> tuple[BiasEstimate, ...]:
-    """The biases of all four gyros from a recording in which nothing moved.
+    """Estimate the biases of all four gyros from a recording in which nothing moved.
 
     Raises:
         CalibrationError: samples or a gyro are missing, or a body moved; says which, and how.
@@ -73,7 +73,7 @@ def estimate_biases(still: SensorSamples) -> tuple[BiasEstimate, ...]:
 
 
 def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken: datetime) -> GyroCalibration:
-    """The same gyro with a new bias."""
+    """Return the gyro's calibration with a new bias."""
     covariance = gyro.covariance.copy()
     covariance[:3, :3] = bias.covariance
     return replace(
@@ -160,17 +160,17 @@ def _check_forces(forces_g: FloatArray, body: int) -> None:
 
 
 def quiet_before_release(log: DropLog) -> Counts | None:
-    """The longest stretch before the release in which no gyro and no accelerometer measured a motion.
+    """Find the longest stretch before the release in which no gyro or accelerometer measured motion.
 
-    The recording is judged second by second, by the criteria of `calibrate bias`: the gyros' scatter, how far their
-    means drift from one second of the stretch to another, the accelerometers' scatter and size. A second in which
-    a sample is invalid, clipped, late or lost interrupts the stretch.
+    The recording is judged second by second, by the criteria of `calibrate bias`: the gyros' scatter, the
+    drift of their means between the seconds of the stretch, the accelerometers' scatter and magnitude. A
+    second in which a sample is invalid, clipped, late or lost interrupts the stretch.
 
     Args:
-        log: Decoded; without a release all of it may be quiet.
+        log: Decoded recording; without a release all of it may be quiet.
 
     Returns:
-        Its samples; None if nothing rested for `MIN_DURATION_S`.
+        The stretch's samples; None if nothing rested for `MIN_DURATION_S`.
     """
     end_us = int(log.t_us[-1]) + 1 if log.release is None else log.release.interval_us[0] - _RELEASE_MARGIN_US
     rows = int(np.searchsorted(log.t_us, end_us))
@@ -249,7 +249,7 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
 
 
 def _first_that_agrees(rates: FloatArray, begin: int, second: int) -> int:
-    """From which second on, of those since `begin`, none drifts from `second` or from one between."""
+    """Find the first second since `begin` from which no gyro's mean drifts up to and including `second`."""
     backwards = rates[begin : second + 1][::-1]
     spread = np.maximum.accumulate(backwards) - np.minimum.accumulate(backwards)
     agreeing = int(np.argmin(np.append((spread <= DRIFT_RAD_S).all(axis=1), False)))
@@ -257,7 +257,7 @@ def _first_that_agrees(rates: FloatArray, begin: int, second: int) -> int:
 
 
 def _best(stretches: list[tuple[int, int]]) -> tuple[int, int]:
-    """The newest of those that are nearly as long as the longest; no seconds if there is none."""
+    """Return the newest stretch nearly as long as the longest; (0, 0) if there is none."""
     longest = max((count for _, count in stretches), default=0)
     return next(
         ((start, count) for start, count in reversed(stretches) if count >= NEARLY_AS_LONG * longest), (0, 0)
@@ -265,12 +265,12 @@ def _best(stretches: list[tuple[int, int]]) -> tuple[int, int]:
 
 
 def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
-    """The rest before a recording's release, as one on the bench is kept.
+    """Build the evidence of the rest before a recording's release, as of a rest on the bench.
 
     Args:
-        log: Decoded.
-        file: As errors name it.
-        origin: Whose sensors it is of.
+        log: Decoded recording.
+        file: Its name in errors.
+        origin: Origin of its sensors.
 
     Raises:
         CalibrationError: nothing rested, or the recording has no time of day.

@@ -32,10 +32,10 @@ def bias_row(gyro: GyroCalibration) -> Row:
 
 
 def zero_row(sensors: JointSensors, before: JointSensors | None = None) -> Row:
-    """What each sensor of a joint shows at joint angle zero, 0 to 360.
+    """Build the row of a joint's zero points: each sensor's reading at joint angle zero, 0 to 360 deg.
 
-    `disagreement_deg` is the joint's angle by the first sensor less that by the second, by the zero points that were
-    known before; None where none were.
+    `disagreement_deg` is the joint's angle by the first sensor less that by the second, by the zero points
+    known before; None if none were.
     """
     disagreement = None
     if before is not None and before.zero_taken is not None:
@@ -50,11 +50,11 @@ def zero_row(sensors: JointSensors, before: JointSensors | None = None) -> Row:
 
 
 def axis_rows(gyros: Sequence[GyroCalibration], swing: Evidence, model: RobotModel) -> list[Row]:
-    """The joint's axis in the frame of each gyro that a swing moved.
+    """Build the rows of the joint's axis in the frame of each gyro that a swing moved.
 
-    `angle_deg` is between it and `nominal_sensor`, where the gyro is mounted as designed; `std_deg` that of the axis's
-    direction, per transverse direction; `cross_axis` the two transverse components, in x, y, z order, for one of the
-    axis's own.
+    `angle_deg` is the angle between the axis and `nominal_sensor`, its direction if the gyro is mounted as
+    designed; `std_deg` the standard deviation of the axis's direction, per transverse direction; `cross_axis`
+    the two transverse components, in x, y, z order, relative to the component along the main axis.
     """
     joint_axis = model.joint_axis[swing.step.moving_joint - 1]
     rows = []
@@ -105,7 +105,7 @@ def bend_rows(calibration: Calibration, steps: Iterable[Evidence]) -> list[Row]:
 
 
 def largest_bends_deg(bends: Iterable[Row]) -> dict[int, list[float]]:
-    """By joint: the most by which each of its sensors can be off, whatever it shows."""
+    """Compute the largest possible error of each sensor due to its bend, deg, by joint."""
     found: dict[int, list[float]] = {}
     for row in bends:
         bend = row["bend_deg"]
@@ -116,7 +116,7 @@ def largest_bends_deg(bends: Iterable[Row]) -> dict[int, list[float]]:
 def found_rows(
     steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
 ) -> list[Row]:
-    """What some steps of one kind found, of all gyros, joints or axes."""
+    """Build the rows of results of steps of one kind, for all their gyros, joints or axes."""
     kind = steps[0].step.kind
     if kind == StepKind.REST:
         return [bias_row(gyro) for gyro in now.gyros]
@@ -132,13 +132,13 @@ def found_rows(
 def outcome(
     quantity: str, steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
 ) -> tuple[dict[str, Any], tuple[Table | str, ...]]:
-    """What a command of `calibrate` has found, for JSON and for people.
+    """Build the results of a `calibrate` command, for JSON and for people.
 
     Args:
         quantity: `bias`, `zero`, `misalignment` or `scale`.
-        steps: That were accepted; others than the quantity's do not count.
-        before: What was known when the command began; None: nothing.
-        now: What is known.
+        steps: Accepted steps; those that do not measure the quantity are ignored.
+        before: Calibration when the command began; None: nothing was known.
+        now: Present calibration.
         model: The robot.
     """
     key, title, kinds, columns = _TABLES[quantity]
@@ -167,7 +167,7 @@ def outcome(
 
 
 def found_lines(step: Evidence, calibration: Calibration, model: RobotModel) -> list[str]:
-    """What an accepted step found, a line for each thing."""
+    """Format the results of an accepted step, one line each."""
     if step.step.kind == StepKind.SERVO:
         return [f"servo of joint {step.step.joint}: {len(step.visits)} places visited"]
     rows = found_rows([step], None, calibration, model)

@@ -77,13 +77,13 @@ def solve_mounting(
     hinges: FloatArray = NO_HINGES,
     lean_std_rad: float = 0.0,
 ) -> Mounting:
-    """The mounting that fits responses about any number of axes best, and the design.
+    """Fit the mounting to responses about any number of axes, with the design as prior.
 
     Args:
         responses: Of one gyro.
-        nominal: (3, 3) from sensor to body axes by design, `MOUNTING_STD_RAD` off about each axis.
-        hinges: (h, 3) axes of joints; all motions about one are off by the same, as far as it leans.
-        lean_std_rad: Standard deviation of that, about each of two directions across the axis.
+        nominal: (3, 3) from sensor to body axes by design, uncertain by `MOUNTING_STD_RAD` about each axis.
+        hinges: (h, 3) axes of joints; all motions about one share the same error, its lean.
+        lean_std_rad: Standard deviation of the lean, about each of two directions across the axis.
     """
     rotation = wahba(responses) if spans_two_axes(responses) else nominal
     scale, leans = np.ones(3), np.zeros((len(hinges), 2))
@@ -102,7 +102,7 @@ def solve_mounting(
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
-    """Whether the responses determine a rotation."""
+    """Return whether the responses determine a rotation."""
     axes = np.array([response.axis_body for response in responses])
     return len(axes) >= 2 and bool(np.linalg.svd(axes, compute_uv=False)[1] > 0.1)
 
@@ -122,7 +122,10 @@ class _Prior(NamedTuple):
     lean_std_rad: float
 
     def leaning(self, axis: FloatArray) -> tuple[int, FloatArray] | None:
-        """Which hinge a motion was about, and (3, 2) what its two leans do to the axis; None: about none of them."""
+        """Find the hinge of a motion and the Jacobian (3, 2) of its axis by the hinge's two leans.
+
+        None: the motion was about none of them.
+        """
         along = self.hinges @ axis
         if self.lean_std_rad == 0.0 or not np.abs(along).max(initial=0.0) > _ALONG:
             return None
@@ -164,9 +167,9 @@ def _linearize(
 
 
 def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: RobotModel) -> GyroCalibration:
-    """The gyro with the mounting and the scale factors by its responses.
+    """Fit the gyro's mounting and scale factors to its responses.
 
-    Where they disagree by more than they should, their covariances are widened by as much (Birge 1932).
+    If the responses disagree by more than they should, their covariances are widened by as much (Birge 1932).
     """
     nominal = model.imus[gyro.body - 1].sensor_to_body
     weighed = _weigh_by_age(responses)
@@ -200,7 +203,10 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
 
 
 def _weigh_by_age(responses: Sequence[Response]) -> list[Response]:
-    """The responses; where some are newer than the last landing, the others with what it may have done to them."""
+    """Widen the responses from before the last landing by what it may have done to them.
+
+    Without newer responses all are returned unchanged.
+    """
     new = [one for one in responses if one.fresh]
     if not new:
         return list(responses)
@@ -287,7 +293,10 @@ def check_turn_axis(recording: SensorSamples, step: Step, gyros: Sequence[GyroCa
 def _mounted_otherwise(
     body: int, axis_body: FloatArray, reading: FloatArray, expected: FloatArray
 ) -> CalibrationError:
-    """That a sensor shows a rotation about a body axis (3,) along `reading` (3,), not as `expected` (3,)."""
+    """Build the error for a sensor that shows a rotation along `reading`, not as `expected`.
+
+    All are (3,); the rotation is about the body axis `axis_body`.
+    """
     main, due, about = (int(np.argmax(np.abs(vector))) for vector in (reading, expected, axis_body))
     off = angle_between(reading, expected)
     exchanged = " and ".join(AXES[index] for index in sorted((main, due)))
@@ -322,7 +331,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
 
 
 def described(rotation: FloatArray, nominal: FloatArray) -> str:
-    """How a sensor is mounted against its design, in words; empty where it is mounted as designed.
+    """Describe a sensor's mounting relative to its design; empty if it is mounted as designed.
 
     Args:
         rotation: (3, 3) from sensor to body axes, as measured.
@@ -345,7 +354,7 @@ def described(rotation: FloatArray, nominal: FloatArray) -> str:
 
 @cache
 def _right_angles() -> tuple[FloatArray, ...]:
-    """The 24 rotations that lead axes to axes."""
+    """Return the 24 rotations that map coordinate axes to coordinate axes."""
     return tuple(np.rint(turn) for turn in Rotation.create_group("O").as_matrix())
 
 
@@ -370,5 +379,5 @@ def _check_angles_between(body: int, responses: Sequence[Response], model: Robot
 
 
 def angle_between(first: FloatArray, second: FloatArray) -> float:
-    """Between two vectors (3,), 0 to pi."""
+    """Compute the angle between two vectors (3,), 0 to pi."""
     return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))

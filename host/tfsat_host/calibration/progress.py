@@ -15,7 +15,7 @@ from tfsat_host.calibration.bias import STILL_RATE_RAD_S
 from tfsat_host.calibration.response import main_line
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import joint_angles
-from tfsat_host.calibration.solution import Known
+from tfsat_host.calibration.solution import SensorKnowledge
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import (
@@ -102,7 +102,10 @@ class StepProgress:
 
 
 def stops_deg(step: Step) -> tuple[float, ...]:
-    """Where a sweep (the joint's angle) or a turn (the robot's) should rest, in order; empty for other steps."""
+    """Return the stops of a sweep (the joint's angle) or a turn (the robot's), in order, deg.
+
+    Empty for other steps.
+    """
     if step.kind == StepKind.SWEEP:
         return SWEEP_STOPS_DEG[:1] + SWEEP_STOPS_DEG[1:] * SWEEP_ROUNDS
     if step.kind == StepKind.TURN:
@@ -110,10 +113,11 @@ def stops_deg(step: Step) -> tuple[float, ...]:
     return ()
 
 
-def progress_of(step: Step, counts: Counts, known: Known, model: RobotModel) -> StepProgress:
-    """Where a step stands by all samples that have come so far, at least one.
+def progress_of(step: Step, counts: Counts, known: SensorKnowledge, model: RobotModel) -> StepProgress:
+    """Compute a step's progress from all samples so far, at least one.
 
-    Rests are counted as the fit will find them, but only where the joint (or the robot) has come to another place.
+    Rests are counted as the fit will find them, but only where the joint (or the robot) has come to another
+    place.
     """
     recording = SensorSamples.from_counts(counts)
     elapsed_s = float(recording.t_s[-1] - recording.t_s[0])
@@ -149,7 +153,7 @@ class Watch:
         self,
         step: Step,
         scales: LiveReply,
-        known: Known,
+        known: SensorKnowledge,
         model: RobotModel,
         show: Callable[[StepProgress], None],
     ) -> None:
@@ -161,7 +165,7 @@ class Watch:
         self._due_us = 0
 
     def __call__(self, fresh: Sequence[LiveSample]) -> bool:
-        """Whether these samples were the last that the step needs."""
+        """Add new samples, show the progress if due, and return whether the step needs no more of them."""
         self._fresh += fresh
         if fresh[-1].time_us < self._due_us:
             return False
@@ -190,8 +194,8 @@ def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibratio
     )
 
 
-def _rests(step: Step, recording: SensorSamples, known: Known, model: RobotModel) -> int:
-    """Of the moved body that has the fewest."""
+def _rests(step: Step, recording: SensorSamples, known: SensorKnowledge, model: RobotModel) -> int:
+    """Count the rests so far of the moved body that has the fewest."""
     t_s, place, share, apart_rad = recording.t_s, None, SWEEP_SHARE, _NEW_PLACE_RAD
     if step.kind == StepKind.TURN:
         biases = np.array([gyro.bias_rad_s for gyro in known.gyros])
@@ -211,7 +215,7 @@ def _rests(step: Step, recording: SensorSamples, known: Known, model: RobotModel
 
 
 def _places(rests: Sequence[slice], angle_rad: FloatArray, apart_rad: float) -> int:
-    """How many of the rests are at another place than the one before."""
+    """Count the rests that lie at least `apart_rad` from the one counted before."""
     count, last = 0, None
     for rest in rests:
         here = float(angle_rad[rest].mean())

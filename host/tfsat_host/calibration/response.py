@@ -62,17 +62,17 @@ class Response:
 
 
 def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatArray) -> Response:
-    """The direction alone, from swings.
+    """Fit the direction of a gyro's response, without its length, from swings.
 
-    The first right singular vector of the rates is the line nearest to them in the sense of total least squares. What
-    crosses it is noise and the sway of the body that was held, both correlated in time: the scatter of the directions
-    of a tenth of the motion each gives the covariance. A tenth of the samples would not do: one in which the body
-    rests, before it is swung or after, points anywhere.
+    The first right singular vector of the rates is the line nearest to them by total least squares. Across it
+    lie noise and the sway of the held body, both correlated in time: the scatter of the directions of a tenth
+    of the motion each gives the covariance. A tenth of the samples would not do: in one in which the body
+    rests, before or after it is swung, the direction is arbitrary.
 
     Args:
         rate_rad_s: (n, 3) rates in sensor axes, free of bias.
         axis_body: (3,) unit vector, body axes.
-        along_rad_s: (n,) the rate about it by another sensor, rough: its sign is used alone.
+        along_rad_s: (n,) rough rate about it by another sensor; only its sign is used.
     """
     axis = main_line(rate_rad_s)
     axis *= np.sign((rate_rad_s @ axis) @ along_rad_s) or 1.0
@@ -95,14 +95,14 @@ def across(axis: FloatArray) -> FloatArray:
 
 
 def with_length(response: Response, length: float, std: float) -> Response:
-    """The same direction with the length that was measured and its standard deviation."""
+    """Scale the response to its measured length and add the length's standard deviation."""
     axis = response.reading / response.length
     covariance = length**2 * response.covariance + std**2 * np.outer(axis, axis)
     return replace(response, reading=length * axis, covariance=covariance, has_length=True)
 
 
 def without_length(response: Response) -> Response:
-    """The direction alone."""
+    """Reduce the response to its direction, a unit vector."""
     axis = response.reading / response.length
     covariance = across(axis) @ response.covariance @ across(axis) / response.length**2
     return replace(response, reading=axis, covariance=covariance, has_length=False)
@@ -120,18 +120,18 @@ def length_between_rests(
     angles_rad: FloatArray,
     expected_rad: float = 0.0,
 ) -> tuple[float, float]:
-    """The integral of a rate for each radian that was turned, from rest to rest, and its standard deviation.
+    """Fit the integral of a rate per radian turned, from rest to rest, and its standard deviation.
 
-    Each sweep lies between two rests. The rests determine the remaining bias, too. What is off at one rest, such as an
+    Each sweep lies between two rests. The remaining bias is fitted, too. An error at one rest, such as an
     edge that was not laid on quite straight, is taken as independent of the other rests.
 
     Args:
         t_s: (n,) times.
         along_rad_s: (n,) the gyro's rate along its own direction, bias taken off.
         rests: k + 1 stretches in which nothing moved, in order of time.
-        angles_rad: (k + 1,) as known, in each rest.
-        expected_rad: Standard deviation of an angle, as experience has it; counts as much as EXPERIENCE rests, for
-            the scatter of a few rests is small by chance now and then. 0: none.
+        angles_rad: (k + 1,) known angle in each rest.
+        expected_rad: Standard deviation of an angle by experience, weighted as EXPERIENCE rests, because the
+            scatter of a few rests may be small by chance. 0: none.
 
     Raises:
         ValueError: there are fewer than five sweeps: their scatter would say nothing.
@@ -153,10 +153,10 @@ def length_between_rests(
 
 
 def axis_response(motion: Motion, body: int) -> Response:
-    """How the gyro of a moved body (1 to 4) answers to a rotation about the joint; its direction alone.
+    """Fit the direction of the response of a moved body's gyro (1 to 4) to a rotation about the joint.
 
-    Its covariance holds how the parts of the recording scatter, how well the joints in between are known, and what a
-    held body's gyro that is not calibrated itself leaves of that body's motion.
+    Its covariance includes the scatter of the recording's parts, the uncertainty of the joints in between,
+    and the residual motion of the held body if that body's gyro is not calibrated itself.
     """
     readings = motion.readings(body)
     found = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
@@ -174,9 +174,9 @@ def axis_response(motion: Motion, body: int) -> Response:
 
 
 def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -> Response:
-    """How one gyro answers to turns of the whole robot by hand through a known angle, there and back.
+    """Fit one gyro's response to turns of the whole robot by hand through a known angle, there and back.
 
-    They are for the axis about which no joint turns.
+    The turns are for the axis about which no joint turns.
 
     Raises:
         CalibrationError: too few turns, or they were by another angle or the other way round.

@@ -22,14 +22,14 @@ _UNKNOWN = {"value": None, "std": None, "unit": None}
 def review(
     file: Path, calibration: Calibration, model: RobotModel, options: str, now: datetime
 ) -> dict[str, Any]:
-    """All that a drop needs, in the order in which it is measured, and what proves it; for `calibrate show --json`.
+    """Collect all that a drop needs, in measuring order, with its proof; for `calibrate show --json`.
 
     Args:
         file: The certificate.
-        calibration: What it says.
+        calibration: Its contents.
         model: The robot.
-        options: End every command.
-        now: Ages count to then.
+        options: Options appended to every command.
+        now: Time to which ages count.
     """
     rows = _quantity_rows(calibration, model, options, now)
     lacking = [row for row in rows if row["state"] != "valid"]
@@ -55,7 +55,7 @@ def review(
 
 
 def in_future(row: Row) -> bool:
-    """Whether a quantity was measured later than now: a clock is wrong."""
+    """Return whether a quantity was measured later than now: a clock is wrong."""
     return (row["age_s"] or 0.0) < -CLOCKS_DIFFER.total_seconds()
 
 
@@ -76,7 +76,7 @@ def _quantity_rows(calibration: Calibration, model: RobotModel, options: str, no
 
 
 def _state(certificate: Path, paper: Paper) -> str:
-    """Whether a recording is as the certificate says."""
+    """Compare a recording with the certificate: `matches`, `changed`, `gone` or `unreadable`."""
     try:
         data = (recordings_folder(certificate) / paper.file).read_bytes()
     except FileNotFoundError:
@@ -87,7 +87,7 @@ def _state(certificate: Path, paper: Paper) -> str:
 
 
 def landing_words(calibration: Calibration, now: datetime) -> str:
-    """The last landing, a sentence."""
+    """Format the last landing as a sentence."""
     if not calibration.landings:
         return (
             "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
@@ -100,7 +100,7 @@ def landing_words(calibration: Calibration, now: datetime) -> str:
 
 
 def age_words(age: timedelta) -> str:
-    """Such as `3 h ago`."""
+    """Format an age in words, such as `3 h ago`."""
     if age < timedelta(minutes=-1):
         return "in the future"
     if age < timedelta(minutes=2):

@@ -9,7 +9,7 @@ from typing import Protocol
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.solution import Known
+from tfsat_host.calibration.solution import SensorKnowledge
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Axis, Step, StepKind, rest, sweeps, swings, turn, zero
 
@@ -21,17 +21,17 @@ RESUME_WITHIN = timedelta(hours=1)
 class Operator(Protocol):
     """Who has the steps done and recorded, and is informed of them: a person at a terminal, or a program."""
 
-    def record(self, step: Step, known: Known) -> Evidence:
+    def record(self, step: Step, known: SensorKnowledge) -> Evidence:
         """Has a step done and reads the sensors meanwhile, with what is known of them."""
 
     def refused(self, error: CalibrationError) -> None:
-        """A step was refused: returning repeats it, raising ends the session."""
+        """Report a refused step: returning repeats it, raising ends the session."""
 
     def accepted(self, step: Evidence, calibration: Calibration) -> None:
-        """A step was kept."""
+        """Report that a step was accepted and kept."""
 
     def resumed(self, number: int, step: Evidence) -> None:
-        """A step, by its number from 1, is not repeated: it was kept before."""
+        """Report that a step, by its number from 1, is not repeated because it was kept before."""
 
 
 class Session:
@@ -66,7 +66,10 @@ class Session:
         self._compare = compare
 
     def run(self) -> None:
-        """Every step, until each is accepted. Raises what the operator and `Campaign.accept` raise."""
+        """Run every step until it is accepted.
+
+        Raises what the operator and `Campaign.accept` raise.
+        """
         for number, step in enumerate(self.steps, 1):
             before = recent(self._campaign, step, RESUME_WITHIN) if self._resume else None
             if before is not None:
@@ -95,7 +98,10 @@ class Session:
 
 
 def steps_of(quantity: str, joint: int | None, turned: tuple[Axis, float] | None = None) -> tuple[Step, ...]:
-    """What measures `bias`, `zero`, `misalignment` or `scale` (of a joint, or by turning the whole robot)."""
+    """Return the steps that measure `bias`, `zero`, `misalignment` or `scale`.
+
+    They are of a joint, or a turn of the whole robot.
+    """
     if quantity == "bias":
         return (rest(),)
     if quantity == "zero":
@@ -108,12 +114,12 @@ def steps_of(quantity: str, joint: int | None, turned: tuple[Axis, float] | None
 
 
 def with_rest(steps: Sequence[Step], campaign: Campaign) -> tuple[Step, ...]:
-    """The steps, after a rest where no recent one gives the biases."""
+    """Return the steps, preceded by a rest unless a recent one gives the biases."""
     return tuple(steps) if recent(campaign, rest(), REST_HOLDS) is not None else (rest(), *steps)
 
 
 def recent(campaign: Campaign, step: Step, within: timedelta) -> Evidence | None:
-    """The step's recording, if it is no older than that and the robot has not landed since."""
+    """Find the step's recording, if it is no older than `within` and the robot has not landed since."""
     landing = None if campaign.calibration is None else campaign.calibration.last_landing
     for evidence in campaign.evidence:
         fresh = datetime.now(UTC) - evidence.taken <= within

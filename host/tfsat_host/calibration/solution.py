@@ -63,7 +63,7 @@ class Baseline:
     def gyros(
         self, gyros: Sequence[GyroCalibration], at: datetime | None = None
     ) -> tuple[GyroCalibration, ...]:
-        """The gyros with the biases of that time; with the newest without one."""
+        """Return the gyros with the biases in force at `at`; the newest ones if it is None."""
         rest = _at(self._rests, at)
         if rest is None:
             return tuple(gyros)
@@ -71,7 +71,7 @@ class Baseline:
         return tuple(with_bias(gyro, bias, one.taken) for gyro, bias in zip(gyros, biases, strict=True))
 
     def joints(self, joints: Sequence[JointSensors], at: datetime | None = None) -> tuple[JointSensors, ...]:
-        """The angle sensors with the zero points of that time; with the newest without one."""
+        """Return the angle sensors with the zero points in force at `at`; the newest ones if it is None."""
         zeros = [_at(zeros, at) for zeros in self._zeros]
         return tuple(
             sensors if zero is None else with_zero(sensors, zero[1], zero[0].taken)
@@ -79,7 +79,7 @@ class Baseline:
         )
 
     def used(self, at: Iterable[datetime]) -> list[Evidence]:
-        """What the newest values, and those of these times, rest on."""
+        """Return the evidence behind the newest values and those in force at these times."""
         found = [
             one[0]
             for when in (None, *at)
@@ -92,12 +92,12 @@ class Baseline:
 def _at(
     by_time: Sequence[tuple[Evidence, Estimate]], at: datetime | None
 ) -> tuple[Evidence, Estimate] | None:
-    """The last one before, the first one where there is none."""
+    """Find the last estimate not after `at`, or the first if there is none; the newest if `at` is None."""
     before = [one for one in by_time if at is None or one[0].taken <= at]
     return before[-1] if before else by_time[0] if by_time else None
 
 
-class Known(Protocol):
+class SensorKnowledge(Protocol):
     """What is known of the sensors: a solution, or a certificate."""
 
     @property
@@ -172,7 +172,7 @@ class _Responses:
         self._sweeps: dict[int, list[tuple[Response, Rests]]] = {}
 
     def of_body(self, body: int) -> list[Response]:
-        """Of the gyro of a body (1 to 4)."""
+        """Return the responses of the gyro of a body (1 to 4)."""
         return self._found.setdefault(body, [])
 
     def add(
@@ -224,7 +224,7 @@ class _Responses:
         return replace(joint, bend=bend, bend_covariance=covariance, bend_taken=taken)
 
     def _turn_about(self, response: Response, body: int) -> Response | None:
-        """A turn about the same axis."""
+        """Find the body's response to a turn about the same axis."""
         found = (one for one in self.of_body(body) if one.has_length)
         return next((one for one in found if one.axis_body @ response.axis_body > 0.99), None)
 

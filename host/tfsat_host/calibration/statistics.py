@@ -10,14 +10,15 @@ BATCHES = 20
 
 
 def mean_and_covariance(samples: FloatArray, batches: int = BATCHES) -> tuple[FloatArray, FloatArray]:
-    """The mean of a stationary record and the covariance of that mean, by batch means.
+    """Compute the mean of a stationary record and the covariance of that mean, by batch means.
 
-    The record is cut into batches much longer than its correlation; their means scatter as independent numbers
-    do (Law, "Simulation Modeling and Analysis", section 9.5.3). A drift widens the covariance as well.
+    The record is cut into batches much longer than its correlation time, so that their means scatter
+    independently (Law, "Simulation Modeling and Analysis", section 9.5.3). A drift widens the covariance as
+    well.
 
     Args:
         samples: (n, d) in order of time.
-        batches: Into how many batches they are cut; n must be at least twice that.
+        batches: Number of batches; n must be at least twice that.
 
     Returns:
         (d,) and (d, d).
@@ -34,12 +35,13 @@ def mean_and_covariance(samples: FloatArray, batches: int = BATCHES) -> tuple[Fl
 
 
 def few(degrees_of_freedom: int) -> float:
-    """By how much a variance from so few numbers must be widened for normal intervals to hold what they say.
+    """Compute the factor that widens a variance from few numbers for use in normal intervals.
 
-    The variance of Student's distribution; without it 95 % intervals from ten numbers hold the truth in 92 %.
+    It is the variance of Student's t distribution; without it 95 % intervals from ten numbers hold the truth in
+    92 %.
 
     Raises:
-        ValueError: fewer than three: the distribution has no variance.
+        ValueError: fewer than three degrees of freedom: the distribution has no variance.
     """
     if degrees_of_freedom < 3:
         raise ValueError(f"{degrees_of_freedom} degrees of freedom have no variance")

@@ -57,7 +57,7 @@ class Rests:
 
 
 def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
-    """What one gyro and the sensors say at the rests of a sweep.
+    """Compute one gyro's integrated rate and the angle sensors' readings at the rests of a sweep.
 
     Raises:
         CalibrationError: there are too few rests, or the joint went one way only.

@@ -42,12 +42,12 @@ class ZeroEstimate:
 def estimate_zero(
     held: SensorSamples, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
 ) -> ZeroEstimate:
-    """The zero points of one joint.
+    """Estimate the zero points of one joint.
 
     Args:
         held: A recording in which the attachment was on.
         valid: (n, 6) samples at which an angle sensor answered.
-        before: What was known; where its zero was measured the two sensors must agree by it.
+        before: Previous calibration; if its zero was measured, the two sensors must agree by it.
         model: For the sensors' places in the log.
 
     Raises:
@@ -71,7 +71,7 @@ def estimate_zero(
 
 
 def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken: datetime) -> JointSensors:
-    """The same sensors with a new zero."""
+    """Return the sensors' calibration with a new zero."""
     return replace(
         sensors,
         zero_rad=zero.zero_rad,
@@ -82,9 +82,10 @@ def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken: datetime) -> Joi
 
 
 def _step_deviation(noise_rad: FloatArray, step_rad: float) -> FloatArray:
-    """What the converter's steps leave of a mean: noise of a step's size averages them out, none does not.
+    """Compute the standard deviation of a mean due to the converter's quantization.
 
-    The first harmonic of the error of quantisation, which normal noise damps (Gray and Neuhoff 1998, sec. III).
+    Noise of a step's size averages it out; without noise it remains. It is the first harmonic of the
+    quantization error, which normal noise damps (Gray and Neuhoff 1998, sec. III).
     """
     damped = np.exp(-2.0 * (np.pi * noise_rad / step_rad) ** 2)
     return np.asarray(step_rad / (np.pi * np.sqrt(2.0)) * damped)

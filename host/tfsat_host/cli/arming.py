@@ -28,7 +28,7 @@ _USAGE = f"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The device; for arm, the joints' measured angles."""
+    """Add the sequencer's device options and, for `arm`, the joints' measured angles."""
     arms = parser.prog.endswith(" arm")
     joints = {"type": joint_angle_cdeg, "dest": "joints_cdeg"}
     add_options(parser, _USAGE if arms else device("sequencer"), joints=joints)

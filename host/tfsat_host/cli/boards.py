@@ -39,7 +39,7 @@ _DEVICE_COMMAND = re.compile(
 
 
 def device_option(args: argparse.Namespace) -> str:
-    """The device option as the user gave it, with a space before; empty when there was none."""
+    """Return the device option as the user gave it, with a leading space; empty if there was none."""
     if args.emulated:
         return " --emulated"
     return f" --port {shlex.quote(args.port)}" if args.port is not None else ""
@@ -83,7 +83,10 @@ def interruptible(port: str) -> Iterator[None]:
 
 
 def warn_of_misfit(sequencer: SequencerClient, settings: ServoSettings, option: str, out: Output) -> bool:
-    """Whether the maneuver on the board fits these settings; a warning where it does not, with the device option."""
+    """Return whether the maneuver on the board fits these servo settings; warn if it does not.
+
+    The warning repeats the device option.
+    """
     misfit = find_misfit(sequencer.read_back().moves, settings)
     if misfit is not None:
         out.warn(
@@ -107,7 +110,7 @@ def refuse_emulated(args: argparse.Namespace, command: str, consequence: str) ->
 
 
 def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
-    """What happened, and what to do: from the state that the board is in."""
+    """Describe, from the board's state, why it refused a request and what to do."""
     name = board.identity.board.name.lower()
     state = board.status().state.name.lower()
     words, cure = _WRONG_STATES.get((name, state), (state, "Wait a second"))
@@ -118,7 +121,7 @@ def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
 
 
 def _drop_in_danger(board: SequencerClient | LoggerClient) -> DropInDanger | None:
-    """What is worse than a refused request: a drop that no card takes."""
+    """Return the error of a drop that no card takes, which is graver than a refused request; None if none."""
     status = board.status()
     return drop_in_danger(status) if isinstance(status, LoggerStatusReply) else None
 
@@ -148,22 +151,28 @@ APPEARANCE_S = 4.0
 
 
 def open_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
-    """The sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
+    """Open the sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     return _board("sequencer", args, out, SequencerClient.connect)
 
 
 def open_any_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
-    """Likewise, of whatever protocol: for DISARM, which is the same in all. Raises the same."""
+    """Open the sequencer that the options name, whatever its protocol.
+
+    For DISARM, which is the same in all protocols. Raises PortError, NoAnswer, WrongBoard, BuildError.
+    """
     return _board("sequencer", args, out, SequencerClient.connect_any_protocol)
 
 
 def open_jog_client(args: argparse.Namespace, out: Output) -> AbstractContextManager[JogClient]:
-    """Likewise, of this program's protocol, to move a joint. Raises the same."""
+    """Open the sequencer that the options name to move a joint; it must speak this program's protocol.
+
+    Raises PortError, NoAnswer, WrongBoard, BuildError.
+    """
     return _board("sequencer", args, out, JogClient.connect)
 
 
 def open_logger(args: argparse.Namespace, out: Output) -> AbstractContextManager[LoggerClient]:
-    """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
+    """Open the logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     note = "the logger has just met its card and counts its free room …"
     return _board("logger", args, out, partial(LoggerClient.connect, on_busy=lambda: out.note(note)))
 
@@ -187,7 +196,7 @@ def _board(
 def emulated_transports(
     out: Output, stack: ExitStack, *, model: RobotModel | None = None, as_built: bool = False
 ) -> dict[BoardName, Transport]:
-    """Both boards' links of the robot of `--emulated`, which lives as long as `stack`; see `kept_robot`."""
+    """Connect to both boards of the `--emulated` robot, which lives as long as `stack`; see `kept_robot`."""
     from tfsat_host.emulated.robot import BoardIndex
     from tfsat_host.emulated.state import kept_robot
     from tfsat_host.emulated.transport import EmulatedTransport
@@ -197,8 +206,10 @@ def emulated_transports(
 
 
 def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
-    """The board's port, open. One that is not there yet is waited for: a board that was just plugged in, or
-    an emulated one that was just started, takes a moment to show up.
+    """Open the board's port.
+
+    Waits for a port that is not there yet: a board that was just plugged in, or an emulated one that was just
+    started, takes a moment to show up.
 
     Raises:
         PortError: no port, or it could not be opened.
@@ -222,7 +233,10 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
 
 
 def _is_being_started(path: str) -> bool:
-    """An emulated robot holds the port's folder and is still being built; it ends or serves."""
+    """Return whether an emulated robot holds the port's folder and is still being built.
+
+    Such a robot ends or serves.
+    """
     if sys.platform == "win32":
         return False
     from tfsat_host.emulated.state import being_started
@@ -231,7 +245,10 @@ def _is_being_started(path: str) -> bool:
 
 
 def _refuse_a_dead_link(path: str) -> None:
-    """A killed emulator's link may lead to another program's terminal by now."""
+    """Refuse a link that a killed emulator left behind.
+
+    It may lead to another program's terminal by now.
+    """
     if sys.platform == "win32" or not Path(path).is_symlink():
         return
     from tfsat_host.emulated.state import served_by_dead_process
@@ -273,12 +290,15 @@ def absent(error: TfsatError) -> bool:
 
 
 def most_telling(errors: list[TfsatError]) -> TfsatError:
-    """That nothing is plugged in tells least. At least one is given."""
+    """Return the first error that says more than that nothing is plugged in, else the first error.
+
+    At least one error must be given.
+    """
     return min(errors, key=absent)
 
 
 def places(args: argparse.Namespace, out: Output, stack: ExitStack) -> list[Place]:
-    """Where to ask; what is emulated lives as long as `stack`. Raises BuildError."""
+    """List the places to query; emulated boards live as long as `stack`. Raises BuildError."""
     if args.emulated:
         links = emulated_transports(out, stack).values()
         return [Place(None, "", partial(_same, link)) for link in links]

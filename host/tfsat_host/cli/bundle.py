@@ -13,7 +13,7 @@ from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.run.bundle.making import Bundled
+    from tfsat_host.run.bundle.making import WrittenBundle
 
 
 _USAGE = f"""
@@ -29,7 +29,7 @@ options:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """What `evaluate` takes of one drop, and where to write."""
+    """Add the options that `evaluate` takes for one drop, and the output file."""
     add_options(parser, _USAGE, out=output_file_name)
 
 
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return DataLossError.exit_code if made.lost else 0
 
 
-def _show(made: Bundled, out: Output) -> None:
+def _show(made: WrittenBundle, out: Output) -> None:
     from tfsat_host.notices import printable
     from tfsat_host.run.bundle.contents import MADE_AGAIN
 

@@ -37,7 +37,7 @@ report  evaluate all drops, compare them, and lay them over each other in one pa
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The action, the campaign's folder, and what each needs."""
+    """Add the actions, the campaign's folder, and the options of each action."""
     number = {"type": drop_number, "dest": "number"}
     add_actions(parser, _ACTIONS, "DIR  the campaign's folder", OUTPUT, n=number, out=output_file_name)
 
@@ -105,7 +105,7 @@ def _report(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show_report(made: CampaignReport, out: Output) -> None:
-    """Each drop, why some are left out, what each robot's say together, and the page."""
+    """Print the drops, why some are left out, each robot's combined results, and the report's path."""
     from tfsat_host.present.evaluation import show_comparison
     from tfsat_host.run.campaign.reporting import DROPS_OF_ALL
 
@@ -120,6 +120,6 @@ def _show_report(made: CampaignReport, out: Output) -> None:
 
 
 def _warn_and_exit_code(sentences: Sequence[str], out: Output) -> int:
-    """The exit code of a command that has these to say."""
+    """Warn with these sentences and return the exit code they call for."""
     out.warn_each(sentences)
     return DataLossError.exit_code if sentences else 0

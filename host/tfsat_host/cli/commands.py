@@ -54,6 +54,6 @@ Exit codes: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
 
 
 def overview() -> str:
-    """All commands, a line each."""
+    """Return the list of all commands, one line each."""
     commands = "\n".join(f"    {name:<18}{text}" for name, text in HELPS.items())
     return _OVERVIEW.format(commands=commands)

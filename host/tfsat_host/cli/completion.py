@@ -57,7 +57,7 @@ shell {{bash,zsh,fish}}  which shell will read it
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The shell."""
+    """Add the shell argument."""
     add_options(parser, _USAGE)
 
 
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def completion_script(shell: str) -> str:
-    """The script for one of `SHELLS`, from the parsers of all commands."""
+    """Build the completion script for one of `SHELLS` from the parsers of all commands."""
     import shtab
 
     from tfsat_host.cli.commands import HELPS
@@ -95,7 +95,7 @@ def _faults() -> list[str]:
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """All arguments of the parser and of the parsers below it."""
+    """Yield the arguments of the parser and of all its subparsers."""
     for action in parser._actions:
         yield action
         if isinstance(action, argparse._SubParsersAction):
@@ -104,13 +104,16 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _describe_briefly(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """A list of commands shows a line of help for each: shtab would take the whole description."""
+    """Replace each command's description by its one line of help.
+
+    shtab would otherwise put the whole description into the list of commands.
+    """
     for command in commands._choices_actions:
         commands.choices[command.dest].description = command.help
 
 
 def _completion_of(metavar: object) -> Mapping[str, str | dict[str, str]] | None:
-    """What shtab shall propose for an argument with this metavar; None for nothing."""
+    """Return the completion that shtab shall propose for an argument with this metavar; None for none."""
     import shtab
 
     if metavar in _FILES:

@@ -44,7 +44,7 @@ FILE                the recording off the card, such as DROP0001.BIN
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The file, the formats, where to write."""
+    """Add the file, the formats and the output options."""
     add_options(parser, _USAGE, format={"type": _formats, "default": ("csv",)})
 
 

@@ -52,7 +52,7 @@ result:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """What is asked for, how it is searched, and where the maneuver goes."""
+    """Add the options of the task, of the search, and of the maneuver file."""
     pairs = dict.fromkeys(("limit", "inertia", "own_best", "best_of_all"), _numbers)
     counts = {name: whole_number(name, 1, 1_000_000) for name in ("particles", "iterations")}
     learn = {"choices": ("com", "masses", "inertias", "hinge-points")}

@@ -125,7 +125,7 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
 
 
 def _other(found: Learnt) -> Lesson:
-    """Of the pair, the one that is not the best alone."""
+    """Return the member of the best pair that is not the best single maneuver."""
     return next((one for one in found.pair if one is not found.lessons[0]), found.lessons[0])
 
 

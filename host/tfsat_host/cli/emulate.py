@@ -38,7 +38,7 @@ _USAGE = f"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Where, which sequencer, which robot, how long."""
+    """Add the options for folder, sequencer, robot and duration."""
     add_options(parser, _USAGE, seed=seed, **{"for": {"dest": "for_s"}})
     parser.set_defaults(dir=Path("robot"), sequencer="native")
 

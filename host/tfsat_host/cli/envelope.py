@@ -22,7 +22,7 @@ may drift, the release and the pause after it. It starts from the robot's start 
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The maneuver, the robot and the facility."""
+    """Add the options for maneuver, robot and facility."""
     given.add_maneuver_options(parser, _USAGE)
 
 

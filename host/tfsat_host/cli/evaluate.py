@@ -36,7 +36,7 @@ options:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The drops, what belongs to them, where to write."""
+    """Add the drops, the files that belong to them, and the output options."""
     add_options(parser, _USAGE, corrected_robot=output_file_name)
 
 

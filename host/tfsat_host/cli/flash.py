@@ -38,7 +38,7 @@ _TYPED = re.compile(r"tfsat-host (?:flash (?:sequencer|logger)|status|disarm)")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """One subcommand a board."""
+    """Add one subcommand for each board."""
     boards = add_actions(parser, _BOARDS, after=_HOW, title="boards", dest="board")
     add_options(boards["sequencer"], device("sequencer"))
     add_options(boards["logger"], device("logger"))

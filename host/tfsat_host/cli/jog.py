@@ -31,7 +31,7 @@ _USAGE = f"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Which joint, from where, where to, how long to stay."""
+    """Add the joint, its start and end angle, and the hold time."""
     hold = {"type": _hold_s, "default": 0.0, "dest": "hold_s"}
     ends = {end: {"type": joint_angle_cdeg, "dest": f"{end}_cdeg"} for end in ("from", "to")}
     add_options(parser, _USAGE, joint=JOINT, hold=hold, **ends)

@@ -115,7 +115,10 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
 
 
 def _place(text: str) -> str:
-    """An argparse type: a file or folder, as it was typed. Raises ArgumentTypeError for nothing."""
+    """Check the name of a file or folder and return it as typed (argparse type).
+
+    Raises ArgumentTypeError for an empty name.
+    """
     file_name(text)
     return text
 

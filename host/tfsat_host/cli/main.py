@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) ->
 
 
 def _flush(code: int, out: Output) -> int:
-    """The exit code, once everything is printed; what could not be is told.
+    """Flush the output and return the exit code, reporting output that could not be printed.
 
     Raises:
         BrokenPipeError: the reader of a pipe has gone.
@@ -84,7 +84,7 @@ def _discard(stream: TextIO) -> None:
 
 
 def _replace_closed_streams() -> None:
-    """A standard stream that the caller had closed (`>&-`) becomes the null device.
+    """Replace each standard stream that the caller had closed (`>&-`) by the null device.
 
     Python gives None for it, and the system would give its number to the next file that is opened.
     """

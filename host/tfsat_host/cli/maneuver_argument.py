@@ -22,7 +22,10 @@ _FASTEST_DEG_S = 100_000.0
 
 
 def maneuver_usage(default_speed: str = "170") -> str:
-    """`A B`, `--file` and `--speed`, whose default it says: the beginning of the group of options of the maneuver."""
+    """Return the usage lines of `A B`, `--file` and `--speed`, which begin the group of maneuver options.
+
+    `default_speed` is the default that the help states for `--speed`.
+    """
     return f"""\
 maneuver:
 [A]            angle of joint 1, deg, to 0.01
@@ -46,7 +49,7 @@ def add_maneuver_options(
 
 
 def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
-    """The rate (3,) that was given; None: no angular momentum.
+    """Return the initial rate (3,) in rad/s that was given; None: no angular momentum.
 
     Raises:
         UsageError: this is no rate that a robot can have.
@@ -67,11 +70,11 @@ def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
 
 
 def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> Maneuver:
-    """The maneuver that the arguments name: a file or two angles, never both.
+    """Return the maneuver that the arguments name: a file or two angles, never both.
 
     Args:
-        args: Of a parser with `add_maneuver_options`.
-        robot: A B without `--speed` move as fast as its servos do on average; as in the drop experiment if None.
+        args: Parsed by a parser with `add_maneuver_options`.
+        robot: A B without `--speed` move at its servos' average speed; None: as in the drop experiment.
 
     Raises:
         UsageError: both, or neither.
@@ -103,7 +106,9 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
 
 
 def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits | None = None) -> Schedule:
-    """The checked schedule, by the sequencer's limits if None; an error of a maneuver from a file names the file.
+    """Build and check the schedule of a maneuver; None for `limits` means the sequencer's.
+
+    An error of a maneuver from a file names the file.
 
     Raises:
         ManeuverError: the maneuver cannot be flown.
@@ -119,7 +124,7 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
 
 @contextmanager
 def _refusals(args: argparse.Namespace) -> Iterator[None]:
-    """A maneuver that is refused, in the words of the command that was typed."""
+    """Reword a ManeuverError raised in the block for the command that was typed."""
     from tfsat_host.maneuver import Defect, ManeuverError
 
     try:

@@ -19,7 +19,7 @@ from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tfsat_host.devices.monitoring import Watched
+    from tfsat_host.devices.monitoring import WatchedBoards
     from tfsat_host.robot import AngleSensor
 
 LINE_S = 1.0
@@ -33,7 +33,7 @@ _USAGE = f"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Which boards, how long, whose zeros."""
+    """Add the options for boards, duration, and the robot file with the zeros."""
     add_options(parser, _USAGE, **{"for": {"dest": "for_s"}})
 
 
@@ -62,12 +62,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack) -> Watched:
+def _open(
+    args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack
+) -> WatchedBoards:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
     from tfsat_host.devices.client import Client
-    from tfsat_host.devices.monitoring import Watched
+    from tfsat_host.devices.monitoring import WatchedBoards
 
-    watched = Watched(time.monotonic)
+    watched = WatchedBoards(time.monotonic)
     errors: list[TfsatError] = []
     for place in places(args, out, stack):
         try:
@@ -89,8 +91,8 @@ def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor],
 
 
 @contextmanager
-def _open_view(out: Output) -> Iterator[Callable[[float, Watched], None]]:
-    """How it is shown: JSON lines, a picture in place, or a line a second."""
+def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
+    """Yield the function that shows a reading: as JSON lines, a picture in place, or one line per second."""
     from tfsat_host.present.monitor import UNCALIBRATED, Picture, as_json, one_line
 
     if out.json_mode:
@@ -103,7 +105,7 @@ def _open_view(out: Output) -> Iterator[Callable[[float, Watched], None]]:
         out.note(UNCALIBRATED)
         due_s, warned = 0.0, set[str]()
 
-        def show(t_s: float, watched: Watched) -> None:
+        def show(t_s: float, watched: WatchedBoards) -> None:
             nonlocal due_s
             for board in watched.lost.keys() - warned:
                 warned.add(board)

@@ -43,12 +43,15 @@ class _Overview(Parser):
 
 
 def module_of(command: str) -> str:
-    """The name of the module that does a command: `configure(parser)`, `run(args, out) -> exit code`."""
+    """Return the name of the module of a command.
+
+    The module defines `configure(parser)` and `run(args, out) -> exit code`.
+    """
     return f"tfsat_host.cli.{_MODULES.get(command, command.replace('-', '_'))}"
 
 
 def parser_with(names: Container[str]) -> tuple[Parser, dict[str, ModuleType]]:
-    """A parser that knows these commands and their arguments, and the commands' modules."""
+    """Build a parser for these commands and their arguments; return it with the commands' modules."""
     parser = _Overview(prog="tfsat-host", allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"tfsat-host {__version__}")
     subparsers = parser.add_subparsers(

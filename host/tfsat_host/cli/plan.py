@@ -46,7 +46,7 @@ _MAX_SCALE = 5.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The target, how it is approached, what may be wrong, where the plan goes."""
+    """Add the options for target, method, errors and output."""
     above = dict.fromkeys(("tolerance", "grid"), _above_zero)
     errors = {"model_error": _scale, "noise": _not_negative}
     most = whole_number("primitives", 1, 9999)
@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
-    from tfsat_host.plan.flight import Sensing, drawn_robot, fly, unit_quaternion
+    from tfsat_host.plan.flight import AttitudeSensor, drawn_robot, fly, unit_quaternion
     from tfsat_host.plan.flight_result import document, lines, write_joint_motion
     from tfsat_host.plan.planner import Planner
     from tfsat_host.plan.primitives import primitive_table
@@ -80,7 +80,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
         # Who flies the model itself may use up the tolerance; who does not keeps some of it for the errors.
         exact = {"share": 1.0} if plant is None and args.noise == 0.0 else {}
         planner = Planner.of(table, args.method, tolerance, trim=not args.table_only, most=args.most, **exact)
-        flight = fly(planner, target, plant=plant, sensing=Sensing(math.radians(args.noise), args.seed))
+        flight = fly(
+            planner, target, plant=plant, sensing=AttitudeSensor(math.radians(args.noise), args.seed)
+        )
         result = {"made_by": "tfsat-host plan", "robot_file": str(args.robot)}
         result |= document(robot, planner, flight, plant)
     text = json.dumps(result, indent=2) + "\n"
@@ -103,7 +105,10 @@ def _above_zero(text: str) -> float:
 
 
 def _scale(text: str) -> float:
-    """Of the robot file's uncertainties: beyond the greatest no robot is left to be drawn."""
+    """Parse a scale of the robot file's uncertainties (argparse type).
+
+    Refuses a scale above `_MAX_SCALE`, beyond which no robot is left to be drawn.
+    """
     scale = _not_negative(text)
     if scale > _MAX_SCALE:
         raise argparse.ArgumentTypeError(f"{text!r} is too large: write a number from 0 to {_MAX_SCALE:g}")

@@ -10,7 +10,7 @@ from tfsat_host.present.output import Output
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """No arguments but the common ones."""
+    """Add the common options only."""
     add_options(parser, OUTPUT)
 
 

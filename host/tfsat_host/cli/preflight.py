@@ -36,7 +36,7 @@ what the drop is checked against:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The run, its files, what the boards should run, and where they are."""
+    """Add the options for the run, its files, the boards' expected images, and their ports."""
     add_options(parser, _USAGE, drops=whole_number("drops", 1, 999), logger_image=_crc)
     parser.set_defaults(run=Path(), drops=DROPS)
 

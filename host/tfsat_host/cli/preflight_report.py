@@ -22,7 +22,7 @@ from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
 from tfsat_host.preflight.check import SEE
-from tfsat_host.preflight.evidence import Missing, Running
+from tfsat_host.preflight.evidence import Missing, RunningRecording
 from tfsat_host.present.output import Output
 from tfsat_host.run.certificate import command_options
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
@@ -42,7 +42,10 @@ _NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight 
 def transports(
     args: argparse.Namespace, files: PreparedRun, stack: ExitStack, out: Output
 ) -> dict[BoardName, Transport | TfsatError]:
-    """Both boards' links, closed with `stack`; why not, for one that is not to be had. Raises BuildError."""
+    """Open the links of both boards, closed with `stack`; a board that cannot be reached gives its error.
+
+    Raises BuildError.
+    """
     from tfsat_host.cli.boards import emulated_transports, open_port
 
     if args.emulated:
@@ -65,7 +68,10 @@ def transports(
 
 
 def _require_named_logger() -> None:
-    """An explicit `--port` scans no others. Raises PortError unless the environment names the logger."""
+    """Raise PortError unless the environment names the logger's port.
+
+    With an explicit `--port` no other ports are scanned.
+    """
     from tfsat_host.devices.ports import PortError, PortProblem
 
     variable = port_variable("logger")
@@ -78,7 +84,10 @@ def _require_named_logger() -> None:
 
 
 def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
-    """All that boards and files say, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
+    """Collect what boards and files say, and describe what was left on the boards.
+
+    Raises NotNow, Interrupted, TfsatError.
+    """
     from tfsat_host.preflight.boards import ask_boards
     from tfsat_host.preflight.evidence import BoardEvidence, Evidence
     from tfsat_host.preflight.logger import WATCH_S, Trace
@@ -132,7 +141,7 @@ def show(
     *,
     emulated: bool,
 ) -> None:
-    """The table, the reasons with what to do, and the verdict last."""
+    """Print the table of checks, the reasons with what to do, and the verdict last."""
     out.table(("check", "", "what was found"), [(one.name, _word(one), text) for one, text in _once(checks)])
     wrong = [one for one in checks if one.blocks and not one.follows]
     waiting = sum(one.blocks and one.follows for one in checks)
@@ -159,7 +168,10 @@ def show(
 
 
 def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, str]]:
-    """Each with its sentence; where it stands above already, with where to look instead."""
+    """Yield each check with its sentence.
+
+    A sentence that an earlier check already has is replaced by a reference to where to look.
+    """
     first: dict[str, str] = {}
     for one in checks:
         name = first.setdefault(one.sentence, one.name)
@@ -169,7 +181,7 @@ def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, st
 
 def _next(evidence: Evidence, args: argparse.Namespace) -> str:
     arm = f"tfsat-host arm{device_option(args)}"
-    runs = not isinstance(evidence.logger, Missing) and isinstance(evidence.logger.card, Running)
+    runs = not isinstance(evidence.logger, Missing) and isinstance(evidence.logger.card, RunningRecording)
     if runs:
         return arm
     return f"tfsat-host record start{logger_port(args, '--port')}, then {arm}"
@@ -190,14 +202,14 @@ def typed_here(
     *,
     emulated: bool,
 ) -> tuple[PreflightCheck, ...]:
-    """The checks with their next steps as they are to be typed.
+    """Complete the checks' next steps with this command's options, ready to be typed.
 
     Args:
-        checks: As they were judged.
-        args: The command's.
-        maneuver: The run's file.
-        certificate: The run's; empty: there is none.
-        emulated: The robot is no real one.
+        checks: The judged checks.
+        args: The command's arguments.
+        maneuver: The run's maneuver file.
+        certificate: The run's certificate; empty: there is none.
+        emulated: Whether the robot is an emulated one.
     """
     at_sequencer = device_option(args)
     at_logger = at_sequencer if args.emulated else logger_port(args, "--port")
@@ -218,5 +230,5 @@ def typed_here(
 
 
 def logger_port(args: argparse.Namespace, option: str) -> str:
-    """The logger's port as it was given, under that option, with a space before; empty where it was not."""
+    """Return the logger's port under that option, with a leading space; empty if none was given."""
     return "" if args.logger_port is None else f" {option} {shlex.quote(args.logger_port)}"

@@ -72,7 +72,10 @@ def _start(args: argparse.Namespace, out: Output) -> int:
 
 
 def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
-    """A new recording. Raises BoardError, and RefusedError where one runs: a good one is not to be ended."""
+    """Start a recording.
+
+    Raises BoardError, and RefusedError if one is running already: a good recording is not to be ended.
+    """
     from tfsat_host.devices.client import BoardError
     from tfsat_host.devices.logger import recording_in_danger
 

@@ -48,7 +48,7 @@ options:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """What to fly, on which robot, and where the results go."""
+    """Add the options for maneuver, robot, drop and results."""
     faults = {"action": "append", "default": []}
     kinds = {"robot": str, "seed": seed, "runs": whole_number("runs", 1, MAX_RUNS), "fault": faults}
     add_maneuver_options(parser, _USAGE, nothing_done="Nothing was flown.", **kinds)
@@ -56,7 +56,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
-    """One drop, many, or the list of what may go wrong."""
+    """Rehearse one drop or a series, or list the faults."""
     from tfsat_host.present.rehearsal import show
     from tfsat_host.rehearsal.faults import listed
     from tfsat_host.rehearsal.judgement import STILL_DEG

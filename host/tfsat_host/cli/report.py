@@ -31,7 +31,7 @@ files:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """What `evaluate` takes, and what to write."""
+    """Add the options that `evaluate` takes, and the files to write."""
     add_options(parser, _USAGE, out=output_file_name, mcap={"const": Path()})
 
 

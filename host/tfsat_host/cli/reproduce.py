@@ -29,7 +29,7 @@ BUNDLE     a file that `tfsat-host bundle` made
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The bundle, and where to unpack."""
+    """Add the bundle and the folder to unpack into."""
     add_options(parser, _USAGE)
 
 
@@ -79,7 +79,7 @@ def _show(result: dict[str, Any], compared: Sequence[ComparedPart], out: Output)
 
 
 def _briefly(result: dict[str, Any]) -> str:
-    """What stands above at length: how much was lost or changed, or could not be computed."""
+    """Summarize how many results were lost, changed, doubtful or not computed."""
     counts = {
         "LOST": sum(missing["lost"] for missing in result["missing"]),
         "CHANGED": len(result["record"]),

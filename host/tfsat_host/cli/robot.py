@@ -17,7 +17,7 @@ docs/robot-files.md explains the format.
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The robot, and how to print it."""
+    """Add the robot file and the output options."""
     add_options(parser, _USAGE, file={"dest": "robot"})
 
 

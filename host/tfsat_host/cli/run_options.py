@@ -27,5 +27,5 @@ what else is known of the drop:
 
 
 def options_of(args: argparse.Namespace) -> EvaluationOptions:
-    """What was typed, of a parser with `RUNS`; RUN aside."""
+    """Return the evaluation options, without RUN, from the arguments of a parser with `RUNS`."""
     return EvaluationOptions(**{one.name: getattr(args, one.name) for one in fields(EvaluationOptions)})

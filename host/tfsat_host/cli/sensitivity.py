@@ -34,7 +34,7 @@ samples:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The maneuver, the robot, what is uncertain, and where to compute."""
+    """Add the options for maneuver, robot, uncertainties and computation."""
     samples, workers = whole_number("samples", 2, 1_000_000), whole_number("processes", 1, 256)
     sigma = {"type": _sigma, "action": "append", "default": []}
     given.add_maneuver_options(parser, _USAGE, samples=samples, seed=seed, sigma=sigma, workers=workers)
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _sigma(text: str) -> tuple[str, float]:
-    """An argparse type: a key and a number. Raises ArgumentTypeError for anything else."""
+    """Parse KEY=VALUE into a key and a number (argparse type). Raises ArgumentTypeError otherwise."""
     key, equals, value = text.partition("=")
     if not (equals and key):
         raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as com_mm=2")

@@ -44,7 +44,7 @@ histories:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The motion of the joints, the robot, the release, and where histories go."""
+    """Add the options for joint motion, robot, release and histories."""
     order = {"type": int, "default": 6}
     given.add_maneuver_options(parser, _USAGE, "Nothing was simulated.", step=duration_s, order=order)
     parser.set_defaults(between="cubic")
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _motion(
     args: argparse.Namespace, robot: RobotModel
 ) -> tuple[Maneuver | None, Schedule | JointHistory, float]:
-    """The maneuver, if it is one; what the joints do; until when they are followed."""
+    """Return the maneuver, if there is one, the joints' motion, and the time in s at which to end."""
     from tfsat_host.dynamics.motion_files import read_history
     from tfsat_host.dynamics.simulation import arrivals_s, end_of_flight_s, robot_limits
     from tfsat_host.maneuver import Maneuver

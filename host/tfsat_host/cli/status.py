@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Which boards: those that are found, one port, or the emulated ones."""
+    """Add the options that select the boards: those found, one port, or the emulated ones."""
     add_options(parser, PLACE)
 
 
@@ -68,7 +68,10 @@ def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) 
 def _stand_against_arming(
     shown: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
 ) -> None:
-    """The sequencer does not know of the logger: what would make `arm` refuse is shown in its place."""
+    """Show the logger's reason to refuse arming in the sequencer's arming row.
+
+    The sequencer does not know of the logger.
+    """
     from tfsat_host.present.sequencer_state import NOTHING_AGAINST_IT
 
     refusal = (shown["logger"] or {}).get("arm_refusal")

@@ -28,11 +28,11 @@ class StopWish:
         self._wished = False
 
     def __call__(self) -> bool:
-        """Whether to stop."""
+        """Return whether to stop."""
         return self._wished
 
     def heard(self, number: int, _frame: FrameType | None) -> None:
-        """A signal's handler; a second Ctrl-C interrupts at once."""
+        """Handle a signal by noting the wish to stop; a second Ctrl-C interrupts at once."""
         if number == _SUSPEND:
             self.suspend = True
         elif self._wished:
@@ -44,7 +44,7 @@ class StopWish:
 def handled(
     signals: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], object]
 ) -> Iterator[None]:
-    """While the block runs these signals go to the handler."""
+    """Send these signals to the handler while the block runs."""
     before = {number: signal.signal(number, handler) for number in signals}
     try:
         yield

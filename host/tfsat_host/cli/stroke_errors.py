@@ -52,9 +52,9 @@ class Expectation(NamedTuple):
 
 
 def find_servo_maps(args: argparse.Namespace) -> tuple[ServoMaps | None, list[str]]:
-    """The servo maps of the calibration that was named, or of the one that lies here; what stands against them.
+    """Read the servo maps of the named calibration or of the one in the current folder, with notices.
 
-    One that was not named and cannot be read stops no upload: it is a notice, to be shown to a person.
+    A calibration that was not named and cannot be read stops no upload: it becomes a notice for a person.
 
     Raises:
         UsageError: the named file is not there, or --dry-run was given with it.
@@ -88,14 +88,14 @@ def _named_servo_maps(path: Path, *, dry_run: bool) -> ServoMaps:
 
 
 def read_servo_maps(path: Path) -> tuple[ServoMap, ...]:
-    """Of the calibration at `path`. Raises TfsatError if it cannot be read."""
+    """Read the servo maps of the calibration at `path`. Raises TfsatError if it cannot be read."""
     from tfsat_host.calibration.certificate.file import read_calibration
 
     return read_calibration(path).servo_maps
 
 
 def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings) -> Expectation:
-    """What to expect of each stroke of a schedule on a board with these settings."""
+    """Predict each stroke's error for a schedule on a board with these settings."""
     if known is None:
         return Expectation()
     from tfsat_host.calibration.servos.servo_map import expected_stroke_errors
@@ -126,7 +126,7 @@ def _without_map(joints: Sequence[int], known: ServoMaps) -> list[str]:
 
 
 def _off(joints: Sequence[int], known: ServoMaps, settings: ServoSettings) -> list[str]:
-    """Where the board's settings are not what the maps ask for."""
+    """Return a notice for each joint whose settings on the board differ from its servo map's."""
     from tfsat_host.calibration.servos.servo_map import matching_setting, setting_error_rad
     from tfsat_host.present.stored_settings import servo_words
 

@@ -33,7 +33,7 @@ Put a maneuver on the sequencer: checked whole, sent, read back and compared. {m
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Two angles, or a file; what else concerns the maneuver; the device."""
+    """Add the maneuver (two angles or a file), its other options, and the device."""
     maneuver_argument.add_maneuver_options(parser, _USAGE, nothing_done="Nothing was sent to the robot.")
 
 
@@ -98,7 +98,10 @@ def _upload(
 
 
 def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Output) -> None:
-    """A maneuver.toml here that commands something else would be taken for what is on the board now."""
+    """Warn if `maneuver.toml` in this folder commands another motion than the one uploaded.
+
+    It would be taken for what is on the board now.
+    """
     from tfsat_host.maneuver import ManeuverError
 
     here = Path(MANEUVER)

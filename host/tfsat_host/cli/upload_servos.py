@@ -30,7 +30,7 @@ settings:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """A file, or the factory's; or only a look at what is there; the device."""
+    """Add the options for settings (a file, the factory's, or only to show them) and the device."""
     add_options(parser, _USAGE)
 
 

@@ -45,7 +45,10 @@ def accept_negative_numbers(parser: argparse.ArgumentParser) -> None:
 
 
 def port_name(text: str) -> str:
-    """An argparse type: a serial port. Raises ArgumentTypeError for nothing, such as an unset variable."""
+    """Check the name of a serial port (argparse type).
+
+    Raises ArgumentTypeError for an empty name, such as that of an unset variable.
+    """
     if not text.strip():
         raise argparse.ArgumentTypeError(
             "the name of the port is empty (an unset variable?): leave --port out to search for the board"
@@ -54,11 +57,11 @@ def port_name(text: str) -> str:
 
 
 def file_name(text: str) -> Path:
-    """An argparse type: a file.
+    """Parse a file name (argparse type).
 
     Raises:
-        argparse.ArgumentTypeError: it is empty, which would mean the current folder; or a device, pipe or socket, which
-            could be waited for without end.
+        argparse.ArgumentTypeError: it is empty, which would mean the current folder; or a device, pipe or
+            socket, which could be waited for without end.
     """
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the file is empty (an unset variable?)")
@@ -68,7 +71,10 @@ def file_name(text: str) -> Path:
 
 
 def output_file_name(text: str) -> Path:
-    """An argparse type: a file to be written. Raises ArgumentTypeError also for what ends like a folder's name."""
+    """Parse the name of a file to be written (argparse type).
+
+    Raises ArgumentTypeError as `file_name` does, and for a name that ends like a folder's.
+    """
     if text.endswith(("/", "/.", os.sep)):
         raise argparse.ArgumentTypeError(
             f"{text!r} is a folder: name the file in it, such as {text.rstrip('.')}NAME"
@@ -88,7 +94,7 @@ def refuse_existing(path: Path, *, force: bool) -> None:
 
 
 def number(text: str) -> float:
-    """An argparse type: a decimal number as people write it (`nan` and `inf` pass, to be refused by name).
+    """Parse a decimal number (argparse type); `nan` and `inf` pass, to be refused by name later.
 
     Raises:
         argparse.ArgumentTypeError: this is no number.
@@ -102,7 +108,10 @@ def number(text: str) -> float:
 
 
 def joint_angle_cdeg(text: str) -> int:
-    """An argparse type: a joint's angle in degrees, to 0.01. Raises ArgumentTypeError: it is none of a joint."""
+    """Parse a joint angle in degrees, to 0.01, into cdeg (argparse type).
+
+    Raises ArgumentTypeError if no joint can have it.
+    """
     angle_deg = number(text)
     if not abs(angle_deg) <= _MAX_ANGLE_DEG:
         raise argparse.ArgumentTypeError(
@@ -112,7 +121,10 @@ def joint_angle_cdeg(text: str) -> int:
 
 
 def duration_s(text: str) -> float:
-    """An argparse type: how long something takes. Raises ArgumentTypeError unless more than zero and finite."""
+    """Parse a duration in seconds (argparse type).
+
+    Raises ArgumentTypeError unless it is greater than zero and finite.
+    """
     seconds = number(text)
     if not 0 < seconds < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, more than zero")
@@ -120,14 +132,20 @@ def duration_s(text: str) -> float:
 
 
 def seed(text: str) -> int:
-    """An argparse type: the seed of an emulated robot. Raises ArgumentTypeError unless a whole number from 0."""
+    """Parse the seed of an emulated robot (argparse type).
+
+    Raises ArgumentTypeError unless it is a whole number from 0.
+    """
     if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) < _SEED_LIMIT):
         raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number from 0")
     return int(text)
 
 
 def whole_number(what: str, low: int, high: int) -> Callable[[str], int]:
-    """An argparse type: how many of something, within limits; ArgumentTypeError otherwise."""
+    """Build an argparse type that parses a whole number within limits.
+
+    The type raises ArgumentTypeError otherwise; `what` names the things counted.
+    """
 
     def count(text: str) -> int:
         if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
@@ -140,7 +158,10 @@ def whole_number(what: str, low: int, high: int) -> Callable[[str], int]:
 
 
 def session_id(text: str) -> int:
-    """An argparse type: a recording's id. Raises ArgumentTypeError unless up to 8 hexadecimal digits."""
+    """Parse a recording's id (argparse type).
+
+    Raises ArgumentTypeError unless it has up to 8 hexadecimal digits.
+    """
     try:
         number = int(text, 16)
     except ValueError:
@@ -151,7 +172,10 @@ def session_id(text: str) -> int:
 
 
 def drop_number(text: str) -> int:
-    """An argparse type: a drop of a campaign, also by its folder. Raises ArgumentTypeError: it is no number."""
+    """Parse the number of a campaign's drop, or the name of its folder (argparse type).
+
+    Raises ArgumentTypeError if it is no number.
+    """
     digits = text.removeprefix("drop-")
     if not (digits.isascii() and digits.isdigit() and 0 < int(digits[:9]) < 10**6):
         raise argparse.ArgumentTypeError(f"{text!r} is no drop's number: write a whole number from 1")
@@ -222,7 +246,7 @@ def add_options(parser: argparse.ArgumentParser, usage: str, **kinds: Any) -> No
 
 
 def _argument(name: str, values: list[str], kinds: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The name and keywords for argparse."""
+    """Build the name and keywords of an argument for argparse."""
     is_option = name.startswith("-")
     stem = re.sub(r"\.\.\.$", "s", name.strip("-[]")).replace("-", "_").lower()
     kind = kinds.get(stem, {})

@@ -20,7 +20,7 @@ _FAULTS_OF_A_RUN = (
 _US_PER_MS = 1000
 
 
-class Booking(Enum):
+class StrokeStatus(Enum):
     """What the board knows of a stroke."""
 
     BEGUN = "begun"
@@ -43,7 +43,7 @@ class Onset:
         scheduled_us: What the maneuver says; None where the one on the board is not known to have flown.
     """
 
-    booking: Booking
+    booking: StrokeStatus
     start_us: int | None
     scheduled_us: int | None
 
@@ -78,12 +78,12 @@ class LastRun:
     @property
     def begun(self) -> int:
         """Strokes that began."""
-        return sum(onset.booking in (Booking.BEGUN, Booking.BEGUN_UNTIMED) for onset in self.onsets)
+        return sum(onset.booking in (StrokeStatus.BEGUN, StrokeStatus.BEGUN_UNTIMED) for onset in self.onsets)
 
     @property
     def missed(self) -> int:
         """Strokes that were due and did not begin."""
-        return sum(onset.booking == Booking.MISSED for onset in self.onsets)
+        return sum(onset.booking == StrokeStatus.MISSED for onset in self.onsets)
 
 
 def last_run(
@@ -109,7 +109,7 @@ def last_run(
         onsets=tuple(
             Onset(
                 booking,
-                reported_us[index] if booking == Booking.BEGUN else None,
+                reported_us[index] if booking == StrokeStatus.BEGUN else None,
                 scheduled_us[index] if flown and index < len(scheduled_us) else None,
             )
             for index, booking in enumerate(_bookings(reported_us, status))
@@ -117,16 +117,18 @@ def last_run(
     )
 
 
-def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[Booking]:
+def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[StrokeStatus]:
     """A stroke was missed if the run came to its end, or a stroke after it began."""
     to_the_end = status.fault == ErrorCode.STROKE_MISSED
     found = []
     for index, start_us in enumerate(reported_us):
         came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in reported_us[index + 1 :])
         if start_us == STROKE_NOT_BEGUN_US:
-            found.append(Booking.MISSED if came_by else Booking.NOT_BEGUN)
+            found.append(StrokeStatus.MISSED if came_by else StrokeStatus.NOT_BEGUN)
         else:
-            found.append(Booking.BEGUN_UNTIMED if start_us == STROKE_TIME_UNKNOWN_US else Booking.BEGUN)
+            found.append(
+                StrokeStatus.BEGUN_UNTIMED if start_us == STROKE_TIME_UNKNOWN_US else StrokeStatus.BEGUN
+            )
     return found
 
 

@@ -214,7 +214,7 @@ class BoardsLost(TfsatError):
 
 
 @dataclass
-class Watched:
+class WatchedBoards:
     """The boards that are watched, and those that were lost.
 
     Attributes:
@@ -271,10 +271,10 @@ class Watched:
 
 
 def watch(
-    watched: Watched,
+    watched: WatchedBoards,
     for_s: float | None,
     stopped: Callable[[], bool],
-    show: Callable[[float, Watched], None],
+    show: Callable[[float, WatchedBoards], None],
 ) -> None:
     """Watches until it is stopped, the time is over, or no board is left.
 

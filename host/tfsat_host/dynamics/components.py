@@ -20,7 +20,7 @@ def batch_last(values: FloatArray, core_ndim: int = 1) -> FloatArray:
 
 
 def batch_first(values: FloatArray, core_ndim: int = 1) -> FloatArray:
-    """The inverse of `batch_last`, in memory of its own."""
+    """Move the batch axes to the front, the inverse of `batch_last`, in a new array."""
     return np.ascontiguousarray(values.transpose(*range(core_ndim, values.ndim), *range(core_ndim)))
 
 
@@ -31,7 +31,7 @@ def pad(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a x b: (3, ...)."""
+    """Compute the cross product a x b: (3, ...)."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
@@ -40,12 +40,12 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a . b: (...)."""
+    """Compute the dot product a . b: (...)."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def matmul(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A B: (3, 3, ...)."""
+    """Compute the matrix product A B: (3, 3, ...)."""
     product = a[:, 0, None] * b[None, 0]
     product += a[:, 1, None] * b[None, 1]
     product += a[:, 2, None] * b[None, 2]
@@ -53,7 +53,7 @@ def matmul(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def matvec(a: FloatArray, v: FloatArray) -> FloatArray:
-    """A v: (3, ...)."""
+    """Compute the matrix-vector product A v: (3, ...)."""
     return np.asarray(a[:, 0] * v[0] + a[:, 1] * v[1] + a[:, 2] * v[2])
 
 

@@ -123,7 +123,7 @@ class ServoMotion(NamedTuple):
 
 
 def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
-    """What the robot's servos make of `moves`, in the order of their starts.
+    """Compute the motion of the robot's servos for `moves`, in the order of their starts.
 
     Raises:
         ValueError: a joint is not the robot's, a number is not finite, a move is to take no time, or the
@@ -148,9 +148,10 @@ def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
 
 
 def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[TimedMove]:
-    """The moves as the robot's servos carry them out, in the order of `moves`: when each starts and has arrived.
+    """Compute the moves as the servos carry them out, with actual start and arrival times.
 
-    A move that starts while its own joint is still on the way starts when the joint has arrived.
+    The result is in the order of `moves`. A move that starts while its own joint is still moving starts
+    when the joint has arrived.
 
     Raises:
         ValueError: as `servo_motion`.
@@ -163,7 +164,10 @@ def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[TimedMove
 
 
 def overlap(moves: Sequence[TimedMove]) -> bool:
-    """Whether one of the moves starts while another is under way: then the path cuts its corner."""
+    """Return whether a move starts while another is under way.
+
+    The path then cuts its corner.
+    """
     ordered = sorted(moves, key=lambda move: move.start_s)
     ends = [move.end_s for move in ordered]
     return any(ordered[k].start_s < max(ends[:k]) - SAME_INSTANT_S for k in range(1, len(ordered)))
@@ -204,7 +208,7 @@ class JointHistory:
         return np.where(inside[..., None], self.polynomial().derivative()(t), 0.0)
 
     def polynomial(self) -> PPoly:
-        """As scipy has it; not of a batch."""
+        """Return the history as a scipy piecewise polynomial; not for a batch."""
         return PPoly(self.coefficients, self.breaks_s)
 
     def in_piece(self, piece: IntArray, since_s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -233,10 +237,12 @@ class Overshoot(NamedTuple):
 
 
 def overshoots(history: JointHistory) -> list[Overshoot]:
-    """The greatest excursion of each joint between two breaks: what lies between samples should not lie far beyond.
+    """Find each joint's greatest excursion beyond the values at the ends of an interval between breaks.
+
+    Between two samples, a history should not lie far beyond them.
 
     Args:
-        history: Through samples.
+        history: A history through samples.
     """
     breaks, turning = history.breaks_s, history.polynomial().derivative().roots(extrapolate=False)
     found = []
@@ -255,11 +261,11 @@ def overshoots(history: JointHistory) -> list[Overshoot]:
 def sampled(
     t_s: FloatArray, angles_rad: FloatArray, *, between: Literal["cubic", "linear"] = "cubic"
 ) -> JointHistory:
-    """The history through samples.
+    """Interpolate samples to a joint history.
 
     Args:
         t_s: (m,) increasing sample times, m >= 2.
-        angles_rad: (m, n - 1).
+        angles_rad: (m, n - 1) joint angles.
         between: A cubic spline (not-a-knot), or straight lines.
 
     Raises:
@@ -284,11 +290,13 @@ def moved(
     start_rad: FloatArray | None = None,
     end_s: float | None = None,
 ) -> JointHistory:
-    """The history of moves as the robot's servos carry them out (`servo_moves`): some may arrive later.
+    """Build the history of moves as the robot's servos carry them out (`servo_moves`).
+
+    Moves may arrive later than scheduled.
 
     Args:
         robot: Its servos' greatest rates and accelerations are used.
-        moves: In any order; the scheduled times of those of one joint must not overlap.
+        moves: Moves in any order; the scheduled times of those of one joint must not overlap.
         start_rad: (n - 1,) angles before the first move; zero if None.
         end_s: How long to hold the joints after the last move.
 
@@ -311,7 +319,10 @@ def moved(
 
 
 def history_of(motion: ServoMotion, breaks_s: FloatArray, start_rad: FloatArray) -> JointHistory:
-    """The history of moves from angles `start_rad` (n - 1,); no acceleration changes between breaks (m + 1, ...)."""
+    """Build the history of moves from joint angles `start_rad` (n - 1,).
+
+    Accelerations must be constant between the breaks (m + 1, ...).
+    """
     pieces = np.zeros((3, len(breaks_s) - 1, len(start_rad), *breaks_s.shape[1:]))
     pieces[2] = start_rad.reshape(-1, *(1,) * (breaks_s.ndim - 1))
     for number, joint in enumerate(motion.joints):

@@ -28,7 +28,7 @@ from tfsat_host.dynamics.components import (
     upper,
 )
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
-from tfsat_host.dynamics.poses import Placed, place
+from tfsat_host.dynamics.poses import BodyPlacement, place
 
 
 class Composite(NamedTuple):
@@ -154,14 +154,14 @@ def gathered(
     angles: Sequence[FloatArray] | FloatArray,
     rates: Sequence[FloatArray | None] | None = None,
 ) -> Composite:
-    """The bodies that `steps` lead to from body `root`, and it, as one body in its axes.
+    """Combine body `root` and the bodies that `steps` lead to into one body, in its axes.
 
     Args:
         columns: The robot's arrays.
         root: Index of the body.
         steps: Joints, in order from it outwards.
         angles: n - 1 angles (...) of the joints, each of its own shape.
-        rates: n - 1 rates (...), None for a joint that rests; None if all do.
+        rates: n - 1 rates (...), None for a joint at rest; None if all are.
     """
     attached = [
         [Composite(m, c, i)] for m, c, i in zip(columns.mass, columns.com, columns.inertia, strict=True)
@@ -181,7 +181,7 @@ def gathered(
 
 
 def join(bodies: Sequence[Composite]) -> Composite:
-    """The bodies as one."""
+    """Combine the bodies into one."""
     return reduce(_join_composites, bodies)
 
 
@@ -203,14 +203,14 @@ def _or_zero(motion: FloatArray | None) -> FloatArray:
     return np.zeros(()) if motion is None else motion
 
 
-def _hinge(step: Step, columns: Columns, placed: list[Placed]) -> tuple[FloatArray, FloatArray]:
+def _hinge(step: Step, columns: Columns, placed: list[BodyPlacement]) -> tuple[FloatArray, FloatArray]:
     """Direction about which the joint turns its far side, and a point on its axis, base frame."""
     parent = placed[step.parent]
     return matvec(parent.rotation, step.sign * columns.axis[step.joint]), parent.at(columns.point[step.joint])
 
 
 def _split_batch(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], FloatArray]:
-    """The batch shape of robots and angles, and the angles components first."""
+    """Return the batch shape of robots and angles, and the angles with components first."""
     angles = np.asarray(angles_rad, dtype=np.float64)
     shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
     return shape, pad(batch_last(angles), 1, len(shape))

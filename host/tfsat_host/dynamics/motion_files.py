@@ -45,12 +45,12 @@ class HistoryFileError(TfsatError):
 def read_history(
     path: Path, joint_count: int, *, between: Literal["cubic", "linear"] = "cubic"
 ) -> JointHistory:
-    """The history of all joints in a file.
+    """Read the history of all joints from a file.
 
     Args:
-        path: A CSV file with commas, points for decimals and the columns t_s and theta1_deg to thetaN_deg.
+        path: A CSV file with commas, decimal points and the columns t_s and theta1_deg to thetaN_deg.
         joint_count: Number of joints of the robot.
-        between: What lies between two samples, see `sampled`.
+        between: Interpolation between two samples, see `sampled`.
 
     Raises:
         HistoryFileError: the file cannot be read or understood; names file, line and cure.
@@ -100,7 +100,10 @@ def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatAr
 
 
 def _from_release(table: FloatArray) -> FloatArray:
-    """The rows (m, 1 + joints) from t = 0 on; between two rows the angles there lie on a straight line."""
+    """Return the rows (m, 1 + joints) from t = 0 on.
+
+    Angles at t = 0 are interpolated linearly if it lies between two rows.
+    """
     later = table[table[:, 0] >= 0.0]
     if len(later) == len(table) or len(later) == 0 or later[0, 0] == 0.0:
         return later
@@ -159,7 +162,7 @@ _NAME_IN_FOLDER = "simulation.csv"
 
 
 def flight_path(out: Path, history: Path | None, *, force: bool) -> Path:
-    """The file that `out` names, a file or a folder; checked before anything is computed.
+    """Return the output file that `out`, a file or a folder, names; check it before anything is computed.
 
     Raises:
         UsageError: no format has such an ending, or it is the file that the joint history is read from.
@@ -198,7 +201,7 @@ def write_flight(flight: Flight, path: Path, metadata: Mapping[str, Any], *, for
 
 
 def _write_csv(flight: Flight, path: Path) -> None:
-    """One row an instant."""
+    """Write a CSV file with one row per instant."""
     joints = range(1, flight.body.n_joints + 1)
     bodies = range(1, flight.body.n_bodies + 1)
     names = [
@@ -226,7 +229,10 @@ def _write_csv(flight: Flight, path: Path) -> None:
 
 
 def _write_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
-    """What `numpy.load` reads; `json.loads(str(file["metadata"]))` gives the metadata."""
+    """Write a file for `numpy.load`.
+
+    `json.loads(str(file["metadata"]))` gives the metadata.
+    """
     attitudes = body_attitudes(flight)
     m, n = attitudes.shape[:2]
     arrays = {

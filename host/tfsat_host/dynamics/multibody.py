@@ -46,7 +46,7 @@ class Multibody:
 
     @classmethod
     def of(cls, robot: RobotModel, base: int | None = None) -> Multibody:
-        """The robot seen from body `base` (its own base body if None)."""
+        """Build the robot as seen from body `base` (its own base body if None)."""
         root = robot.base if base is None else base
         return cls(
             base=root,
@@ -59,7 +59,7 @@ class Multibody:
         )
 
     def replace(self, **arrays: FloatArray) -> Multibody:
-        """The same tree with other arrays."""
+        """Return the same tree with some arrays replaced."""
         return dataclasses.replace(self, **arrays)  # type: ignore[arg-type]
 
     @property
@@ -84,14 +84,14 @@ class Multibody:
         )
 
     def tilted(self, tilt_rad: FloatArray) -> Multibody:
-        """With hinges turned by (..., n - 1, 2) about the two directions `across` each axis."""
+        """Tilt the hinge axes by (..., n - 1, 2) about the two directions `across` each axis."""
         sides = np.array([across(axis) for axis in self.joint_axis])
         return self.replace(
             joint_axis=tilted(self.joint_axis, np.einsum("...jk,jki->...ji", tilt_rad, sides))
         )
 
     def moved_by(self, joint: int) -> tuple[int, ...]:
-        """The bodies on the far side of `joint`, seen from the base."""
+        """Return the bodies on the far side of `joint`, seen from the base."""
         moved: list[int] = []
         for step in self.steps:
             if step.joint == joint or step.parent in moved:
@@ -99,7 +99,7 @@ class Multibody:
         return tuple(moved)
 
     def columns(self, batch_ndim: int) -> Columns:
-        """The arrays components first, ready to be combined with batches of `batch_ndim` axes."""
+        """Return the arrays components first, ready to be combined with batches of `batch_ndim` axes."""
         return Columns(
             mass=np.ascontiguousarray(pad(batch_last(self.mass_kg, 1), 1, batch_ndim)),
             com=np.ascontiguousarray(pad(batch_last(self.com_m, 2), 2, batch_ndim)),
@@ -133,7 +133,10 @@ def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:
 
 
 def across(axis: FloatArray) -> FloatArray:
-    """Two unit vectors (2, 3) square to the unit vector `axis` (3,), near to the coordinate axes that name them."""
+    """Return two unit vectors (2, 3) perpendicular to the unit vector `axis` (3,).
+
+    They are near to the coordinate axes that name them.
+    """
     along = int(np.argmax(np.abs(axis)))
     first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
     first = first - (first @ axis) * axis

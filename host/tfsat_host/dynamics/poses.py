@@ -11,14 +11,14 @@ from tfsat_host.dynamics.components import batch_first, batch_last, matmul, matv
 from tfsat_host.dynamics.multibody import Columns, Multibody
 
 
-class Placed(NamedTuple):
+class BodyPlacement(NamedTuple):
     """Components first: a body's point x (global at zero angles) lies at `rotation` x + `translation`."""
 
     rotation: FloatArray  # (3, 3, ...)
     translation: FloatArray  # (3, ...)
 
     def at(self, point: FloatArray) -> FloatArray:
-        """Where `point` (3, ...) of the body lies."""
+        """Compute the position of the body's point `point` (3, ...)."""
         return matvec(self.rotation, point) + self.translation
 
 
@@ -41,13 +41,15 @@ def poses(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArr
     return batch_first(rotation, 3), batch_first(translation, 2)
 
 
-def place(body: Multibody, columns: Columns, angles: FloatArray) -> list[Placed]:
+def place(body: Multibody, columns: Columns, angles: FloatArray) -> list[BodyPlacement]:
     """Poses of all bodies, components first; `angles`: (n - 1, ...)."""
     ones = (1,) * (angles.ndim - 1)
-    base = Placed(np.eye(3).reshape(3, 3, *ones), np.zeros((3, *ones)))
+    base = BodyPlacement(np.eye(3).reshape(3, 3, *ones), np.zeros((3, *ones)))
     placed = [base] * body.n_bodies
     for step in body.steps:
         parent, axis, point = placed[step.parent], columns.axis[step.joint], columns.point[step.joint]
         turn = rotation_about(axis, step.sign * angles[step.joint])
-        placed[step.child] = Placed(matmul(parent.rotation, turn), parent.at(point - matvec(turn, point)))
+        placed[step.child] = BodyPlacement(
+            matmul(parent.rotation, turn), parent.at(point - matvec(turn, point))
+        )
     return placed

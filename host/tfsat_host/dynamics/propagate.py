@@ -205,7 +205,7 @@ class Propagation:
         return np.array(kept)
 
     def flight(self, parts: int, attitudes: FloatArray) -> Flight:
-        """The whole motion of one robot with attitudes (m, 4) as `attitudes(parts)` has them."""
+        """Build the flight of one robot from attitudes (m, 4) as returned by `attitudes(parts)`."""
         piece, since, length = self._divide_steps(parts)
         # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
         ends = np.append(piece[:1], piece), np.append(0.0, since + length)[:, None]
@@ -303,13 +303,13 @@ def _base_rate(inertia: FloatArray, drive: FloatArray, momentum: FloatArray | No
 
 
 def _turn_attitude(attitude: FloatArray, turn: FloatArray) -> FloatArray:
-    """The attitude (4, ...), of unit length, after a rotation vector (3, ...) in its own axes."""
+    """Rotate the attitude (4, ...) by a rotation vector (3, ...) in its own axes, and normalize it."""
     after = quaternion.product(attitude, quaternion.exponential(turn))
     return np.asarray(after / np.sqrt((after * after).sum(axis=0)))
 
 
 def _in_base(attitude: FloatArray, momentum: FloatArray) -> FloatArray:
-    """The momentum (3, ...), inertial axes, in the axes of a base with that attitude (4, ...)."""
+    """Transform the momentum (3, ...) from inertial axes to those of a base with attitude (4, ...)."""
     return matvec(transpose(quaternion.to_matrix(attitude)), momentum)
 
 
@@ -364,16 +364,16 @@ def propagate_within(
     steps_max: int = STEPS_MAX,
     step_s: float | None = None,
 ) -> EstimatedFlight:
-    """As `propagate`, with steps as short as the tolerance needs, along the whole way.
+    """Propagate as `propagate` does, with steps short enough for a tolerance along the whole flight.
 
     Args:
         body, history, initial_attitude_xyzw, initial_rate_rad_s, order: As `propagate`.
         tolerance_rad: Greatest error of the attitude.
-        steps_max: Most steps of a flight. Where they are not enough, `within_tolerance` is false.
+        steps_max: Most steps of a flight. If they are not enough, `within_tolerance` is false.
         step_s: Longest step, whatever the tolerance needs; a second flight with half of it gives the error.
 
     Returns:
-        The flight of the shortest steps that were tried, instants 0.01 s apart or closer, unless it is very long.
+        The flight of the shortest steps tried, with instants 0.01 s apart or closer, unless it is very long.
 
     Raises:
         ValueError: as `propagate`, or the tolerance is not positive.
@@ -401,17 +401,17 @@ def final_attitudes(
     tolerance_rad: float = TOLERANCE_RAD,
     steps_max: int = STEPS_MAX,
 ) -> FinalAttitudes:
-    """Where a batch of robots ends, each of which has a history of its own.
+    """Compute the final attitudes of a batch of robots, each with a joint history of its own.
 
-    All take the same steps, as short as the tolerance needs for the worst of them: differences between two robots
-    are then right to more digits than their attitudes.
+    All take the same steps, as short as the tolerance needs for the worst of them: differences between two
+    robots are then right to more digits than their attitudes.
 
     Args:
         body: A batch of robots, of one axis.
-        history: Of the same batch.
+        history: Histories of the same batch.
         initial_rate_rad_s: (3,) rate of every base at the start, base axes; None: no angular momentum.
         tolerance_rad: Greatest error of an attitude after any of the first, longest steps.
-        steps_max: Most steps of a flight. Where they are not enough, the error is above the tolerance.
+        steps_max: Most steps of a flight. If they are not enough, the error is above the tolerance.
     """
     turning = 0.0 if initial_rate_rad_s is None else float(np.linalg.norm(initial_rate_rad_s))
     step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf

@@ -19,7 +19,10 @@ def identity(shape: tuple[int, ...] = ()) -> FloatArray:
 
 
 def product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The rotation `b` followed, in the axes before it, by `a`: the attitude a b, (4, ...)."""
+    """Compute the quaternion product a b, (4, ...).
+
+    It is the rotation `b` followed by `a`, in the axes before `b`.
+    """
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     out[0] = a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1]
     out[1] = a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0]
@@ -29,7 +32,7 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def inverse(q: FloatArray) -> FloatArray:
-    """The opposite rotation, (4, ...)."""
+    """Return the inverse rotation, (4, ...)."""
     out = -q
     out[3] = q[3]
     return out

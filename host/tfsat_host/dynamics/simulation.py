@@ -81,17 +81,19 @@ def fly(
     step_s: float | None = None,
     order: Literal[4, 6] = 6,
 ) -> Simulation:
-    """The strokes of a schedule as the servos carry them out, from the start pose of the servos; or a joint history.
+    """Simulate the flight of a robot by a schedule or a joint history.
+
+    The servos carry out the schedule's strokes from their start pose.
 
     Args:
-        robot: Who flies.
-        motion: A schedule, checked against `robot_limits(robot)` or stricter limits; or a history that does not begin
-            before the release, t = 0, held still before it begins and after it ends.
-        until_s: End of the flight, after the release; of a schedule at least the last of `arrivals_s`. What a history
-            says of later times is left out.
+        robot: The robot that flies.
+        motion: A schedule, checked against `robot_limits(robot)` or stricter limits; or a history that does
+            not begin before the release, t = 0, held still before it begins and after it ends.
+        until_s: End of the flight, after the release; for a schedule at least the last of `arrivals_s`.
+            Later parts of a history are ignored.
         base: Index of the body whose attitude is followed; the robot's base if None.
         initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
-        step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
+        step_s, order: Step and order of the propagation in time; None: steps as short as 1e-4 deg needs.
     """
     carried: list[TimedMove] = []
     if isinstance(motion, Schedule):
@@ -114,7 +116,7 @@ MAX_STROKES = 100
 
 
 def robot_limits(robot: RobotModel, *, strokes_min: int = 0) -> Limits:
-    """What bounds a maneuver of this robot when no sequencer is involved: the range of its own joints."""
+    """Return the limits of a maneuver of this robot without a sequencer: the range of its joints."""
     return Limits(
         joint_ranges_cdeg=tuple((_cdeg(low), _cdeg(high)) for low, high in robot.joint_limits_rad),
         start_cdeg=tuple(_cdeg(servo.start_rad) for servo in robot.servos),
@@ -132,12 +134,15 @@ def _cdeg(angle_rad: float) -> int:
 
 
 def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
-    """When the joint of each stroke has arrived: later than scheduled where its servo needs longer."""
+    """Compute the arrival time of each stroke's joint.
+
+    It is later than scheduled if the servo needs longer.
+    """
     return tuple(move.end_s for move in servo_moves(robot, timed_moves(schedule)))
 
 
 def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | None) -> float:
-    """Until when to fly: as asked, else to the end of the fall, or of the joints' motion if that is later.
+    """Return the end of the flight: as asked, else the end of the fall or of the joints' motion if later.
 
     Raises:
         UsageError: the joints still move then, or steps of this length would be too many.
@@ -158,7 +163,7 @@ def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | 
 
 
 def timed_moves(schedule: Schedule) -> list[TimedMove]:
-    """What the joints are to do, for `moved` and `servo_moves`."""
+    """Convert the schedule's strokes to joint moves for `moved` and `servo_moves`."""
     return [
         TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
         for s in schedule.strokes
@@ -166,9 +171,9 @@ def timed_moves(schedule: Schedule) -> list[TimedMove]:
 
 
 def held(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
-    """The history from `from_s` to `until_s`, with the joints at rest before it begins and after it ends.
+    """Cut or extend the history to the interval from `from_s` to `until_s`.
 
-    `from_s` is no later than its beginning.
+    The joints rest before it begins and after it ends. `from_s` is no later than its beginning.
     """
     before_end = int(np.searchsorted(history.breaks_s[:-1], until_s))
     breaks = np.append(history.breaks_s[:before_end], min(until_s, history.breaks_s[before_end]))

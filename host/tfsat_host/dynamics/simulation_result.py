@@ -41,7 +41,7 @@ _BODIES: Columns = (
 
 
 def document(simulation: Simulation, initial_rate_deg_s: Sequence[float] | None) -> dict[str, Any]:
-    """The object of `--json`, less notices and files; `strokes` is empty for a sampled history."""
+    """Build the `--json` document, without notices and files; `strokes` is empty for a sampled history."""
     robot, flight, rotations = simulation.robot, simulation.flight, simulation.rotations()
     strokes = simulation.motion.strokes if isinstance(simulation.motion, Schedule) else ()
     after = quaternion.to_matrix(simulation.stroke_quaternions_xyzw.T)
@@ -68,7 +68,10 @@ def document(simulation: Simulation, initial_rate_deg_s: Sequence[float] | None)
 
 
 def _end_s(simulation: Simulation) -> float:
-    """When the joints are at rest; for strokes to the nearest 10 ms, as in the paper's table."""
+    """Return the time at which the joints are at rest.
+
+    For strokes it is rounded to 10 ms, as in the paper's table.
+    """
     if isinstance(simulation.motion, Schedule):
         return round(max(simulation.arrivals_s, default=0.0), 2)
     flight = simulation.flight
@@ -76,7 +79,10 @@ def _end_s(simulation: Simulation) -> float:
 
 
 def _rotation(matrix: FloatArray) -> dict[str, Any]:
-    """One rotation (3, 3) in the four ways that people write it, degrees; adding zero leaves no minus zero."""
+    """Return a rotation (3, 3) as angle, rotation vector, Euler angles (degrees) and quaternion.
+
+    Adding zero avoids negative zeros.
+    """
     rotation = Rotation.from_matrix(matrix)
     return {
         "reorientation_deg": float(np.degrees(rotation.magnitude())),
@@ -87,7 +93,7 @@ def _rotation(matrix: FloatArray) -> dict[str, Any]:
 
 
 def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
-    """What a person reads of a `document`, in the order of how much one wants to know it."""
+    """Yield the report for people from a `document`, the most wanted figures first."""
     rate = result["initial_rate_deg_s"]
     turning = (
         "without angular momentum"
@@ -115,12 +121,12 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
 def notices(
     simulation: Simulation, maneuver: Maneuver | None = None, *, step_s: float | None = None
 ) -> list[str]:
-    """Where the motion or the figures are not what one may think, a sentence each.
+    """Return notices where the motion or the figures may differ from what is expected, one sentence each.
 
     Args:
-        simulation: Of a schedule or a history.
-        maneuver: Which the schedule is of, for what the sequencer would say of it.
-        step_s: Of the integration, if it was given.
+        simulation: The flight of a schedule or a history.
+        maneuver: The maneuver of the schedule, for the sequencer's verdict on it.
+        step_s: Step of the integration, if it was given.
     """
     robot, motion = simulation.robot, simulation.motion
     if isinstance(motion, Schedule):
@@ -147,7 +153,10 @@ def notices(
 
 
 def _schedule_notices(robot: RobotModel, schedule: Schedule, maneuver: Maneuver | None) -> list[str]:
-    """What the sequencer would say of the strokes, for a robot that it commands, is no more than a notice here."""
+    """Return the schedule's notices, servo speed warnings and the sequencer's refusal if there is one.
+
+    A refusal is only a notice here; it is checked for robots that a sequencer commands.
+    """
     found = list(schedule.notices)
     if schedule.strokes:
         found += servo_speed_notices(schedule, robot.path)
@@ -160,7 +169,7 @@ def _schedule_notices(robot: RobotModel, schedule: Schedule, maneuver: Maneuver 
 
 
 def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
-    """What the servos cannot do in the time that the schedule gives them, and what follows."""
+    """Return notices of strokes that end later than scheduled because of their servos, and the effect."""
     late_s = [
         arrival_s - s_from_us(stroke.end_us)
         for stroke, arrival_s in zip(schedule.strokes, simulation.arrivals_s, strict=True)
@@ -183,7 +192,7 @@ def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
 
 
 def _history_notices(robot: RobotModel, history: JointHistory) -> list[str]:
-    """Where a measured history leaves the joints' limits, or its spline the samples."""
+    """Return notices where a history exceeds the joint limits, or its spline the samples."""
     angles_rad = history.angles_rad(history.breaks_s)
     low_rad, high_rad = robot.joint_limits_rad.T
     beyond_deg = np.degrees(np.maximum(low_rad - angles_rad, angles_rad - high_rad).max(axis=0, initial=0.0))

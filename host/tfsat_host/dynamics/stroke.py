@@ -97,7 +97,10 @@ class Halves(NamedTuple):
 
 
 def divide(hinge: Hinge, angles: FloatArray) -> Halves:
-    """Both sides at joint angles (n - 1, ...); the hinge's own angle has no part in it."""
+    """Combine the bodies on each side of the hinge at joint angles (n - 1, ...).
+
+    The hinge's own angle has no effect.
+    """
     return Halves(
         fixed=gathered(hinge.columns, hinge.step.parent, hinge.fixed, angles),
         moving=gathered(hinge.columns, hinge.step.child, hinge.moving, angles),
@@ -149,7 +152,7 @@ def base_rate(halves: Halves, angle: FloatArray) -> FloatArray:
 
 
 def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
-    """The joints that can be reached from body `root` without crossing joint `without`, outwards."""
+    """Find the joints reachable from body `root` without crossing joint `without`, outwards."""
     reached, found = [root], list[Step]()
     joints = [step for step in body.steps if step.joint != without]
     grown = True
@@ -165,7 +168,7 @@ def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
 
 
 def _path(body: Multibody, target: int) -> tuple[Step, ...]:
-    """The joints from the base to body `target`."""
+    """Return the joints from the base to body `target`."""
     path: list[Step] = []
     while target != body.base:
         step = next(step for step in body.steps if step.child == target)
@@ -175,7 +178,7 @@ def _path(body: Multibody, target: int) -> tuple[Step, ...]:
 
 
 def _align_with_x(axis: FloatArray) -> FloatArray:
-    """A rotation (3, 3, ...) whose first column is the unit vector `axis` (3, ...)."""
+    """Return a rotation (3, 3, ...) whose first column is the unit vector `axis` (3, ...)."""
     least = np.argmin(np.abs(axis), axis=0)
     across = np.moveaxis(_SIDEWAYS[least], -1, 0)
     second = cross(axis, across)
@@ -280,7 +283,7 @@ def path_rotation(
 
 
 def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance_rad: float) -> FloatArray:
-    """As `turned`, with as many steps as the tolerance needs for the whole batch.
+    """Compute the rotations of `turned`, with as many steps as the tolerance needs for the whole batch.
 
     Raises:
         ValueError: a number is not finite, or no number of steps is enough.

@@ -39,7 +39,7 @@ class _Spans:
 
 
 def body_frames(log: DropLog, model: RobotModel) -> BodyFrames:
-    """The frames of all bodies from the release to the landing; what is unknown is a note, no error.
+    """Return the frames of all bodies from release to landing; anything unknown is a note, not an error.
 
     Args:
         log: A decoded drop.
@@ -64,12 +64,12 @@ def body_frames(log: DropLog, model: RobotModel) -> BodyFrames:
 
 
 def frame_name(name: str) -> str:
-    """A body's or joint's name as frames and topics have it: `body 3` is `body_3`."""
+    """Return a body's or joint's name as used in frames and topics: `body 3` becomes `body_3`."""
     return name.replace(" ", "_")
 
 
 def _landing_us(log: DropLog, release_us: int) -> int:
-    """The landing that the logger saw, or the end of the longest fall."""
+    """Return the time of the landing that the logger saw, or of the end of the longest fall."""
     ends = [event.t_us for event in log.events if event.name == "landing" and event.t_us > release_us]
     return min([release_us + FALL_US, *ends])
 
@@ -114,7 +114,7 @@ def _base_track(log: DropLog, model: RobotModel, spans: _Spans, notes: list[str]
 def _joint_track(
     log: DropLog, model: RobotModel, joint: int, spans: _Spans, notes: list[str]
 ) -> JointTrack | None:
-    """The mean of those of its sensors that answered, each counted from its own rest."""
+    """Compute a joint's angle as the mean of its sensors that answered, each counted from its own rest."""
     name = model.joint_names[joint]
     total = np.zeros(len(log))
     answered = np.zeros(len(log), int)
@@ -135,7 +135,7 @@ def _joint_track(
 
 
 def _outer_tracks(model: RobotModel, joints: tuple[JointTrack, ...]) -> tuple[FrameTrack, ...]:
-    """From the base outward, each body in the one that it hangs on."""
+    """Build the outer bodies' tracks from the base outward, each in the frame of the body it hangs on."""
     by_name = {track.name: track for track in joints}
     tracks = []
     reached = [model.base]

@@ -96,11 +96,11 @@ class CsvRow:
     cells: dict[str, str]
 
     def text(self, column: str) -> str:
-        """The cell; empty where the file has no such column."""
+        """Return the cell's text; empty if the file has no such column."""
         return self.cells.get(column, "")
 
     def number(self, column: str, *, largest: float, above: float | None = None) -> float:
-        """A finite number of magnitude `largest` at most, greater than `above` if that is given."""
+        """Parse a finite number of magnitude `largest` at most, and greater than `above` if that is given."""
         cell = self.text(column)
         if not _NUMBER.fullmatch(cell):
             shown = repr(cell[:_SHOWN]) if cell else "missing"
@@ -123,10 +123,10 @@ class CsvRow:
 
 
 def read_rows(form: CsvForm) -> list[CsvRow]:
-    """All rows below the header that are not blank.
+    """Read all rows below the header that are not blank.
 
     Raises:
-        TfsatError: of the form's kind; the file cannot be read, or a column is missing or there twice.
+        TfsatError: of the form's kind; the file cannot be read, or a column is missing or duplicated.
     """
     try:
         with form.path.open(encoding="utf-8-sig", newline="") as file:
@@ -183,7 +183,7 @@ class Mark:
 
 
 def read_video_marks(path: Path) -> tuple[Mark, ...]:
-    """The events in a file, by time.
+    """Read the events in a file, ordered by time.
 
     Raises:
         VideoFileError: the file cannot be read or understood; names file, line and cure.
@@ -259,19 +259,19 @@ class LaserTracks:
     rate_std: float = 0.0
 
     def between(self, from_s: float, until_s: float) -> LaserTracks:
-        """The places of that time."""
+        """Return the tracks between two times, both included."""
         return self.only((self.t_s >= from_s) & (self.t_s <= until_s))
 
     def only(self, rows: BoolArray) -> LaserTracks:
-        """The places of these rows (n,)."""
+        """Return the tracks in the selected rows (n,)."""
         columns = ("t_s", "spot", "along_m", "up_m", "std_m")
         return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
     def after_release(self, video: ClockFit | None) -> LaserTracks:
-        """The same tracks by the logger's clock, whose zero is the release.
+        """Return the same tracks on the logger's clock, whose zero is the release.
 
         Raises:
-            LaserFileError: they are on the video's clock, and that is unknown.
+            LaserFileError: the tracks are on the video's clock, and that clock is unknown.
         """
         if not self.on_video_clock:
             return self
@@ -286,7 +286,7 @@ class LaserTracks:
 
 
 def read_tracks(path: Path) -> LaserTracks:
-    """The tracks in a file, by time.
+    """Read the laser tracks in a file, ordered by time.
 
     Raises:
         LaserFileError: the file cannot be read or understood; names file, line and cure.
@@ -306,7 +306,7 @@ def read_tracks(path: Path) -> LaserTracks:
 
 
 def _clock(form: CsvForm, row: CsvRow) -> str:
-    """The one column of times."""
+    """Find the file's one column of times; refuse both or neither."""
     there = [name for name in ("t_s", "video_t_s") if name in row.cells]
     if len(there) != 1:
         found = "both t_s and video_t_s are" if there else "neither t_s nor video_t_s is"

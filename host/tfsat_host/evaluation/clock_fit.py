@@ -121,10 +121,10 @@ class ClockFit:
 
 
 def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) -> ClockFit:
-    """The clock's offset and rate by weighted least squares over the events that agree.
+    """Fit the clock's offset and rate by weighted least squares over the events that agree.
 
     Args:
-        name: Whose clock, as the findings call it.
+        name: Of the clock, as the findings call it.
         pairs: One event at least.
         prior: Of the slope.
     """
@@ -156,7 +156,7 @@ def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) 
     )
 
 
-class _Judged(NamedTuple):
+class _LineFit(NamedTuple):
     """A line through the events in use, and what it leaves of all n."""
 
     used: BoolArray
@@ -169,13 +169,13 @@ class _Judged(NamedTuple):
 
 def _judge(
     clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArray, prior: SlopePrior
-) -> _Judged:
+) -> _LineFit:
     line, covariance = _solve(clock[used], logger[used], std[used], prior)
     # Of a used event the fit has taken a part of the error over; of another it adds its own.
     of_line = _line_variance(clock, covariance)
     residual_std = np.sqrt(np.where(used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
     residual = logger - line[0] - line[1] * clock
-    return _Judged(
+    return _LineFit(
         used, line, covariance, residual, residual_std, np.abs(residual) <= GATE_STDS * residual_std
     )
 
@@ -235,7 +235,7 @@ def _within(
 
 
 def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
-    """A sentence for each event that the others contradict, or for two that were taken for one another."""
+    """Format a sentence for each event that the others contradict, or for two events that were swapped."""
     left_out = [one for one in residuals if not one.used]
     found = []
     while left_out:
@@ -256,7 +256,7 @@ def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
 
 
 def _are_swapped(one: Residual, other: Residual) -> bool:
-    """Whether each event lies where the other is expected."""
+    """Return whether each of two events lies where the other is expected."""
     apart = other.pair.logger_s - one.pair.logger_s
     return abs(one.residual_s + apart) <= GATE_STDS * max(one.std_s, other.std_s) and abs(
         other.residual_s - apart

@@ -56,14 +56,14 @@ class Clocks:
 def align_clocks(
     log: DropLog, schedule: Schedule, video: Sequence[Mark] = (), video_rate: float | None = None
 ) -> Clocks:
-    """The sequencer's clock and the video's, by release, strokes and landing.
+    """Align the sequencer's and the video's clocks with the logger's by release, strokes and landing.
 
     Args:
         log: A decoded drop.
         schedule: What the sequencer was to fly.
         video: See `camera.read_video_marks`.
-        video_rate: Seconds of the video's clock in a real one: 1 in real time, 4 in slow motion of a quarter; None:
-            nobody knows, and the events tell it.
+        video_rate: Seconds of the video's clock per real second: 1 in real time, 4 in slow motion of a quarter;
+            None if unknown, to be found from the events.
     """
     edges_s = stroke_edges(log)
     release = _release(log)
@@ -110,7 +110,7 @@ def stroke_edges(log: DropLog) -> FloatArray:
 
 
 def _release(log: DropLog) -> Mark | None:
-    """The logger's release; where blocks are lost, anywhere between the earliest and the latest."""
+    """Return the logger's release; if blocks are lost, the middle of its earliest and latest times."""
     if log.release is None:
         return None
     middle_us = (log.release.earliest_us + log.release.latest_us) / 2
@@ -119,13 +119,13 @@ def _release(log: DropLog) -> Mark | None:
 
 
 def _landing_marks(log: DropLog) -> list[Mark]:
-    """The landing, if the logger felt it; one that it only counted off is no use for a clock."""
+    """Return the landing if the logger felt it; a landing that was only timed out is no use for a clock."""
     shocks = [event for event in log.events if event.name == "landing" and event.arg == 1]
     felt = [event for event in shocks if log.release is None or event.t_us > log.release.t_us]
     return [Mark("landing", log.seconds(event.t_us), LANDING_STD_S) for event in felt[:1]]
 
 
-def _of_matching(matched: Matched, edges_s: FloatArray) -> list[str]:
+def _of_matching(matched: MatchedEdges, edges_s: FloatArray) -> list[str]:
     found = [f"Stroke {stroke + 1} was not seen by the logger." for stroke in matched.unseen]
     return found + [
         f"The stroke line rose at {edges_s[edge]:.4f} s, where no stroke was scheduled."
@@ -208,7 +208,7 @@ _STEEPEST = 0.03
 
 
 @dataclass(frozen=True, slots=True)
-class Matched:
+class MatchedEdges:
     """Edges by stroke.
 
     Attributes:
@@ -222,18 +222,18 @@ class Matched:
     extra: tuple[int, ...]
 
 
-def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> Matched:
-    """The assignment that puts the most events on one line of time, the release among them.
+def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> MatchedEdges:
+    """Match strokes to edges such that most events, the release among them, lie on one line of time.
 
     Args:
         scheduled_s: (m,) ascending, above zero, after the release.
         edge_s: (k,) ascending, `MAX_EDGES` at most, on the logger's clock.
-        release_s: The release on the logger's clock; None if it is unknown. Two edges tell without it.
+        release_s: The release on the logger's clock; None if unknown, then two edges suffice without it.
     """
     lines = _lines(scheduled_s, edge_s, release_s)
     assignments = [_near(slope, start, scheduled_s, edge_s, NEAR_S) for start, slope in lines]
     if not assignments:
-        return Matched({}, tuple(range(len(scheduled_s))), tuple(range(len(edge_s))))
+        return MatchedEdges({}, tuple(range(len(scheduled_s))), tuple(range(len(edge_s))))
 
     def merit(index: int) -> tuple[int, float]:
         start, slope = lines[index]
@@ -245,7 +245,7 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
     chosen = dict(assignments[best])
     late = _astray(scheduled_s * slope + start, edge_s, chosen)
     chosen.update(late)
-    return Matched(
+    return MatchedEdges(
         dict(sorted(chosen.items())),
         tuple(i for i in range(len(scheduled_s)) if i not in chosen),
         tuple(k for k in range(len(edge_s)) if k not in chosen.values()),
@@ -272,7 +272,7 @@ def _lines(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None)
 def _near(
     slope: float, start: float, scheduled_s: FloatArray, edge_s: FloatArray, reach_s: float
 ) -> dict[int, int]:
-    """The nearest edge of each stroke, if within `reach_s`; no edge twice."""
+    """Find the nearest edge of each stroke within `reach_s`; no edge is used twice."""
     if not len(edge_s):
         return {}
     apart = np.abs(start + slope * scheduled_s[:, None] - edge_s[None, :])
@@ -285,7 +285,7 @@ def _near(
 
 
 def _astray(expected_s: FloatArray, edge_s: FloatArray, chosen: dict[int, int]) -> dict[int, int]:
-    """Of what is left, the nearest edge and stroke first, so long as the order of strokes stays."""
+    """Match the remaining strokes and edges, nearest pair first, as long as the strokes' order is kept."""
     found: dict[int, int] = {}
     apart = np.abs(expected_s[:, None] - edge_s[None, :])
     nearest = np.column_stack(np.unravel_index(np.argsort(apart, axis=None, kind="stable"), apart.shape))

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.apply import Calibrated, apply_calibration
+from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -33,7 +33,7 @@ from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
-from tfsat_host.evaluation.laser_spots import BodyTurning
+from tfsat_host.evaluation.laser_spots import BodyRotation
 from tfsat_host.evaluation.laser_velocity import (
     LaserError,
     ReleaseVelocity,
@@ -52,7 +52,7 @@ from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
 from tfsat_host.evaluation.motion.samples import EvaluationError, end_of_fall_s, samples_of
 from tfsat_host.evaluation.rest import Rest, rest_before_release
-from tfsat_host.evaluation.strokes import FlownStroke, Standing, standing_joints, strokes_flown
+from tfsat_host.evaluation.strokes import FlownStroke, JointRest, standing_joints, strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import ASSUMED, RobotModel
 from tfsat_host.sdlog import DropLog
@@ -91,7 +91,7 @@ class Turn:
 
     @classmethod
     def of(cls, body: BodyMotion) -> Turn:
-        """Of one body."""
+        """Compute the turn of one body."""
         angle, std = body.reorientation_rad()
         last: Rotation = body.attitude[-1]
         return cls(
@@ -105,7 +105,7 @@ class Turn:
 
     @classmethod
     def withheld(cls) -> Turn:
-        """Not given: NaN throughout."""
+        """Return a withheld turn: NaN throughout."""
         return cls(np.nan, np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), np.full(3, np.nan), False)
 
 
@@ -155,7 +155,7 @@ class Evaluation:
     turns: tuple[Turn, ...]
     initial_rates: tuple[InitialRate, ...]
     strokes: tuple[FlownStroke, ...]
-    standing: tuple[Standing, ...]
+    standing: tuple[JointRest, ...]
     explained: ModelComparison
     identifiability: Identifiability
     checks: tuple[Check, ...]
@@ -166,7 +166,10 @@ class Evaluation:
     widest: float = 1.0
 
     def gives(self, *results: str) -> bool:
-        """Whether none of these results is withheld; without names, none that gyros and angle sensors tell."""
+        """Return whether none of these results is withheld.
+
+        Without names, none of those that gyros and angle sensors measure.
+        """
         return not self.withheld.keys() & (set(results) or SENSED)
 
     @property
@@ -200,7 +203,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True, slots=True)
-class Witnesses:
+class ExternalObservations:
     """What others than the logger saw of a drop.
 
     Attributes:
@@ -223,7 +226,7 @@ def evaluate(
     schedule: Schedule | None = None,
     *,
     recorded: datetime | None = None,
-    witnesses: Witnesses | None = None,
+    witnesses: ExternalObservations | None = None,
     offsets: Offsets | None = None,
     swarm: bool = False,
 ) -> Evaluation:
@@ -246,7 +249,9 @@ def evaluate(
     """
     rest = rest_before_release(log)
     fallback = with_fallbacks(calibration, log, model, rest, recorded)
-    drop = _Drop(log, model, schedule, rest, fallback.notes, witnesses or Witnesses(), offsets, swarm)
+    drop = _Drop(
+        log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
+    )
     found = drop.evaluated(fallback.calibration)
     wider, widest = drop.with_less_stated(fallback.calibration, found)
     if wider is None:
@@ -266,12 +271,15 @@ class _Drop:
     schedule: Schedule | None
     rest: Rest
     notes: tuple[str, ...]
-    seen: Witnesses
+    seen: ExternalObservations
     offsets: Offsets | None
     swarm: bool
 
     def evaluated(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
-        """With one calibration, nothing withheld; without a cause of what failed if not `diagnosed`."""
+        """Evaluate the drop with one calibration, withholding nothing.
+
+        Failed checks get no cause unless `diagnosed`.
+        """
         try:
             return self._evaluate(used, diagnosed)
         except np.linalg.LinAlgError as error:
@@ -286,10 +294,10 @@ class _Drop:
     def with_less_stated(
         self, certificate: Calibration, found: Evaluation
     ) -> tuple[Evaluation | None, float]:
-        """With ± of the certificate, or of the joints' axes, so great that the sensors do not contradict each other.
+        """Evaluate with the ± of certificate or joint axes widened until the sensors agree.
 
-        None: they do not anyhow, or no such ± explain them, or it is no kind of cause that greater ± describe. Also the
-        greatest factor that was tried.
+        The evaluation is None if the sensors agree anyhow, if no such ± reconcile them, or if the kind of cause is
+        not one that greater ± describe. The second result is the greatest factor that was tried.
         """
         kind = found.causes[0].kind if found.causes else UNKNOWN
         if kind not in NO_SENSORS | STATED_TOO_WELL:
@@ -309,9 +317,9 @@ class _Drop:
         return None, min(widening, MAX_WIDENING)
 
     def contradiction(self, used: Calibration, results: frozenset[str]) -> float:
-        """By how much sensors that tell any of the results contradict each other with a calibration, without any model.
+        """Compute how far the sensors behind any of the results contradict each other, without any model.
 
-        0 if they do not; infinite if no motion explains the readings with it.
+        The result is 0 if they do not, and infinite if no motion explains the readings with the calibration.
         """
         try:
             checks = checks_of(self._motion(used), None, self.log, used, self.model, diagnosed=False)
@@ -365,7 +373,10 @@ class _Drop:
 
 
 def _excess(checks: Sequence[Check], results: frozenset[str]) -> float:
-    """By how much the worst check of any of the results is beyond its limit, as a factor of errors; 0 if all passed."""
+    """Return the greatest excess of a failed check of any of the results over its limit; 0 if all passed.
+
+    The excess is a factor of errors.
+    """
     against = (check.excess for check in checks if check.failed and results.intersection(check.protects))
     return max(against, default=0.0)
 
@@ -376,7 +387,10 @@ def _with_leaning_axes(model: RobotModel, factor: float) -> RobotModel:
 
 
 def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | None, until_s: float) -> float:
-    """As the logger saw it, else as it was commanded by the sequencer's clock, else when the fall ends."""
+    """Return the time of the first stroke: as logged, else as commanded, else the end of the fall.
+
+    A command counts by the sequencer's clock.
+    """
     if schedule is not None and clocks is not None and schedule.strokes:
         fit = clocks.sequencer
         planned = [float(fit.to_logger_s(stroke.t_s)) if fit else stroke.t_s for stroke in schedule.strokes]
@@ -390,7 +404,7 @@ def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | No
 
 def _micro_gravity(
     log: DropLog,
-    samples: Calibrated,
+    samples: CalibratedSamples,
     motion: Motion,
     model: RobotModel,
     first_stroke_s: float,
@@ -413,16 +427,23 @@ def _micro_gravity(
 
 
 def _release_velocity(
-    seen: Witnesses, motion: Motion, model: RobotModel, first_stroke_s: float, clocks: Clocks | None
+    seen: ExternalObservations,
+    motion: Motion,
+    model: RobotModel,
+    first_stroke_s: float,
+    clocks: Clocks | None,
 ) -> tuple[ReleaseVelocity | None, tuple[str, ...]]:
-    """The velocity, or why the spots give none: the rest of the drop is none the worse for it."""
+    """Compute the release velocity, or the reasons why the laser spots give none.
+
+    A failure here does not affect the rest of the drop's results.
+    """
     if seen.laser is None or seen.windows is None:
         return None, ()
     body = motion.bodies[BODY_2]
     rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
     angles_rad = np.column_stack([np.interp(body.t_s, motion.t_s, one) for one in motion.angles_rad.T])
     com_m = np.array([com_in_bodies_m(model, angles)[BODY_2] for angles in angles_rad])
-    turning = BodyTurning(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
+    turning = BodyRotation(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
     try:
         velocity = release_velocity(
             seen.laser.after_release(clocks.video if clocks else None),

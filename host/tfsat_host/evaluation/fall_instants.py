@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.calibration.apply import Calibrated
+from tfsat_host.calibration.apply import CalibratedSamples
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import FALL_US, LANDING_EARLIEST_US
 from tfsat_host.sdlog import DropLog
@@ -66,8 +66,8 @@ class FallInstants:
     findings: tuple[str, ...]
 
 
-def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
-    """Both instants, compared with the switches and with the logger's note.
+def fall_instants(log: DropLog, samples: CalibratedSamples) -> FallInstants:
+    """Find release and landing in the felt forces, compared with the switches and the logger's note.
 
     Args:
         log: With a release.
@@ -100,7 +100,7 @@ def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
 
 
 def release_felt(t_s: FloatArray, force_m_s2: FloatArray, low_pass: LowPass) -> Instant | None:
-    """When the force fell to the middle between what it was before and what it is in the fall; None if it did not.
+    """Find when the force fell to the middle between its levels before and in the fall; None if never.
 
     Args:
         t_s: (n,) ascending, after the release.
@@ -114,14 +114,14 @@ def release_felt(t_s: FloatArray, force_m_s2: FloatArray, low_pass: LowPass) -> 
 def landing_felt(
     t_s: FloatArray, force_m_s2: FloatArray, clipped: BoolArray, low_pass: LowPass
 ) -> Instant | None:
-    """When the force first exceeded `SHOCK_G`, after the time at which a landing is possible; None if it never did.
+    """Find when the force first exceeded `SHOCK_G` once a landing was possible; None if it never did.
 
     A soft cushion takes some milliseconds to push so hard.
 
     Args:
         t_s: (n,) ascending, after the release.
         force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
-        clipped: (n, 4) the force may be larger than that; it counts as a shock.
+        clipped: (n, 4) True where the force may exceed full scale; it counts as a shock.
         low_pass: Of the IMUs.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
@@ -130,7 +130,7 @@ def landing_felt(
 
 
 def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
-    """The last time that the force came down through the middle near the release; NaN if it did not."""
+    """Find the last time near the release that the force fell through the middle; NaN if it did not."""
     known = np.isfinite(magnitude)
     t_s, magnitude = t_s[known], magnitude[known]
     before, after = (magnitude[(t_s >= a) & (t_s < b)] for a, b in (_AT_REST_S, _IN_FALL_S))
@@ -160,7 +160,7 @@ def _find_shock(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> f
 
 
 def _crossing_time(t_s: FloatArray, magnitude: FloatArray, row: int, level: float) -> float:
-    """Where the line from a row to the next meets the level."""
+    """Interpolate the time at which the line from a row to the next meets the level."""
     share = (magnitude[row] - level) / (magnitude[row] - magnitude[row + 1])
     return float(t_s[row] + share * (t_s[row + 1] - t_s[row]))
 

@@ -130,7 +130,7 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
 
 
 def _of_hung(sensors: JointSensors) -> list[str]:
-    """A sentence on the zero points that the rest gave, and one on those that it did not."""
+    """Format the sentences on the joint's zero points taken from the rest, and on those it could not give."""
     silent = np.isnan(sensors.zero_rad)
     notes = []
     if not silent.all():
@@ -147,7 +147,10 @@ def _of_hung(sensors: JointSensors) -> list[str]:
 
 
 def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
-    """A sentence on what has no fallback: it keeps its design or its last value, with that uncertainty."""
+    """Format the sentences on quantities without a fallback.
+
+    Such a quantity keeps its design or its last value, with that value's uncertainty.
+    """
     if not certified:
         return []
     notes = []
@@ -171,7 +174,7 @@ Lacking = Mapping[str, Shortcoming]
 
 
 def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
-    """With what a landing may have done to the stale part of it."""
+    """Return the gyro with the covariance of its stale part widened by the possible effect of a landing."""
     covariance = gyro.covariance.copy()
     if _is_stale(lacking, f"bias of body {gyro.body}"):
         covariance[:3, :3] += LANDING_BIAS_STD_RAD_S**2 * np.eye(3)
@@ -181,7 +184,10 @@ def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
 
 
 def sensors_since(sensors: JointSensors, lacking: Lacking) -> JointSensors:
-    """The same of a joint's angle sensors, each of which may have turned alone."""
+    """Return a joint's angle sensors with a stale zero covariance widened by the effect of a landing.
+
+    Each of the two sensors may have turned alone.
+    """
     if not _is_stale(lacking, f"zero point of joint {sensors.joint}"):
         return sensors
     return replace(sensors, zero_covariance=sensors.zero_covariance + LANDING_ZERO_STD_RAD**2 * np.eye(2))

@@ -23,7 +23,7 @@ from tfsat_host.evaluation.laser_spots import (
     ACCELERATION_STD_M_S2,
     LASERS,
     UP,
-    BodyTurning,
+    BodyRotation,
     Laser,
     equations_of,
 )
@@ -50,13 +50,13 @@ class Reading(NamedTuple):
     mirrored: tuple[bool, bool]
 
     def of(self, tracks: LaserTracks) -> LaserTracks:
-        """The tracks, so read."""
+        """Return the tracks as this reading interprets them."""
         spot = 3 - tracks.spot if self.exchanged else tracks.spot
         sign = np.where(np.array(self.mirrored)[tracks.spot - 1], -1.0, 1.0)
         return replace(tracks, spot=spot, along_m=sign * tracks.along_m)
 
     def words(self) -> str:
-        """What is otherwise than the file says."""
+        """Format how this reading differs from the file."""
         changes = ["spots 1 and 2 are exchanged"] if self.exchanged else []
         changes += [f"along_mm of spot {n} is mirrored" for n in (1, 2) if self.mirrored[n - 1]]
         return " and ".join(changes)
@@ -77,7 +77,7 @@ class Identity(NamedTuple):
     possible: tuple[Reading, ...]
 
 
-def identity_of(tracks: LaserTracks, turning: BodyTurning, from_s: float) -> Identity:
+def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Identity:
     """Compares all readings of tracks whose times count from the release; those before `from_s` are not used."""
     kept = tracks.between(max(from_s, float(turning.t_s[0])), float(turning.t_s[-1]))
     kept = kept.only(np.interp(kept.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD)
@@ -106,7 +106,7 @@ def _means_something(reading: Reading, spots: set[int]) -> bool:
     return all(n in spots for n in (1, 2) if reading.mirrored[n - 1])
 
 
-def _cost(tracks: LaserTracks, turning: BodyTurning, scale: float) -> tuple[float, float]:
+def _cost(tracks: LaserTracks, turning: BodyRotation, scale: float) -> tuple[float, float]:
     """Twice the negative log-likelihood, but for a constant; the residuals' scale in units of what was stated."""
     plain = equations_of(tracks, turning, LASERS)
     nuisances = list(_nuisances(tracks, turning))
@@ -130,9 +130,9 @@ def _cost(tracks: LaserTracks, turning: BodyTurning, scale: float) -> tuple[floa
 
 
 def _nuisances(
-    tracks: LaserTracks, turning: BodyTurning
-) -> Iterator[tuple[float, tuple[LaserTracks, BodyTurning, list[Laser]]]]:
-    """What may be off by a little: the step's share of its deviation, and the geometry with that step."""
+    tracks: LaserTracks, turning: BodyRotation
+) -> Iterator[tuple[float, tuple[LaserTracks, BodyRotation, list[Laser]]]]:
+    """Yield a step of each nuisance: its share of the standard deviation, and the geometry with that step."""
     for number, laser in enumerate(LASERS):
         lasers = list(LASERS)
         lasers[number] = laser._replace(wall_m=laser.wall_m + _STEP_M)

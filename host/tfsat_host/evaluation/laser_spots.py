@@ -57,7 +57,7 @@ LASERS = (
 """Of spot 1 and spot 2; see the module's table."""
 
 
-class BodyTurning(NamedTuple):
+class BodyRotation(NamedTuple):
     """How body 2 turned after the release, by its gyro.
 
     Attributes:
@@ -105,8 +105,11 @@ class Equations(NamedTuple):
     toward: FloatArray
 
 
-def equations_of(tracks: LaserTracks, turning: BodyTurning, lasers: Sequence[Laser]) -> Equations:
-    """A ray from exit p along u meets the wall n x = D at p + u (D - n p) / (n u); both p and u turn with body 2."""
+def equations_of(tracks: LaserTracks, turning: BodyRotation, lasers: Sequence[Laser]) -> Equations:
+    """Build the equations of the laser spots' places on the walls.
+
+    A ray from exit p along u meets the wall n x = D at p + u (D - n p) / (n u); both p and u turn with body 2.
+    """
     rotation, com_m = turning.at(tracks.t_s), turning.com_at(tracks.t_s)
     at_release_m = turning.com_at(turning.t_s[:1])[0]
     toward = np.empty((2, len(tracks.t_s), 3))

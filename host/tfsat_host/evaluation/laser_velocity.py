@@ -25,7 +25,7 @@ from tfsat_host.evaluation.laser_spots import (
     ACCELERATION_STD_M_S2,
     LASERS,
     UP,
-    BodyTurning,
+    BodyRotation,
     Equations,
     Laser,
     equations_of,
@@ -68,7 +68,10 @@ class VelocityWindows(NamedTuple):
 
 
 def windows_of(tower: DropTower, radius_mm: float = PAPER_RADIUS_MM) -> VelocityWindows:
-    """Of a facility, for a robot that reaches `radius_mm` from its CoM over its maneuver."""
+    """Compute a facility's velocity windows for a robot with the given reach.
+
+    `radius_mm` is how far the robot reaches from its CoM over its maneuver.
+    """
     sideways = permissible_transversal_velocity_mm_s(tower.envelope_radius_mm, radius_mm, tower.fall_s)
     return VelocityWindows(tower.release_velocity_window_mm_s, sideways)
 
@@ -83,7 +86,7 @@ class Velocity:
     high_mm_s: float
 
     def judged(self, low_mm_s: float, high_mm_s: float) -> Judgement:
-        """Whether all of the interval lies within a window, none of it, or some."""
+        """Judge whether the interval lies entirely within a window, entirely outside it, or partly."""
         if low_mm_s <= self.low_mm_s and self.high_mm_s <= high_mm_s:
             return "within"
         return "outside" if self.high_mm_s < low_mm_s or self.low_mm_s > high_mm_s else "uncertain"
@@ -126,20 +129,20 @@ def release_velocity(
     windows: VelocityWindows,
     *,
     first_stroke_s: float,
-    turning: BodyTurning,
+    turning: BodyRotation,
 ) -> ReleaseVelocity:
-    """The velocity at the end of the push, from places between it and the first stroke.
+    """Estimate the velocity at the end of the push from places between it and the first stroke.
 
     Args:
-        tracks: Times after the release, see `LaserTracks.after_release`; places in the first stroke help to tell the
-            spots apart.
-        windows: What is permitted.
+        tracks: Times after the release, see `LaserTracks.after_release`; places in the first stroke help to
+            tell the spots apart.
+        windows: The permitted velocities.
         first_stroke_s: When the first stroke began, after the release.
         turning: Of body 2, by its gyro.
 
     Raises:
-        LaserError: too few places in that time, or too many that contradict the others, or body 2's turning speaks for
-            spots that are exchanged or mirrored.
+        LaserError: too few places in that time, or too many that contradict the others, or body 2's turning
+            indicates that the spots are exchanged or mirrored.
     """
     kept = _chosen(
         tracks, max(PUSHED_OFF_S, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1]))
@@ -193,7 +196,7 @@ def release_velocity(
 
 
 def _untold(identity: Identity) -> tuple[str, ...]:
-    """Which other readings of the file the turning cannot exclude."""
+    """Format a sentence on the other readings of the file that body 2's turning cannot exclude, if any."""
     if not identity.possible:
         return ()
     single = [
@@ -225,7 +228,7 @@ def _velocity(
     return Velocity(value, std, max(least_mm_s, value - student * std), value + student * std)
 
 
-def _of_parameters(tracks: LaserTracks, turning: BodyTurning, path: _StraightPath) -> FloatArray:
+def _of_parameters(tracks: LaserTracks, turning: BodyRotation, path: _StraightPath) -> FloatArray:
     """(3, 3) of the velocity, from the gyro's error and that of the distances: each moved by its deviation."""
     moved = []
     for axis, std in enumerate(turning.rate_std_rad_s):
@@ -263,7 +266,7 @@ class _StraightPath(NamedTuple):
 
 def _straight_path(
     tracks: LaserTracks,
-    turning: BodyTurning,
+    turning: BodyRotation,
     lasers: Sequence[Laser],
     keep: BoolArray | None = None,
 ) -> _StraightPath:
@@ -313,7 +316,10 @@ def _design(equations: Equations) -> tuple[FloatArray, BoolArray]:
 def _solve(
     design: FloatArray, target: FloatArray, weight: FloatArray, prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Least squares, and the inverse of the normal matrix; a column of zeros gets the solution zero."""
+    """Solve a least-squares problem; return the solution and the inverse of the normal matrix.
+
+    A column of zeros gets the solution zero.
+    """
     normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64)
     return inverse @ (design.T @ (weight * target)), inverse

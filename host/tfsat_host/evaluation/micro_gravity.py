@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.calibration.apply import ACCEL_SCALE_STD, Calibrated
+from tfsat_host.calibration.apply import ACCEL_SCALE_STD, CalibratedSamples
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.laser_velocity import PUSHED_OFF_S
@@ -132,8 +132,10 @@ def quiet_windows(
     arms_before_m: FloatArray,
     arms_after_m: FloatArray,
 ) -> tuple[QuietWindow, QuietWindow]:
-    """From the end of the push to the first stroke, and from the last stroke's end to the landing; times after the
-    release. Arms: (4, 3) with the joints as they then stand."""
+    """Return the quiet windows from the push to the first stroke and from the last stroke to the landing.
+
+    Times are after the release. Arms: (4, 3) with the joints as they stand in each window.
+    """
     return (
         QuietWindow("before the first stroke", PUSHED_OFF_S, first_stroke_s, arms_before_m),
         QuietWindow(
@@ -142,7 +144,9 @@ def quiet_windows(
     )
 
 
-def micro_gravity(samples: Calibrated, t_s: FloatArray, windows: Sequence[QuietWindow]) -> MicroGravity:
+def micro_gravity(
+    samples: CalibratedSamples, t_s: FloatArray, windows: Sequence[QuietWindow]
+) -> MicroGravity:
     """Forces in the quiet windows, and gravity before the release.
 
     Args:
@@ -167,7 +171,7 @@ def micro_gravity(samples: Calibrated, t_s: FloatArray, windows: Sequence[QuietW
 
 
 def _quality(
-    samples: Calibrated,
+    samples: CalibratedSamples,
     t_s: FloatArray,
     window: QuietWindow,
     at_rest: Sequence[AtRest | None],
@@ -218,7 +222,10 @@ def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> Fl
 
 
 def _independent(force: FloatArray) -> float:
-    """How many independent samples are worth as much: a low-pass makes neighbours alike (first-order, lag 1)."""
+    """Estimate the equivalent number of independent samples.
+
+    A low-pass correlates neighbours; the correlation is modelled as first-order, from lag 1.
+    """
     away = force - force.mean(axis=0)
     power = float((away**2).sum())
     alike = float((away[1:] * away[:-1]).sum()) / power if power > 0.0 else 0.0
@@ -279,15 +286,15 @@ class AtRest:
     rms_g: float
 
     @classmethod
-    def of(cls, samples: Calibrated, rows: BoolArray, index: int) -> AtRest | None:
-        """Of the IMU with that index; None without enough valid samples."""
+    def of(cls, samples: CalibratedSamples, rows: BoolArray, index: int) -> AtRest | None:
+        """Compute the rest values of the IMU with that index; None without enough valid samples."""
         force, std = forces_g(samples, rows, index)
         if len(force) < MIN_SAMPLES:
             return None
         return cls(force.mean(axis=0), std.mean(axis=0), rms_g(force))
 
 
-def forces_g(samples: Calibrated, rows: BoolArray, index: int) -> tuple[FloatArray, FloatArray]:
+def forces_g(samples: CalibratedSamples, rows: BoolArray, index: int) -> tuple[FloatArray, FloatArray]:
     """(k, 3) valid forces of a body that are not clipped, and their deviations, g."""
     force = samples.specific_force_m_s2[:, index]
     good = rows & np.isfinite(force).all(axis=1) & ~samples.clipped[:, index]
@@ -326,7 +333,7 @@ class GravityCheck:
         )
 
     def felt(self) -> str:
-        """The worse of the two, as the end of a sentence about the body."""
+        """Format the worse of the two results as the end of a sentence about the body."""
         if self._as_shown_passes:
             return (
                 f"felt {self.less_fall_norm_g:.3f} g more before the release than in the fall "
@@ -344,13 +351,14 @@ class GravityCheck:
 def check_gravity(
     body: int, before: AtRest, in_fall_g: FloatArray | None, in_fall_noise_g: FloatArray | None
 ) -> GravityCheck:
-    """Of one body, 1 to 4.
+    """Check the gravity that the accelerometer of one body felt.
 
     Args:
         body: 1 to 4.
-        before: What it showed before the release.
-        in_fall_g: (3,) what its accelerometer shows in a quiet window, its turning taken off; None without one.
-        in_fall_noise_g: (3,) of that.
+        before: Its readings before the release.
+        in_fall_g: (3,) its accelerometer's reading in a quiet window, the effect of its turning removed; None
+            without one.
+        in_fall_noise_g: (3,) noise of `in_fall_g`.
     """
     norm = float(np.linalg.norm(before.mean_g))
     direction = before.mean_g / norm if norm > 0.0 else np.zeros(3)

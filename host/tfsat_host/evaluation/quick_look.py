@@ -113,7 +113,7 @@ def disagreements(
     commanded_deg: Sequence[float],
     reached: Sequence[float] | FloatArray,
 ) -> list[str]:
-    """Where the drop was not what was commanded, one sentence each.
+    """Format a sentence for each difference between the drop and its commands.
 
     Args:
         scheduled_s: m times after release.
@@ -162,7 +162,7 @@ def reached_deg(
 
 
 def _joint_deg(log: DropLog, model: RobotModel, joint: int, t_s: float) -> float:
-    """The joint's angle just before `t_s`, deg, but for a constant; NaN where samples are missing."""
+    """Compute the joint's angle just before `t_s` up to a constant, deg; NaN where samples are missing."""
     index = next(i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1)
     window = slice(*(np.searchsorted(log.t_s, t_s) + np.array((-WINDOW, 0))))
     known = window.start >= 0 and log.angle_valid[window, index].all()

@@ -1,6 +1,6 @@
 """The robot hanging still in the releaser, before anything turns: what its sensors show then.
 
-`Rest` is of up to half a minute: the gyros' noise, and their biases where no calibration gives them. `Hanging` is of
+`Rest` is of up to half a minute: the gyros' noise, and their biases where no calibration gives them. `RestBeforeRelease` is of
 the last seconds, of all sensors, to be checked.
 """
 
@@ -91,7 +91,7 @@ CONTRADICTION_RAD = np.deg2rad(3.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Hanging:
+class RestBeforeRelease:
     """What is still before the release.
 
     Attributes:
@@ -109,10 +109,12 @@ class Hanging:
     angles_rad: FloatArray
 
 
-def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotModel) -> Hanging | None:
-    """What hung still before the release; None if the robot was not still, or not recorded.
+def hanging_before_release(
+    log: DropLog, calibration: Calibration, model: RobotModel
+) -> RestBeforeRelease | None:
+    """Measure the robot hanging still before the release; None if it was not still, or not recorded.
 
-    A steady turn is no different from a bias by gyros alone, but nothing that hangs on a magnet turns steadily.
+    Gyros alone cannot tell a steady turn from a bias, but nothing that hangs on a magnet turns steadily.
     """
     wanted = np.flatnonzero((log.t_s >= -HANGING_LONGEST_S) & (log.t_s < -BEFORE_RELEASE_S))
     if len(wanted) < MIN_SAMPLES:
@@ -134,7 +136,7 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
     )
     calibrated = apply_calibration(Counts.from_log(part), calibration, model)
     rows = np.repeat(still, blocks.counts)
-    return Hanging(
+    return RestBeforeRelease(
         float(still.sum() * BLOCK_S),
         reading,
         np.where(enough, spread, np.nan),

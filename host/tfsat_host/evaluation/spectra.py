@@ -65,7 +65,7 @@ class Spectrum:
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class ComparedSpectra:
     """Spectra of the same quantity before and after a correction.
 
     Attributes:
@@ -108,7 +108,7 @@ def evenly(t_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def amplitude_spectrum(t_s: FloatArray, values: FloatArray, window: Window = "rectangular") -> Spectrum:
-    """Of samples at uneven times.
+    """Compute the amplitude spectrum of samples at uneven times.
 
     Args:
         t_s: (m,) ascending.
@@ -133,7 +133,7 @@ def amplitude_spectrum(t_s: FloatArray, values: FloatArray, window: Window = "re
 
 
 def leakage(t_s: FloatArray, window: Window, until_hz: float) -> tuple[FloatArray, FloatArray]:
-    """What a spectrum of these samples shows of one pure sine, by the distance from the sine's frequency.
+    """Compute the spectral leakage of a pure sine by the distance from its frequency.
 
     Args:
         t_s: (m,) of the samples.
@@ -159,22 +159,22 @@ def compare_spectra(
     *,
     window: Window = "rectangular",
     cutoff_hz: float = PAPER_CUTOFF_HZ,
-) -> Compared:
-    """Of momentum, rate error or attitude error.
+) -> ComparedSpectra:
+    """Compare two spectra of momentum, rate error or attitude error.
 
     Args:
         t_s: (m,) of both.
         before: (m, d).
         after: (m, d).
         window: Of both.
-        cutoff_hz: Up to here they are compared; the paper's 5 Hz.
+        cutoff_hz: The upper limit of the comparison; the paper's 5 Hz by default.
 
     Raises:
         ValueError: see `evenly`.
     """
     first, second = (amplitude_spectrum(t_s, values, window) for values in (before, after))
     rms = [float(np.linalg.norm(spectrum.band_rms(cutoff_hz))) for spectrum in (first, second)]
-    return Compared(first, second, cutoff_hz, rms[0], rms[1])
+    return ComparedSpectra(first, second, cutoff_hz, rms[0], rms[1])
 
 
 def _weights(n: int, window: Window) -> FloatArray:

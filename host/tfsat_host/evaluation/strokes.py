@@ -102,12 +102,13 @@ class FlownStroke:
 def strokes_flown(
     motion: Motion, schedule: Schedule, logged_s: Sequence[float] = ()
 ) -> tuple[FlownStroke, ...]:
-    """What became of each stroke of a schedule.
+    """Measure how each stroke of a schedule was flown.
 
     Args:
         motion: Of one drop.
-        schedule: What was commanded.
-        logged_s: When the logger saw each stroke's line rise (`Clocks.stroke_s`), NaN where it did not; none: all NaN.
+        schedule: The commanded strokes.
+        logged_s: When the logger saw each stroke's line rise (`Clocks.stroke_s`), NaN where it did not; empty:
+            all NaN.
 
     Raises:
         ValueError: there is a logged time for some strokes only.
@@ -129,7 +130,7 @@ def strokes_flown(
 
 
 def _flown(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -> FlownStroke:
-    """What became of a stroke, of which nothing is measured yet, from its command to the same joint's next."""
+    """Measure a stroke, of which nothing is measured yet, from its command to the same joint's next."""
     t, joint = motion.t_s, motion.joints[asked.joint - 1]
     if begin_s >= t[-1] - EARLY_S:
         return replace(asked, remark="Not recorded: it was due after the end of what can be evaluated.")
@@ -211,13 +212,13 @@ def _arrival(
 
 
 def at_rest(t_s: FloatArray, before_s: float) -> slice | None:
-    """The last samples before a time, for a mean; None without them."""
+    """Return the slice of the last samples before a time, for a mean; None if there are too few."""
     last = int(np.searchsorted(t_s, before_s))
     return slice(last - WINDOW, last) if last >= WINDOW else None
 
 
 def change_of(joint: JointMotion, before: slice, after: slice) -> tuple[float, float]:
-    """The angle's change between the means over two windows, and its standard deviation."""
+    """Compute the angle's change between the means over two windows, and its standard deviation."""
     change = joint.basis[after].mean(axis=0) - joint.basis[before].mean(axis=0)
     variance = float(change @ joint.covariance @ change)
     for window in (before, after):
@@ -227,7 +228,10 @@ def change_of(joint: JointMotion, before: slice, after: slice) -> tuple[float, f
 
 
 def rate_noise(motion: Motion, joint: int) -> float:
-    """Of one sample of a joint's rate, rad/s, by what second differences do not explain while it stands or coasts."""
+    """Estimate the noise of one sample of a joint's rate, rad/s, from second differences.
+
+    Their median represents the joint while it stands or coasts.
+    """
     second = np.diff(motion.fused.joint_rate_rad_s[:, joint - 1], 2)
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
 
@@ -240,7 +244,7 @@ CREPT_RAD = np.deg2rad(0.05)
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class JointRest:
     """One joint between two of its strokes, or before, after or without them.
 
     Attributes:
@@ -287,8 +291,8 @@ class Standing:
         return ""
 
 
-def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Standing, ...]:
-    """Every joint wherever it should stand long enough to tell, by joint and time.
+def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[JointRest, ...]:
+    """Measure every joint wherever it should stand long enough to tell, ordered by joint and time.
 
     Args:
         motion: Of one drop.
@@ -309,12 +313,12 @@ def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Sta
 
 
 def _started_s(stroke: FlownStroke) -> float:
-    """Before its command only by as much as a stroke is looked for early; never of a stroke that was not flown."""
+    """Return a stroke's start, at most `EARLY_S` before its command; infinite if it was not flown."""
     early = stroke.scheduled_s - EARLY_S
     return max(stroke.start_s, early) if stroke.moved else float("inf")
 
 
-def _standing(motion: Motion, joint: int, from_s: float, until_s: float) -> Standing | None:
+def _standing(motion: Motion, joint: int, from_s: float, until_s: float) -> JointRest | None:
     t, found = motion.t_s, motion.joints[joint - 1]
     first = int(np.searchsorted(t, from_s))
     last = at_rest(t, min(until_s, float(t[-1])))
@@ -324,7 +328,7 @@ def _standing(motion: Motion, joint: int, from_s: float, until_s: float) -> Stan
     drift, std = change_of(found, begin, last)
     off = found.angle_rad[first : last.stop] - found.angle_rad[begin].mean()
     worst = int(np.abs(off).argmax())
-    return Standing(
+    return JointRest(
         joint,
         float(t[first]),
         float(t[last.stop - 1]),
@@ -365,7 +369,7 @@ def smoothed(values: FloatArray) -> FloatArray:
 
 
 def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
-    """The first edge of a motion.
+    """Find the first edge of a motion.
 
     Args:
         t_s: (n,) ascending.
@@ -384,7 +388,7 @@ def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
 
 
 def falling_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
-    """The last edge of a motion; arguments as `rising_edge`."""
+    """Find the last edge of a motion; arguments as in `rising_edge`."""
     mirrored = rising_edge(-t_s[::-1], rate[::-1])
     return Edge(-mirrored.t_s, mirrored.std_s, mirrored.whole)
 

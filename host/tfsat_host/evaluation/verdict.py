@@ -43,18 +43,18 @@ class Verdict:
     reasons: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the verdict as a dict for JSON."""
         return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
 
 
 def verdict_of(
     found: Evaluation, against_calibration: Sequence[str] = (), against_maneuver: Sequence[str] = ()
 ) -> Verdict:
-    """Of one drop.
+    """Judge one drop.
 
     Args:
         found: The evaluation.
-        against_calibration: What stands against the certificate, which the evaluation itself cannot see: that it is of
+        against_calibration: Objections to the certificate that the evaluation itself cannot see: that it is of
             other sensors, or how old it is. Sentences.
         against_maneuver: Why the maneuver's file is not what was commanded. Sentences.
     """
@@ -108,7 +108,7 @@ def _widened(found: Evaluation) -> Iterator[str]:
 
 
 def refused(error: TfsatError) -> Verdict:
-    """Of a drop that cannot be evaluated."""
+    """Return the verdict on a drop that cannot be evaluated."""
     return Verdict("failed", error.what, tuple(text for text in (error.meaning, error.next_step) if text))
 
 
@@ -121,7 +121,7 @@ def _good(found: Evaluation) -> str:
 
 
 def _of_recording(found: Evaluation) -> Iterator[str]:
-    """Where it ends early, and the sentences by which `decode` calls it doubtful, without their details."""
+    """Yield where the recording ends early, and the grave warnings of `decode` without their details."""
     last_s = float(found.log.t_s[-1])
     if found.instants.landing is None and last_s < FALL_US / 1e6:
         yield (
@@ -175,7 +175,10 @@ def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
 
 
 def _of_model(explained: ModelComparison) -> str:
-    """What the correction lacks; it is the model's fault only if that does not explain the motion either."""
+    """Format why the correction of the model is unusable.
+
+    The model is blamed only if it explains the motion neither as filed nor corrected.
+    """
     if explained.explains_before or explained.explains_after:
         return "the correction of the model cannot be used"
     return "the model does not explain the motion, corrected or not"

@@ -83,7 +83,7 @@ class Target:
 
 
 @dataclass(frozen=True, slots=True)
-class Flashed:
+class FlashedBoard:
     """A board that runs the image.
 
     Attributes:
@@ -127,10 +127,10 @@ class Flasher(ABC):
         """Raises RefusedError while the board does what must not be cut off."""
 
     @abstractmethod
-    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         """Wakes the bootloader, has the loader write, and asks the board what it runs; see `write`."""
 
-    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         """Wakes the bootloader, has the loader write, and asks the board what it runs.
 
         Raises:
@@ -324,7 +324,7 @@ class SequencerFlasher(Flasher):
             state = SequencerClient.connect_any_protocol(transport).disarm()
         _insist_on_safe(target.port, state)
 
-    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         at = str(target.port)
         if not target.waits:
             narrator.step(f"waking the bootloader of the board at {at}")
@@ -336,7 +336,7 @@ class SequencerFlasher(Flasher):
         narrator.step("waiting for the new sketch")
         cure = f"{AGAIN['sequencer']}; if it recurs, replace the Arduino Micro."
         port, identity = self._proof(image, None if target.waits else target.port, others, cure)
-        return Flashed(port, command, identity, {"bootloader_port": at})
+        return FlashedBoard(port, command, identity, {"bootloader_port": at})
 
 
 class LoggerFlasher(Flasher):
@@ -372,7 +372,7 @@ class LoggerFlasher(Flasher):
                 "tfsat-host record stop, then the same command again.",
             )
 
-    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         others = self.sketches() - {target.port}
         if target.port is not None:
             narrator.step(f"waking the bootloader of the Teensy at {target.port}")
@@ -383,7 +383,7 @@ class LoggerFlasher(Flasher):
         narrator.step("waiting for the new sketch")
         cure = f"Unplug every other Teensy, then: {AGAIN['logger']}"
         port, identity = self._proof(image, target.port, others, cure)
-        return Flashed(port, command, identity)
+        return FlashedBoard(port, command, identity)
 
 
 FLASHERS: dict[str, type[Flasher]] = {"sequencer": SequencerFlasher, "logger": LoggerFlasher}

@@ -76,7 +76,7 @@ class ManeuverError(TfsatError):
         self.stroke = stroke
 
     def in_file(self, name: str) -> ManeuverError:
-        """The same error, naming the file that the maneuver came from."""
+        """Return the same error with the name of the maneuver's file added."""
         return ManeuverError(
             self.code,
             what=f"{name}: {self.what}",
@@ -132,7 +132,7 @@ class Maneuver:
 
 
 def four_stroke(a_deg: float, b_deg: float, *, speed_deg_s: float = DEFAULT_SPEED_DEG_S) -> Maneuver:
-    """The closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2 (paper, maneuver design)."""
+    """Build the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2 (paper, maneuver design)."""
     strokes = (Stroke(1, a_deg), Stroke(2, b_deg), Stroke(1, -a_deg), Stroke(2, -b_deg))
     return Maneuver(strokes, speed_deg_s=speed_deg_s, name=f"{a_deg:g}/{b_deg:g}")
 
@@ -160,7 +160,7 @@ def read_maneuver(path: Path) -> Maneuver:
 
 
 def parse_maneuver(text: str, *, source: str = "maneuver") -> Maneuver:
-    """The maneuver in the text of a file; `source` is the name that errors give it.
+    """Parse a maneuver from the text of a file; `source` is the file's name in errors.
 
     Raises:
         ManeuverError: syntax, schema, unknown or missing keys, wrong types.
@@ -196,7 +196,7 @@ def _stroke(row: Table) -> Stroke:
 
 
 def format_maneuver(maneuver: Maneuver) -> str:
-    """The text of a maneuver file; `parse_maneuver` gives the same maneuver back."""
+    """Format a maneuver as the text of a maneuver file; `parse_maneuver` restores the same maneuver."""
     timed = any(stroke.t_s is not None for stroke in maneuver.strokes)
     return format_config(
         {

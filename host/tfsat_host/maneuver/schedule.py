@@ -89,7 +89,7 @@ class CheckedStrokes:
 
 
 def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
-    """Each stroke and the speed on their own.
+    """Check each stroke and the speed on their own.
 
     Raises:
         ManeuverError: no-strokes, too-many-strokes, unknown-joint, angle-not-finite, zero-stroke,
@@ -208,7 +208,7 @@ def _start_words(limits: Limits, joint: int) -> str:
 
 
 def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: Limits) -> None:
-    """The strokes, of which there is one at least, against the pause, one another and the end of the fall.
+    """Check the timing of one or more strokes against the pause, one another and the end of the fall.
 
     Raises:
         ManeuverError: before-pause, overlap, outlasts-fall.
@@ -317,7 +317,10 @@ class Schedule:
         return round(Fraction(self.end_us, US_PER_S) * 100) / 100
 
     def is_same_motion(self, other: Schedule) -> bool:
-        """Whether both command the same strokes at the same times and speed, to the last digit that a board stores."""
+        """Return whether both command the same strokes at the same times and speed.
+
+        The comparison is exact to the last digit that a board stores.
+        """
         return self.speed_cdeg_s == other.speed_cdeg_s and self.strokes == other.strokes
 
     def as_rows(self) -> list[dict[str, float | int]]:
@@ -401,9 +404,9 @@ def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notic
 
 
 def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> tuple[str, ...]:
-    """A sentence if the speed is above what the robot file says of the servos of the moved joints.
+    """Return a notice if the speed exceeds the servo rates of the moved joints in the robot file.
 
-    Reads no more of the file than the servo rates, so that an upload does not wait for numpy.
+    Only the servo rates are read from the file, so that an upload does not wait for numpy.
     """
     path = default_robot_path() if robot_file is None else robot_file
     moved = sorted({stroke.joint for stroke in schedule.strokes})

@@ -37,7 +37,7 @@ class _Answer(NamedTuple):
 
 
 def run_study(study: Study, notices: Notices, *, workers: int | None, address: str | None) -> Outcomes:
-    """All of a study: here, on `workers` processes (one a core if None), or on the cluster at `address`.
+    """Run a study on `workers` local processes (one per core if None), or on the cluster at `address`.
 
     Raises:
         TfsatError: as `run_locally` and `run_on_cluster`.
@@ -59,19 +59,19 @@ def run_on_cluster(
     answer_s: float = ANSWER_S,
     patience_s: float = CHUNK_TIMEOUT_S,
 ) -> Outcomes:
-    """All chunks of `study`, on the workers of the scheduler at `address`.
+    """Run all chunks of `study` on the workers of the Dask scheduler at `address`.
 
     Args:
-        study: What to compute.
+        study: The study to run.
         address: Such as `tcp://127.0.0.1:8786`.
-        progress: Called with the number of samples that were done since its last call.
-        answer_s: How long the scheduler may take to answer, and to have a worker.
-        patience_s: How long to wait for the next chunk.
+        progress: Called with the number of samples completed since its last call.
+        answer_s: Timeout for the scheduler to answer and to have a worker.
+        patience_s: Timeout for the next chunk.
 
     Raises:
         ClusterError: the extra `dask` is missing, the scheduler does not answer or has no workers, no chunk
-            comes for long, or the workers cannot do it or have another tfsat.
-        UsageError: `address` is none.
+            arrives within the timeout, or the workers fail or run another version of tfsat.
+        UsageError: `address` is not a valid address.
     """
     if find_spec("distributed") is None:
         raise ClusterError(
@@ -87,7 +87,7 @@ def run_on_cluster(
 
 
 def _answer(study: Study, chunk: int) -> _Answer:
-    """What a worker computes, and what with."""
+    """Compute one chunk on a worker and return its outcomes with the worker's tfsat version."""
     return _Answer(__version__, run_chunk(study, chunk))
 
 
@@ -162,7 +162,10 @@ def _gathered(
 
 
 def _outcomes(future: Future[_Answer], address: str) -> Outcomes:
-    """What a chunk gave; refuses one that failed, or that another version computed."""
+    """Return the outcomes of a finished chunk.
+
+    Refuses a chunk that failed or that another version of tfsat computed.
+    """
     if future.status != "finished":
         failed = future.status == "error"
         error = future.exception() if failed else None  # type: ignore[no-untyped-call]

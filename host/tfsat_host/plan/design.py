@@ -22,7 +22,7 @@ from tfsat_host.plan.loops import Sequence, backwards, best_sequence
 from tfsat_host.plan.optimum import Summit, find_optimum
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.robust import MAX_ROBUST_K, Spread, Uncertain, most_robust
-from tfsat_host.plan.swarm import Found, minimize
+from tfsat_host.plan.swarm import SwarmOptimum, minimize
 from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import US_PER_S, round_up, s_from_us
@@ -90,7 +90,7 @@ class Design:
 
     problem: Problem
     swarm: Candidate
-    search: Found
+    search: SwarmOptimum
     optimum: Candidate
     summit: Summit
     summits: int
@@ -104,7 +104,7 @@ class Design:
         return self.optimum.reorientation_deg - self.swarm.reorientation_deg
 
     def flown(self, candidate: Candidate) -> Candidate:
-        """The candidate as `maneuver` has it: displacements in whole hundredths of a degree."""
+        """Return the candidate as `maneuver` commands it: displacements in whole hundredths of a degree."""
         problem = self._facing(candidate)
         rounded = np.radians(problem.commanded_deg(np.abs(candidate.alpha_deg)))
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
@@ -115,12 +115,13 @@ class Design:
         return self.problem.facing(np.where(candidate.alpha_deg < 0.0, -1.0, 1.0))
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
-        """The strokes to be flown: displacements rounded to 0.01 deg so that they still fit into the time.
+        """Build the maneuver to be flown, its displacements rounded to 0.01 deg.
 
-        Where a servo needs longer than at the average speed every stroke has its time, after the one before has ended.
+        Rounding keeps the strokes within the time limit. If a servo needs longer than the average speed
+        implies, each stroke gets an explicit start time, after the end of the previous one.
 
         Raises:
-            DesignError: there is none.
+            DesignError: the candidate moves no joint by 0.01 deg.
         """
         if not candidate.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
@@ -130,7 +131,10 @@ class Design:
 
 
 def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, name: str) -> Maneuver:
-    """The strokes of a sequence of the robot's joints (from 1), by displacements (d,) of the problem's joints."""
+    """Build a maneuver from a stroke sequence and displacements (d,) of the problem's joints.
+
+    The strokes are numbered by the robot's joints, from 1.
+    """
     numbers = [joint + 1 for joint in problem.joints]
     out_deg = dict(zip(numbers, (alpha_deg * problem.directions).tolist(), strict=True))
     strokes = tuple(Stroke(abs(one), math.copysign(1.0, one) * out_deg[abs(one)]) for one in sequence)
@@ -142,7 +146,10 @@ def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, nam
 
 
 def _one_after_another(strokes: SequenceOf[Stroke], duration_s: Mapping[int, float]) -> tuple[Stroke, ...]:
-    """With times on the sequencer's grid, each after the one before has ended; durations by joint."""
+    """Set the start times of strokes on the sequencer's grid, each after the previous one has ended.
+
+    `duration_s` gives the duration of a stroke by its joint.
+    """
     start_us, timed = round(US_PER_S * DEFAULT_PAUSE_S), list[Stroke]()
     for one in strokes:
         timed.append(replace(one, t_s=s_from_us(start_us)))
@@ -221,8 +228,8 @@ def _robust(robot: RobotModel, k: float, climbed: SequenceOf[tuple[Summit, Probl
 
 def search(
     problem: Problem, settings: DesignSettings, progress: Callable[[float], None] = lambda _done: None
-) -> tuple[Found, Sequence]:
-    """The paper's search: the displacements by a particle swarm, the sequence by looking at all of them."""
+) -> tuple[SwarmOptimum, Sequence]:
+    """Run the paper's search: particle swarm for the displacements, exhaustive search for the sequence."""
     rng = np.random.default_rng(settings.seed)
     low = np.zeros_like(problem.limit_rad)
     every = problem.loops()
@@ -236,13 +243,13 @@ def search(
 
 def _in_turns(
     problem: Problem, settings: DesignSettings, rng: np.random.Generator, progress: Callable[[float], None]
-) -> tuple[Found, Sequence]:
+) -> tuple[SwarmOptimum, Sequence]:
     """Displacements for a sequence, then the best sequence for those, until the sequence stays."""
     every, low = problem.loops(), np.zeros_like(problem.limit_rad)
     # The first sequence: the best one where all joints share the time evenly.
     even = np.minimum(problem.limit_rad, problem.farthest_rad(0.5 * problem.time_limit_s / len(low)))
     sequence = _best(every.sequences, every.angles_rad(even[:, None]))
-    tried: dict[Sequence, Found] = {}
+    tried: dict[Sequence, SwarmOptimum] = {}
     while sequence not in tried and len(tried) < _ROUNDS:
         objective = partial(problem.objective, problem.loops((sequence,)))
         tried[sequence] = minimize(objective, low, problem.limit_rad, settings.swarm, rng, progress)
@@ -252,7 +259,10 @@ def _in_turns(
 
 
 def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequence) -> Candidate:
-    """What displacements (d,) in a sequence of the problem's joints do; of two ways round, the first in order."""
+    """Compute the candidate for displacements (d,) in a sequence of the problem's joints.
+
+    Of the sequence and its inverse, the first in lexical order is taken.
+    """
     commanded = problem.commanded_deg(np.degrees(displacements_rad))
     moving = tuple(stroke for stroke in sequence if commanded[abs(stroke) - 1] > 0.0)
     return _candidate(problem, displacements_rad, min(moving, backwards(moving)))

@@ -46,7 +46,10 @@ class Proposal:
 
 
 def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
-    """The optimum (the robust one, if asked for) or what the `swarm` found, as sequencer and drop tower see it."""
+    """Propose the maneuver to fly, with the sequencer's verdict and the drop tower's checks.
+
+    The choice is the optimum (the robust one if it was asked for), or the swarm's result if `swarm` is true.
+    """
     best = found.optimum if found.robust is None else found.robust.maneuver
     chosen = found.swarm if swarm else best
     flown = found.flown(chosen)
@@ -68,7 +71,7 @@ def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
 
 
 def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
-    """What `--json` prints: the maneuver as it was written, then swarm and optimum as they were found."""
+    """Build the `--json` document: the maneuver as written, then swarm and optimum as found."""
     schedule = made.schedule
     return {
         **asdict(made.flown),
@@ -96,7 +99,7 @@ def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
 
 
 def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
-    """What a person reads: swarm, optimum and what was written, the checks, what to type next."""
+    """Yield the report for people: swarm, optimum, the written maneuver, its checks and the next command."""
     robust = [] if found.robust is None else [("robust", found.robust.maneuver)]
     rows = [
         {**asdict(one), "who": who, "sequence": written(one.sequence)}
@@ -154,7 +157,7 @@ def _robust_words(robust: Robust) -> str:
 
 
 def warnings(found: Design, made: Proposal) -> Iterator[str]:
-    """What stands against flying it, for people."""
+    """Yield warnings against flying the maneuver, one sentence each."""
     if found.gap_deg is None:
         yield (
             f"The swarm takes {found.swarm.duration_s:.3f} s, longer than the time limit of "

@@ -114,19 +114,20 @@ def envelope_of(
     initial_rate_rad_s: FloatArray | None = None,
     step_s: float = STEP_S,
 ) -> Envelope:
-    """The reach of `robot` as it flies `schedule` from its start pose, from release until `until_s` (landing).
+    """Compute the envelope of `robot` flying `schedule` from its start pose, from release until `until_s`.
 
     Args:
         robot: With joints, and a shape for every body.
-        schedule: Its strokes start from the start pose of the robot's servos. What is after `until_s` does not count.
-        until_s: End of the fall, after release.
-        initial_rate_rad_s: (3,) angular rate of the base body after release, body axes; None: no
-            angular momentum.
-        step_s: Longest time between moments.
+        schedule: Its strokes start from the start pose of the robot's servos. Motion after `until_s` is
+            ignored.
+        until_s: End of the fall (landing), after release.
+        initial_rate_rad_s: (3,) angular rate of the base body after release, body axes; None: no angular
+            momentum.
+        step_s: Longest time between the instants evaluated.
 
     Raises:
         EnvelopeError: the robot lacks a joint that the schedule moves, a body has no shape, or a
-            stroke outlasts the fall beyond all measure.
+            stroke would outlast the fall by too many steps to compute.
     """
     _check_described(robot, schedule)
     begun = tuple(stroke for stroke in schedule.strokes if stroke.t_s < until_s)
@@ -178,7 +179,10 @@ def envelope_of_motion(
     angles_rad: FloatArray,
     quaternion_xyzw: FloatArray,
 ) -> Envelope:
-    """The reach for a known motion: joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at `t_s`."""
+    """Compute the envelope of a known motion.
+
+    The motion is given by joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at times `t_s`.
+    """
     rotation, translation = poses(body, angles_rad)
     com = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
     center = np.einsum("n,mni->mi", body.mass_kg, com) / body.mass_kg.sum()

@@ -60,7 +60,10 @@ def switch_energy_mj(switch: LeverSwitch, operating_position_mm: float) -> float
 
 
 def push_off_energy_mj(switch: LeverSwitch, count: int) -> tuple[float, float]:
-    """Least and greatest energy of `count` switches, mJ: a deep operating position stores more."""
+    """Compute the least and greatest push-off energy of `count` switches, mJ.
+
+    A deep operating position stores more.
+    """
     low_mm, high_mm = switch.operating_position_mm
     return count * switch_energy_mj(switch, high_mm), count * switch_energy_mj(switch, low_mm)
 
@@ -91,15 +94,15 @@ def vertical_travel_mm(release_mm_s: float, duration_s: float, residual_accelera
 
 
 def permissible_transversal_velocity_mm_s(envelope_mm: float, radius_mm: float, duration_s: float) -> float:
-    """The paper's v_p = (r_f - d_m) / t, mm/s: sideways velocity that just takes the robot to the walls.
+    """Compute the permissible transversal velocity v_p = (r_f - d_m) / t of the paper, mm/s.
 
     Args:
         envelope_mm: Distance from the line of fall to the nearest wall, r_f.
         radius_mm: Greatest distance of any point of the robot from its center of mass, seen from above, d_m.
-        duration_s: How long it drifts.
+        duration_s: Duration of the drift.
 
     Returns:
-        The velocity; below zero when the robot touches the walls without any drift.
+        The sideways velocity that just takes the robot to the walls; negative if it touches them without drift.
     """
     return (envelope_mm - radius_mm) / duration_s
 
@@ -235,7 +238,7 @@ def load_tower(path: Path | str | None = None) -> DropTower:
 
 
 def _range(top: Table, key: str) -> tuple[float, float]:
-    """Two numbers above zero, the smaller one first."""
+    """Read a range of two positive numbers, the smaller one first."""
     low, high = top.numbers(key, 2)
     if not 0.0 < low <= high:
         top.fail(key, f"[{low:g}, {high:g}] is no range above zero", "Write the smaller number first.")

@@ -62,7 +62,10 @@ class Pilot:
         self._since_least: tuple[Primitive, ...] = ()
 
     def next(self, measured_xyzw: FloatArray, left: int) -> Primitive | None:
-        """What to fly from a measured attitude (4,), if up to `left` primitives may be; None ends the flight."""
+        """Return the next primitive to fly from a measured attitude (4,), or None to end the flight.
+
+        At most `left` primitives may still be flown.
+        """
         needed = quaternion.product(quaternion.inverse(measured_xyzw), self._target)
         error = float(quaternion.angle(needed))
         if error < self._least_rad:
@@ -104,11 +107,15 @@ class Pilot:
             self._chain = Chain(backwards(self._since_least), self._least_rad)
 
     def _is_last_chance(self, left: int) -> bool:
-        """Whether the way back takes all primitives that are left, and the chain leads no nearer than it."""
+        """Return whether the robot must turn back now.
+
+        It must if undoing the primitives since the smallest error takes all that are left, and the chain leads
+        no closer to the target than that error.
+        """
         return 0 < left <= len(self._since_least) and self._chain.remaining_rad >= self._least_rad
 
     def _astray(self, needed: FloatArray) -> bool:
-        """Whether the chain, flown from here, would no longer lead where it was meant to."""
+        """Return whether the remaining chain, flown from here, would miss the attitude it was planned for."""
         tolerance = self._planner.tolerance_rad
         more = len(self._chain.primitives) > 1
         allowed = max(tolerance, _DRIFT_RAD, self._blur_rad) if more else tolerance
@@ -116,7 +123,7 @@ class Pilot:
         return remaining > max(allowed, self._chain.remaining_rad * (1.0 + 1e-6) + 1e-9)
 
 
-class Sensing:
+class AttitudeSensor:
     """Measures attitudes, with errors of its own.
 
     Args:
@@ -129,7 +136,7 @@ class Sensing:
         self._random = np.random.default_rng(seed)
 
     def measure(self, attitude: FloatArray) -> FloatArray:
-        """An attitude (4,) as it is measured."""
+        """Simulate a measurement of an attitude (4,), with normally distributed noise."""
         error = self.noise_rad * self._random.standard_normal(3)
         return quaternion.product(attitude, quaternion.exponential(error))
 
@@ -203,7 +210,7 @@ def fly(
     target_xyzw: FloatArray,
     *,
     plant: Multibody | None = None,
-    sensing: Sensing | None = None,
+    sensing: AttitudeSensor | None = None,
     initial_xyzw: FloatArray | None = None,
 ) -> Flight:
     """Approach a target with feedback after every primitive.
@@ -223,7 +230,7 @@ def fly(
     target = _unit(target_xyzw)
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
     robot = planner.table.body if plant is None else plant
-    sensing = sensing or Sensing()
+    sensing = sensing or AttitudeSensor()
     pilot = Pilot(planner, target, sensing.noise_rad)
     measured, start_error = sensing.measure(attitude), _error(attitude, target)
     steps = list[Step]()
@@ -243,7 +250,7 @@ def open_loop_error_rad(
     plant: Multibody,
     initial_xyzw: FloatArray | None = None,
 ) -> float:
-    """What error is left if the planner's first chain is flown to its end and nothing is measured on the way."""
+    """Compute the final attitude error of the planner's first chain flown without feedback."""
     target = _unit(target_xyzw)
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
     for primitive in planner.chain(quaternion.product(quaternion.inverse(attitude), target)).primitives:
@@ -269,7 +276,9 @@ def _unit(values: FloatArray) -> FloatArray:
 
 
 def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> FloatArray:
-    """A target (4,) by its z-y-x Euler angles, such as "x:30,z:90" in deg, or by a quaternion of any length.
+    """Parse a target attitude into a unit quaternion (4,).
+
+    The target is given by z-y-x Euler angles, such as "x:30,z:90" in deg, or by a quaternion of any length.
 
     Raises:
         UsageError: the text gives no angles, or one twice; the quaternion has no direction.
@@ -293,14 +302,14 @@ def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> Floa
 
 
 def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
-    """A robot drawn from the uncertainties of its file.
+    """Draw a robot from the uncertainties of its robot file.
 
     Masses, centers of mass, inertias and hinges are drawn, as in a sensitivity study; strokes stay exact.
 
     Args:
         robot: The model.
-        scale: Times the stated standard deviations.
-        seed: Of the draw.
+        scale: Factor on the stated standard deviations.
+        seed: Seed of the random draw.
 
     Raises:
         OrbitError: the file states no uncertainties.

@@ -52,7 +52,10 @@ _STEP: Columns = (
 
 
 def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibody | None) -> dict[str, Any]:
-    """The plan and its flight by `plant`, another robot than the planner's or None, less what the command knows."""
+    """Build the `--json` document of the plan and its simulated flight, without the command's own entries.
+
+    `plant` is the robot flown if it differs from the planner's, else None.
+    """
     start_deg = math.degrees(flight.start_error_rad)
     rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
     possible = (
@@ -85,14 +88,14 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
 
 
 def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody | None) -> float | None:
-    """A tolerance a little above the smallest error, if a flight with it does reach it."""
+    """Return a tolerance slightly above the smallest error if a simulated flight reaches it, else None."""
     possible = float(f"{1.02 * math.degrees(flight.least_error_rad):.3g}")
     easier = replace(planner, tolerance_rad=math.radians(possible))
     return possible if fly(easier, flight.target_xyzw, plant=plant).reached else None
 
 
 def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
-    """The primitives one by one, where they lead, and what would be possible."""
+    """Yield the report for people: the primitives, the attitude reached and the possible tolerance."""
     steps, tolerance = result["steps"], f"{result['tolerance_deg']:g} deg"
     ends_s = accumulate(step["duration_s"] for step in steps)
     yield Table(
@@ -137,7 +140,7 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _least_time_words(result: Mapping[str, Any]) -> str:
-    """The lower bound, and what it is a bound of."""
+    """Format the lower bound of the flight time, and the turn or tilt that sets it."""
     rate, angle = result["least_time_rate_deg_s"], result["least_time_angle_deg"]
     if result["least_time_of"] == "turn":
         why = f"{angle:.1f} deg are to be turned, and no loop turns by more than {rate:.3g} deg/s"
@@ -155,7 +158,7 @@ def _strokes_words(step: Mapping[str, Any]) -> str:
 
 
 def _advice(result: Mapping[str, Any]) -> str:
-    """What came of it, and what would be possible where that is certain."""
+    """Format the outcome of the flight, and the tolerance that would be met if one is known."""
     why, possible = _WHY[result["outcome"]], result["possible_tolerance_deg"]
     if result["outcome"] == "within tolerance":
         return why
@@ -164,7 +167,7 @@ def _advice(result: Mapping[str, Any]) -> str:
 
 
 def _shown(angle_deg: float) -> str:
-    """An angle with three digits; what is only rounding is none."""
+    """Format an angle with three digits; angles below 1e-9 deg are rounding and become 0."""
     return f"{angle_deg if angle_deg >= 1e-9 else 0.0:.3g}"
 
 

@@ -51,12 +51,13 @@ class GridAxis(NamedTuple):
 
 
 def grid_axes(limits_rad: FloatArray, start_rad: FloatArray, step_deg: float) -> list[GridAxis]:
-    """The axes of joints with limits (n, 2) from start angles (n,).
+    """Build the grid axes of joints with limits (n, 2) from start angles (n,).
 
-    All multiples of the step that the limits allow; a limit that is no multiple is not itself on the grid.
+    An axis holds all multiples of the step within the limits; a limit that is not a multiple is not on the
+    grid.
 
     Raises:
-        OrbitError: the step is no positive number, or fewer than two joints have room for it.
+        OrbitError: the step is not a positive number, or fewer than two joints have room for it.
     """
     if not (math.isfinite(step_deg) and step_deg > 0.0):
         raise OrbitError(
@@ -93,9 +94,9 @@ class Lines:
 
 
 def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: FloatArray) -> Lines:
-    """The lines along `joint`.
+    """Compute the base's rotations by strokes along `joint` at all grid displacements of other joints.
 
-    Every cell of the grid is integrated once, all of them together; the strokes are running products.
+    All cells of the grid are integrated once, in one batch; the strokes are running products.
     """
     others = [other for other in range(body.n_joints) if other != joint]
     shifts = [axes[other].displacements_rad for other in others]
@@ -130,10 +131,12 @@ def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
 def room_rad(
     robot: RobotModel, joints: Sequence[int] | None = None, limit_deg: Sequence[float] | None = None
 ) -> FloatArray:
-    """Least and greatest angles (n, 2) of the robot's joints; those that may not move stay at their start angle.
+    """Return the least and greatest angles (n, 2) of the robot's joints.
+
+    Joints that may not move stay at their start angle.
 
     Args:
-        robot: Its limits hold in any case.
+        robot: Its joint limits hold in any case.
         joints: Indices of the joints that may move; all if None.
         limit_deg: Greatest displacement of each of `joints`, to both sides of its start angle.
 
@@ -243,7 +246,7 @@ class Distribution:
         return sorted(best, key=lambda index: -self.efficiency[index])
 
     def maneuver(self, index: int) -> GridManeuver:
-        """One loop, as people read it."""
+        """Return one loop of the distribution, in degrees."""
         alpha, beta = np.degrees(self.displacement_rad[index]).tolist()
         return GridManeuver(
             joints=(int(self.joints[index, 0]), int(self.joints[index, 1])),
@@ -259,20 +262,21 @@ class Distribution:
 def distribution(
     body: Multibody, limits_rad: FloatArray, step_deg: float, *, start_rad: FloatArray | None = None
 ) -> Distribution:
-    """All four-stroke loops on a grid.
+    """Compute all four-stroke loops on a grid.
 
     Args:
         body: One robot (no batch).
         limits_rad: (n, 2) least and greatest angle of each joint.
-        step_deg: Displacements are its multiples within the limits, 0 excepted, from the start pose to both sides.
-        start_rad: (n,) the pose at the start; zero if None.
+        step_deg: Grid step; displacements are its nonzero multiples within the limits, to both sides of the
+            start pose.
+        start_rad: (n,) start pose; zero if None.
 
     Returns:
-        The loops, pair by pair in lexical order, within a pair alpha by alpha. Joints without room for a
-        step have none.
+        The loops, pair by pair in lexical order, within a pair by alpha. Joints without room for a
+        step have no loops.
 
     Raises:
-        OrbitError: there is no loop on this grid, or there are more than a million.
+        OrbitError: the grid has no loop, or more than a million.
     """
     start = np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
     axes = grid_axes(np.asarray(limits_rad, dtype=np.float64), start, step_deg)

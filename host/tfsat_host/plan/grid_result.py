@@ -52,9 +52,12 @@ def expected_error_deg(target_deg: float, error_deg: float = DROP_TEST_ERROR_DEG
 
 
 def document(found: Distribution, robot: RobotModel, speed_deg_s: float | None) -> dict[str, Any]:
-    """The object of `--json`, less the files; joints move at `speed_deg_s`, as fast as the servos if None.
+    """Build the `--json` document, without the files.
 
-    Loops follow one another without pause: 30 deg/s with an efficiency of 0.1092 make 3.28 deg/s, 27.4 s for 90 deg.
+    Joints move at `speed_deg_s`; None means as fast as the servos.
+
+    Loops follow one another without pause: 30 deg/s with an efficiency of 0.1092 make 3.28 deg/s, 27.4 s
+    for 90 deg.
     """
     best = found.maneuver(found.best_by_efficiency)
     if speed_deg_s is None:
@@ -79,7 +82,7 @@ def _as_json(maneuver: GridManeuver) -> dict[str, Any]:
 
 
 def lines(result: dict[str, Any]) -> Iterator[str | Table]:
-    """What a person reads of it."""
+    """Yield the report for people from a `document`."""
     title = f"{result['robot']}: the most efficient of each pair's loops of four strokes"
     yield Table(title, _LOOPS, result["pairs"])
     yield f"{result['maneuvers']} loops on a grid of {result['grid_deg']:g} deg."
@@ -98,10 +101,10 @@ def lines(result: dict[str, Any]) -> Iterator[str | Table]:
 
 
 def files_for(table: Path | None, figure: Path | None) -> list[tuple[Path, bytes]]:
-    """What is to be written, with the bytes by which files of ours are known.
+    """Return the files to write, each with the marker bytes by which our own files are recognized.
 
     Raises:
-        UsageError: the figure has no format that can be drawn.
+        UsageError: the figure's format is not supported.
         TfsatError: matplotlib is missing.
     """
     if figure is not None and figure.suffix.lower() not in _FIGURES:
@@ -117,7 +120,7 @@ def files_for(table: Path | None, figure: Path | None) -> list[tuple[Path, bytes
 
 
 def output_file(found: Distribution, robot: RobotModel, path: Path, marker: bytes) -> OutputFile:
-    """A file of `files_for`: the table or the figure."""
+    """Build the output file, table or figure, for an entry of `files_for`."""
     if marker == _FIGURE_MARKER:
         title = f"{robot.name}: {len(found.angle_rad)} loops of four strokes, every {found.step_deg:g} deg"
         return OutputFile(path, marker, lambda to: _draw(found, title, to, path.suffix.lower()[1:]))
@@ -125,7 +128,7 @@ def output_file(found: Distribution, robot: RobotModel, path: Path, marker: byte
 
 
 def _write_csv(found: Distribution, path: Path) -> None:
-    """One loop a line, below the names of the columns; joints are counted from 1."""
+    """Write a CSV file with one loop per line; joints are counted from 1."""
     table = np.column_stack(
         [
             found.joints + 1,
@@ -175,5 +178,5 @@ def _draw(found: Distribution, title: str, path: Path, file_format: str) -> None
 
 
 def _area(count: int) -> float:
-    """Of a point, in square points: many must leave room for one another."""
+    """Return the area of a plotted point in square points; it shrinks as their count grows."""
     return max(min(5.0, 10_000.0 / count), 0.5)

@@ -25,7 +25,7 @@ Sequence = tuple[int, ...]
 
 @cache
 def sequences(n_joints: int) -> tuple[Sequence, ...]:
-    """All closed sequences of joints 1 to `n_joints`, in lexical order of opening first."""
+    """Return all closed sequences of joints 1 to `n_joints`, in lexical order of opening first."""
     found: list[Sequence] = []
 
     def extend(done: Sequence) -> None:
@@ -43,18 +43,18 @@ def sequences(n_joints: int) -> tuple[Sequence, ...]:
 
 
 def backwards(sequence: Sequence) -> Sequence:
-    """The sequence that undoes this one."""
+    """Return the sequence that undoes this one."""
     return tuple(-stroke for stroke in reversed(sequence))
 
 
 @cache
 def classes(n_joints: int) -> tuple[Sequence, ...]:
-    """One sequence of each pair that undo one another: the one that comes first."""
+    """Return one sequence, the lexically first, of each pair that undo one another."""
     return tuple(s for s in sequences(n_joints) if s <= backwards(s))
 
 
 def written(sequence: Sequence) -> str:
-    """The sequence as people read it: "+1 +2 -1 -2"."""
+    """Format the sequence for people: "+1 +2 -1 -2"."""
     return " ".join(f"{stroke:+d}" for stroke in sequence)
 
 
@@ -127,7 +127,7 @@ class Loops:
         return np.concatenate([there, quaternion.inverse(there)], axis=1)
 
     def _walk(self, sequence: Sequence) -> list[int]:
-        """For each stroke the index of its edge in what `_edges` gives."""
+        """Return the index, in the result of `_edges`, of the edge of each stroke."""
         d = len(self._joints)
         corners = 2 ** (d - 1)
         opened, walk = [0] * d, list[int]()
@@ -141,7 +141,7 @@ class Loops:
 
 
 def best_sequence(angles_rad: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The greatest angle (b,) of angles (s, b), and the index (b,) of its sequence."""
+    """Return the greatest angle (b,) of angles (s, b), and the index (b,) of its sequence."""
     best = np.argmax(angles_rad, axis=0)
     return np.take_along_axis(angles_rad, best[None], axis=0)[0], best
 
@@ -153,13 +153,13 @@ def enough_steps(
     displacements_rad: FloatArray,
     tolerance_rad: float,
 ) -> int:
-    """The fewest steps of an edge with which every loop of the joints is right to a tolerance.
+    """Return the fewest integration steps per edge that keep every loop of the joints within a tolerance.
 
     Args:
         body: One robot (no batch).
         joints: (d,) indices of the joints that move.
         start_rad: (n - 1,) joint angles at the start.
-        displacements_rad: (d, b) the greatest displacements, whose loops are compared with those of four times the
+        displacements_rad: (d, b) greatest displacements; their loops are compared with those of four times the
             steps.
         tolerance_rad: Greatest error of a rotation.
     """

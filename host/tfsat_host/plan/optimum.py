@@ -163,7 +163,7 @@ def _grid_maxima(problem: Problem, loops: Loops, grid_points: int) -> list[tuple
 
 
 def _local_maxima(nodes: IntArray, values: FloatArray, per_joint: int) -> list[int]:
-    """Which nodes (m, d) no neighbour along an axis exceeds."""
+    """Return the indices of nodes (m, d) that no neighbour along an axis exceeds."""
     d = nodes.shape[1]
     field = np.full((per_joint + 2,) * d, -np.inf)
     field[tuple((nodes + 1).T)] = values

@@ -95,14 +95,14 @@ class Plan:
     def of(
         cls, robot: RobotModel, strokes: Sequence[PlannedStroke], rate_rad_s: float, *, until_s: float = 0.0
     ) -> Plan:
-        """The plan of `strokes`, in order of their starts.
+        """Build the plan of `strokes`, in order of their starts.
 
         Args:
             robot: Its servos' start pose, greatest rates and accelerations are used.
             strokes: At least one, of joints of the robot.
             rate_rad_s: Average joint rate of a stroke.
-            until_s: When the attitude is looked at, if the joints have come to rest by then. It matters
-                for a robot with angular momentum only.
+            until_s: Time of the final attitude, if the joints are at rest by then. It matters only
+                for a robot with angular momentum.
         """
         start = np.array([servo.start_rad for servo in robot.servos])
         angles, targets = start.copy(), []
@@ -122,7 +122,10 @@ class Plan:
 
     @classmethod
     def of_schedule(cls, robot: RobotModel, schedule: Schedule) -> Plan:
-        """A schedule as its servos are commanded; looked at when `simulate` looks: at the landing or later."""
+        """Build the plan of a schedule as its servos are commanded.
+
+        The final attitude is taken when `simulate` takes it: at the landing or later.
+        """
         strokes = [PlannedStroke(s.joint - 1, math.radians(s.angle_deg), s.t_s) for s in schedule.strokes]
         until_s = s_from_us(max(FALL_US, schedule.end_us))
         return cls.of(robot, strokes, math.radians(schedule.speed_deg_s), until_s=until_s)
@@ -167,7 +170,7 @@ class Parameters:
 
     @classmethod
     def of(cls, robot: RobotModel, plan: Plan, initial_rate_rad_s: FloatArray | None = None) -> Parameters:
-        """The parameters of `robot` and `plan`, at the values of the model."""
+        """Build the parameters of `robot` and `plan`, at the model's nominal values."""
         body = Multibody.of(robot)
         sides = np.array([across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
         rows = _rows(robot, plan, sides)
@@ -214,9 +217,10 @@ class Parameters:
         )
 
     def motion(self, vectors: FloatArray) -> ServoMotion:
-        """What the servos of robots with the parameters `vectors` (s, p) make of the plan, (k, s).
+        """Compute the servo motion (k, s) of the plan for robots with parameter vectors (s, p).
 
-        A rate that a servo cannot reach is left to its greatest, which errs with its average.
+        A rate above a servo's greatest is limited to the greatest, which has the relative error of the average
+        rate.
         """
         part, plan = self.part, self.plan
         joints = list(plan.joints)
@@ -238,7 +242,10 @@ class Parameters:
         )
 
     def history(self, motion: ServoMotion) -> JointHistory:
-        """The joints of s robots from the release until the attitude is looked at, or later while they move."""
+        """Build the joint history of s robots from the release to the time of the final attitude.
+
+        It lasts longer while joints still move.
+        """
         begin = np.zeros_like(motion.end_s[:1])
         end = np.maximum(motion.end_s.max(axis=0, keepdims=True), self.plan.until_s)
         breaks = np.sort(np.concatenate([begin, motion.changes_s, end]), axis=0)
@@ -309,7 +316,10 @@ class ErrorSources:
 
 
 def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
-    """The sources of a robot whose uncertainties are `stated`; a figure of 0 leaves a source without effect."""
+    """Build the error sources of a robot from its stated uncertainties.
+
+    An uncertainty of 0 leaves its sources without effect.
+    """
     part, nominal = parameters.part, parameters.nominal
     rows: list[tuple[str, str, str, FloatArray]] = []
 
@@ -349,10 +359,13 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
 
 
 def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty:
-    """What the robot's file states, or nothing uncertain, with `other` figures for some of its keys.
+    """Return the robot's stated uncertainties, with the values in `other` replacing some of them.
+
+    A robot whose file states none starts from zero.
 
     Raises:
-        UsageError: a key is unknown, or a figure is no standard deviation or too large a share; or nothing is stated.
+        UsageError: a key is unknown, a value is not a standard deviation or too large a share, or nothing
+            is stated.
     """
     if robot.uncertainty is None and not other:
         raise UsageError(

@@ -41,7 +41,10 @@ class TimeToGo:
 
     @classmethod
     def of(cls, table: PrimitiveTable) -> TimeToGo:
-        """By the table's best primitives about each axis; what else they turn must be undone by the faster axes."""
+        """Estimate the time to go from the table's best primitives about each axis.
+
+        A primitive's rotation about faster axes must be undone by those axes, which adds time.
+        """
         vectors, duration = quaternion.logarithm(table.rotation), table.duration_s
         first, fast = _fastest(vectors, duration)
         first = first / np.linalg.norm(first)
@@ -75,7 +78,7 @@ class TimeToGo:
 
 
 def _fastest(vectors: FloatArray, duration: FloatArray) -> tuple[FloatArray, float]:
-    """The rotation vector (3,) of (3, m) that goes farthest in its time, and its rate."""
+    """Return the rotation vector (3,) of (3, m) with the highest rate, and that rate."""
     rates = np.sqrt((vectors * vectors).sum(axis=0)) / duration
     best = int(np.argmax(rates))
     return vectors[:, best], float(rates[best])
@@ -118,7 +121,7 @@ def nearest(table: PrimitiveTable, needed: FloatArray, count: int) -> IntArray:
 
 
 def lookup(table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int) -> Route:
-    """One best primitive after another, until `goal_rad` is reached or none brings the target nearer.
+    """Chain best primitives one by one until `goal_rad` is reached or none brings the target nearer.
 
     The successive table lookup of the paper's section "Feedback control", before it is flown.
     """
@@ -144,18 +147,18 @@ def search(
     most: int,
     width: int = 32,
 ) -> Route:
-    """The fastest chain that a beam search finds, never slower than the lookup's where that reaches the goal.
+    """Find the fastest chain by beam search, never slower than the lookup's if that reaches the goal.
 
-    Each level of the search tries every primitive after each of the `width` most promising chains: those with the
-    least time so far plus estimated time to go.
+    Each level of the search appends every primitive to each of the `width` most promising chains: those
+    with the least time so far plus estimated time to go.
 
     Args:
         table: The primitives.
-        time_to_go: The estimate.
+        time_to_go: The estimate of the time to go.
         needed: (4,) rotation from the present attitude to the target, body axes.
-        goal_rad: What may be left.
+        goal_rad: Greatest permissible remaining angle.
         most: Most primitives in the chain.
-        width: Chains that are kept a level.
+        width: Chains kept per level.
 
     Returns:
         The chain; if none reaches the goal, the one that comes nearest.
@@ -180,7 +183,7 @@ def search(
 
 
 def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray, goal: float) -> Route:
-    """The best of `best` and the new chains."""
+    """Return the best route of `best` and the new chains."""
     remaining = quaternion.angle(after)
     reached = np.flatnonzero(remaining <= goal)
     if len(reached):
@@ -223,12 +226,12 @@ _SHARE_OF_TOLERANCE = 0.25
 
 
 def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> tuple[Primitive, float]:
-    """The primitive with free displacements that comes nearest to a rotation, and what it leaves in rad.
+    """Fit the displacements of a primitive to a rotation; return it and the remaining angle in rad.
 
     Args:
-        table: Its primitives are where the solution starts, its body, limits and start pose what it keeps to.
+        table: Its primitives are the starting points; its body, limits and start pose apply.
         needed: (4,) the rotation, body axes.
-        tolerance_rad: Of those that leave a quarter of this or less, the shortest is taken.
+        tolerance_rad: Of the solutions that leave a quarter of this or less, the shortest is taken.
     """
     near = nearest(table, needed, _CANDIDATES)
     _, first = np.unique(table.shape[near], return_index=True)
@@ -241,7 +244,7 @@ def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> 
 def _solve_primitive(
     table: PrimitiveTable, primitive: Primitive, needed: FloatArray
 ) -> tuple[Primitive, float]:
-    """Least squares in the displacements of one primitive, within the joints' limits."""
+    """Solve for one primitive's displacements by least squares, within the joints' limits."""
     from scipy.optimize import least_squares
 
     shape = primitive.shape
@@ -312,7 +315,7 @@ class Chain(NamedTuple):
         return Chain(backwards(self.primitives), self.remaining_rad)
 
     def after_first(self) -> Chain:
-        """The chain without its first primitive."""
+        """Return the chain without its first primitive."""
         return Chain(self.primitives[1:], self.remaining_rad)
 
 
@@ -350,19 +353,19 @@ class Planner:
         most: int = 150,
         share: float = _SHARE_OF_TOLERANCE,
     ) -> Planner:
-        """A planner with the table's own estimates."""
+        """Build a planner with the time-to-go estimates of the table."""
         return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most, share)
 
     def chain(self, needed: FloatArray, *, most: int | None = None, detour: bool = True) -> Chain:
-        """The chain for a rotation `needed` (4,), body axes; empty if no primitive brings it nearer.
+        """Plan the chain for a rotation `needed` (4,), body axes; empty if no primitive brings it nearer.
 
-        A chain that cannot reach the tolerance comes as near as was found; its `remaining_rad` says how near.
-        The search looks for the inverse rotation, too: that chain backwards may be faster.
+        A chain that cannot reach the tolerance comes as near as was found; its `remaining_rad` gives the
+        remaining angle. The search tries the inverse rotation as well: its chain flown backwards may be faster.
 
         Args:
             needed: The rotation.
             most: Most primitives; the planner's own number if None.
-            detour: Whether a primitive may lead away from the target. Nearer than 1 deg none does.
+            detour: Whether a primitive may lead away from the target. Within 1 deg of it none does.
         """
         most = self.most if most is None else most
         if self.method == "greedy" or not detour or quaternion.angle(needed) <= _NO_DETOUR_RAD:
@@ -375,13 +378,16 @@ class Planner:
         return self._shorten_chain(back, undone).backwards
 
     def to_go(self, needed: FloatArray) -> float:
-        """A measure of how far a rotation (4,) is away: the angle for the lookup, the time for the search."""
+        """Estimate how far away a rotation (4,) is: its angle for the lookup, its time for the search."""
         if self.method == "greedy":
             return float(quaternion.angle(needed))
         return float(self.time_to_go.seconds(needed))
 
     def _order(self, chain: Chain) -> tuple[bool, float, float]:
-        """Those that reach the tolerance come first, the fastest of them before; of the others the nearest."""
+        """Return the sort key of a chain, best first.
+
+        Chains that reach the tolerance come first, by duration; the others follow, by remaining angle.
+        """
         missed = chain.remaining_rad > self.tolerance_rad
         return missed, chain.remaining_rad if missed else 0.0, chain.duration_s
 
@@ -398,7 +404,7 @@ class Planner:
         return chain
 
     def _shorten_chain(self, chain: Chain, needed: FloatArray) -> Chain:
-        """The chain with all its displacements free, if that reaches the tolerance sooner."""
+        """Optimize all displacements of the chain; return the chain unchanged if that is not faster."""
         if not self.trim or chain.remaining_rad > self.tolerance_rad:
             return chain
         for share in (self.share, 0.5 * self.share):  # from some chains the last bit of time is not found
@@ -415,19 +421,19 @@ class Planner:
         return Chain(tuple(self.table.primitive(index) for index in route.primitives), route.remaining_rad)
 
     def _trim_chain(self, chain: Chain, needed: FloatArray) -> Chain:
-        """The chain with its last primitive solved for, if that leaves less."""
+        """Solve for the chain's last primitive; return the chain unchanged if that leaves no less."""
         before = chain.primitives[:-1]
         last, remaining = trimmed(self.table, remainder(before, needed), self.tolerance_rad)
         return Chain((*before, last), remaining) if remaining < chain.remaining_rad else chain
 
 
 def backwards(primitives: tuple[Primitive, ...]) -> tuple[Primitive, ...]:
-    """The primitives that undo these, in the order they are flown."""
+    """Return the primitives that undo these, in the order they are flown."""
     return tuple(primitive.backwards for primitive in reversed(primitives))
 
 
 def remainder(primitives: tuple[Primitive, ...], needed: FloatArray) -> FloatArray:
-    """What is left of a rotation (4,) after some primitives, by the model."""
+    """Compute the remainder of a rotation (4,) after some primitives, by the model."""
     for primitive in primitives:
         needed = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
     return needed

@@ -32,13 +32,15 @@ _ALMOST = 0.999
 def shortened(
     table: PrimitiveTable, primitives: Sequence[Primitive], needed: FloatArray, allowed_rad: float
 ) -> tuple[tuple[Primitive, ...], float] | None:
-    """The chain with displacements of least time, and what it leaves in rad; None if that is no faster.
+    """Minimize the chain's duration over its displacements; None if the result is no faster.
+
+    Returns the chain and its remaining angle in rad.
 
     Args:
         table: The robot, its start pose, limits and rates.
-        primitives: The chain to start from; which joints move in which order stays.
+        primitives: The chain to start from; which joints move in which order is kept.
         needed: (4,) the rotation that the chain is for, body axes.
-        allowed_rad: What the chain may leave of it.
+        allowed_rad: Greatest permissible remaining angle.
     """
     chain = _Chain.of(table, primitives)
     if not 0 < len(chain.start) <= _MAX_FREE:
@@ -148,7 +150,10 @@ class _Chain:
         return vector, derivative
 
     def primitives(self, x: FloatArray) -> tuple[Primitive, ...]:
-        """The chain with displacements (f,); a loop in which fewer than two joints still move is left out."""
+        """Build the primitives of the chain for displacements (f,).
+
+        A loop in which fewer than two joints still move is left out.
+        """
         made: list[Primitive | None] = []
         for shape, part in zip(self._shapes, self._parts, strict=True):
             displacement = np.where(np.abs(x[part]) < _STILL_RAD, 0.0, x[part])
@@ -195,7 +200,10 @@ class LeastTime(NamedTuple):
 def least_time(
     table: PrimitiveTable, fast_axis: FloatArray, needed: FloatArray, tolerance_rad: float
 ) -> LeastTime:
-    """The bound for a rotation `needed` (4,); `fast_axis` (3,) is where the search for the direction begins."""
+    """Compute the least-time bound for a rotation `needed` (4,).
+
+    The search for the direction starts at `fast_axis` (3,).
+    """
     turns = table.rotation
 
     def by_table(angles: tuple[float, FloatArray]) -> float:
@@ -227,7 +235,10 @@ def least_time(
 
 
 def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatArray]) -> float:
-    """The greatest measure a second of any loop, rad/s: the table's best loop of each shape, climbed."""
+    """Compute the greatest rate of a measure over all loops, rad/s.
+
+    It is climbed to from the table's best loop of each shape.
+    """
     rates = measure(table.rotation) / table.duration_s
     best = float(rates.max())
     ranked = np.argsort(-rates, kind="stable")
@@ -242,7 +253,7 @@ def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatA
 def _climbed_rate(
     table: PrimitiveTable, primitive: Primitive, measure: Callable[[FloatArray], FloatArray]
 ) -> float:
-    """The measure a second at the local maximum that is reached from a primitive."""
+    """Compute the rate of the measure at the local maximum reached from a primitive."""
     shape, start = primitive.shape, primitive.displacement_rad
     loops, joints = _loops(table, shape), list(shape.joints)
     seconds = 2.0 * np.where(start < 0.0, -1.0, 1.0) / table.joint_rate_rad_s[joints]

@@ -117,7 +117,7 @@ class PrimitiveTable:
         return quaternion.inverse(self.rotation)
 
     def primitive(self, index: int) -> Primitive:
-        """The primitive at `index`."""
+        """Return the primitive at `index`."""
         shape = self.shapes[self.shape[index]]
         displacement = self.displacement_rad[index, : len(shape.joints)]
         return Primitive(shape, displacement, self.rotation[:, index], float(self.duration_s[index]))
@@ -140,14 +140,14 @@ class PrimitiveTable:
 
 
 def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
-    """The useful loops of every two and every three joints, from the robot's start pose, within its limits.
+    """Build the table of useful loops of every two and three joints, from the robot's start pose.
 
-    Useful are loops that turn by 0.02 deg or more; of those whose rotation vectors fall into one cell of
-    0.25 deg a side, the fastest.
+    Loops stay within the joint limits. Useful loops turn by 0.02 deg or more and are the fastest of those whose
+    rotation vectors fall into the same cell of 0.25 deg a side.
 
     Args:
         robot: The robot.
-        step_deg: Grid of the loops of two joints; loops of three joints take three times as much.
+        step_deg: Grid step of the loops of two joints; loops of three joints use three times this step.
 
     Raises:
         OrbitError: the grid leaves no loop.

@@ -47,10 +47,10 @@ class DesignError(UsageError):
 
 
 def coefficient(name: str, pair: tuple[float, ...]) -> Coefficient:
-    """The swarm's coefficient `name`, at the first iteration and at the last.
+    """Check and return the swarm's coefficient `name`, at the first and the last iteration.
 
     Raises:
-        DesignError: these are no two numbers, or they are too large.
+        DesignError: the values are not two numbers, or they are too large.
     """
     if len(pair) != 2 or not all(abs(value) <= _COEFFICIENT_MOST for value in pair):
         option, what = f"--{name.replace('_', '-')}", f"needs two numbers up to {_COEFFICIENT_MOST:g}"
@@ -123,7 +123,7 @@ class Problem:
 
     @classmethod
     def of(cls, robot: RobotModel, settings: DesignSettings) -> Problem:
-        """The problem for `robot`.
+        """Build the problem for `robot`.
 
         Raises:
             DesignError: the settings do not fit the robot; `setting` names the one at fault.
@@ -173,12 +173,15 @@ class Problem:
             )
 
     def facing(self, directions: FloatArray) -> Problem:
-        """The same problem with joints that move out by angles of these signs (d,)."""
+        """Return the problem with its joints' opening directions set to the signs (d,)."""
         limit = np.where(directions > 0.0, self.sides_rad[:, 1], self.sides_rad[:, 0])
         return replace(self, directions=directions, limit_rad=limit)
 
     def sign_patterns(self) -> Iterator[Problem]:
-        """The problem for every combination of the sides on which its joints have room; this one first."""
+        """Yield the problem for every combination of the sides on which its joints have room.
+
+        The problem itself comes first.
+        """
         yield self
         room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _MIN_STROKE_RAD] for side in self.sides_rad]
         for pattern in itertools.product(*room):
@@ -228,7 +231,7 @@ class Problem:
         return np.asarray(over * (1.0 - 1e-13) * displacements_rad)
 
     def loops(self, sequences: tuple[Sequence, ...] | None = None) -> Loops:
-        """The loops of the problem's joints; one sequence of each class if None."""
+        """Build the loops of the problem's joints; one sequence of each class if None."""
         chosen = classes(len(self.joints)) if sequences is None else sequences
         return Loops(
             self.body,

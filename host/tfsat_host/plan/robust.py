@@ -40,7 +40,7 @@ class Spread(NamedTuple):
     std_rad: float
 
     def less(self, k: float) -> float:
-        """The mean less k standard deviations, rad."""
+        """Return the mean minus k standard deviations, rad."""
         return self.mean_rad - k * self.std_rad
 
 
@@ -57,7 +57,10 @@ class Uncertain:
     stated: Uncertainty
 
     def spread(self, problem: Problem, sequence: Sequence, displacements_rad: FloatArray) -> Spread:
-        """Of a loop: displacements (d,) of the problem's joints in a sequence; one below 0.01 deg is not flown."""
+        """Compute the spread of a loop's reorientation angle.
+
+        The loop has displacements (d,) of the problem's joints in a sequence; one below 0.01 deg is not flown.
+        """
         signed = displacements_rad * problem.directions
         strokes = [
             PlannedStroke(
@@ -105,7 +108,10 @@ class RobustSummit(NamedTuple):
 def most_robust(
     uncertain: Uncertain, k: float, starts: Iterable[tuple[Problem, Sequence, FloatArray]]
 ) -> RobustSummit:
-    """The best that is climbed to from any start: a problem, a sequence and displacements (d,) within its time."""
+    """Find the most robust maneuver by climbing from every start.
+
+    A start is a problem, a sequence and displacements (d,) within the problem's time limit.
+    """
     summits = [_climb(uncertain, k, *start) for start in starts]
     return max(summits, key=lambda one: one.spread.less(k))
 

@@ -75,10 +75,10 @@ class LinearSpread:
 
 
 def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivatives:
-    """All derivatives, by one batched evaluation of 4 p + 1 robots.
+    """Compute all derivatives by one batched evaluation of 4 p + 1 robots.
 
     Args:
-        parameters: Where.
+        parameters: Point at which the derivatives are taken.
         step_scale: Factor on the parameters' steps, to check that the derivatives do not depend on them.
     """
     count, steps = len(parameters.nominal), step_scale * parameters.steps
@@ -111,7 +111,7 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
 
 
 def linear_spread(found: Derivatives, sources: ErrorSources) -> LinearSpread:
-    """What independent normal errors from `sources` make of the rotation, to first order."""
+    """Compute the rotation's spread by independent normal errors from `sources`, to first order."""
     of_sources = found.of_reorientation @ sources.matrix
     total = float(np.linalg.norm(of_sources))
     shares = (of_sources / total) ** 2 if total > 0.0 else np.zeros_like(of_sources)
@@ -152,7 +152,7 @@ class Spread:
 
 
 def spread(values: FloatArray) -> Spread:
-    """Of samples (s,), s >= 2."""
+    """Compute the spread of samples (s,), s >= 2."""
     count, mean = len(values), float(values.mean())
     squared = (values - mean) ** 2
     std = float(np.sqrt(squared.sum() / (count - 1)))
@@ -167,10 +167,10 @@ def spread(values: FloatArray) -> Spread:
 
 
 def share(hits: BoolArray) -> Estimate:
-    """The share of true samples (s,).
+    """Estimate the share of true samples (s,).
 
-    The standard error is the one of all shares that may have led to these samples (Laplace's rule of succession): even
-    without a single hit it is not 0.
+    The standard error follows from all shares that may have led to these samples (Laplace's rule of
+    succession): it is not 0 even without a single hit.
     """
     count, found = len(hits), int(hits.sum())
     likely = (found + 1) / (count + 2)
@@ -235,7 +235,7 @@ class TimeLimit:
 
 
 def time_limits(tower: DropTower) -> tuple[TimeLimit, ...]:
-    """What a drop tower leaves for the strokes, and for the fall."""
+    """Return a drop tower's time limits for the strokes and for the fall."""
     planned_s = tower.maneuver_time_max_s
     longest_s = planned_s + tower.maneuver_time_tolerance_s
     return (
@@ -286,14 +286,14 @@ def outputs_of(outcomes: Outcomes, nominal_xyzw: FloatArray) -> dict[str, FloatA
 def summary(
     study: Study, outcomes: Outcomes, nominal_xyzw: FloatArray, limits: Sequence[TimeLimit], *, bins: int = 15
 ) -> Summary:
-    """The figures of a study of two samples or more.
+    """Compute the statistics of a study of two samples or more.
 
     Args:
         study: Its deviates are drawn again, to be compared with the outcomes.
-        outcomes: Of all its samples.
+        outcomes: Outcomes of all its samples.
         nominal_xyzw: (4,) final attitude without errors.
-        limits: What times must not exceed.
-        bins: Of the histogram.
+        limits: Limits that times must not exceed.
+        bins: Number of bins of the histogram.
     """
     values = outputs_of(outcomes, nominal_xyzw)
     deviates = np.vstack([study.deviates(chunk) for chunk in range(study.chunks)])

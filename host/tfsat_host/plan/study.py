@@ -85,7 +85,7 @@ class Outcomes:
 
     @classmethod
     def joined(cls, parts: list[Outcomes]) -> Outcomes:
-        """The outcomes of chunks, in their order."""
+        """Join the outcomes of chunks, in their order."""
         return cls(
             np.concatenate([part.quaternion_xyzw for part in parts]),
             np.concatenate([part.moving_time_s for part in parts]),
@@ -110,10 +110,10 @@ class Outcomes:
 
 
 def run_chunk(study: Study, chunk: int) -> Outcomes:
-    """The outcomes of one chunk; the same wherever it runs.
+    """Compute the outcomes of one chunk; the same wherever it runs.
 
-    All of it is flown, though a study may end within it: its robots share their steps, and so a sample's bits do not
-    depend on how many follow.
+    The whole chunk is flown even if the study ends within it: its robots share their steps, so a sample's
+    bits do not depend on how many follow.
     """
     parameters, vectors = study.parameters, study.vectors(study.drawn(chunk))
     motion = parameters.motion(vectors)
@@ -136,7 +136,7 @@ _WORTH_A_PROCESS = 8  # chunks; starting one takes as long as computing fewer
 
 
 def usable_cores() -> int:
-    """The processors that this process may use."""
+    """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -145,12 +145,13 @@ def usable_cores() -> int:
 def run_locally(
     study: Study, *, workers: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Outcomes:
-    """All chunks, on `workers` processes.
+    """Run all chunks on `workers` local processes.
 
     Args:
-        study: What to compute.
-        workers: Processes at most; one for each usable core if None, and no more than are worth their start.
-        progress: Called with the number of samples that were done since its last call.
+        study: The study to run.
+        workers: Greatest number of processes; one for each usable core if None, and no more than are worth
+            their start.
+        progress: Called with the number of samples completed since its last call.
 
     Raises:
         TfsatError: a process was ended from outside.

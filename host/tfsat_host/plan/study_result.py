@@ -60,7 +60,7 @@ _KIND_COLUMNS: Columns = (
 
 
 def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Summary) -> dict[str, Any]:
-    """The object of `--json`, without what only the command knows."""
+    """Build the `--json` document, without the command's own entries."""
     sources = _rows(
         source=study.sources.names,
         kind=study.sources.kinds,
@@ -127,7 +127,11 @@ def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Sum
 
 
 def notices(linear: LinearSpread, summed: Summary, samples: int, error_deg: float) -> list[str]:
-    """Where the integration is not good enough, or first order differs from the samples by more than a quarter."""
+    """Return notices where the figures are doubtful, one sentence each.
+
+    They tell of too large an integration error, and of first order differing from the samples by more than
+    a quarter.
+    """
     found = []
     if error_deg > simulation_result.ERROR_DEG:
         found.append(
@@ -151,7 +155,7 @@ def _rows(**columns: FloatArray | tuple[str, ...]) -> list[dict[str, Any]]:
 
 
 def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
-    """What a person wants to know: how sure, because of what, and what to measure first."""
+    """Yield the report for people: the uncertainty, its sources and what to measure first."""
     drawn = result["monte_carlo"]
     turned = drawn["outputs"]["reorientation_deg"]
     yield f"Robot      {result['robot']}, followed by its {result['base']}"
@@ -229,7 +233,7 @@ def check_samples_file(path: Path, *, force: bool) -> None:
 def write_samples(
     study: Study, outcomes: Outcomes, nominal_xyzw: FloatArray, path: Path, *, force: bool
 ) -> None:
-    """A row a sample: its number from 1, its outputs, its parameters with their units.
+    """Write one row per sample: its number from 1, its outputs, its parameters with their units.
 
     Raises:
         TfsatError: the file exists and was not made by this command, or something is in the way.
@@ -250,5 +254,5 @@ def write_samples(
 
 
 def _column(text: str) -> str:
-    """A name that needs no quotes anywhere: `body_1_com_x_mm`."""
+    """Format a column name that needs no quotes anywhere: `body_1_com_x_mm`."""
     return re.sub(r"[^a-z0-9]+", "_", text.lower().replace("^", "")).strip("_")

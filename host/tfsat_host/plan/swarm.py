@@ -21,7 +21,7 @@ Coefficient = tuple[float, float]
 
 
 def at(coefficient: Coefficient, progress: float) -> float:
-    """Its value when `progress`, 0 to 1, of the iterations are done."""
+    """Interpolate the coefficient at `progress`, the completed share of the iterations, 0 to 1."""
     first, last = coefficient
     return first + progress * (last - first)
 
@@ -38,7 +38,7 @@ class SwarmSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SwarmOptimum:
     """What the swarm found.
 
     Attributes:
@@ -61,16 +61,16 @@ def minimize(
     settings: SwarmSettings,
     rng: np.random.Generator,
     progress: Callable[[float], None] = lambda _done: None,
-) -> Found:
-    """The least value that a swarm finds between `low` and `high`.
+) -> SwarmOptimum:
+    """Minimize `objective` between `low` and `high` by a particle swarm.
 
     Args:
-        objective: Values (N,) of positions (d, N), one column a particle.
-        low: (d,) walls of the box.
-        high: (d,).
+        objective: Values (N,) of positions (d, N), one column per particle.
+        low: (d,) lower bounds.
+        high: (d,) upper bounds.
         settings: The swarm.
-        rng: Where its random numbers come from; the same numbers find the same place.
-        progress: Called after each iteration with the share that it was.
+        rng: Random number generator; the same numbers find the same minimum.
+        progress: Called after each iteration with its share of all iterations.
     """
     shape = (len(low), settings.particles)
     floor, ceiling = low[:, None], high[:, None]
@@ -94,7 +94,7 @@ def minimize(
         leader = int(np.argmin(own_value))
         best_values.append(own_value[leader])
         progress(1.0 / settings.iterations)
-    return Found(
+    return SwarmOptimum(
         own[:, leader].copy(),
         float(own_value[leader]),
         np.array(best_values),

@@ -61,7 +61,10 @@ class Check:
 def check_maneuver(
     schedule: Schedule, robot: RobotModel, tower: DropTower, envelope: Envelope
 ) -> tuple[Check, ...]:
-    """All checks, in the order in which a drop meets them; `envelope` is that of `schedule` and `robot`."""
+    """Run all checks of a maneuver, in the order in which a drop meets them.
+
+    `envelope` is that of `schedule` and `robot`.
+    """
     slowest, fastest = release_velocities_mm_s(tower, float(robot.mass_kg.sum()))
     return (
         *_release(tower, slowest, fastest),
@@ -173,7 +176,7 @@ def _format_value(value: float, unit: str) -> str:
 
 
 def document(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> dict[str, Any]:
-    """The object of `--json`, without what only the command knows."""
+    """Build the `--json` document, without the command's own entries."""
     permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
     names = "max_radius_mm max_radius_t_s max_radius_body folded_radius_mm height_mm"
     return {
@@ -187,7 +190,7 @@ def document(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> d
 
 
 def lines(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> Iterator[str | Table]:
-    """What a person reads of it."""
+    """Yield the report for people: the checks, the robot's reach and the verdict."""
     yield Table("", _CHECKS, checks)
     yield (
         f"The robot reaches {envelope.max_radius_mm:.0f} mm from its line of fall and {envelope.height_mm:.0f} mm "

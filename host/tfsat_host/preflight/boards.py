@@ -49,13 +49,13 @@ def ask_boards(
     unix_s: Clock,
     advance: Advance = lambda _seconds: None,
 ) -> Evidence:
-    """The evidence with all that both boards answer.
+    """Query both boards and return the evidence completed with their answers.
 
     Args:
         opened: Both links, or why there is none.
-        expected: What they are checked against.
-        certificate: The run's and its name, for a robot that is emulated or not.
-        trace: Gets what is left on the logger.
+        expected: The evidence so far, with what the answers are checked against.
+        certificate: Returns the run's calibration and its name, for a robot that is emulated or not.
+        trace: Records what is left on the logger.
         unix_s: The computer's time of day.
         advance: Called with how many seconds of `logger.WATCH_S` went by.
 
@@ -117,12 +117,12 @@ def _begin(sequencer: SequencerClient) -> SequencerAnswers:
 
 
 def _end_answers(begun: SequencerAnswers, sequencer: SequencerClient) -> SequencerAnswers:
-    """With the status of now. Raises what the request raises."""
+    """Complete the answers with the sequencer's present status. Raises as the request does."""
     return replace(begun, last=Moment.of(sequencer.status, sequencer.now_s))
 
 
 def _identify_board(kind: type[Board], transport: Transport | TfsatError) -> Board | Missing:
-    """The board that identified itself, whatever protocol it speaks."""
+    """Connect to a board and identify it, whatever protocol it speaks."""
     if isinstance(transport, TfsatError):
         return _missing_board(transport)
     try:
@@ -138,7 +138,7 @@ def _identity(board: BoardClient | Missing) -> BoardIdentity | Missing:
 def _logger_image(
     named: Reference | Missing, identity: BoardIdentity, calibration: Calibration | Missing, certificate: str
 ) -> Reference | Missing:
-    """What the logger should run: the image that was named, else that of its calibration."""
+    """Return the image that the logger should run: the named one, else that of its calibration."""
     if not isinstance(named, Missing) or isinstance(calibration, Missing):
         return named
     if calibration.subject.logger_serial != identity.serial or calibration.logger_image is None:
@@ -149,7 +149,10 @@ def _logger_image(
 def _ask_board(
     name: BoardName, board: Board | Missing, ask: Callable[[Board], BoardAnswers]
 ) -> BoardAnswers | Missing:
-    """What it answers, if it speaks this protocol; Missing else. Raises NotNow."""
+    """Query a board that speaks this protocol, and return its answers.
+
+    Returns Missing if it does not, or cannot be reached. Raises NotNow.
+    """
     if isinstance(board, Missing):
         return Missing(f"The {name} was not reached.", "See protocol.")
     if not board.identity.speaks_this_protocol:
@@ -165,5 +168,5 @@ def _ask_board(
 
 
 def _missing_board(error: TfsatError) -> Missing:
-    """A board that could not be asked, or not to the end."""
+    """Build the Missing of a board that could not be queried, or not to the end."""
     return Missing(error.what, error.next_step)

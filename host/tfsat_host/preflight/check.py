@@ -52,7 +52,7 @@ class PreflightCheck:
         return self.verdict == GoNoGo.NOT_MADE and self.next_step.startswith(SEE)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the check as a dict for JSON."""
         return {
             "name": self.name,
             "verdict": self.verdict.value,

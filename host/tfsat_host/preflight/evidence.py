@@ -60,7 +60,7 @@ class Unreached(Exception):
 
 
 def needed(evidence: Known | Missing) -> Known:
-    """The evidence that a check needs. Raises Unreached: it is missing."""
+    """Return the evidence that a check needs. Raises Unreached: it is missing."""
     if isinstance(evidence, Missing):
         raise Unreached(evidence)
     return evidence
@@ -169,7 +169,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Running:
+class RunningRecording:
     """A recording that was begun before, watched.
 
     Attributes:
@@ -219,7 +219,7 @@ class LoggerAnswers(Answers[LoggerStatusReply]):
     computer_unix_s: float
     settings: LoggerSettings
     live: LiveSamples | Missing
-    card: Trial | Running | Missing
+    card: Trial | RunningRecording | Missing
     recording_since: datetime | None
     left: str
 
@@ -325,13 +325,16 @@ class Sensors:
 
 
 def sensors_of(evidence: Evidence) -> Sensors:
-    """What came live. Raises Unreached: nothing did."""
+    """Return the live sensor samples. Raises Unreached: none were received."""
     live = needed(needed(evidence.logger).live)
     return Sensors(live, SensorSamples.from_counts(live.counts))
 
 
 def certificate_of_these(evidence: Evidence) -> Calibration:
-    """The calibration, if its numbers are of these sensors, fresh or not. Raises Unreached: there is none."""
+    """Return the calibration if its numbers are of these sensors, fresh or not.
+
+    Raises Unreached: there is none.
+    """
     calibration, origin = evidence.calibration, evidence.origin
     if isinstance(calibration, Missing):
         raise Unreached(Missing("It takes a calibration of these sensors.", "See calibration."))

@@ -28,7 +28,7 @@ from tfsat_host.preflight.evidence import (
     LoggerAnswers,
     Missing,
     Moment,
-    Running,
+    RunningRecording,
     Trial,
 )
 from tfsat_host.protocol import messages as msg
@@ -78,7 +78,7 @@ def ask_logger(
     computer_unix_s = unix_s() - (first.had_s - first.asked_s) / 2
     status, settings = first.status, logger.settings().settings
     since = _recording_since(logger, status)
-    card: Trial | Running | Missing
+    card: Trial | RunningRecording | Missing
     if status.state == LoggerState.RECORDING:
         live = _live(logger, advance)
         card = _running_logger(status, logger.status(), settings)
@@ -113,7 +113,10 @@ def _no_trial(status: msg.LoggerStatusReply, unnoted_landing: bool) -> Missing |
 
 
 def _recording_since(logger: LoggerClient, status: msg.LoggerStatusReply) -> datetime | None:
-    """When the last recording began, by the card's list; None: it runs, or the logger's clock was not set."""
+    """Find when the last recording began, by the card's list.
+
+    Returns None if it is still running, or if the logger's clock was not set.
+    """
     if not status.session or status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
         return None
     try:
@@ -146,7 +149,7 @@ def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
 
 def _running_logger(
     before: msg.LoggerStatusReply, after: msg.LoggerStatusReply, settings: msg.LoggerSettings
-) -> Running | Missing:
+) -> RunningRecording | Missing:
     if after.state != LoggerState.RECORDING or after.session != before.session:
         return Missing("The recording that ran ended meanwhile.", "Run this preflight again.")
     if after.phase != DropPhase.WAITING:
@@ -154,7 +157,7 @@ def _running_logger(
             "The recording that runs holds a drop already, and closes automatically.",
             "tfsat-host record stop, then run this preflight again.",
         )
-    return Running(
+    return RunningRecording(
         after.session,
         (after.uptime_ms - before.uptime_ms) / 1000,
         after.blocks_written - before.blocks_written,
@@ -205,7 +208,10 @@ def trial_recording(
 
 
 def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
-    """What of the recording is on the card. Raises TfsatError: it is not there, or cannot be fetched."""
+    """Fetch the trial recording from the card and assess how much of it was written.
+
+    Raises TfsatError: it is not there, or cannot be fetched.
+    """
     entry = _entry_of(logger, stopped.session)
     if entry is None:
         raise TfsatError(

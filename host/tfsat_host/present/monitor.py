@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         LoggerWatch,
         Reading,
         SequencerWatch,
-        Watched,
+        WatchedBoards,
     )
     from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
 
@@ -50,7 +50,7 @@ Row = tuple[int, str, str]
 _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 
-def as_json(t_s: float, watched: Watched) -> dict[str, Any]:
+def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
     """One line of `--json`."""
     shown: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
     shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
@@ -71,7 +71,7 @@ def as_json(t_s: float, watched: Watched) -> dict[str, Any]:
     return shown
 
 
-def one_line(t_s: float, watched: Watched) -> str:
+def one_line(t_s: float, watched: WatchedBoards) -> str:
     """All of it, short, for what is no terminal."""
     parts = [f"{t_s:.1f} s"]
     if watched.sequencer is not None:
@@ -133,7 +133,7 @@ class Block:
 class Picture:
     """What is known of both boards."""
 
-    watched: Watched
+    watched: WatchedBoards
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Rich asks how it looks in a terminal of this size."""
@@ -160,7 +160,7 @@ class Picture:
         return [*blocks, Block(ALWAYS, ("Ctrl-C ends it.",))]
 
 
-def _alarms(watched: Watched) -> list[str]:
+def _alarms(watched: WatchedBoards) -> list[str]:
     texts = [f"LOST: {board}. {error.what}" for board, error in watched.lost.items()]
     if watched.sequencer is not None:
         sequencer = watched.sequencer.status

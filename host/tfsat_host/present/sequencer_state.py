@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
-from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
+from tfsat_host.devices.last_run import LastRun, Onset, StrokeStatus, last_run
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import refusal_name
 from tfsat_host.present.stored_settings import (
@@ -291,9 +291,9 @@ def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
 
 
 def _stroke(onset: Onset, state: SequencerState) -> str:
-    if onset.booking == Booking.MISSED:
+    if onset.booking == StrokeStatus.MISSED:
         return "MISSED: no pulse of it came out on its servo's pin; the joint stayed where it was"
-    if onset.booking == Booking.NOT_BEGUN:
+    if onset.booking == StrokeStatus.NOT_BEGUN:
         return "not yet" if state == SequencerState.RUNNING else "did not begin: the run ended before"
     if onset.start_us is None:
         return "began; a reset came before its time was stored"

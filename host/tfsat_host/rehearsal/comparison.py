@@ -30,7 +30,7 @@ _T, _JOINTS, _RATES, _BODY_1_RATE = 0, slice(1, 4), slice(20, 32), slice(20, 23)
 
 
 @dataclass(frozen=True, slots=True)
-class Compared:
+class EstimateAndTruth:
     """One number.
 
     Attributes:
@@ -56,7 +56,7 @@ class Compared:
 COMPARED: Columns = fields("name found std true unit deviations")
 
 
-def compared(found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel) -> tuple[Compared, ...]:
+def compared(found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel) -> tuple[EstimateAndTruth, ...]:
     """Reorientation, initial rates, strokes, centers of mass; in that order. Nothing of a robot that did not fall."""
     if drop.released_s is None:
         return ()
@@ -77,21 +77,23 @@ def turned_rad(flown: FloatArray, first_s: float, last_s: float) -> float:
     return float((start.inv() * end).magnitude())
 
 
-def _reorientation(found: Evaluation, flown: FloatArray) -> Compared:
+def _reorientation(found: Evaluation, flown: FloatArray) -> EstimateAndTruth:
     turn, true = found.reorientation, turned_rad(flown, 0.0, float(found.motion.bodies[0].t_s[-1]))
-    return Compared("reorientation", "deg", *np.rad2deg([turn.angle_rad, turn.std_rad, true]).tolist())
+    return EstimateAndTruth(
+        "reorientation", "deg", *np.rad2deg([turn.angle_rad, turn.std_rad, true]).tolist()
+    )
 
 
-def _rates(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
+def _rates(found: Evaluation, flown: FloatArray) -> Iterator[EstimateAndTruth]:
     first_s = min((stroke.scheduled_s for stroke in found.strokes), default=float(flown[-1, _T]))
     quiet = (flown[:, _T] > _AFTER_RELEASE_S) & (flown[:, _T] < first_s - _BEFORE_STROKE_S)
     initial = found.initial_rates[0]
     numbers = np.rad2deg([initial.rate_rad_s, initial.std_rad_s, flown[quiet, _BODY_1_RATE].mean(axis=0)])
     for axis, values in zip("xyz", numbers.T.tolist(), strict=True):
-        yield Compared(f"initial rate {axis}, body 1", "deg/s", *values)
+        yield EstimateAndTruth(f"initial rate {axis}, body 1", "deg/s", *values)
 
 
-def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
+def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[EstimateAndTruth]:
     begins = [
         (stroke, stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s)
         for stroke in found.strokes
@@ -107,17 +109,17 @@ def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
             for t_s in (begin_s, until_s)
         )
         numbers = np.rad2deg([stroke.size_rad, stroke.size_std_rad, after - before]).tolist()
-        yield Compared(f"stroke {stroke.number}", "deg", *numbers)
+        yield EstimateAndTruth(f"stroke {stroke.number}", "deg", *numbers)
 
 
-def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[Compared]:
+def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[EstimateAndTruth]:
     if not found.gives("offsets") or not found.gives():
         return
     fit = found.explained.fit
     true = 1e3 * (truth.model.com_m - filed.com_m)
     for one, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
         if one.kind == "com":
-            yield Compared(one.name, "mm", float(value), float(std), float(one.shape @ true[one.of]))
+            yield EstimateAndTruth(one.name, "mm", float(value), float(std), float(one.shape @ true[one.of]))
 
 
 def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:

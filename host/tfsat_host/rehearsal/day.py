@@ -48,7 +48,7 @@ _PIECE_US = 50_000
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
+class PreflightOutcome:
     """What a preflight came to.
 
     Attributes:
@@ -113,7 +113,7 @@ class Day:
     arming: bool = True
     seed: int = 0
     upload: Upload[StoredManeuver] | None = None
-    checked: Checked | None = None
+    checked: PreflightOutcome | None = None
     landed_us: int = 0
     setbacks: list[str] = field(default_factory=list)
     struck_s: dict[str, float] = field(default_factory=dict)
@@ -122,26 +122,29 @@ class Day:
         self.reconnect()
 
     def reconnect(self) -> None:
-        """As a program that is started again does."""
+        """Reconnect to both boards as a restarted program does."""
         self.sequencer = SequencerClient.connect(EmulatedTransport(self.robot, BoardIndex.SEQUENCER))
         self.logger = LoggerClient.connect(EmulatedTransport(self.robot, BoardIndex.LOGGER))
 
     def unix_s(self) -> float:
-        """The team's clock. Compressed minutes do not count."""
+        """Return the time of the team's clock, Unix time in s; compressed minutes do not count."""
         return DROPPED.timestamp() + self.robot.now_us / US_PER_S
 
 
 def begun(
     robot: EmulatedRobot, schedule: Schedule, filed: RobotModel, truth: Truth, *, bench: bool = True
 ) -> Day:
-    """From the logger's power-up on the bench until the robot hangs in the releaser with both boards started.
+    """Simulate the day from the logger's power-up on the bench until the robot hangs in the releaser.
+
+    Both boards are started then.
 
     Args:
-        robot: Just made.
-        schedule: To be flown.
-        filed: As its file has it: the calibration is in its terms.
-        truth: What cannot be measured in minutes is drawn from it.
-        bench: Biases are taken; else they, too, are drawn, which spares half of a day's computing time.
+        robot: The robot, just made.
+        schedule: The schedule to be flown.
+        filed: The robot as its file has it: the calibration is in its terms.
+        truth: The source from which quantities that cannot be measured in minutes are drawn.
+        bench: Whether biases are measured; else they, too, are drawn, which spares half of a day's computing
+            time.
 
     Raises:
         CalibrationError: the robot did not rest.
@@ -207,11 +210,14 @@ class Preflight:
     def of(
         cls, schedule: Schedule, filed: RobotModel, tower: DropTower, image: Path | None, *, despite: bool
     ) -> Preflight:
-        """For a maneuver in a drop tower. Raises EnvelopeError: its envelope cannot be computed."""
+        """Build the preflight of a maneuver in a drop tower.
+
+        Raises EnvelopeError: its envelope cannot be computed.
+        """
         envelope = envelope_of(filed, schedule, until_s=tower.fall_s)
         return cls(schedule, filed, check_maneuver(schedule, filed, tower, envelope), image, despite)
 
-    def made(self, day: Day) -> Checked:
+    def made(self, day: Day) -> PreflightOutcome:
         """Asks both boards; the logger records some seconds onto its card, and removes that again.
 
         Raises:
@@ -239,4 +245,4 @@ class Preflight:
             Trace(),
             day.unix_s,
         )
-        return Checked(evidence, judge(evidence))
+        return PreflightOutcome(evidence, judge(evidence))

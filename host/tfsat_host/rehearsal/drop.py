@@ -24,7 +24,7 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import day as days
-from tfsat_host.rehearsal.day import Checked, Day, NoGo, Preflight
+from tfsat_host.rehearsal.day import Day, NoGo, Preflight, PreflightOutcome
 from tfsat_host.rehearsal.fault import GUARD_US, Fault, Moment
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
@@ -78,7 +78,7 @@ class Drop:
     card: bytes
     from_ram: bool
     upload: Upload[StoredManeuver] | None
-    checked: Checked | None
+    checked: PreflightOutcome | None
     sequencer: SequencerStatusReply | None
     held: HeldManeuver | None
     recording: RecordStopReply | None
@@ -155,7 +155,10 @@ def rehearse(
 def _made_ready(
     day: Day, preflight: Preflight | None, at: Callable[[Moment], None], progress: Progress
 ) -> None:
-    """Until it is armed. Raises what the preflight or a board refuses."""
+    """Upload the schedule, run the preflight, start recording, and arm.
+
+    Raises what the preflight or a board refuses.
+    """
     robot = day.robot
     at(Moment.POWERED)
     robot.wait(PREPARING_S)
@@ -207,7 +210,7 @@ def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Prog
 
 
 def _until(robot: EmulatedRobot, t_us: int) -> None:
-    """A fault may have let some of this time pass already."""
+    """Advance the robot to `t_us`, unless a fault has let that time pass already."""
     robot.advance(max(0, t_us - robot.now_us))
 
 
@@ -257,7 +260,10 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
 
 
 def _fetched_ram(day: Day) -> bytes:
-    """As by `tfsat-host log fetch ram`: a drop that the card did not take; empty if there is none."""
+    """Fetch a drop that the card did not take from the logger's RAM; empty if there is none.
+
+    Works as `tfsat-host log fetch ram` does.
+    """
     if not day.logger.status().ram_holds_drop:
         return b""
     entries = day.logger.wait_for_listing(RAM_TIMEOUT_S).entries
@@ -268,7 +274,10 @@ def _fetched_ram(day: Day) -> bytes:
 
 
 def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
-    """Of the logger's session ids: differs with whatever makes another drop, repeats for the same drop."""
+    """Compute the seed of the logger's session ids.
+
+    It differs with whatever makes another drop, and repeats for the same drop.
+    """
     image = b"" if hex_path is None else hex_path.read_bytes()
     names = tuple(fault.name for fault in faults if not fault.vain)
     rate = tuple(map(float, truth.rate_rad_s))

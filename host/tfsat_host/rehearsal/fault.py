@@ -47,13 +47,13 @@ BEFORE_PREFLIGHT = (Moment.POWERED, Moment.UPLOADED)
 
 
 def between(first: Moment, last: Moment) -> tuple[Moment, ...]:
-    """All from one to another, both included."""
+    """Return all moments from `first` to `last`, both included."""
     moments = tuple(Moment)
     return moments[moments.index(first) : moments.index(last) + 1]
 
 
 def moments_of(words: str) -> tuple[Moment, ...]:
-    """What `words_of` made words of; of nothing, none. Raises KeyError."""
+    """Parse the text that `words_of` made into moments; empty text gives none. Raises KeyError."""
     if words == "any moment":
         return tuple(Moment)
     names = words.replace(" to ", ", ").split(", ") if words else []
@@ -62,7 +62,7 @@ def moments_of(words: str) -> tuple[Moment, ...]:
 
 
 def words_of(moments: Collection[Moment]) -> str:
-    """As people type them: `any moment`, `powered to armed`, or each by its name."""
+    """Format moments as people type them: `any moment`, `powered to armed`, or each by its name."""
     chosen = tuple(one for one in Moment if one in moments)
     if chosen == tuple(Moment):
         return "any moment"
@@ -90,12 +90,12 @@ Outcomes = Mapping[Moment, Outcome]
 
 
 def during(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
-    """The same at all moments from one to another."""
+    """Map all moments from `first` to `last` to the same outcome."""
     return dict.fromkeys(between(first, last), outcome)
 
 
 def at_any_moment(outcome: Outcome) -> Outcomes:
-    """The same whenever it strikes."""
+    """Map every moment to the same outcome."""
     return dict.fromkeys(Moment, outcome)
 
 
@@ -166,13 +166,16 @@ class Fault:
             self.strike(day, self.size.value, self._random(day.seed))
 
     def flown(self, truth: Truth) -> Truth:
-        """The robot that flies instead."""
+        """Return the robot that flies instead of `truth` because of this fault."""
         if self.hidden is None or self.size is None or self.vain:
             return truth
         return self.hidden(truth, self.size.value, self._random(truth.seed))
 
     def _random(self, seed: int) -> np.random.Generator:
-        """Its own: directions, signs and bodies follow from seed and name, whatever else is wrong."""
+        """Return the fault's own random generator, from the seed and the fault's kind.
+
+        Directions, signs and bodies are then the same whatever other faults there are.
+        """
         return np.random.default_rng([seed, 13, crc32(self.kind.encode())])
 
     @property
@@ -181,11 +184,11 @@ class Fault:
         return self.outcomes[self.moment]
 
     def at(self, moment: Moment) -> Fault:
-        """The same at another moment, one in `outcomes`."""
+        """Return the same fault at another moment, one in `outcomes`."""
         return replace(self, moment=moment, name=f"{self.name}{AT}{moment.typed}")
 
     def sized(self, size: Size) -> Fault:
-        """The same of another size."""
+        """Return the same fault with another size."""
         return replace(self, size=size, name=f"{self.name}{OF}{size.value:g}")
 
 

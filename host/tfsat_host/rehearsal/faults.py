@@ -31,7 +31,7 @@ BEYOND_THE_RING_S = 25
 
 
 def _broken(part: str, *how: object) -> Callable[[Day], object]:
-    """A method of `emulated.faults.Faults`, with its arguments."""
+    """Build a strike that calls a method of `emulated.faults.Faults` with these arguments."""
     return lambda day: getattr(day.robot.faults, part)(*how)
 
 
@@ -40,7 +40,7 @@ def _knock(day: Day, open_us: int) -> None:
         day.robot.knock(switch, open_us)
 
 
-class _Dying(EmulatedTransport):
+class _DyingTransport(EmulatedTransport):
     """A cable whose program dies after a few frames."""
 
     _left = FRAMES_BEFORE_CRASH
@@ -54,7 +54,7 @@ class _Dying(EmulatedTransport):
 
 
 def _host_crash(day: Day) -> None:
-    dying = SequencerClient.connect(_Dying(day.robot, BoardIndex.SEQUENCER))
+    dying = SequencerClient.connect(_DyingTransport(day.robot, BoardIndex.SEQUENCER))
     try:
         dying.upload(day.schedule)
     except PortError as error:
@@ -69,7 +69,7 @@ def _gone_on_the_hook(day: Day) -> None:
 
 
 def power_cut(day: Day, after_us: int = 0) -> None:
-    """Both boards lose their power so long after now."""
+    """Cut the power of both boards after a delay."""
     day.robot.advance(after_us)
     for board in BoardIndex:
         day.robot.set_power(board, False)
@@ -160,10 +160,11 @@ FAULTS = tuple(fault for group in GROUPS.values() for fault in group)
 
 
 def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:
-    """Those of one day.
+    """Return the faults of one day by their names.
 
     Raises:
-        UsageError: one does not exist, is named twice, or two are of the same part, of which the last would win.
+        UsageError: one does not exist, is named twice, or two are of the same part, of which the last would
+            win.
     """
     if len(set(names)) < len(names):
         raise UsageError(
@@ -186,7 +187,9 @@ def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:
 
 
 def fault_named(typed: str) -> Fault:
-    """By its name, of another size than its own by NAME=SIZE, at another moment by NAME@MOMENT or NAME=SIZE@MOMENT.
+    """Find a fault by its name, NAME=SIZE, NAME@MOMENT or NAME=SIZE@MOMENT.
+
+    SIZE and MOMENT replace the fault's own.
 
     Raises:
         UsageError: there is no such fault, size or moment, or the fault cannot be at that moment.
@@ -241,7 +244,7 @@ def _fault_of_size(fault: Fault, typed: str) -> Fault:
 
 
 def listed() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[Sequence[str]]]]:
-    """All of them, for JSON and as a table for people."""
+    """List all faults, for JSON and as a table for people."""
     moments = Column(
         "moments", of=lambda fault: {when.typed: what.value for when, what in fault.outcomes.items()}
     )

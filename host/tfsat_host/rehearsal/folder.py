@@ -37,14 +37,17 @@ class Before:
         self.waiting = folder / WAITING
 
     def begin(self) -> None:
-        """From here on `put_back` restores what is set or copied aside, and the mark; raises OSError."""
+        """Begin the replacement: set the mark aside for `put_back`.
+
+        From here on `put_back` restores the mark and whatever is set or copied aside. Raises OSError.
+        """
         shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
         self._folder.mkdir(parents=True, exist_ok=True)
         self.waiting.mkdir()
         self.set_aside(self._mark)
 
     def set_aside(self, path: Path) -> None:
-        """The file is gone until `put_back`; a subfolder that this leaves empty goes, too."""
+        """Move the file away until `put_back`; also remove a subfolder that this leaves empty."""
         place = self._place(path)
         if path.is_file() or path.is_symlink():
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -52,7 +55,7 @@ class Before:
         self._without_empty(path.parent)
 
     def copy_aside(self, path: Path) -> None:
-        """The file stays, and is about to be written; what it was is kept."""
+        """Keep a copy for `put_back` of a file that stays and is about to be written."""
         place = self._place(path)
         if path.is_file() and not place.exists() and self.waiting.is_dir():
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -61,7 +64,7 @@ class Before:
             half.replace(place)
 
     def put_back(self, written: Iterable[Path]) -> None:
-        """The folder is as it was; `written` are the new files, whether they are there yet or not."""
+        """Restore the folder as it was; `written` are the new files, whether they exist yet or not."""
         for path in (*written, self._mark):
             path.unlink(missing_ok=True)
             self._without_empty(path.parent)
@@ -77,7 +80,10 @@ class Before:
             self._folder.rmdir()
 
     def forget(self) -> None:
-        """The new files are whole, or nothing was moved yet: nothing is put back from here on."""
+        """Discard the old files: the new ones are whole, or nothing was moved yet.
+
+        Nothing is put back from here on.
+        """
         if self.waiting.is_dir():
             self.waiting.replace(self._folder / _REPLACED)
         shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
@@ -119,7 +125,7 @@ class ResultFolder:
         check_may_write(path / REHEARSED, marker=_FIRST_LINE.encode(), force=True)
 
     def _check(self) -> None:
-        """Only a rehearsal's files would be overwritten."""
+        """Refuse a folder in which files that no rehearsal made would be overwritten."""
         path = self.path
         if (path / DROP).exists():
             raise _refusal(
@@ -141,7 +147,10 @@ class ResultFolder:
             )
 
     def _not_ours(self) -> list[str]:
-        """Of what a rehearsal would overwrite: what it did not leave so. A mark of an older program knows no hashes."""
+        """List the files that a rehearsal would overwrite and that are not as a rehearsal left them.
+
+        A mark of an older program has no hashes.
+        """
         marked = rehearsed_files(self.path)
         if marked and RECORDING not in marked and (self.path / RECORDING).exists():
             return [RECORDING]
@@ -151,7 +160,7 @@ class ResultFolder:
         return not (sha256 and path.is_file()) or sha256_of(path) == sha256 or self.may_be_made_again(path)
 
     def may_be_made_again(self, path: Path) -> bool:
-        """A file that was changed, but by a command that makes it out of the others."""
+        """Return whether a changed file was changed by a command that makes it out of the other files."""
         del path
         return False
 
@@ -187,27 +196,33 @@ class ResultFolder:
         return ()
 
     def _recover(self) -> None:
-        """A program that was killed left new files, all in its mark, and the old ones in their hidden folder."""
+        """Recover from a program that was killed during a replacement.
+
+        It left new files, all in its mark, and the old ones in their hidden folder.
+        """
         if self._before.waiting.is_dir():
             self._settle([self.path / name for name in rehearsed_files(self.path)])
 
     def _settle(self, begun: Iterable[Path]) -> None:
-        """All new if that is whole, which its mark says by the hashes in it; else all as it was."""
+        """Keep all new files if they are whole, which the hashes in their mark say; else restore the old ones."""
         if any(rehearsed_files(self.path).values()):
             self._before.forget()
         else:
             self._before.put_back(begun)
 
     def begun(self) -> list[Path]:
-        """What was written, or is about to be."""
+        """List the files that were written or are about to be."""
         return list(dict.fromkeys((*self.files, *self._announced)))
 
     def marked(self) -> None:
-        """The mark names all files so far."""
+        """Write the mark with the names of all files so far."""
         (self.path / REHEARSED).write_text(_text(self._name(path) for path in self.begun()), encoding="utf-8")
 
     def sealed(self) -> None:
-        """The mark says how each of them was left: what is replaced from now on is not a rehearsal's."""
+        """Write the mark with each file's hash.
+
+        A file that is replaced from now on is not a rehearsal's.
+        """
         there = [path for path in self.files if path.is_file()]
         lines = (f"{sha256_of(path)}  {self._name(path)}" for path in there)
         write_whole(self.path / REHEARSED, _text(lines).encode())
@@ -216,13 +231,16 @@ class ResultFolder:
         return path.relative_to(self.path).as_posix()
 
     def file(self, name: str) -> Path:
-        """Where a file of that name is about to be written."""
+        """Return the path at which a file of that name is about to be written, and note it in `files`."""
         path = self.announced(name)
         self.files.append(path)
         return path
 
     def announced(self, name: str) -> Path:
-        """Where something else is about to write a file of that name, which is put into `files` when it has."""
+        """Return the path at which another part is about to write a file of that name.
+
+        It is to be added to `files` when written.
+        """
         path = self.path / name
         if path not in self._announced:
             self._before.copy_aside(path)

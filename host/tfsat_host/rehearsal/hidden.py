@@ -31,13 +31,13 @@ _BEFORE_LANDING_S = 0.05
 def draw_hidden(
     filed: RobotModel, seed: int, mismatches: Sequence[Fault] = (), uncertainty: Uncertainty | None = None
 ) -> Truth:
-    """A robot that its file's `[uncertainty]` allows, all figures of it drawn together, with mismatches on top.
+    """Draw a robot that its file's `[uncertainty]` allows, all parameters together, and add mismatches.
 
     Args:
-        filed: As its file has it.
-        seed: Of everything.
-        mismatches: Faults with a size, of any; those that happen during a drop change nothing here.
-        uncertainty: Instead of the file's.
+        filed: The robot as its file has it.
+        seed: The seed of all draws.
+        mismatches: Faults with a size; those that happen during a drop change nothing here.
+        uncertainty: The uncertainty to use instead of the file's.
     """
     stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
     truth = drawn_truth(stated, seed)

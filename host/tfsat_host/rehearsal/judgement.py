@@ -51,7 +51,7 @@ def moves_at_the_end(drop: Drop) -> bool:
 
 
 def came_of(outcome: Outcome, drop: Drop) -> bool | None:
-    """Whether the robot did it; None: it was not dropped, so nothing it did could be judged."""
+    """Return whether the robot did what `outcome` says; None: it was not dropped and cannot be judged."""
     if outcome is Outcome.NOT_DROPPED:
         return drop.refused is not None
     if drop.refused is not None:
@@ -66,13 +66,13 @@ def came_of(outcome: Outcome, drop: Drop) -> bool | None:
 
 
 def designed_for(drop: Drop) -> Outcome:
-    """What must come of all the faults that struck; of none: it flies."""
+    """Return the outcome designed for all faults that struck; with none, that the robot flies."""
     outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.struck_s]
     return next((one for one in _STRONGEST_FIRST if one in outcomes), Outcome.FLIES)
 
 
 def broke_design(drop: Drop) -> bool:
-    """By the truth the robot did not do what it must with the faults that struck."""
+    """Return whether, by the truth, the robot did not do what the faults that struck call for."""
     return bool(drop.struck_s) and came_of(designed_for(drop), drop) is False
 
 
@@ -81,7 +81,7 @@ class Notice:
     """One that noticed a fault.
 
     Attributes:
-        who: `PREFLIGHT`, or a key of `Judged.sentences`.
+        who: `PREFLIGHT`, or a key of `JudgedDay.sentences`.
         what: Names of the checks that give NO-GO, or the sentence.
         certain: The fault's own words were found; else it is taken for noticed because it was the only fault.
     """
@@ -92,7 +92,7 @@ class Notice:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class JudgedDay:
     """A day with what was made of its recording.
 
     Attributes:

@@ -136,7 +136,10 @@ def _ripple(truth: Truth, deg_s: float, _: Random) -> Truth:
 
 
 def _as_file_allows(truth: Truth, times: float, random: Random) -> Truth:
-    """All that a robot file states an uncertainty of, but the centers of mass that are drawn anyway."""
+    """Change every parameter for which the robot file states an uncertainty.
+
+    Centers of mass that are drawn anyway are left out.
+    """
     stated = (truth.model.uncertainty or Uncertainty()).stated()
     for key, change in _OF_FILE.items():
         if stated[key]:

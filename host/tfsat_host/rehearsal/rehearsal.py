@@ -24,7 +24,7 @@ from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.fault import Fault
 from tfsat_host.rehearsal.faults import faults_named
 from tfsat_host.rehearsal.folder import ResultFolder
-from tfsat_host.rehearsal.judgement import Judged, broke_design
+from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
 from tfsat_host.rehearsal.result import result_of
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import Series
@@ -54,7 +54,7 @@ class RehearsalOptions:
     despite_preflight: bool = False
 
     def filed(self) -> RobotModel:
-        """The robot by its file.
+        """Load the robot from its file.
 
         Raises:
             TfsatError: it cannot be read, or there are no boards for such a robot.
@@ -72,7 +72,7 @@ class RehearsalOptions:
         return robot
 
     def part(self) -> ImuPart | None:
-        """The IMU that is wanted; None: the robot's own. Raises UsageError, TfsatError."""
+        """Load the chosen IMU; None: the robot's own. Raises UsageError, TfsatError."""
         if self.imu is None:
             return None
         if self.as_filed:
@@ -84,7 +84,10 @@ class RehearsalOptions:
         return load_imu(self.imu)
 
     def image(self, note: Callable[[str], None]) -> Path | None:
-        """The sequencer's image; None for its core. Builds what is missing, with a note."""
+        """Return the sequencer's image; None for its native core.
+
+        Builds what is missing, with a note.
+        """
         hex_path = sequencer_hex(note) if self.sequencer == "avr" else None
         ensure_built(Variant(avr=hex_path is not None), note)
         return hex_path
@@ -118,13 +121,13 @@ class Rehearsal:
         faults: Sequence[str] = (),
         schedule: Schedule | None = None,
     ) -> Rehearsal:
-        """Of a maneuver, with faults by their names (`gyro-dead`, or at another moment `gyro-dead@powered`).
+        """Build the rehearsal of a maneuver, with faults by name, such as `gyro-dead` or `gyro-dead@powered`.
 
         Args:
-            maneuver: What flies.
-            options: On which robot.
-            faults: What goes wrong.
-            schedule: Of the maneuver, if it was made already.
+            maneuver: The maneuver to fly.
+            options: The robot and the way to fly it.
+            faults: The names of the faults, each with a moment if it is another than its own.
+            schedule: The maneuver's schedule, if it was built already.
 
         Raises:
             TfsatError: robot, IMU, maneuver or faults are refused.
@@ -149,7 +152,7 @@ class Rehearsal:
 
     def run(
         self, folder: Path, seed: int = 1, *, force: bool = False, notices: Notices = SILENT
-    ) -> Rehearsed:
+    ) -> FinishedRehearsal:
         """Rehearses the drop and leaves its run, report and result in a folder, all or nothing.
 
         Args:
@@ -173,9 +176,9 @@ class Rehearsal:
             log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
             evaluated, refusal = _evaluate_folder(kept, drop, log)
             judged = (
-                Judged(drop, log, refusal=refusal)
+                JudgedDay(drop, log, refusal=refusal)
                 if evaluated is None
-                else Judged(drop, log, evaluated.found, evaluated.verdict)
+                else JudgedDay(drop, log, evaluated.found, evaluated.verdict)
             )
             result = {
                 "sequencer": self.options.sequencer,
@@ -187,7 +190,7 @@ class Rehearsal:
             kept.write_summary(result)
         for stale in kept.removed:
             notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
-        return Rehearsed(judged, evaluated, result, kept.path)
+        return FinishedRehearsal(judged, evaluated, result, kept.path)
 
     def run_many(
         self,
@@ -228,7 +231,7 @@ class Rehearsal:
         return RehearsedMany(result, spread, folder / many.TABLE, self._again(folder))
 
     def _again(self, folder: Path) -> str:
-        """What flies one drop of a series alone; its seed and folder are to be filled in."""
+        """Return the command that flies one drop of a series alone, with seed and folder to be filled in."""
         options = self.options
         typed = ["tfsat-host rehearse", f"--file {shlex.quote(str(folder / MANEUVER))}"]
         typed += [f"--robot {shlex.quote(str(folder / ROBOT))}"]
@@ -267,7 +270,7 @@ class RehearsedMany:
 
 
 @dataclass(frozen=True, eq=False)
-class Rehearsed:
+class FinishedRehearsal:
     """What came of a rehearsal.
 
     Attributes:
@@ -277,7 +280,7 @@ class Rehearsed:
         folder: The run's.
     """
 
-    judged: Judged
+    judged: JudgedDay
     evaluated: EvaluatedRun | None
     result: dict[str, Any]
     folder: Path
@@ -296,7 +299,10 @@ class Rehearsed:
 def _evaluate_folder(
     folder: RunFolder, drop: Drop, log: DropLog | None
 ) -> tuple[EvaluatedRun | None, TfsatError | None]:
-    """As `report` would; or why the recording cannot be evaluated. Neither: nothing fell."""
+    """Evaluate the recording as `report` would; return the evaluation or why it cannot be evaluated.
+
+    Both are None if nothing fell.
+    """
     if log is None or drop.refused is not None:
         return None, None
     folder.announced(reporting.PAGE)

@@ -20,7 +20,7 @@ from tfsat_host.quantity import records
 from tfsat_host.rehearsal.comparison import COMPARED, compared, turned_rad
 from tfsat_host.rehearsal.day import DROPPED, NoGo
 from tfsat_host.rehearsal.drop import HOOK_S, Drop
-from tfsat_host.rehearsal.judgement import Judged, moved_deg
+from tfsat_host.rehearsal.judgement import JudgedDay, moved_deg
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.drop_evaluation import EvaluatedRun
@@ -46,7 +46,7 @@ LOOK_MARGIN_S = 0.05
 
 
 def result_of(
-    judged: Judged,
+    judged: JudgedDay,
     evaluated: EvaluatedRun | None,
     truth: Truth,
     schedule: Schedule,
@@ -92,14 +92,14 @@ def result_of(
 
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
-    """What a person should know of a schedule before it flies; sentences."""
+    """List the notices about a schedule that a person should read before it flies."""
     from tfsat_host.maneuver.schedule import servo_speed_notices
 
     return (*schedule.notices, *servo_speed_notices(schedule))
 
 
 def _day(drop: Drop, folder: Path) -> Json:
-    """How the day went until the drop, and how the sequencer was found after it."""
+    """Summarize the day up to the drop and the sequencer's state after it."""
     refused, checked, sequencer = drop.refused, drop.checked, drop.sequencer
     red = () if checked is None else checked.wrong
     return {
@@ -118,7 +118,7 @@ def _day(drop: Drop, folder: Path) -> Json:
 
 
 def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, folder: Path) -> Json:
-    """What the recording is, and what was true of the fall."""
+    """Summarize the recording and the true motion of the fall."""
     rate_deg_s = np.rad2deg(truth.rate_rad_s).round(6).tolist()
     found: Json = {
         "initial_rate_deg_s": rate_deg_s,
@@ -149,7 +149,10 @@ def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, f
 
 
 def _simulate_command(schedule: Schedule, until_s: float, folder: Path, rate_deg_s: Sequence[float]) -> str:
-    """What computes the same drop of a robot as its file says, to the moment at which the truth is taken."""
+    """Return the `simulate` command that computes the same drop of the robot as filed.
+
+    It ends at the moment at which the truth is taken.
+    """
     rates = " ".join(f"{rate:g}" for rate in rate_deg_s)
     until_s = max(until_s, s_from_us(schedule.end_us))  # `simulate` follows the joints to their rest
     maneuver, robot = (shlex.quote(str(folder / name)) for name in (MANEUVER, ROBOT))
@@ -159,7 +162,7 @@ def _simulate_command(schedule: Schedule, until_s: float, folder: Path, rate_deg
 
 
 def _no_release(drop: Drop, log: DropLog | None) -> Json:
-    """What a robot did that fell without a release in its recording."""
+    """Describe what the robot did in a fall whose recording holds no release."""
     events = [] if log is None else [one for one in log.events if one.name == "switch_edge"]
     return {
         "hook_min": HOOK_S / 60.0,
@@ -181,7 +184,10 @@ def _no_release(drop: Drop, log: DropLog | None) -> Json:
 
 
 def _strokes_started(drop: Drop) -> int | None:
-    """By the sequencer; None: it does not answer, or restarted since the release and knows no run."""
+    """Return the number of strokes started, by the sequencer.
+
+    None: it does not answer, or it restarted since the release and knows of no run.
+    """
     if drop.sequencer is None or drop.released_s is None:
         return None
     started = drop.sequencer.strokes_started
@@ -191,7 +197,10 @@ def _strokes_started(drop: Drop) -> int | None:
 
 
 def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
-    """How long before the release a recording without an end breaks off; None: it holds the release's time, or all."""
+    """Compute how long before the release, in s, a recording without an end breaks off.
+
+    None: the recording holds the time of the release, or it is complete.
+    """
     if (
         log is None
         or log.footer is not None
@@ -206,7 +215,7 @@ def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
 
 
 def _evaluation(evaluated: EvaluatedRun) -> Json:
-    """The keys of `evaluate --json` about the maneuver."""
+    """Return the keys of `evaluate --json` that concern the maneuver."""
     whole = evaluated.as_dict()
     return {
         **whole["verdict"],
@@ -217,7 +226,10 @@ def _evaluation(evaluated: EvaluatedRun) -> Json:
 
 
 def _quick_look(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel) -> Json:
-    """For a drop that cannot be evaluated: no calibration, no uncertainty. Raises EvaluationError."""
+    """Estimate the motion of a drop that cannot be evaluated, without calibration and uncertainty.
+
+    Raises EvaluationError.
+    """
     fall_s = (drop.landed_s or 0.0) - (drop.released_s or 0.0)
     starts_s = [stroke.t_s for stroke in schedule.strokes]
     joints = [stroke.joint for stroke in schedule.strokes]
@@ -231,7 +243,10 @@ def _quick_look(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel)
 
 
 def _stroke_warnings(schedule: Schedule, result: Json) -> list[str]:
-    """Where strokes were not as commanded: by the evaluation, or by the quick look where there is none."""
+    """Warn of strokes that were not as commanded.
+
+    They are judged by the evaluation, or by the quick look if there is none.
+    """
     if result["evaluation"] is not None:
         sizes = [stroke["size_deg"] for stroke in result["evaluation"]["strokes"]]
     elif result["quick_look"] is not None:

@@ -65,7 +65,7 @@ class RunFolder(ResultFolder):
         return _is_derived(path)
 
     def stale(self) -> Iterable[Path]:
-        """What `evaluate` and `report` made of the recording that is replaced."""
+        """Find the files that `evaluate` and `report` derived from the recording being replaced."""
         self._copies = set(self._certificates())
         known = rehearsed_files(self.path)
         self.removed = tuple(path for path in _derived_in(self.path) if self._name(path) not in known)
@@ -102,7 +102,10 @@ class RunFolder(ResultFolder):
         return log
 
     def _write_certificate(self, drop: Drop) -> Path:
-        """As `tfsat-host calibrate` keeps it: with its recordings, and a copy that stays as the preflight signs it."""
+        """Write the certificate as `tfsat-host calibrate` does.
+
+        With it go its recordings and a copy that stays as the preflight signs it.
+        """
         certificate = self.file(EMULATED_CERTIFICATE)
         kept = recordings_folder(certificate).name
         for paper in drop.calibration.papers:
@@ -112,7 +115,10 @@ class RunFolder(ResultFolder):
         return certificate
 
     def _note_landing(self, log: DropLog, drop: Drop, certificate: Path) -> None:
-        """As `decode` would, but by the rehearsal's clock: the evaluation then finds it there."""
+        """Note the landing in the certificate as `decode` would, but by the rehearsal's clock.
+
+        The evaluation then finds it there.
+        """
         if not is_of_robot(drop.calibration, origin_of_log(log.header)):
             return
         note_landing_of(log, certificate, drop.calibration, now=drop.collected)
@@ -122,7 +128,7 @@ class RunFolder(ResultFolder):
             self.marked()
 
     def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
-        """As `tfsat-host preflight` writes and signs it."""
+        """Write and sign the preflight result as `tfsat-host preflight` does."""
         assert drop.checked is not None
         evidence = drop.checked.evidence
         files = {
@@ -170,7 +176,10 @@ def _derived_in(folder: Path) -> tuple[Path, ...]:
 
 
 def _is_a_run(folder: Path) -> bool:
-    """Of another drop, whatever it is in its folder that says so; or a campaign."""
+    """Return whether the folder is of another drop or a campaign.
+
+    Any file that marks a run is enough.
+    """
     signs = (REHEARSED, MANEUVER, SUMMARY, DROP, INDEX, PREFLIGHT, RECORD)
     return any((folder / sign).exists() for sign in signs) or any(
         path.suffix.lower() == ".bin" for path in folder.glob("*")
@@ -178,7 +187,7 @@ def _is_a_run(folder: Path) -> bool:
 
 
 def _is_derived(path: Path) -> bool:
-    """By the commands' own marks."""
+    """Return whether the file bears the mark of a command that derives files from a recording."""
     return any(was_made_with(path, mark) for mark in (EVALUATION_MARKER, PAGE_MARKER, FIGURE, MCAP))
 
 

@@ -25,12 +25,12 @@ from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.quantity import fields, record, records
 from tfsat_host.rehearsal import drop as drops
-from tfsat_host.rehearsal.comparison import Compared, compared
+from tfsat_host.rehearsal.comparison import EstimateAndTruth, compared
 from tfsat_host.rehearsal.day import DROPPED, Preflight
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults import fault_named
 from tfsat_host.rehearsal.folder import ResultFolder
-from tfsat_host.rehearsal.judgement import Judged, broke_design
+from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
 from tfsat_host.rehearsal.truth import Truth, drawn_truth, hash_of, truth_as_filed
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.files import MANEUVER, ROBOT
@@ -67,16 +67,19 @@ class Series:
     preflight: Preflight | None = None
 
     def seed_of(self, number: int) -> int:
-        """Of drop `number`, from 1, whichever process flies it; the first is that of `rehearse` alone."""
+        """Return the seed of drop `number`, counted from 1, the same in every process.
+
+        The first is the seed of a single `rehearse`.
+        """
         return self.seed if number == 1 else hash_of(self.seed, number)
 
     def truth(self, number: int) -> Truth:
-        """The robot of a drop."""
+        """Draw the robot of drop `number`."""
         seed = self.seed_of(number)
         return truth_as_filed(self.filed, seed) if self.as_filed else drawn_truth(self.filed, seed, self.part)
 
     def rehearsed(self, truth: Truth, progress: Callable[[str], None] = lambda _: None) -> Drop:
-        """A drop of that robot. Raises TfsatError."""
+        """Rehearse a drop of that robot. Raises TfsatError."""
         return drops.rehearse(
             self.schedule,
             self.filed,
@@ -89,7 +92,7 @@ class Series:
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class RehearsedDrop:
     """One drop.
 
     Attributes:
@@ -114,7 +117,7 @@ class Flown:
     verdict: str = "none"
     samples_lost: int = -1
     strokes_off_us: tuple[float, ...] = ()
-    compared: tuple[Compared, ...] = ()
+    compared: tuple[EstimateAndTruth, ...] = ()
     noticed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     broke_design: bool = False
 
@@ -125,23 +128,23 @@ def fly_many(
     workers: int | None = None,
     progress: Callable[[], None] = lambda: None,
     stop: Callable[[], bool] = lambda: False,
-) -> tuple[Flown, ...]:
-    """Every drop, in order; the same to the bit whatever the number of workers.
+) -> tuple[RehearsedDrop, ...]:
+    """Fly every drop and return them in order, the same to the bit whatever the number of workers.
 
     Args:
-        series: What to fly.
-        runs: How often.
-        workers: Processes; None: one for each core.
+        series: The series to fly.
+        runs: The number of drops.
+        workers: The number of processes; None: one for each core.
         progress: Called after each drop.
-        stop: Asked often: whether to begin no more drops. Those that are in the air are flown to their end; fewer
-            than `runs` come back.
+        stop: Polled often: whether to begin no more drops. Those in the air are flown to their end; fewer than
+            `runs` come back.
     """
-    found: list[Flown] = []
+    found: list[RehearsedDrop] = []
     workers = workers or os.cpu_count() or 1
     # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
     with worker_pool(workers, _ignore_interrupts, dict.fromkeys(_THREADS, "1")) as pool:
         numbers = iter(range(1, runs + 1))
-        flying: set[Future[Flown]] = set()
+        flying: set[Future[RehearsedDrop]] = set()
         while True:
             while len(flying) < workers and not stop() and (number := next(numbers, None)) is not None:
                 with _interrupts_blocked():
@@ -159,7 +162,10 @@ def fly_many(
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """A process that begins meanwhile never gets Ctrl-C, which reaches all of a terminal: its drop is finished."""
+    """Block Ctrl-C for processes that start in the block, so that they finish their drops.
+
+    Ctrl-C reaches all processes of a terminal.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -171,12 +177,12 @@ def _interrupts_blocked() -> Iterator[None]:
 
 
 def _ignore_interrupts() -> None:
-    """The same for one that has begun."""
+    """Ignore Ctrl-C in this worker process, so that it finishes its drop."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def fly(series: Series, number: int) -> Flown:
-    """One of them, evaluated and compared with the truth."""
+def fly(series: Series, number: int) -> RehearsedDrop:
+    """Fly, evaluate and compare one drop of the series with the truth."""
     truth = series.truth(number)
     drop = series.rehearsed(truth)
     judged = _judge_drop(drop, series)
@@ -190,7 +196,7 @@ def fly(series: Series, number: int) -> Flown:
             "compared": compared(judged.found, drop, drop.robot, series.filed),
         }
     struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
-    return Flown(
+    return RehearsedDrop(
         number,
         truth.seed,
         truth.imu,
@@ -202,19 +208,19 @@ def fly(series: Series, number: int) -> Flown:
     )
 
 
-def _judge_drop(drop: Drop, series: Series) -> Judged:
+def _judge_drop(drop: Drop, series: Series) -> JudgedDay:
     if drop.refused is not None or not drop.card:
-        return Judged(drop)
+        return JudgedDay(drop)
     log = decoded(drop)
     try:
         found = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError as error:
-        return Judged(drop, log, refusal=error)
-    return Judged(drop, log, found, verdict_of(found))
+        return JudgedDay(drop, log, refusal=error)
+    return JudgedDay(drop, log, found, verdict_of(found))
 
 
 def decoded(drop: Drop) -> DropLog:
-    """The recording of a drop that has one."""
+    """Decode the recording of a drop that has one."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "SD.bin"
         path.write_bytes(drop.card)
@@ -248,16 +254,16 @@ class Distribution:
     count: int
 
 
-def distributions(outcomes: Sequence[Flown]) -> tuple[Distribution, ...]:
-    """Of every number that was compared, in the order of the first drop that has it."""
-    by_name: dict[str, list[Compared]] = {}
+def distributions(outcomes: Sequence[RehearsedDrop]) -> tuple[Distribution, ...]:
+    """Compute the distribution of every compared number, in the order of first appearance."""
+    by_name: dict[str, list[EstimateAndTruth]] = {}
     for outcome in outcomes:
         for one in outcome.compared:
             by_name.setdefault(one.name, []).append(one)
     return tuple(_distribution(name, ones) for name, ones in by_name.items())
 
 
-def _distribution(name: str, ones: Sequence[Compared]) -> Distribution:
+def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
     found, std, true = np.array([(one.found, one.std, one.true) for one in ones]).T
     error = found - true
     return Distribution(
@@ -274,9 +280,9 @@ def _distribution(name: str, ones: Sequence[Compared]) -> Distribution:
 
 
 def series_result(
-    series: Series, asked: int, outcomes: Sequence[Flown], spread: Sequence[Distribution]
+    series: Series, asked: int, outcomes: Sequence[RehearsedDrop], spread: Sequence[Distribution]
 ) -> dict[str, Any]:
-    """For `--json`, and for the folder."""
+    """Build the result of a series, for `--json` and for the folder."""
     verdicts = [one.verdict for one in outcomes]
     timing = [abs(off) for one in outcomes for off in one.strokes_off_us if off == off]
     return {
@@ -302,8 +308,8 @@ def series_result(
     }
 
 
-def _count_notices(name: str, outcomes: Sequence[Flown]) -> dict[str, Any]:
-    """In how many drops a fault struck and was noticed, and by whom."""
+def _count_notices(name: str, outcomes: Sequence[RehearsedDrop]) -> dict[str, Any]:
+    """Count the drops in which a fault struck and was noticed, and by whom."""
     by = [one.noticed[name] for one in outcomes if name in one.noticed]
     return {
         "name": name,
@@ -317,7 +323,7 @@ def write_series(
     folder: ResultFolder,
     maneuver: Maneuver,
     filed: RobotModel,
-    outcomes: Sequence[Flown],
+    outcomes: Sequence[RehearsedDrop],
     result: Mapping[str, Any],
 ) -> None:
     """Maneuver, robot, a table with a row for each drop, and the result; all or none. Raises UsageError, OSError."""
@@ -330,7 +336,7 @@ def write_series(
         folder.sealed()
 
 
-def _table(outcomes: Sequence[Flown]) -> str:
+def _table(outcomes: Sequence[RehearsedDrop]) -> str:
     """CSV: a row for each drop, with the seed that flies it again alone."""
     names = list(dict.fromkeys(one.name for outcome in outcomes for one in outcome.compared))
     text = io.StringIO()

@@ -50,17 +50,17 @@ class Truth:
 
 
 def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Truth:
-    """A robot as it might have been built by its file, its sensors and servos calibrated since.
+    """Draw a robot as it might have been built from its file and calibrated since.
 
-    Centers of mass of bodies 1 to 3, which the evaluation corrects as the paper does, are off by what the file's table
-    `[uncertainty]` says, servos by what their calibration leaves, and they overshoot; angle sensors and clocks are
-    `draw_as_built`, gyros what their part makes of them: they get warm, wander, and feel gravity while the robot hangs,
-    but not in the fall.
+    Centers of mass of bodies 1 to 3, which the evaluation corrects as the paper does, are off as the file's
+    table `[uncertainty]` says. Servos are off by what their calibration leaves, and they overshoot. Angle
+    sensors and clocks come from `draw_as_built`, gyro errors from the IMU part: gyros get warm, wander, and
+    feel gravity while the robot hangs, but not in the fall.
     Masses and inertias stay: they can be weighed and swung.
 
     Args:
-        filed: As its file has it.
-        seed: Of the robot, and of how it is let go.
+        filed: The robot as its file has it.
+        seed: The seed of the robot and of its release.
         part: Its IMUs; None: the robot's own, `ROBOTS_IMU`.
     """
     random = np.random.default_rng([seed, 11])
@@ -81,15 +81,21 @@ def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Tr
 
 
 def _drawn_overshoot_rad(seed: int, joints: int) -> FloatArray:
-    """By a generator of its own, so that a seed's other errors are those it always had."""
+    """Draw the servos' overshoots from a generator of their own.
+
+    A seed's other errors thus stay as they always were.
+    """
     return np.deg2rad(np.random.default_rng([seed, 12]).uniform(*_SERVO_OVERSHOOT_DEG, joints))
 
 
 def truth_as_filed(filed: RobotModel, seed: int) -> Truth:
-    """A robot that is what its file says, with biases, mountings and noise drawn from a seed, and exact servos."""
+    """Return a robot exactly as its file says, with exact servos.
+
+    Sensor biases, mountings and noise are drawn from the seed.
+    """
     return Truth(seed, filed, draw(seed), np.deg2rad(RESIDUAL_RATE_DEG_S))
 
 
 def hash_of(seed: int, number: int) -> int:
-    """A seed for one of a robot's drops, the same whoever computes it."""
+    """Compute the seed of one of a robot's drops, the same in every process."""
     return int(np.random.SeedSequence([seed, number]).generate_state(1, np.uint64)[0] >> np.uint64(2))

@@ -120,7 +120,7 @@ _LETTERS = "abcd"
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class FigureData:
     """What figures are made of.
 
     Attributes:
@@ -136,7 +136,7 @@ class Drawn:
     window_s: tuple[float, float]
 
 
-def motion_figure(drawn: Drawn) -> Figure:
+def motion_figure(drawn: FigureData) -> Figure:
     """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     euler, rates, joints = (drawn.charts[name] for name in ("euler", "rates", "joints"))
@@ -147,7 +147,7 @@ def motion_figure(drawn: Drawn) -> Figure:
     return figure
 
 
-def momentum_figure(drawn: Drawn) -> Figure:
+def momentum_figure(drawn: FigureData) -> Figure:
     """Momentum above its spectrum, before and after the correction (fig. amfft)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     sides: tuple[Kind, Kind] = ("before", "after")
@@ -169,14 +169,14 @@ def momentum_figure(drawn: Drawn) -> Figure:
     return figure
 
 
-def rate_error_figure(drawn: Drawn) -> Figure:
+def rate_error_figure(drawn: FigureData) -> Figure:
     """Spectrum of the rate error before and after the correction (fig. omgfft)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
     _spectrum_panel(panels[0], drawn.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
     return figure
 
 
-def attitude_error_figure(drawn: Drawn) -> Figure:
+def attitude_error_figure(drawn: FigureData) -> Figure:
     """Euler angles' error over time, before and after the correction (fig. deuler)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
     chart = drawn.charts["attitude_error"]
@@ -188,7 +188,7 @@ def attitude_error_figure(drawn: Drawn) -> Figure:
     return figure
 
 
-FIGURES: dict[str, Callable[[Drawn], Figure]] = {
+FIGURES: dict[str, Callable[[FigureData], Figure]] = {
     "motion": motion_figure,
     "momentum": momentum_figure,
     "rate-error": rate_error_figure,
@@ -211,7 +211,7 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
 
 
 def _time_panel(
-    axes: Axes, drawn: Drawn, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
+    axes: Axes, drawn: FigureData, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
 ) -> None:
     lines = chart.of_kind(*kinds)
     styles = {kind: OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
@@ -220,7 +220,7 @@ def _time_panel(
     legend(axes, components_of(lines, names), styles)
 
 
-def _momentum_panel(axes: Axes, drawn: Drawn, kind: Kind) -> None:
+def _momentum_panel(axes: Axes, drawn: FigureData, kind: Kind) -> None:
     chart = drawn.charts["momentum"]
     lines = chart.of_kind(kind)
     draw_raw(axes, drawn.t_s, drawn.charts["momentum_raw"].of_kind(kind))
@@ -248,14 +248,14 @@ def _spectrum_panel(
     legend(axes, components_of(lines, names), styles)
 
 
-def drawn_of(found: Evaluation) -> Drawn:
+def drawn_of(found: Evaluation) -> FigureData:
     """What the figures of a drop are made of."""
-    return Drawn(
+    return FigureData(
         charts_of(found), events_of(found), found.motion.t_s, (_SHOWN_FROM_S, found.motion.samples.until_s)
     )
 
 
-def write_figure(name: str, drawn: Drawn, file_format: str, path: Path) -> None:
+def write_figure(name: str, drawn: FigureData, file_format: str, path: Path) -> None:
     """One of `FIGURES` in one of `FORMATS`."""
     mpl = load_matplotlib()
     # Whatever matplotlibrc a computer has: the figures look the same.

@@ -15,7 +15,7 @@ from tfsat_host.evaluation.com_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report.contents.attitude import euler_angles
 from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_of
-from tfsat_host.report.contents.document_builder import Reported
+from tfsat_host.report.contents.document_builder import ReportedDrop
 from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.contents.replay import body_poses, boxes_of
 from tfsat_host.sdlog.export_mcap import (
@@ -50,7 +50,7 @@ _MESSAGES = {
 """Fields are numbered in this order: append, never insert, so that older files keep their meaning."""
 
 
-def write_evaluated_mcap(drop: Reported, path: Path) -> None:
+def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
     """The recording as `decode` writes it, its quick look replaced by the evaluation.
 
     Raises:
@@ -140,7 +140,7 @@ def _add_box(entity: Any, low: FloatArray, high: FloatArray, color: tuple[float,
     cube.color.r, cube.color.g, cube.color.b, cube.color.a = color
 
 
-def _words(drop: Reported, stamp: Stamp) -> Channel:
+def _words(drop: ReportedDrop, stamp: Stamp) -> Channel:
     """The verdict at the release, then what happened as it was found."""
     kind, verdict = log_lines(), drop.verdict
     level = kind.of.INFO if verdict.level == "good" else kind.of.WARNING

@@ -45,11 +45,13 @@ _TRIANGLE_TOLERANCE = 1e-6
 
 
 def _inertia_kg_m2(body: Table, *, negated: bool) -> FloatArray:
-    """The body's tensor (3, 3) about its center of mass; `negated`: the file gives products of inertia.
+    """Read the body's inertia tensor (3, 3) about its center of mass.
+
+    `negated`: the file gives products of inertia.
 
     Raises:
-        RobotFileError: it is incomplete, or no rigid body's: not positive definite, or against the triangle
-            inequality.
+        RobotFileError: it is incomplete, or impossible for a rigid body: not positive definite, or against the
+            triangle inequality.
     """
     entries = body.table("inertia_g_m2", " ".join(_ENTRIES))
     upper = np.zeros((3, 3))
@@ -75,10 +77,10 @@ def _inertia_kg_m2(body: Table, *, negated: bool) -> FloatArray:
 
 
 def _shape_m(body: Table) -> FloatArray:
-    """All corners of the body's boxes, (k, 3) in the body frame; (0, 3) if the file states no box.
+    """Read all corners of the body's boxes, (k, 3) in the body frame; (0, 3) if the file states no box.
 
     Raises:
-        RobotFileError: a box is none, or the center of mass lies outside of all that they can enclose.
+        RobotFileError: a box has no volume, or the center of mass lies outside of the boxes' common extent.
     """
     if not body.has("boxes_mm"):
         return frozen([], 0, 3)
@@ -135,10 +137,10 @@ def _check_sizes(bodies: Sequence[Table], robot: RobotModel) -> None:
 
 
 def _check_imu_places(entries: Sequence[Table], robot: RobotModel) -> None:
-    """An IMU is on its robot.
+    """Check that each IMU is on its robot.
 
     Raises:
-        RobotFileError: one lies farther from its body's center of mass than the robot is long, twice over.
+        RobotFileError: one lies farther from its body's center of mass than twice the robot's length.
     """
     corners_m = [shape + origin for shape, origin in zip(robot.shape_m, robot.origin_m, strict=True)]
     marks = np.concatenate([robot.origin_m + robot.com_m, robot.joint_point_m, *corners_m])
@@ -156,8 +158,9 @@ def _check_imu_places(entries: Sequence[Table], robot: RobotModel) -> None:
 def _check_spread(
     entry: Table, com_m: FloatArray, corners: FloatArray, moments: FloatArray, mass_kg: float
 ) -> None:
-    """A mass between two walls with its mean at a < x < b has a variance of at most (x - a)(b - x).
+    """Refuse an inertia that spreads the mass wider than the body's boxes allow.
 
+    A mass between two walls with its mean at a < x < b has a variance of at most (x - a)(b - x).
     R. Bhatia, C. Davis, A Better Bound on the Variance, American Mathematical Monthly 107, 2000.
     """
     variance = (moments.sum() / 2.0 - moments) / mass_kg
@@ -182,7 +185,7 @@ _MIN_AXIS_NORM = sys.float_info.min / sys.float_info.epsilon
 
 
 def _axis(joint: Table) -> FloatArray:
-    """The joint's axis (3,) as a unit vector. Raises RobotFileError if it has no direction."""
+    """Read the joint's axis (3,) as a unit vector. Raises RobotFileError if it has no direction."""
     direction = joint.array("axis", 3)
     largest = np.abs(direction).max()
     cure = "Give the axis a direction, e.g. [1, 0, 0]."
@@ -196,7 +199,7 @@ def _axis(joint: Table) -> FloatArray:
 
 
 def _limits_rad(joint: Table) -> tuple[float, float]:
-    """Least and greatest angle. Raises RobotFileError if they are no range."""
+    """Read the least and greatest joint angle, rad. Raises RobotFileError if they are not a range."""
     low, high = joint.numbers("limits_deg", 2)
     if not low < high:
         joint.fail("limits_deg", f"{low:g} is not below {high:g}", "Write the smaller angle first.")
@@ -204,7 +207,7 @@ def _limits_rad(joint: Table) -> tuple[float, float]:
 
 
 def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
-    """The servo of a joint with these limits (rad).
+    """Read the servo of a joint with these limits (rad).
 
     Raises:
         RobotFileError: it contradicts itself or the limits.
@@ -268,7 +271,7 @@ _ROUNDING = 1e-6
 
 
 def _imus(top: Table, body_names: tuple[str, ...]) -> tuple[Imu, ...]:
-    """All `[[imu]]`. Raises RobotFileError where an entry is wrong or two have the same address."""
+    """Read all `[[imu]]`. Raises RobotFileError if an entry is wrong or two have the same address."""
     found: list[Imu] = []
     for entry in top.tables("imu", _IMU):
         imu = _imu(entry, body_names)
@@ -303,7 +306,7 @@ def _is_rotation(matrix: FloatArray) -> bool:
 
 
 def _angle_sensors(top: Table, joint_names: tuple[str, ...]) -> tuple[AngleSensor, ...]:
-    """All `[[angle_sensor]]`. Raises RobotFileError where an entry is wrong."""
+    """Read all `[[angle_sensor]]`. Raises RobotFileError if an entry is wrong."""
     return tuple(
         AngleSensor(
             joint=joint_names.index(entry.choice("joint", joint_names)),
@@ -318,7 +321,7 @@ def _angle_sensors(top: Table, joint_names: tuple[str, ...]) -> tuple[AngleSenso
 
 
 def _unique_names(entries: Sequence[Table]) -> tuple[str, ...]:
-    """The `name` of every entry.
+    """Read the `name` of every entry.
 
     Raises:
         RobotFileError: two have the same.
@@ -379,7 +382,11 @@ def load_robot(name_or_path: Path | str | None = None) -> RobotModel:
 
 
 def parse_robot(text: str, path: Path) -> RobotModel:
-    """The robot in the text of a file that would stand at `path`. Raises RobotFileError likewise."""
+    """Parse a robot from the text of a robot file at `path`, which need not exist.
+
+    Raises:
+        RobotFileError: the text is not a valid robot file.
+    """
     return _robot(path, parse_config(text, str(path), ROBOT_FILE))
 
 
@@ -423,7 +430,7 @@ def _robot(file: Path, top: Table) -> RobotModel:
 
 
 def _uncertainty(top: Table) -> Uncertainty | None:
-    """The figures of `[uncertainty]`, 0 for one that is left out; None without the table."""
+    """Read the values of `[uncertainty]`, 0 for one left out; None without the table."""
     if not top.has("uncertainty"):
         return None
     table = top.table("uncertainty", " ".join(UNCERTAIN))

@@ -139,11 +139,14 @@ class Uncertainty:
 
     @classmethod
     def of(cls, stated: Mapping[str, float]) -> Uncertainty:
-        """From the figures of a file, in the units of their keys; 0 for one that is left out."""
+        """Build the uncertainty from a file's values, in the units of their keys.
+
+        A value left out is 0.
+        """
         return cls(**{name: stated[key] * unit for key, (name, unit) in UNCERTAIN.items() if key in stated})
 
     def stated(self) -> dict[str, float]:
-        """The figures as a file has them, by `UNCERTAIN`."""
+        """Return the values as a file states them, by the keys of `UNCERTAIN`."""
         return {key: float(f"{getattr(self, name) / unit:.12g}") for key, (name, unit) in UNCERTAIN.items()}
 
 

@@ -35,7 +35,7 @@ def shipped_robots() -> tuple[str, ...]:
 
 
 def find_robot(name_or_path: str | Path | None = None) -> Path:
-    """The robot file that a person means: a file, else a shipped robot's name; None is the default robot.
+    """Find a robot file by its path or by the name of a shipped robot; None is the default robot.
 
     Only a word without a folder is looked for among the shipped robots, with or without `.toml`.
 

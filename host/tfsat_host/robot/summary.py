@@ -72,9 +72,9 @@ _UNCERTAINTY: Columns = (Column("key", "one sigma of"), Column("value", "figure"
 
 
 def totals(robot: RobotModel) -> tuple[float, FloatArray, FloatArray]:
-    """The robot as one rigid body at zero joint angles: mass in kg, CoM (3,) in m, inertia (3, 3) about it in kg m^2.
+    """Compute the robot's total mass (kg), CoM (3,) (m) and inertia (3, 3) (kg m^2) at zero joint angles.
 
-    Global axes; by the parallel axis theorem.
+    The inertia is about the CoM, by the parallel axis theorem. Global axes.
     """
     com = robot.origin_m + robot.com_m
     mass = float(robot.mass_kg.sum())
@@ -170,7 +170,7 @@ def _pulses(pulses: PulseMap) -> Json:
 
 
 def lines(facts: Json) -> Iterator[str | Table]:
-    """What a person reads of a `summary`; what the robot does not have is left out."""
+    """Yield the report for people from a `summary`, without parts that the robot does not have."""
     yield f"Robot    {facts['name']}"
     yield f"File     {facts['file']}"
     yield f"Figures  {facts['source'] or 'the file does not say where they come from'}"
@@ -212,12 +212,12 @@ def _extent(corners: list[list[float]]) -> str:
 
 
 def _round_values(values: ArrayLike) -> Any:
-    """A number, or nested lists of them; no minus before a zero."""
+    """Round a number, or nested lists of numbers, without negative zeros."""
     return (np.round(np.asarray(values), _DECIMALS) + 0.0).tolist()
 
 
 def _thousandths(values: ArrayLike) -> Any:
-    """Of metres millimetres, of kg m^2 g m^2."""
+    """Convert metres to millimetres, or kg m^2 to g m^2, rounded."""
     return _round_values(1e3 * np.asarray(values))
 
 

@@ -19,7 +19,7 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.run.files import AS_FOUND, EvaluationOptions, RunFiles, run_files
 
 if TYPE_CHECKING:
-    from tfsat_host.run.bundle.making import Bundled
+    from tfsat_host.run.bundle.making import WrittenBundle
     from tfsat_host.run.drop_evaluation import EvaluatedRun
     from tfsat_host.run.reporting import Report, ReportOptions
 
@@ -55,7 +55,7 @@ class Run:
         return cls(Path(place), run_files(Path(place), options.maneuver), options)
 
     def evaluate(self, notices: Notices = SILENT) -> EvaluatedRun:
-        """What the robot did, whether the model knew, and how sure both are: as `tfsat-host evaluate`.
+        """Evaluate the drop, as `tfsat-host evaluate`: motion, model agreement and their uncertainties.
 
         The landing of the drop is written into its certificate.
 
@@ -79,7 +79,7 @@ class Run:
 
     def bundle(
         self, target: Path | str | None = None, *, force: bool = False, notices: Notices = SILENT
-    ) -> Bundled:
+    ) -> WrittenBundle:
         """Puts all of it into one archive, evaluated as now.
 
         Args:

@@ -54,7 +54,7 @@ class Operator(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Armed:
+class ArmedSequencer:
     """A sequencer that says that it is armed.
 
     Attributes:
@@ -78,7 +78,7 @@ def arm(
     sequencer_named: bool = False,
     unrecorded: bool = False,
     certificate: Path | None = None,
-) -> Armed:
+) -> ArmedSequencer:
     """Arms once nothing stands against it and the operator has given the word.
 
     Args:
@@ -116,7 +116,7 @@ def arm(
     if session is not None:
         held = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
         note_held(held, session, "arm", operator.note)
-    return Armed(maneuver, recording, calibration, at_start_pose)
+    return ArmedSequencer(maneuver, recording, calibration, at_start_pose)
 
 
 def _demand_the_word(operator: Operator) -> None:
@@ -131,7 +131,7 @@ def _demand_the_word(operator: Operator) -> None:
 
 
 def _servo_warning(state: SequencerState) -> str:
-    """What the servos do at the word, before any release."""
+    """Format the warning of what the servos do when armed, before any release."""
     if state == SequencerState.DONE:
         return (
             f"The servos hold the end pose now, each within {START_POSE_TOLERANCE_CDEG / 100:g} deg of its start pose "
@@ -148,9 +148,9 @@ def _servo_warning(state: SequencerState) -> str:
 def _logger(
     operator: Operator, *, sequencer_named: bool, unrecorded: bool
 ) -> tuple[bool | None, Origin | None, int | None]:
-    """Whether the logger records onto its card, whose sensors it has, and the session that it records.
+    """Query the logger for its recording state, the origin of its sensors and the session it records.
 
-    None where it was not asked or did not say, or where it records nothing.
+    None where it was not asked or did not answer; the session is None, too, if it records nothing.
 
     Raises NotOnCard: a recording was started and does not reach its card.
     """
@@ -196,12 +196,14 @@ def _logger(
 
 
 def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> dict[str, Any] | None:
-    """What stands against the calibration, before the servos get pulses: afterwards the sensors may be others.
+    """Report the objections to the calibration, and return its state for JSON.
+
+    Called before the servos get pulses: afterwards the sensors may be different ones.
 
     Args:
-        named: The certificate; None: the one that lies here, of an emulated robot its own.
-        origin: Whose sensors hang on the logger; None: it was not asked.
-        operator: Reads it.
+        named: The certificate; None: the default one in the current folder (an emulated robot has its own).
+        origin: The robot whose sensors are connected to the logger; None: the logger was not asked.
+        operator: The person who reads the notes and warnings.
     """
     file = find_certificate(named, Path(), emulated=origin is not None and origin.emulated)
     if file is None:

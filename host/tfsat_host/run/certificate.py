@@ -33,7 +33,10 @@ _CLOCKS_APART = timedelta(minutes=1)
 
 
 def command_options(file: Path, *, emulated: bool) -> str:
-    """What makes a `calibrate` command work on that certificate, with a space before; empty where nothing need be."""
+    """Format the options that make a `calibrate` command use that certificate.
+
+    The text begins with a space; it is empty where no option is needed.
+    """
     default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
     out = "" if file.resolve() == default.resolve() else f" --out {shlex.quote(str(file))}"
     return out + (" --emulated" if emulated else "")
@@ -48,16 +51,16 @@ def notices(
     *,
     servos: bool = True,
 ) -> list[str]:
-    """All that stands against using a calibration, a sentence or two each; nothing: it can be used.
+    """List the objections to using a calibration, a sentence or two each; empty if it can be used.
 
     Args:
         calibration: As it was read.
-        origin: Whose sensors it would be used for; None: not known.
+        origin: The robot whose sensors it would be used for; None: not known.
         file: The certificate that further steps are to go into.
-        before: When its samples were taken: later landings do not matter, but what was measured after one may
-            have been otherwise. None: now.
-        now: By the computer's clock, unless given.
-        servos: Whether theirs count; no sensor's reading rests on them.
+        before: When its samples were taken: later landings do not matter, but quantities measured after one may
+            have been different before. None: now.
+        now: The current time; None: by the computer's clock.
+        servos: Whether the servos' shortcomings count; no sensor's reading rests on them.
     """
     if origin is not None and (other := _of_another_robot(calibration, origin)):
         return [other]
@@ -90,7 +93,10 @@ def as_json(
     *,
     servos: bool = True,
 ) -> dict[str, Any]:
-    """For `--json`, under `calibration`; `into` is the certificate that further steps go into, if not `file`."""
+    """Return the calibration's state for `--json`, under `calibration`.
+
+    `into` is the certificate that further steps go into, if not `file`.
+    """
     options = command_options(into or file, emulated=calibration.subject.emulated)
     return {
         "file": str(file),
@@ -103,7 +109,7 @@ def as_json(
 
 
 def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
-    """The same of a certificate that could not be read."""
+    """Return the entry of `as_json` for a certificate that could not be read."""
     return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
 
 
@@ -142,13 +148,16 @@ def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
 
 
 def _measured_after_a_landing(calibration: Calibration, moment: datetime) -> list[str]:
-    """What a landing after `moment` may have changed before it was measured."""
+    """List the quantities measured only after a landing that followed `moment` and may have changed them."""
     landing = next((landing.at for landing in calibration.landings if landing.at >= moment), None)
     return [] if landing is None else measured_after(calibration, landing)
 
 
 def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[str]:
-    """A certificate takes no step that is older than the one it has: one of the future needs another file."""
+    """List the objections to quantities measured in the future; empty if there are none.
+
+    A certificate takes no step older than the one it has: one of the future needs another file.
+    """
     early = [
         one for one in quantities(calibration) if one.taken is not None and one.taken > now + _CLOCKS_APART
     ]
@@ -214,7 +223,7 @@ def origin_of_log(header: LogHeader) -> Origin:
 
 
 def is_of_robot(calibration: Calibration, origin: Origin) -> bool:
-    """Whether a calibration is of the robot with these sensors, even if one of them was exchanged."""
+    """Return whether a calibration is of the robot with these sensors, even if one of them was exchanged."""
     return not of_another_robot(calibration.subject, origin)
 
 
@@ -254,7 +263,10 @@ def hold_against(
 
 
 def time_of_day(log: DropLog, logger_us: int | None) -> datetime | None:
-    """When the logger's clock stood there; None where the logger did not know the time of day."""
+    """Convert a time of the logger's clock to UTC.
+
+    Returns None where the logger did not know the time of day.
+    """
     if logger_us is None or log.unix_offset_us is None:
         return None
     try:
@@ -301,7 +313,10 @@ def note_landing_of(
 
 
 def _certificate_of(log: DropLog, file: Path) -> CertificateOfDrop:
-    """The one that held at the release. Raises CalibrationError if the present one cannot be read."""
+    """Read the certificate in force at the release.
+
+    Raises CalibrationError: the present one cannot be read.
+    """
     released, landed = time_of_day(log, log.release_us), _landing_of(log)
     if released is None or landed is None:
         return CertificateOfDrop(file, read_calibration(file))
@@ -309,14 +324,17 @@ def _certificate_of(log: DropLog, file: Path) -> CertificateOfDrop:
 
 
 def _without_landing_of(log: DropLog, calibration: Calibration) -> Calibration:
-    """Its own landing ended the recording; whatever else is known may have come before."""
+    """Remove the recording's own landing from a calibration.
+
+    That landing ended the recording; all other landings known may have come before it.
+    """
     return replace(calibration, landings=tuple(one for one in calibration.landings if not _is_of(one, log)))
 
 
 def _landing_of(log: DropLog) -> datetime | None:
-    """When the robot hit the ground; None where the recording has no time of day, or no release.
+    """Find the time of the landing; None where the recording has no time of day, or no release.
 
-    The landing that the logger recorded after the release, else the end of the fall as the tower has it.
+    It is the landing that the logger recorded after the release, else the end of the tower's fall time.
     """
     if log.release_us is None:
         return None
@@ -325,9 +343,10 @@ def _landing_of(log: DropLog) -> datetime | None:
 
 
 def _find_landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
-    """The landing, and how its time is known.
+    """Return the landing and how its time is known.
 
-    Without a time of day it was not later than the file: whatever was measured before that counts as before it.
+    Without a time of day it was no later than the file's date: quantities measured before that date count as
+    measured before the landing.
     """
     at = _landing_of(log)
     if at is not None:
@@ -340,7 +359,7 @@ def _find_landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
 
 
 def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
-    """When the file was written, or now if it has no date."""
+    """Return the file's modification time, or `now` if it has no valid one, and the source of that time."""
     try:
         written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     except (OSError, OverflowError, ValueError):  # a date that no calendar has
@@ -349,7 +368,7 @@ def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
 
 
 def _is_of(landing: Landing, log: DropLog) -> bool:
-    """Whether it is known from this recording."""
+    """Return whether the landing is known from this recording."""
     return _name(log) in landing.told_by
 
 

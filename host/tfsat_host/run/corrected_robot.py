@@ -60,21 +60,26 @@ class Correction(NamedTuple):
         return numbers if self.names else numbers[0]
 
     def words(self) -> str:
-        """Such as `x +0.52 ± 0.31, y -0.20 ± 0.30, z +0.11 ± 0.09`."""
+        """Format the changes with their standard deviations.
+
+        Such as `x +0.52 ± 0.31, y -0.20 ± 0.30, z +0.11 ± 0.09`.
+        """
         rows = zip(self.names or ("",), self.change.tolist(), self.std.tolist(), strict=True)
         return ", ".join(f"{name} {change:+.3g} ± {std:.2g}".strip() for name, change, std in rows)
 
 
 def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
-    """The text of the robot file, corrected; as filed below its heading where no correction is called for.
+    """Format the corrected robot file.
+
+    Below its heading it is as filed where no correction is called for.
 
     Args:
-        found: A drop, evaluated.
-        recorded: When its release was, if that is known.
+        found: An evaluated drop.
+        recorded: The time of its release, if known.
 
     Raises:
-        TfsatError: the correction is withheld, the file has entries of which several share a line, or what results is
-            no robot, as with a center of mass outside of its body.
+        TfsatError: the correction is withheld, the file has entries of which several share a line, or the
+            result is no robot, as with a center of mass outside of its body.
     """
     worth, text = worth_of(found), _text(found.model)
     if worth == "withheld":
@@ -100,7 +105,7 @@ def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
 
 
 def corrections(found: Evaluation) -> Iterator[Correction]:
-    """Each entry of the robot file that a drop corrects."""
+    """Yield the correction of each entry of the robot file that a drop changes."""
     fit, filed = found.explained.fit, found.model
     body = fit.offsets.corrected(fit.values)
     pairs = tuple(np.array(list(_ENTRIES.values())).T)
@@ -124,7 +129,7 @@ def corrections(found: Evaluation) -> Iterator[Correction]:
 
 
 def _axes(explained: ModelComparison) -> Iterator[Correction]:
-    """Those of the hinges, which are among the errors of the sensors."""
+    """Yield the corrections of the hinge axes, which are estimated among the sensor errors."""
     fit, flown = explained.fit, explained.driven.flown
     filed, first = fit.offsets.body, len(fit.offsets) + len(fit.momentum_kg_m2_s)
     tilted = filed.tilted(flown.corrected(fit.errors).tilt_rad).joint_axis
@@ -156,7 +161,7 @@ def _find_corrections(
     new: FloatArray,
     std: FloatArray | None,
 ) -> Iterator[Correction]:
-    """The entry, if it is written otherwise than before."""
+    """Yield the correction of the entry, if its rounded value changes."""
     if std is not None and (np.round(new, _DECIMALS) != np.round(old, _DECIMALS)).any():
         yield Correction(path, names, new - old, std, new)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.com_fit.cross_validation import (
-    Combined,
+    CombinedOffsets,
     FittedDrop,
     LeftOut,
     combine,
@@ -44,7 +44,7 @@ class Refused:
         return refused(self.error)
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the refused drop as a dict for `--json`."""
         error = error_as_dict(self.error)
         return {"drop": str(self.place), "verdict": self.verdict.as_dict(), "error": error}
 
@@ -67,7 +67,7 @@ DROPS: Columns = (
 
 
 def row_of(drop: object, run: EvaluatedRun | None) -> dict[str, Any]:
-    """The line of a drop; None: it was refused."""
+    """Return the table row of a drop; `run` is None if the drop was refused."""
     refused = dict.fromkeys(column.key for column in DROPS) | {"verdict": "failed"}
     return {**(refused if run is None else record(DROPS, run)), "drop": str(drop)}
 
@@ -87,7 +87,7 @@ def evaluate_several(
 
 
 def tried(place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices) -> Tried:
-    """One drop, evaluated or refused."""
+    """Evaluate one drop; return the refusal if it fails."""
     try:
         return drop_evaluation.evaluate_run(place, options, robot, notices)
     except TfsatError as error:
@@ -95,7 +95,7 @@ def tried(place: Path, options: EvaluationOptions, robot: RobotModel, notices: N
 
 
 def _refuse_copies(places: Sequence[Path]) -> None:
-    """A drop that is named by two names is named twice, which is found before anything is evaluated."""
+    """Refuse a recording that is named twice, byte for byte, before anything is evaluated."""
     first: dict[str, Path] = {}
     for place in places:
         try:
@@ -112,7 +112,10 @@ def _refuse_copies(places: Sequence[Path]) -> None:
 
 
 def _without_copies(drops: list[Tried]) -> list[Tried]:
-    """The same session in two files, such as one that was cut, is one drop, and would agree with itself."""
+    """Replace further copies of a session by refusals.
+
+    Two files of one session, such as one that was cut, are one drop, which would agree with itself.
+    """
     first: dict[int, Path] = {}
     found: list[Tried] = []
     for one in drops:
@@ -146,21 +149,23 @@ class Comparison:
         self.runs = tuple(runs)
         drops = [_fit_drop(run) for run in runs]
         fits = [drop.fit for drop in trusted(drops)]
-        self.combined: Combined | None = combine(fits) if fits else None
+        self.combined: CombinedOffsets | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
         doubt = "" if self.combined is None else self.combined.contradiction()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`, under `comparison`."""
+        """Return the comparison as a dict for `--json`, under `comparison`."""
         return comparison([run.found for run in self.runs], self.combined, self.left_out, self.remarks)
 
     def tables(self, names: Sequence[str]) -> list[Table]:
-        """The common correction and how each drop does by the others', for people; none: all are withheld.
+        """Build the tables of the common correction and of each drop's fit under the others' correction.
+
+        The list is empty if all corrections are withheld.
 
         Args:
-            names: What people call the drops, in their order.
+            names: The drops' names for people, in their order.
         """
         if self.combined is None:
             return []
@@ -171,7 +176,7 @@ class Comparison:
 
     @classmethod
     def of(cls, runs: Sequence[EvaluatedRun]) -> Comparison | None:
-        """None of a single drop: there is nothing to compare it with."""
+        """Compare the drops; return None for a single drop, which has nothing to be compared with."""
         return cls(runs) if len(runs) > 1 else None
 
 

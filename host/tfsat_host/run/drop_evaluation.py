@@ -12,7 +12,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
-from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
 from tfsat_host.evaluation.result.model import model
@@ -95,7 +95,7 @@ class EvaluatedRun:
         return None if self.held is None else self.held.facts
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`: plain numbers, lists and text, NaN where something is unknown."""
+        """Return the evaluation for `--json`: plain numbers, lists and text, NaN where a value is unknown."""
         found = self.found
         of_bodies = bodies(found)
         return {
@@ -139,13 +139,15 @@ class DroppedRobot:
 
 
 def dropped_robot(log: DropLog) -> DroppedRobot:
-    """The robot that recorded it."""
+    """Return the robot that recorded the log."""
     origin = origin_of_log(log.header)
     return DroppedRobot(EMULATED if origin.emulated else REAL, origin.logger_serial)
 
 
 def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotModel:
-    """The robot that was dropped: the named one, else by `robot.toml` next to the recordings, else the drop tower's.
+    """Load the model of the dropped robot.
+
+    It is the named one, else that of `robot.toml` next to the recordings, else the drop tower's.
 
     Args:
         named: A robot file, or the name of a shipped one.
@@ -153,7 +155,7 @@ def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotMode
 
     Raises:
         UsageError: several robots were dropped: their loggers differ, or their files and none was named.
-        TfsatError: it cannot be read, or no logger of ours could have recorded it.
+        TfsatError: it cannot be read, or none of our loggers could have recorded it.
     """
     if len(places) > 1:
         _require_one_robot(places)
@@ -190,7 +192,10 @@ def _require_one_robot(places: Sequence[Path]) -> None:
 
 
 def _robot_of_all(places: Sequence[Path]) -> Path | None:
-    """Their file; None: they have none. Raises UsageError: they are files of different robots."""
+    """Find the robot file that all places share; None: they have none.
+
+    Raises UsageError: they are files of different robots.
+    """
     there = [place for place in places if place.exists()]
     files = [robot_beside(place) for place in there]
     first = {sha256_of(file or find_robot(None)): place for place, file in zip(there, files, strict=True)}
@@ -268,7 +273,7 @@ def _read(file: Path, session: int | None, notices: Notices) -> DropLog:
 def _calibration(
     log: DropLog, named: Path | None, robot: RobotModel, notices: Notices
 ) -> tuple[CheckedCertificate | None, Calibration | None]:
-    """The certificate, and what of it can be used."""
+    """Read and check the certificate; return it and the part of its calibration that can be used."""
     origin = origin_of_log(log.header)
     file = find_certificate(named, log.path.parent, Path(), emulated=origin.emulated)
     if file is None:
@@ -293,10 +298,10 @@ def _of_same_imus(calibration: Calibration, who_am_i: str, robot: RobotModel) ->
     return replace(calibration, gyros=tuple(gyros))
 
 
-def _witnesses(options: EvaluationOptions) -> Witnesses | None:
+def _witnesses(options: EvaluationOptions) -> ExternalObservations | None:
     if options.video is None and options.laser is None:
         return None
-    return Witnesses(
+    return ExternalObservations(
         () if options.video is None else read_video_marks(options.video),
         options.video_rate,
         None if options.laser is None else read_tracks(options.laser),

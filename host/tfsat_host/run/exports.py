@@ -70,7 +70,10 @@ def _name_export(stem: Path, ending: str) -> Path:
 
 
 def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, OutputFile]:
-    """What can be written, by the name it has in the JSON result. A format's libraries are loaded for it alone."""
+    """Return the files that can be written, by their names in the JSON result.
+
+    A format's libraries are imported only if that format is requested.
+    """
     files = {}
 
     def add(key: str, ending: str, marker: bytes, write: Callable[[DropLog, Path], object]) -> None:
@@ -102,7 +105,7 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
 
 
 def _write_mcap(log: DropLog, path: Path) -> None:
-    """With the bodies' transforms, of the drop tower robot."""
+    """Write an MCAP file that includes the bodies' transforms, with the drop tower robot's model."""
     from tfsat_host.evaluation.body_frames import body_frames
     from tfsat_host.robot import load_robot
     from tfsat_host.sdlog.export_mcap import write_mcap
@@ -111,10 +114,10 @@ def _write_mcap(log: DropLog, path: Path) -> None:
 
 
 def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str, Any]:
-    """Which calibration would apply, what stands against it, and how long the gyros rested, as notes.
+    """Report the calibration that would apply, the objections to it, and the gyros' rest time, as notes.
 
-    The landing of the recording is written into a certificate of the same sensors. Neither the exit code nor the
-    recording's own warnings depend on any of this: the recording is what it is.
+    The landing of the recording is written into a certificate of the same sensors. Neither the exit code nor
+    the recording's own warnings depend on the calibration.
 
     Returns:
         `calibration` (None: there is none) and `quiet_s` for `--json`.
@@ -140,7 +143,7 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
 
 
 def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
-    """How long the gyros rested before the release, s."""
+    """Compute how long the gyros rested before the release, in s, and note their bias."""
     import numpy as np
 
     from tfsat_host.calibration.bias import quiet_before_release

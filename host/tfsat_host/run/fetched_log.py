@@ -41,13 +41,13 @@ def _clock_iso(unix_us: int) -> str | None:
 
 
 def size_words(blocks: int) -> str:
-    """How much room some blocks take."""
+    """Format the size of a number of blocks in KiB or MiB."""
     n_bytes = blocks * BLOCK_BYTES
     return f"{n_bytes / 2**20:.1f} MiB" if n_bytes >= 2**20 else f"{n_bytes / 2**10:.1f} KiB"
 
 
 def which_words(entry: LogEntry) -> str:
-    """What a person types for it."""
+    """Return the recording's identifier as typed on the command line."""
     return "ram" if entry.number == RAM else str(entry.number)
 
 
@@ -125,7 +125,7 @@ class Copy:
                 self.warnings.append("RAM has samples of that recording: tfsat-host log fetch ram")
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the copy as a dict for `--json`."""
         return {
             **record(ENTRIES, self.entry),
             "file": self.path,
@@ -134,7 +134,7 @@ class Copy:
         }
 
     def show(self, out: Output) -> None:
-        """For people."""
+        """Print the copy's summary for people."""
         how = "every block checked" if self.fetched else "fetched before, unchanged"
         size = size_words(self.entry.blocks)
         out.line(f"{self.path}: {size}, session {self.entry.session:08x}, {how}.")
@@ -148,7 +148,10 @@ class Copy:
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
-    """What there is. A drop that RAM still takes is waited for; any other capture ends only if a person agrees."""
+    """Read the logger's listing, after the end of any capture into RAM.
+
+    Waits for a drop that is being captured into RAM; ends any other capture only if a person agrees.
+    """
     try:
         return logger.listing()
     except BoardError as error:
@@ -174,7 +177,7 @@ def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
 
 
 def pick(listing: Listing, number: int) -> LogEntry:
-    """The recording of that number. Raises BoardError, as the logger would."""
+    """Return the recording of that number. Raises BoardError, as the logger would."""
     for entry in listing.entries:
         if entry.number == number:
             return entry
@@ -184,7 +187,10 @@ def pick(listing: Listing, number: int) -> LogEntry:
 
 
 def wanted(logger: LoggerClient, listing: Listing, number: int | None) -> list[LogEntry]:
-    """The one of that number; None: all, RAM's only where it has more than the card. Raises BoardError."""
+    """Return the recording of that number, or all if it is None. Raises BoardError.
+
+    Of all, RAM's is included only where it holds more than the card.
+    """
     if number is not None:
         return [pick(listing, number)]
     holds_drop = bool(logger.status().ram_holds_drop)
@@ -201,7 +207,10 @@ def wanted(logger: LoggerClient, listing: Listing, number: int | None) -> list[L
 
 
 def target_of(entry: LogEntry, place: str | None, *, several: bool) -> Path:
-    """Where a recording goes: `place` is a file or a folder, as it was typed; of several, a folder."""
+    """Return the path a recording is written to.
+
+    `place` is a file or a folder, as it was typed; for several recordings, a folder.
+    """
     if place is None:
         return Path(copy_name(entry))
     is_folder = several or place.endswith(("/", os.sep)) or Path(place).is_dir()
@@ -209,10 +218,10 @@ def target_of(entry: LogEntry, place: str | None, *, several: bool) -> Path:
 
 
 def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, force: bool) -> Copy:
-    """The recording at `target`, where it is not there already; `force` overwrites another file.
+    """Fetch the recording to `target` unless it is there already; `force` overwrites another file.
 
     Raises:
-        TfsatError: another file is there; the disk, the cable or the card fail. What came is kept.
+        TfsatError: another file is there; the disk, the cable or the card fails. Blocks received are kept.
     """
     fetched, serial = FetchedLogs(), logger.identity.serial
     sha256 = fetched.sha256_of(serial, entry, target)

@@ -62,17 +62,18 @@ class EvaluationOptions:
     swarm: bool = False
 
     def typed(self) -> tuple[str, ...]:
-        """As they are typed for `evaluate`; for the provenance of results."""
+        """Format the options as they are typed for `evaluate`, for the provenance of results."""
         given = [f"--{name} {getattr(self, name)}" for name in _FILES if getattr(self, name) is not None]
         given += [f"--video-rate {self.video_rate:g}"] if self.video_rate is not None else []
         given += [f"--session {self.session:08x}"] if self.session is not None else []
         return (*given, *(f"--{name}" for name in _FLAGS if getattr(self, name)))
 
     def check(self, places: Sequence[Path]) -> None:
-        """What belongs to one drop only is refused for several.
+        """Check the options against each other and against the number of drops.
 
         Raises:
-            UsageError: it was given for several, or a drop twice, or a facility for nothing.
+            UsageError: an option of one drop was given for several, a drop was named twice, a facility was given
+                without a laser, or a video rate without a video or out of range.
         """
         if self.facility is not None and self.laser is None:
             raise _wrong("--facility permits a release velocity, and only --laser tells that velocity.")
@@ -118,13 +119,13 @@ class RunFiles:
 def run_files(
     place: Path, maneuver: Path | None, *, command: str = "evaluate", nothing: str = _NOTHING_DONE
 ) -> RunFiles:
-    """What a RUN is: a recording, or a folder with one.
+    """Resolve a RUN, a recording or a folder with one, to its files.
 
     Args:
         place: As it was typed.
         maneuver: As it was typed; None: the one next to the recording.
-        command: Which asks; for errors.
-        nothing: What it then did not do; a sentence.
+        command: The command that asks, for errors.
+        nothing: The sentence for errors that states what was not done.
 
     Raises:
         TfsatError: there is nothing of that name, or the folder holds no recording, or several.
@@ -158,7 +159,10 @@ def robot_beside(place: Path) -> Path | None:
 
 
 def names_of(recordings: Sequence[Path]) -> list[str]:
-    """What people call each drop: its folder, or its file where that has a name of its own; no two are the same."""
+    """Return a unique name for people of each drop.
+
+    It is the folder's name, or the file's where that differs from the default.
+    """
     names: list[str] = []
     for recording in recordings:
         folder = recording.resolve().parent.name or "drop"
@@ -169,7 +173,7 @@ def names_of(recordings: Sequence[Path]) -> list[str]:
 
 
 def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path | None:
-    """The certificate to look at: the one that was named, else by its usual name in `folders`; None: there is none."""
+    """Find the certificate: the named one, else the first of its usual name in `folders`, else None."""
     if named is not None:
         return named
     name = EMULATED_CERTIFICATE if emulated else CERTIFICATE
@@ -186,13 +190,13 @@ def rehearsed_files(folder: Path) -> dict[str, str]:
 
 
 def is_inside(name: str) -> bool:
-    """Whether a name that came from elsewhere stays below the folder that it is relative to."""
+    """Return whether a relative name from an untrusted source stays below its folder."""
     parts = PurePosixPath(name).parts
     return bool(parts) and not PurePosixPath(name).is_absolute() and ".." not in parts and "\0" not in name
 
 
 def schedule_in(file: Path) -> Schedule:
-    """What a maneuver file commands.
+    """Read the schedule that a maneuver file commands.
 
     Raises:
         ManeuverError: it cannot be read, understood or flown; names the file.

@@ -46,7 +46,7 @@ class HeldManeuver:
 
 
 @dataclass(frozen=True, slots=True)
-class Commanded:
+class CommandedManeuver:
     """What a drop is compared with.
 
     Attributes:
@@ -121,7 +121,7 @@ def copy_note(recording: Path, session: int, note: Note) -> Path | None:
 
 
 def find_note(recording: Path, session: int) -> Path | None:
-    """The note of a session: beside its recording, else on this computer; None: there is none."""
+    """Find the note of a session: beside its recording, else on this computer, else None."""
     beside = recording.with_name(note_name(session))
     if beside.is_file():
         return beside
@@ -145,7 +145,7 @@ def note_text(held: HeldManeuver, session: int, command: str) -> str:
     return header + format_maneuver(maneuver_from_board(stored, name=_kept_name(held)))
 
 
-def find_commanded(files: RunFiles, named: Path | None, session: int) -> Commanded:
+def find_commanded(files: RunFiles, named: Path | None, session: int) -> CommandedManeuver:
     """Decide what was commanded: the named file, else what the sequencer held, else `maneuver.toml`.
 
     Args:
@@ -160,12 +160,12 @@ def find_commanded(files: RunFiles, named: Path | None, session: int) -> Command
     note = find_note(files.recording, session)
     held = None if note is None else schedule_in(note)
     if held is None or (schedule is not None and schedule.is_same_motion(held)):
-        return Commanded(files.maneuver, schedule)
+        return CommandedManeuver(files.maneuver, schedule)
     if schedule is None:
-        return Commanded(note, held)
+        return CommandedManeuver(note, held)
     words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({note})"
     if named is not None:
-        return Commanded(
+        return CommandedManeuver(
             files.maneuver, schedule, remark=f"{words}; it was named with --maneuver and is compared."
         )
     objection = (
@@ -173,11 +173,14 @@ def find_commanded(files: RunFiles, named: Path | None, session: int) -> Command
         f"replace it: cp {shlex.quote(str(note))} {shlex.quote(str(files.maneuver))}. To compare with it all the "
         f"same: --maneuver {shlex.quote(str(files.maneuver))}"
     )
-    return Commanded(note, held, objection=objection)
+    return CommandedManeuver(note, held, objection=objection)
 
 
 def _kept_name(held: HeldManeuver) -> str:
-    """The name of the upload, if this computer made it; the board does not store names."""
+    """Look up the name of the uploaded maneuver; the board does not store names.
+
+    Returns an empty string if this computer did not make the upload.
+    """
     from tfsat_host.maneuver import ManeuverError, read_maneuver
 
     try:

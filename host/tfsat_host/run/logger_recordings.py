@@ -21,7 +21,7 @@ from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
 
 
 def ram_warning(option: str) -> str:
-    """A drop that is in RAM only; `option` names the logger as the user did."""
+    """Format the warning of a drop that is in RAM only; `option` names the logger as the user did."""
     return (
         "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: "
         f"tfsat-host log fetch ram{option}"
@@ -54,7 +54,7 @@ class LoggerRecordings:
         return cls(listing.entries, copies, logger.status(), listing.card_error, logger.device())
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the logger's recordings as a dict for `--json`."""
         return {
             "logs": records(self._columns, self.entries),
             "ram_holds_drop": bool(self.status.ram_holds_drop),
@@ -65,7 +65,7 @@ class LoggerRecordings:
         }
 
     def show(self, out: Output) -> None:
-        """For people."""
+        """Print the logger's recordings for people."""
         if self.entries:
             show_rows(self._columns, self.entries, out)
         else:

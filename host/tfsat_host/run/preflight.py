@@ -103,7 +103,7 @@ class PreparedRun:
         return cls(folder, maneuver, schedule, robot_file, tower, certificate, sequencer_image, logger_image)
 
     def calibration(self, emulated: bool) -> tuple[Calibration | Missing, str]:
-        """The certificate, and its name."""
+        """Read the certificate; return its calibration and its file's name."""
         file = find_certificate(self.certificate, self.folder, Path(), emulated=emulated)
         if file is None:
             other = find_certificate(None, self.folder, Path(), emulated=not emulated)
@@ -122,7 +122,7 @@ class PreparedRun:
             return Missing(f"{error.what} {error.meaning}", error.next_step), str(file)
 
     def facility(self) -> tuple[FacilityCheck, ...] | Missing:
-        """What the facility says of the maneuver."""
+        """Check the maneuver against the facility's limits."""
         if isinstance(self.schedule, Missing):
             return self.schedule
         try:
@@ -132,7 +132,7 @@ class PreparedRun:
         return check_maneuver(self.schedule, self.robot, self.tower, envelope)
 
     def images(self) -> tuple[Reference | Missing, Reference | Missing]:
-        """What the sequencer and the logger should run."""
+        """Return the reference images that the sequencer and the logger should run."""
         logger: Reference | Missing = Missing(
             "none was named, and no calibration of this logger says which one it ran then.",
             "Name it with --logger-image: image_crc of tfsat-host status --json right after it was flashed. The "
@@ -143,7 +143,7 @@ class PreparedRun:
         return _sequencer_image(self.sequencer_image), logger
 
     def newest(self) -> tuple[datetime, str] | None:
-        """The youngest of the files that people made, and its name."""
+        """Return the modification time and name of the newer of the maneuver and the certificate."""
         paths = [path for path in (self.maneuver, self.certificate) if path is not None and path.is_file()]
         times = ((datetime.fromtimestamp(path.stat().st_mtime, UTC), path.name) for path in paths)
         return max(times, default=None)
@@ -188,7 +188,7 @@ def require_not_flown(folder: Path) -> None:
 
 
 def _flown_evidence(folder: Path) -> str:
-    """How that is known; empty: it was not."""
+    """Describe how it is known that the run was flown; empty if it was not."""
     if (folder / DROP).exists():
         return f"it holds {DROP}, so it is a campaign's"
     found = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
@@ -248,11 +248,11 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
 def result_of(
     evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left: str = ""
 ) -> dict[str, Any]:
-    """What `preflight --json` prints, and `preflight.json` holds.
+    """Build the result that `preflight --json` prints and `preflight.json` holds.
 
     Args:
         evidence: Of the boards and the files.
-        checks: Made of it.
+        checks: The checks made of the evidence.
         files: Their hashes.
         left: What is left of the preflight on the logger.
     """

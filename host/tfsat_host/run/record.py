@@ -36,7 +36,7 @@ class RecordError(TfsatError):
 
 
 def _hash_before(value: object) -> str:
-    """Of an entry; nothing before the first one."""
+    """Check the hash of an entry, or the empty text that stands before the first one."""
     return "" if value == "" else json_values.sha256(value)
 
 
@@ -121,7 +121,7 @@ def sign(folder: Path, files: Sequence[Path], by: str, at: datetime) -> Entry:
 
 
 def entries_of(folder: Path) -> tuple[Entry, ...]:
-    """The entries of a run's record; none where there is no record.
+    """Read the entries of a run's record; none where there is no record.
 
     Raises:
         RecordError: it is damaged.
@@ -140,14 +140,15 @@ def entries_of(folder: Path) -> tuple[Entry, ...]:
 
 
 def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
-    """What is not as the record says; nothing: all is. Without a record nothing can be.
+    """Verify a run's files against its record and return the deviations; empty if there are none.
 
-    A file that was signed several times is held against the last time. Files that were not signed are not looked at.
+    Without a record nothing can be verified, and nothing is returned. A file that was signed several times is
+    compared with its last signature. Files that were not signed are not checked.
 
     Args:
         folder: Of the run.
-        closed_by: How `by` begins of the entry with which the run was closed. What was signed after the last such entry
-            counts for nothing, and is named; empty, or there is none: the run is open.
+        closed_by: The prefix of `by` in the entry with which the run was closed. Anything signed after the
+            last such entry does not count, and is named. If empty, or without such an entry, the run is open.
 
     Raises:
         OSError: something cannot be read.
@@ -244,13 +245,13 @@ def _unsignable(what: str) -> RecordError:
 
 
 def sha256_of_entry(entry: Entry) -> str:
-    """Of its JSON without spaces, keys sorted, hexadecimal."""
+    """Compute the hexadecimal SHA-256 of an entry's JSON, without spaces and with sorted keys."""
     text = json.dumps(_as_json(entry), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def format_record(entries: tuple[Entry, ...]) -> str:
-    """The file's text; `last` is the hash of the last entry, which no other one names."""
+    """Format the record's text; `last` is the hash of the last entry, which no other entry names."""
     record = {
         "made_by": _MADE_BY,
         "format": _FORMAT,
@@ -261,7 +262,10 @@ def format_record(entries: tuple[Entry, ...]) -> str:
 
 
 def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
-    """Its entries, and the hash that it gives for the last one. Raises ValueError: it is no record."""
+    """Parse a record into its entries and the hash it states for the last one.
+
+    Raises ValueError: it is no record.
+    """
     try:
         record = json.loads(text)
         if record["format"] != _FORMAT:

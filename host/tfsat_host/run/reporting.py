@@ -16,7 +16,7 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.plotting import check_matplotlib
 from tfsat_host.report import render
-from tfsat_host.report.contents.document_builder import Reported, Source, document_of
+from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
 from tfsat_host.report.contents.document_builder import table as page_table
 from tfsat_host.report.document import PageTable
 from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
@@ -67,7 +67,7 @@ class Report:
 
     page: Path
     files: list[Path]
-    drops: list[Reported]
+    drops: list[ReportedDrop]
     runs: list[EvaluatedRun]
     refused: list[Refused]
     compared: Comparison | None
@@ -142,7 +142,9 @@ class ReportFiles:
 
     @classmethod
     def of(cls, places: Sequence[Path], maneuver: Path | None, wanted: ReportOptions) -> ReportFiles:
-        """What is to be written; of several, a recording that cannot be found is left for later to refuse.
+        """Build the list of files to write.
+
+        Of several recordings, one that cannot be found is skipped here and refused later.
 
         Raises:
             TfsatError: the only recording cannot be found.
@@ -158,7 +160,7 @@ class ReportFiles:
         return cls(page, dict(zip(recordings, names_of(recordings), strict=True)), wanted, alone)
 
     def figures(self, recording: Path) -> dict[tuple[str, str], Path]:
-        """Each figure's file by its name and format."""
+        """Return each figure's file by its name and format."""
         folder = self.wanted.figures
         if folder is None:
             return {}
@@ -167,7 +169,7 @@ class ReportFiles:
         return {(figure, kind): folder / f"{figure}.{kind}" for figure in FIGURES for kind in FORMATS}
 
     def mcap(self, recording: Path) -> Path | None:
-        """The evaluated recording's file, if it is wanted."""
+        """Return the path of the recording's MCAP file; None if it is not wanted."""
         return recording.with_suffix(_MCAP_ENDING) if self.wanted.mcap == BESIDE else self.wanted.mcap
 
     def check(self) -> None:
@@ -189,7 +191,7 @@ class ReportFiles:
 
     def write(
         self,
-        drops: Sequence[Reported],
+        drops: Sequence[ReportedDrop],
         tables: Sequence[PageTable],
         without: Sequence[str],
         notices: Notices,
@@ -220,7 +222,7 @@ class ReportFiles:
         tell_new_folder(new_folder, notices)
         return [output.path for output in outputs]
 
-    def _others(self, drop: Reported) -> list[OutputFile]:
+    def _others(self, drop: ReportedDrop) -> list[OutputFile]:
         """Figures and the MCAP file of a drop."""
         recording, found = drop.evaluation.log.path, []
         if figures := self.figures(recording):
@@ -234,8 +236,8 @@ class ReportFiles:
         return found
 
 
-def reported(name: str, run: EvaluatedRun) -> Reported:
-    """A drop as a page has it."""
+def reported(name: str, run: EvaluatedRun) -> ReportedDrop:
+    """Build the report page's entry of a drop."""
     certificate = None if run.held is None else run.held.path
     files = {
         "file of the robot": run.found.model.path,
@@ -249,13 +251,16 @@ def reported(name: str, run: EvaluatedRun) -> Reported:
         Source.of(what, path) for what, path in files.items() if path is not None and path.is_file()
     )
     sha256 = sha256_of(run.files.recording)
-    return Reported(
+    return ReportedDrop(
         name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.typed()
     )
 
 
-def together(drops: Sequence[Reported], compared: Comparison) -> list[PageTable]:
-    """What several drops say of the model together; `drops` are those that are compared, in order."""
+def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[PageTable]:
+    """Build the page's tables of the drops' combined results on the model.
+
+    `drops` are those that are compared, in order.
+    """
     return [page_table(one) for one in compared.tables([drop.name for drop in drops])]
 
 
@@ -265,7 +270,7 @@ def lacking(place: Path, refusal: TfsatError) -> str:
 
 
 def _count_output(output: OutputFile, done: Callable[[], object]) -> OutputFile:
-    """The same, calling `done` when it is written."""
+    """Wrap an output file so that `done` is called once it is written."""
 
     def write(path: Path) -> None:
         output.write(path)

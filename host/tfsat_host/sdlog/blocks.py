@@ -48,7 +48,7 @@ PIECE = np.dtype([("position", "<i8"), ("number", "<i8"), ("count", "<i8"), ("se
 """`count` blocks of one session that follow each other both in the file, from block `position` on, and by number."""
 
 
-class Looked(NamedTuple):
+class BlockScan(NamedTuple):
     """What some blocks that follow each other in the file are.
 
     Attributes:
@@ -62,7 +62,7 @@ class Looked(NamedTuple):
     unusable: Counter[str]
 
 
-def look(data: memoryview) -> Looked:
+def look(data: memoryview) -> BlockScan:
     """Look at every block of `data`, which is whole blocks; each block that begins like ours has its CRC checked."""
     heads = _heads(data)
     ours = heads["magic"] == BLOCK_MAGIC
@@ -70,13 +70,13 @@ def look(data: memoryview) -> Looked:
     known = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
     usable = known & _possible(heads)
     if usable.all():
-        return Looked(heads, usable, Counter())
+        return BlockScan(heads, usable, Counter())
     left = [int(np.count_nonzero(mask)) for mask in (ours, sound, known, usable)]
     others = len(ours) - left[0]
     zero = _count_zero(data) if others else 0
     torn, newer, malformed = (before - after for before, after in pairwise(left))
     reasons = Counter(never_written=zero, foreign=others - zero, torn=torn, newer=newer, malformed=malformed)
-    return Looked(heads, usable, reasons)
+    return BlockScan(heads, usable, reasons)
 
 
 def is_sound(block: bytes) -> bool:

@@ -18,7 +18,7 @@ from tfsat_host.arrays import RecordArray
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .block_decoder import BlockDecoder
-from .blocks import LATEST_TIME_US, Looked, PieceList, as_pieces, look, look_at_tail
+from .blocks import LATEST_TIME_US, BlockScan, PieceList, as_pieces, look, look_at_tail
 from .contradictions import block_doubts, exchange_doubts, release_doubts, steps_of_time
 from .droplog import DropLog, Verdict
 from .errors import LogError, changed_while_read
@@ -246,7 +246,7 @@ class _EarlyDecoder:
         self._session = session
         self._last_number = -1
 
-    def take(self, data: memoryview, looked: Looked, pieces: RecordArray, first: int) -> None:
+    def take(self, data: memoryview, looked: BlockScan, pieces: RecordArray, first: int) -> None:
         """Take what continues the recording, of a chunk, its usable blocks, and the position of its first block."""
         if not len(pieces):
             return

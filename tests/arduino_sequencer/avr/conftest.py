@@ -35,7 +35,7 @@ def probe_hex() -> Path:
 
 @pytest.fixture(scope="session")
 def sequencer_hex() -> Path:
-    """That of `make firmware`."""
+    """Build the sequencer's HEX, the one that `make firmware` builds."""
     with LOCK.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         return build.sequencer_hex()
@@ -61,7 +61,7 @@ def make_board(library: ctypes.CDLL) -> Iterator[Callable[[Path], AvrBoard]]:
 
 @pytest.fixture
 def probe(make_board: Callable[[Path], AvrBoard], probe_hex: Path) -> AvrBoard:
-    """The probe sketch, powered, cable in, port open, both switches closed."""
+    """Return a board with the probe sketch: powered, cable in, port open, both switches closed."""
     board = make_board(probe_hex)
     board.switch(0, closed=True)
     board.switch(1, closed=True)
@@ -77,7 +77,7 @@ def uploaded_eeprom(library: ctypes.CDLL, sequencer_hex: Path) -> bytes:
 
 @pytest.fixture
 def new_sequencer(make_board: Callable[[Path], AvrBoard], sequencer_hex: Path) -> AvrBoard:
-    """The firmware that would be flashed, in a chip whose EEPROM is erased; hung up, without power."""
+    """Return an unpowered board with the real firmware and an erased EEPROM, both switches closed."""
     board = make_board(sequencer_hex)
     board.switch(0, closed=True)
     board.switch(1, closed=True)
@@ -86,7 +86,7 @@ def new_sequencer(make_board: Callable[[Path], AvrBoard], sequencer_hex: Path) -
 
 @pytest.fixture
 def sequencer(new_sequencer: AvrBoard, uploaded_eeprom: bytes) -> AvrBoard:
-    """On the crane, 59/70 uploaded: powered, both switches closed, no cable."""
+    """Return a powered sequencer on the crane: 59/70 uploaded, both switches closed, no cable."""
     new_sequencer.set_eeprom(uploaded_eeprom)
     new_sequencer.power(True)
     new_sequencer.run(300_000)

@@ -49,7 +49,10 @@ def run_until_lines_are_low(board: AvrBoard) -> None:
 
 
 def assert_maneuver_flown(board: AvrBoard, released_ns: int) -> None:
-    """The pins since `edges()` was last asked: strokes of 59/70 to the tick, whole pulses, even frames, marks."""
+    """Assert that the pins flew 59/70 since the last call of `edges()`.
+
+    Strokes are exact to the tick, pulses whole, frames even, and each stroke has its mark.
+    """
     edges = board.edges()
     onsets = onsets_ns(edges)
     assert [joint for joint, _ in onsets] == [joint for joint, _ in STROKES]

@@ -93,7 +93,10 @@ def test_plugging_in_while_armed_does_not_touch_a_pulse(sequencer: AvrBoard) -> 
 
 @pytest.mark.parametrize("after_us", range(20_500, 25_500, 250))
 def test_a_cable_pulled_during_enumeration_stops_nothing(sequencer: AvrBoard, after_us: int) -> None:
-    """The Arduino core's own handler would wait for the host until the watchdog bites."""
+    """Enumeration that the cable's removal interrupts does not stop the firmware.
+
+    The Arduino core's own handler would wait for the host until the watchdog bites.
+    """
     client = connect(sequencer)
     client.arm()
     sequencer.cable(False)
@@ -135,7 +138,10 @@ def test_it_tells_why_it_restarted(sequencer: AvrBoard, cause: ResetCause) -> No
 
 
 def test_a_processor_that_falls_asleep_stops_where_it_is_told(sequencer: AvrBoard) -> None:
-    """What comes from outside at that moment, an edge of a switch, would else come up to a millisecond late."""
+    """Sleeping processors stop at the cycle that `run_to_cycle` asks for.
+
+    An external event at that moment, such as a switch edge, would otherwise come up to a millisecond late.
+    """
     chance = random.Random(1)
     cycle = sequencer.cycles
     for _ in range(20_000):

@@ -42,7 +42,7 @@ def arm(board: AvrBoard) -> None:
 
 
 def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
-    """Two brown-outs between two pulses, and what comes of them."""
+    """Cause two brown-outs between two pulses and return the outcome."""
     run_until_lines_are_low(board)
     board.reset(ResetCause.BROWN_OUT)
     board.run(between_us)
@@ -62,7 +62,7 @@ def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
 
 
 def assert_held(outcomes: dict[int, Outcome], held: Outcome) -> None:
-    """By time between the resets, us."""
+    """Assert that every outcome equals `held`; `outcomes` maps the time between the resets, in us, to outcomes."""
     assert {at: outcome for at, outcome in outcomes.items() if outcome != held} == {}
 
 

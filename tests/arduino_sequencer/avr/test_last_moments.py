@@ -37,7 +37,7 @@ class Fall:
             self.board.switch(index, closed=closed)
 
     def pulses_since_release(self) -> list[Pulse]:
-        """Of joint 1, times from the release on."""
+        """Return the pulses of joint 1, with times counted from the release."""
         return [
             Pulse(pulse.rise_ns - 1000 * self.open_us, pulse.width_ns)
             for pulse in pulses(self.board.edges(), 0)

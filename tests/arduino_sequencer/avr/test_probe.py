@@ -44,7 +44,7 @@ def test_both_timers_started_together(probe: AvrBoard) -> None:
 @pytest.mark.parametrize("channel", [0, 1, 2])
 @pytest.mark.parametrize("width", [1000, 5000])
 def test_pulse_is_exact_to_the_tick(probe: AvrBoard, channel: int, width: int) -> None:
-    """Two pulses at counts 20000 ticks apart rise exactly that far apart, and each is `width` long."""
+    """Pulses at counts 20000 ticks apart rise exactly that far apart, and each is `width` long."""
     rises = []
     for at in (10000, 30000):
         probe.write(b"p" + struct.pack("<BHH", channel, at, width))
@@ -69,7 +69,7 @@ def test_three_pulses_at_the_same_tick(probe: AvrBoard) -> None:
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_capture_stamps_the_switch_edge(probe: AvrBoard, index: int) -> None:
-    """The captured count agrees with a compare match of the same timer, to the tick."""
+    """Captured counts agree with a compare match of the same timer, to the tick."""
     probe.write(b"p" + struct.pack("<BHH", 0, 1000, 2000))
     probe.run(70_000)
     rise = probe.edges()[0]
@@ -172,7 +172,10 @@ def test_unplugging_loses_bytes_and_replugging_enumerates_again(probe: AvrBoard)
 
 
 def test_the_1200_baud_touch_resets_the_board(probe: AvrBoard) -> None:
-    """The core arms a 120 ms watchdog; this sketch keeps feeding it, so it must hang to be reset."""
+    """Make the sketch hang after the touch, so that the core's 120 ms watchdog resets the board.
+
+    The core only arms the watchdog, and this sketch would keep feeding it.
+    """
     probe.port(True, 1200)
     probe.run(10_000)
     probe.write(b"x")

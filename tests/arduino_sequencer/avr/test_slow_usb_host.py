@@ -15,7 +15,7 @@ FRAME_US = 20_000
 
 
 def reset_while_armed(board: AvrBoard) -> None:
-    """By the watchdog, between two pulses, with the cable in: the host enumerates the board again."""
+    """Reset the armed board by the watchdog between two pulses, cable in: the host enumerates it again."""
     connect(board).arm()
     board.run(50_000)
     run_until_lines_are_low(board)
@@ -23,7 +23,7 @@ def reset_while_armed(board: AvrBoard) -> None:
 
 
 def assert_only_whole_pulses(board: AvrBoard, run_us: int) -> None:
-    """Each line has its pulse in every frame but the first few: none stayed high, or low, for long."""
+    """Assert that each line has a whole pulse in every frame but the first few, never stuck high or low."""
     edges = board.edges()
     for pin in range(3):
         train = pulses(edges, pin)
@@ -64,7 +64,10 @@ def test_a_cable_pulled_during_start_up_leaves_no_line_high(
 def test_a_bus_reset_with_a_request_right_after_it_stretches_no_pulse(
     sequencer: AvrBoard, after_us: int
 ) -> None:
-    """The Arduino core's handler of the reset lets its handler of requests interrupt, which waits for the host."""
+    """Bus resets that a request follows immediately stretch no pulse.
+
+    The Arduino core's reset handler can be interrupted by its request handler, which waits for the host.
+    """
     client = connect(sequencer)
     client.arm()
     sequencer.run(50_000 + after_us)

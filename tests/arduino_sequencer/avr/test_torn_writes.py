@@ -26,7 +26,7 @@ FALL_US = FIRST.t_us + 1600
 
 
 def retained_ram(elf: Path) -> range:
-    """The addresses of what a reset leaves alone."""
+    """Return the addresses of the RAM that a reset leaves untouched."""
     table = subprocess.run(["avr-objdump", "-t", str(elf)], check=True, capture_output=True, text=True)
     line = next(line for line in table.stdout.splitlines() if line.endswith("retained"))
     start = int(line.split()[0], 16) - RAM_OFFSET
@@ -35,7 +35,7 @@ def retained_ram(elf: Path) -> range:
 
 
 def images(board: AvrBoard, addresses: range, duration_us: int) -> list[bytes]:
-    """Each image of this RAM in the time to come that differs from the one before."""
+    """Run for `duration_us` and return each image of this RAM that differs from the one before."""
     found = [board.copy(addresses)]
     for cycle in range(board.cycles, board.cycles + duration_us * CYCLES_PER_US, 2):
         board.run_to_cycle(cycle)

@@ -30,7 +30,10 @@ JOG = ("jog", "--joint", "1", "--from", "0", "--to", "20")
 def robot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Served]:
-    """The core, native; the sequencer's very image where a test asks for it, in what the board alone decides."""
+    """Serve a robot with the native core, or with the real image in tests that ask for it.
+
+    Tests ask for the image in matters that the board alone decides.
+    """
     monkeypatch.chdir(tmp_path)
     with Served("--sequencer", getattr(request, "param", "native")) as process:
         process.control("hold 3")
@@ -44,7 +47,7 @@ LAG_DEG = 5.0
 
 @contextmanager
 def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
-    """A jog to 90 deg under way: the joint has passed 3 deg."""
+    """Run a jog to 90 deg and yield its process once the joint has passed 3 deg."""
     command = [sys.executable, "-m", "tfsat_host", *JOG[:-1], "90", "--yes", *options]
     with subprocess.Popen(
         [*command, "--port", str(robot.sequencer)],
@@ -76,7 +79,7 @@ def joint_1_deg(robot: Served) -> float:
 
 
 def is_limp(robot: Served) -> bool:
-    """A servo goes limp 100 ms after its last pulse; then its joint can be swung by hand."""
+    """Return whether joint 1 is limp: it can be swung by hand, 100 ms after its servo's last pulse."""
     return robot.control("wait 120ms", "swing 1 5 0.1 1")[-1].startswith("ok")
 
 

@@ -175,7 +175,10 @@ def test_limits_are_those_of_the_board(
 def test_four_orders_a_second_say_where_the_joint_is(
     robot: EmulatedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A board that restarted unnoticed takes the next order for a new jog: `from` must not pull it back."""
+    """Send four jog orders a second, with `from` at the joint's present angle.
+
+    A board that restarted unnoticed takes the next order for a new jog: `from` must not pull it back.
+    """
     from tfsat_host.devices.client import Client
     from tfsat_host.protocol.messages import JogRequest
 
@@ -218,7 +221,10 @@ def test_a_host_that_falls_silent_lets_the_joint_go(robot: EmulatedRobot, sequen
 def test_an_answer_from_before_a_freeze_orders_nothing(
     robot: EmulatedRobot, sequencer: JogClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The board would take an order for a joint that it has let go as a new jog."""
+    """Answers from before a freeze lead to no order.
+
+    The board would take an order for a joint that it has released as a new jog.
+    """
     frozen_deg: list[float] = []
     ask = JogClient.status
 

@@ -66,7 +66,7 @@ class Bench:
         self.robot.advance(round(seconds * US_PER_S))
 
     def record(self, seconds: float = 1.0) -> int:
-        """A recording on the card; its session."""
+        """Make a recording on the card and return its session."""
         session = self.logger.start_recording().session
         self.logger.wait_for_card()
         self.wait(seconds)
@@ -74,11 +74,11 @@ class Bench:
         return session
 
     def entry(self, number: int) -> LogEntry:
-        """The recording of that number."""
+        """Return the log entry of recording `number`."""
         return next(entry for entry in self.logger.logs() if entry.number == number)
 
     def fetch(self, entry: LogEntry) -> bytes:
-        """All its blocks."""
+        """Fetch all blocks of the recording and return them joined."""
         blocks: dict[int, bytes] = {}
         self.logger.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
         assert sorted(blocks) == list(range(entry.blocks))

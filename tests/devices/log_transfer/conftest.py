@@ -10,6 +10,6 @@ from tests.devices.log_transfer.bench import Bench
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    """A robot with its logger, in virtual time."""
+    """Yield a bench: a robot with its logger, in virtual time."""
     with Bench(tmp_path) as made:
         yield made

@@ -30,7 +30,7 @@ class RobotHere:
             port.touch()
 
     def control(self, *lines: str) -> list[str]:
-        """As `Served.control`; waiting is virtual."""
+        """Execute control lines as `Served.control` does, waiting in virtual time."""
         replies = []
         for line in lines:
             reply = execute(line, cast(RobotServer, self))
@@ -53,7 +53,7 @@ class RobotHere:
 
 @contextmanager
 def robot_here(monkeypatch: pytest.MonkeyPatch) -> Iterator[RobotHere]:
-    """A robot to which every port leads."""
+    """Yield an emulated robot to which every port leads."""
 
     def opened(path: str) -> EmulatedTransport:
         return EmulatedTransport(robot, BoardIndex[Path(path).name.upper()])
@@ -87,7 +87,7 @@ class LoggerAtPort:
         assert all(reply.startswith("ok") for reply in replies), replies
 
     def record(self, seconds: float = 0.5) -> dict[str, Any]:
-        """A recording on the card, of IMUs that have started."""
+        """Make a recording on the card, with the IMUs settled, and return the answer of `record stop`."""
         self.hand(f"wait {SETTLE_US / 1e6}")
         self("record", "start")
         self.hand(f"wait {seconds}")
@@ -95,7 +95,7 @@ class LoggerAtPort:
         return stopped
 
     def card_file(self, number: int) -> bytes:
-        """The card's newest file, by the control line that copies it."""
+        """Return the card's newest file, copied by the control line `card`."""
         path = self.folder / f"card-{number}.bin"
         self.hand(f"card {path}")
         return Path(path).read_bytes()

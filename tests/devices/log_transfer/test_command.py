@@ -87,7 +87,7 @@ def test_the_table_for_people(logger: LoggerAtPort) -> None:
 
 
 def test_a_fetch_goes_on_where_its_cable_was_pulled(served_logger: LoggerAtPort) -> None:
-    """A power cut left 32 MiB: the pull comes while they cross."""
+    """Resume a fetch after its cable was pulled, during the 32 MiB that a power cut left behind."""
     served_logger("record", "start")
     served_logger.hand("wait 3", "power logger off", "power logger on", "wait 1")
     part = served_logger.folder / "DROP0001.BIN.part"
@@ -241,7 +241,7 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
 
 
 def _begun(part: Path) -> bool:
-    """A block of ours is on the disk."""
+    """Return whether a block of our format is on the disk."""
     try:
         with part.open("rb") as file:
             return file.read(4) == b"TFS1"

@@ -100,7 +100,7 @@ def test_the_factory_settings_come_back(logger: LoggerAtPort) -> None:
 
 
 def _fetch(bench: Bench, entry: LogEntry, target: Path) -> int:
-    """One attempt; how many blocks it found there."""
+    """Fetch the missing blocks once and return how many were present before."""
     with PartialLog(target, entry) as partial:
         bench.logger.fetch_blocks(entry, partial.missing, partial.put)
         present = partial.present_blocks
@@ -109,7 +109,7 @@ def _fetch(bench: Bench, entry: LogEntry, target: Path) -> int:
 
 
 def _cut(bench: Bench, entry: LogEntry, target: Path, after_bytes: int) -> Path:
-    """An attempt that the cable ends; what it leaves."""
+    """Cut the cable during a fetch and return the path of the partial file."""
     bench.cable.cut_after = bench.cable.received + after_bytes
     with pytest.raises(PortError), PartialLog(target, entry) as partial:
         bench.logger.fetch_blocks(entry, partial.missing, partial.put)

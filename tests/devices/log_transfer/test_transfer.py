@@ -49,13 +49,13 @@ def _piece_in(frame: bytes) -> LogPartStream | None:
 
 
 def _block_in(frame: bytes) -> int | None:
-    """Which block a frame holds a part of."""
+    """Return the number of the block that a frame holds a part of, or None."""
     piece = _piece_in(frame)
     return None if piece is None else piece.block
 
 
 def _part_in(frame: bytes) -> int | None:
-    """Which part of its block."""
+    """Return the number of the part within its block that a frame holds, or None."""
     piece = _piece_in(frame)
     return None if piece is None else piece.part
 

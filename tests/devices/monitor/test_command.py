@@ -61,7 +61,7 @@ class Monitor:
         return json.loads(line)
 
     def until(self, board: str, key: str, value: object) -> Any:
-        """The first line in which the board says so."""
+        """Return the first line in which `board` reports `value` for `key`."""
         while True:
             shown = self.next()
             if (shown[board] or {}).get(key) == value:
@@ -160,7 +160,7 @@ def test_a_board_that_goes_leaves_the_other(robot: Served, both: dict[str, str])
 def test_a_reader_that_goes_ends_it_quietly(
     robot: Served, both: dict[str, str], options: tuple[str, ...]
 ) -> None:
-    """As with `| head -1`."""
+    """Closing the reading end of the output, as `| head -1` does, ends the monitor without an error."""
     with subprocess.Popen(
         [sys.executable, "-m", "tfsat_host", "monitor", *options],
         env={**os.environ, **both},

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from tfsat_host.devices.client import Client
-from tfsat_host.devices.monitoring import Watched
+from tfsat_host.devices.monitoring import WatchedBoards
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
@@ -21,11 +21,11 @@ from tfsat_host.robot import load_robot
 
 @pytest.fixture
 def picture() -> Iterator[Picture]:
-    """Both boards at rest."""
+    """Yield a picture of both boards at rest."""
     with EmulatedRobot() as robot:
         robot.advance(SETTLE_US)
         clients = [Client(EmulatedTransport(robot, board)) for board in BoardIndex]
-        watched = Watched(clients[0].transport.now_s)
+        watched = WatchedBoards(clients[0].transport.now_s)
         for client in clients:
             watched.add(client, load_robot(None).angle_sensors)
         assert watched.logger is not None
@@ -43,7 +43,7 @@ def drawn(picture: Picture, width: int, height: int) -> list[str]:
 
 
 def troubled(picture: Picture) -> Picture:
-    """A fault, a refusal, a failed card, a gyro that is missing and one that is clipped."""
+    """Return a picture with a fault, a refusal, a failed card, a missing gyro and a clipped one."""
     sequencer, logger = picture.watched.sequencer, picture.watched.logger
     assert sequencer is not None and logger is not None and logger.reading is not None
     sequencer.status = replace(

@@ -26,7 +26,10 @@ STEP_S = 20e-9
 
 
 def _node_v(pin_v: float, supply_v: float, pullup_ohm: float, series_ohm: float, closed: bool) -> float:
-    """Where switch, pull-up, R3 and the Teensy's diode meet. The Teensy pulls at it through 22 kΩ."""
+    """Return the voltage of the node where switch, pull-up, R3 and the Teensy's diode meet.
+
+    The Teensy pulls at the node through 22 kΩ.
+    """
     if closed:
         return 0.0
     node_v = (supply_v / pullup_ohm + pin_v / series_ohm) * parallel(pullup_ohm, series_ohm)
@@ -48,7 +51,7 @@ def _crossing_s(
     series_ohm: float,
     farad: float,
 ) -> float:
-    """The capacitor's voltage step by step, until it passes the threshold."""
+    """Integrate the capacitor's voltage step by step and return the time at which it passes the threshold."""
     pin_v, steps = start_v, 0
     while (pin_v > threshold_v) == (start_v > threshold_v):
         node_v = _node_v(pin_v, supply_v, pullup_ohm, series_ohm, closed)

@@ -47,7 +47,10 @@ def test_no_other_pin_captures_with_timer_3() -> None:
 
 
 def test_nothing_flows_from_usb_through_the_micro_to_the_battery_and_servos() -> None:
-    """The Micro's regulator conducts backwards: a diode in its supply, which passes towards VIN only."""
+    """Block current from USB through the Micro to the battery and servos by a diode in the Micro's supply.
+
+    The Micro's regulator conducts backwards; the diode passes current towards VIN only.
+    """
     (supply,) = [wire for wire in committed().wires if wire.device == "Arduino Micro"]
     parts = [element.part for element in supply.path]
     assert [(part.kind, part.cathode) for part in parts[-1:]] == [("diode", "right")]

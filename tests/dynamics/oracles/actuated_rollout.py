@@ -17,7 +17,7 @@ from tfsat_host.robot import RobotModel
 def actuated_rollout(
     robot: RobotModel, history: ClosedForm, release: State, duration_s: float, steps: int
 ) -> State:
-    """The state after `steps` equal Runge-Kutta steps (order 4).
+    """Return the state after `steps` equal Runge-Kutta steps (order 4).
 
     Nothing acts on the base, and no conservation law is used: the torques are internal, so whatever
     momentum the simulator keeps, it keeps by itself.

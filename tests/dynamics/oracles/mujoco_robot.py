@@ -14,7 +14,7 @@ from tfsat_host.robot import RobotModel
 
 
 def mujoco_spec(robot: RobotModel) -> Any:
-    """A `mujoco.MjSpec`: bodies and joints bear the robot's names; each body's frame lies on its hinge.
+    """Build a `mujoco.MjSpec` with the robot's names for bodies and joints, each body's frame on its hinge.
 
     The free joint comes first; the base's frame is the global frame at zero angles.
     """
@@ -82,7 +82,7 @@ class MujocoRobot:
         return float(self.data.energy[1])
 
     def state(self) -> State:
-        """Where the simulation stands."""
+        """Return the present state of the simulation."""
         qpos, qvel = self.data.qpos, self.data.qvel
         return State(np.roll(qpos[3:7], -1), qvel[3:6].copy(), qpos[self.joint_qpos], qvel[self.joint_dof])
 

@@ -44,7 +44,7 @@ class Simulator(Protocol):
 
 
 def fly(simulator: Simulator, history: ClosedForm, release: State, times_s: FloatArray) -> list[State]:
-    """The flight at `times_s` (m,), released at time 0."""
+    """Simulate a flight released at time 0 and return its states at `times_s` (m,)."""
     momentum = simulator.momentum(release)
 
     def rate(t: float, q: FloatArray) -> FloatArray:

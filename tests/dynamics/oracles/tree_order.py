@@ -17,7 +17,7 @@ class Branch(NamedTuple):
 
 
 def branches(robot: RobotModel) -> list[Branch]:
-    """Every joint once, a parent always before its children."""
+    """Return every joint once, a parent always before its children."""
     ends = list(enumerate(zip(robot.joint_inner.tolist(), robot.joint_outer.tolist(), strict=True)))
     found: list[Branch] = []
     placed = {robot.base}

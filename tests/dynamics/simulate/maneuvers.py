@@ -13,6 +13,6 @@ def maneuver(*strokes: tuple[int, float]) -> Maneuver:
 
 
 def write(path: Path, *strokes: tuple[int, float]) -> Path:
-    """The same as a file."""
+    """Write the maneuver of these strokes to a file and return its path."""
     write_maneuver(maneuver(*strokes), path)
     return path

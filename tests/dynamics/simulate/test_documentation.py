@@ -16,7 +16,7 @@ TEXT = PAGE.read_text(encoding="utf-8")
 
 
 def first_cells(heading: str, column: int = 1) -> list[str]:
-    """What stands in backquotes in a column of the table below a heading."""
+    """Return the names in backquotes in a column of the table below a heading."""
     section = TEXT.partition(f"## {heading}")[2].partition("\n## ")[0]
     rows = [line.split("|") for line in section.splitlines() if line.startswith("|")]
     return [name for row in rows[1:] for name in re.findall(r"`([^`]+)`", row[column])]

@@ -22,7 +22,7 @@ from tfsat_host.plan.design import design as designed
 from tfsat_host.plan.loops import Sequence, best_sequence, classes
 from tfsat_host.plan.optimum import Summit, climb, find_optimum, value_and_gradient
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
-from tfsat_host.plan.swarm import Found, minimize
+from tfsat_host.plan.swarm import SwarmOptimum, minimize
 from tfsat_host.robot import RobotModel
 
 DEFAULT = DesignSettings()
@@ -30,7 +30,7 @@ DEFAULT = DesignSettings()
 
 @functools.cache
 def design(robot: RobotModel, asked: DesignSettings = DEFAULT) -> Design:
-    """Each design once, for all tests that look at it."""
+    """Return a design, computed once for all tests that use it."""
     return designed(robot, asked)
 
 
@@ -55,7 +55,7 @@ def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotMod
 
 @pytest.mark.parametrize("time_limit_s", [0.05, 0.2, 1.0])
 def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: float) -> None:
-    """Both joints share the time nearly evenly, and none is left to move alone."""
+    """Share a short time nearly evenly between two joints, and leave no joint to move alone."""
     found = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
     assert found.gap_deg is not None
     assert found.gap_deg >= -1e-9
@@ -70,7 +70,7 @@ def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: f
 def test_strokes_take_what_the_servos_need(
     drop_tower: RobotModel, time_limit_s: float, share: list[float]
 ) -> None:
-    """The robot file's own acceleration, as `simulate` flies it."""
+    """Strokes take the time that `simulate` needs with the robot file's own acceleration."""
     problem = Problem.of(drop_tower, DesignSettings(time_limit_s=time_limit_s))
     size = np.array(share) * np.radians(90.0)
     taken_s = problem.stroke_s(size)
@@ -127,7 +127,7 @@ def test_the_swarm_comes_near_and_never_beats_the_optimum(
 
 
 def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> None:
-    """With 3 deg spacing (and the time all used): every sequence, every corner."""
+    """Points of a 3 deg grid that use up all the time, in every sequence and corner, do not beat the optimum."""
     problem = Problem.of(drop_tower, DesignSettings())
     summit, _ = find_optimum(problem)
     pairs = np.array(list(itertools.product(np.arange(0.0, 91.0, 3.0), repeat=2)))
@@ -162,9 +162,10 @@ def test_every_climb_starts_within_the_time(drop_tower: RobotModel, monkeypatch:
 
 
 def test_the_highest_summit_is_not_the_one_below_the_best_grid_point(drop_tower: RobotModel) -> None:
-    """With 2.2 s a third joint begins to help, in a sequence whose grid points are not the best ones.
+    """Find the highest maximum at 2.2 s, where it is not the one nearest to the best grid point.
 
-    The figure is the best of all 860 local maxima of the grid, each climbed.
+    With 2.2 s a third joint begins to help, in a sequence whose grid points are not the best ones. The
+    expected value is the best of all 860 local maxima of the grid, each climbed.
     """
     best, ranked = find_optimum(Problem.of(drop_tower, DesignSettings(time_limit_s=2.2)))
     assert np.degrees(best.reorientation_rad) == pytest.approx(39.425896, abs=1e-5)
@@ -295,10 +296,10 @@ def test_what_is_commanded_is_near_and_keeps_time_and_limits(
 def test_turns_end_with_the_best_of_their_rounds(
     drop_tower: RobotModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A swarm whose second round finds less does not lose what the first one found."""
+    """Keep the best result of all rounds, even if a swarm's second round finds less than its first."""
     rounds: list[float] = []
 
-    def lessening(*args: Any) -> Found:
+    def lessening(*args: Any) -> SwarmOptimum:
         found = minimize(*args)
         rounds.append(found.value + 0.01 * len(rounds))
         return replace(found, value=rounds[-1])

@@ -46,7 +46,7 @@ def test_the_best_sequence_is_chosen_for_every_candidate() -> None:
 
 
 def test_the_quadrature_is_right_to_a_fifth_of_a_millidegree(drop_tower: RobotModel) -> None:
-    """Two steps of order 6 an edge against ten, on displacements up to the ends of the range."""
+    """Compare two steps of order 6 per edge with ten, on displacements up to the ends of the range."""
     alpha = np.random.default_rng(7).uniform(0.0, np.pi / 2, (3, 200))
     body = Multibody.of(drop_tower)
     rough = Loops(body, (0, 1, 2), sequences(3)).rotations(alpha)
@@ -56,7 +56,7 @@ def test_the_quadrature_is_right_to_a_fifth_of_a_millidegree(drop_tower: RobotMo
 
 @pytest.mark.parametrize(("joints", "count"), [(1, 0), (2, 2), (3, 30), (4, 864)])
 def test_how_many_sequences_there_are(joints: int, count: int) -> None:
-    """The paper's figure shows 30 for three joints."""
+    """Count the sequences: the paper's figure shows 30 for three joints."""
     assert len(sequences(joints)) == count
     assert len(set(sequences(joints))) == count
     assert 2 * len(classes(joints)) == count

@@ -57,7 +57,11 @@ def test_a_robot_that_is_exactly_as_filed_has_no_spread(drop_tower: RobotModel) 
 
 @pytest.mark.parametrize("k", [1.0, 3.0])
 def test_no_point_of_a_grid_is_better(uncertain: Uncertain, k: float) -> None:
-    """Where play alone is uncertain, fewer and longer strokes are worth more; here the ways to it are compared."""
+    """Compare the robust optimum with a grid.
+
+    Where play alone is uncertain, fewer and longer strokes pay; here the sequences of displacements that
+    lead to a turn are compared.
+    """
     stated = Uncertainty(stroke_rad=math.radians(4.0), com_m=0.002)
     robot = replace(uncertain.robot, uncertainty=stated)
     found = design(robot, DesignSettings(joints=(0, 1), time_limit_s=1.6, robust=k)).robust

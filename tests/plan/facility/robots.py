@@ -17,7 +17,7 @@ def schedule_of(*strokes: tuple[int, float], speed_deg_s: float = 170.0) -> Sche
 
 
 def scissors() -> RobotModel:
-    """Two equal rods of 100 mm, 1 kg each, upright end to end, hinged about y where they meet.
+    """Build two equal rods of 100 mm, 1 kg each, upright end to end, hinged about y where they meet.
 
     By symmetry a joint angle of q tilts each by q / 2: the ends lie 100 sin(q/2) beside the hinge and the
     center of mass 50 sin(q/2), so the reach is 50 sin(q/2) and the height 200 cos(q/2).
@@ -45,7 +45,7 @@ def scissors() -> RobotModel:
 
 
 def starting_at(robot: RobotModel, *start_deg: float) -> RobotModel:
-    """The same robot with its joints at these angles when it is released."""
+    """Return the same robot with its joints at these angles at the release."""
     servos = (
         dataclasses.replace(servo, start_rad=math.radians(angle))
         for servo, angle in zip(robot.servos, start_deg, strict=True)

@@ -32,7 +32,7 @@ NAMES = (
 
 
 def checks(schedule: Schedule = PAPER, *, mass_factor: float = 1.0, **changes: Any) -> dict[str, Check]:
-    """The checks at COSMOTORRE, with some of its facts changed."""
+    """Return the checks of a maneuver at COSMOTORRE, by name, with some of the tower's facts changed."""
     tower = dataclasses.replace(load_tower(), **changes)
     robot = dataclasses.replace(ROBOT, mass_kg=mass_factor * ROBOT.mass_kg)
     envelope = envelope_of(robot, schedule, until_s=tower.fall_s)

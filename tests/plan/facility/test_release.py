@@ -16,7 +16,10 @@ SS_5GL = LeverSwitch(0.49, 0.06, 1.2, 0.8, 13.6, (8.0, 9.6))
 
 
 def test_the_way_down_the_test_space() -> None:
-    """The other numbers of the paper stand on its page, docs/paper-numbers.md, which a test computes again."""
+    """Check the vertical travel in the test space.
+
+    The other numbers of the paper are in docs/paper-numbers.md, which a test computes again.
+    """
     assert vertical_travel_mm(100.0, 2.5) == pytest.approx(250.0)  # the fastest release that is permitted
     assert vertical_travel_mm(0.0, 2.5, 1e-3) == pytest.approx(30.6, abs=0.1)  # a thousandth of gravity
 

@@ -22,7 +22,7 @@ def of(robot: RobotModel, step_deg: float) -> Distribution:
 def worst_deg(
     body: Multibody, found: Distribution, start: FloatArray | None = None, samples: int = 60
 ) -> float:
-    """The greatest angle between loops of the distribution and the same loops stroke by stroke."""
+    """Return the largest angle between loops of the distribution and the same loops computed per stroke."""
     worst = 0.0
     for index in np.random.default_rng(1).integers(0, len(found.joints), samples):
         (i, j), (a, b) = found.joints[index], found.displacement_rad[index]

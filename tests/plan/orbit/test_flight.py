@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.plan.flight import Flight, Sensing, drawn_robot, flown, fly, open_loop_error_rad
+from tfsat_host.plan.flight import AttitudeSensor, Flight, drawn_robot, flown, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.primitives import PrimitiveTable
 from tfsat_host.robot import RobotModel
@@ -107,7 +107,7 @@ def test_noise_above_the_tolerance_does_not_pass_for_success(table: PrimitiveTab
     believed = 0
     for seed in range(6):
         planner = Planner.of(table, "greedy", 0.5 * DEG, trim=False, most=25)
-        flight = fly(planner, target, sensing=Sensing(0.5 * DEG, seed))
+        flight = fly(planner, target, sensing=AttitudeSensor(0.5 * DEG, seed))
         assert flight.reached == (flight.error_rad <= 0.5 * DEG)
         believed += flight.outcome == "within tolerance" and not flight.reached
         assert (flight.outcome == "within tolerance") == (flight.steps[-1].measured_error_rad <= 0.5 * DEG)

@@ -48,7 +48,10 @@ def test_text_tells_error_time_and_number(tfsat_host: RunCli) -> None:
 
 
 def test_the_whole_chain_is_as_short_as_it_can_be_and_a_bound_says_how_short(tfsat_host: RunCli) -> None:
-    """With the last loop alone solved for it took 38.9 s; SLSQP over the same three loops finds 34.08 s."""
+    """Optimize the whole chain of loops, and state a lower bound of its duration.
+
+    With only the last loop solved for it took 38.9 s; SLSQP over the same three loops finds 34.08 s.
+    """
     found = tfsat_host.json("plan", "--target", "z:90")
     assert found["reached"] and found["duration_s"] <= 34.1
     assert found["primitives"] == 3

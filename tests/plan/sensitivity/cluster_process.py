@@ -15,7 +15,7 @@ from pathlib import Path
 
 @contextmanager
 def cluster(workers: int, folder: Path) -> Iterator[str]:
-    """The address of a running cluster with `workers` processes, whose scratch files lie in `folder`."""
+    """Yield the address of a running cluster with `workers` processes and scratch files in `folder`."""
     process = subprocess.Popen(
         [sys.executable, __file__, str(workers), str(folder)],
         stdin=subprocess.PIPE,

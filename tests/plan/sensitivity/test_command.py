@@ -16,7 +16,7 @@ _EXACT = tuple(word for key in UNCERTAIN for word in ("--sigma", f"{key}=0"))
 
 @pytest.fixture(autouse=True)
 def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A chunk is flown whole, however few samples a study has."""
+    """Reduce the chunk size: a chunk is flown whole, however few samples a study has."""
     monkeypatch.setattr("tfsat_host.plan.study.CHUNK", 20)
     monkeypatch.setattr("tfsat_host.plan.study._WORTH_A_PROCESS", 1000)
 

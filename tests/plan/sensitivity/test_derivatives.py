@@ -32,7 +32,10 @@ def test_derivatives_do_not_depend_on_the_step(robot: RobotModel, rate: FloatArr
 
 
 def _reference_vector_deg(robot: RobotModel, changed: Robot, ends_deg: FloatArray) -> FloatArray:
-    """The rotation vector by the independent model; both kinds of history are trapezoids of the same servo."""
+    """Compute the rotation vector with the independent model.
+
+    Both kinds of history are trapezoids of the same servo.
+    """
     angle, moves = np.zeros(3), []
     for stroke, end_deg in zip(_STROKES, ends_deg, strict=True):
         delta = np.radians(end_deg) - angle[stroke.joint]

@@ -17,7 +17,7 @@ _ARRAYS = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
 
 
 def _changed(parameters: Parameters, name: str, by: float) -> tuple[Multibody, list[str]]:
-    """The robot with one parameter changed, and which of its arrays differ."""
+    """Return the robot with one parameter changed, and the names of its arrays that differ."""
     vector = parameters.nominal.copy()
     vector[parameters.names.index(name)] += by
     found = parameters.robots(vector[None])
@@ -99,7 +99,7 @@ def test_ends_of_strokes_and_speeds_are_in_degrees(robot: RobotModel) -> None:
 
 
 def _done(t_s: float) -> float:
-    """The share of the second stroke that is done: it goes on at one rate then, and is symmetric in time."""
+    """Return the completed share of the second stroke, from its constant rate and symmetry in time."""
     duration, acceleration = 70.0 / 170.0, 4000.0
     ramp = 0.5 * duration * (1.0 - np.sqrt(1.0 - 4.0 * 70.0 / (acceleration * duration**2)))
     return float(acceleration * ramp * (t_s - 1.05 - 0.5 * ramp) / 70.0)

@@ -43,7 +43,7 @@ _MADE: dict[str, Evaluation] = {}
 def _once(
     function: Callable[[Any], Any], of: Callable[[Any], Any] = lambda value: value
 ) -> Callable[[Any], Any]:
-    """The same function, called once for each object, or for each that is `of` it."""
+    """Cache the function's result for each object, or for each object that `of` makes of it."""
     made: dict[int, tuple[Any, Any]] = {}
 
     def kept(value: Any) -> Any:
@@ -66,7 +66,10 @@ _DRAWN = {
 
 
 def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same samples with the same files give what they gave: evaluating and drawing them is not what is tested."""
+    """Cache evaluations and drawings, which are not what is tested.
+
+    Equal samples with equal files give equal results.
+    """
 
     def kept(
         log: DropLog,
@@ -95,7 +98,7 @@ def _of_no_robot(calibration: Calibration) -> Calibration:
 
 
 def _sha256_of_samples(card: Path) -> str:
-    """Of all blocks but the header's, which also says whose they are."""
+    """Hash all blocks except the header's, which also identifies the robot."""
     data = card.read_bytes()
     blocks = (data[at : at + BLOCK_BYTES] for at in range(0, len(data), BLOCK_BYTES))
     return hashlib.sha256(b"".join(one for one in blocks if one[_KIND] != BlockKind.HEADER)).hexdigest()
@@ -132,7 +135,7 @@ def command(*args: object, expect: int = 0) -> Done:
 
 
 def result(*args: object, expect: int = 0) -> Any:
-    """The object that it prints."""
+    """Run the command with `--json` and return the object it prints."""
     return json.loads(command(*args, "--json", expect=expect).out)
 
 

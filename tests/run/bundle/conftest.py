@@ -15,7 +15,7 @@ from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
 from tests.run.bundle.commands import command, keep_evaluations
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject
-from tfsat_host.run.bundle.making import Recomputed
+from tfsat_host.run.bundle.making import RecomputedEvaluation
 from tfsat_host.run.record import sign
 
 PREFLIGHT = '{"go": true, "boards": {"sequencer": {"firmware": "0.1.0", "image_crc": "1a2b3c4d"}}}\n'
@@ -24,7 +24,7 @@ STEPS = (REST, ZERO, SWINGS[0])
 
 
 def signed_run(folder: Path) -> None:
-    """A drop with all its papers."""
+    """Create a drop with all its documents, signed."""
     run_folder(folder)
     (folder / "preflight.json").write_text(PREFLIGHT)
     (folder / "notes.txt").write_text("wind from the west\n")
@@ -40,7 +40,7 @@ def _kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A drop in the folder `run` of the current one."""
+    """Create a signed drop in the folder `run` of the current folder."""
     monkeypatch.chdir(tmp_path)
     signed_run(tmp_path / "run")
     return tmp_path / "run"
@@ -48,7 +48,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def undecodable(run: Path) -> Path:
-    """A run whose recording holds nothing."""
+    """Return a run whose recording cannot be decoded."""
     (run / "SD.bin").write_bytes(b"no recording" * 100)
     return run
 
@@ -58,7 +58,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
     """Makes every evaluation this page and next to nothing else, at once."""
 
     def as_this(page: str | None) -> None:
-        done = Recomputed({"a": [1.0]}, page, None)
+        done = RecomputedEvaluation({"a": [1.0]}, page, None)
         monkeypatch.setattr("tfsat_host.run.bundle.making.recompute", lambda *_: done)
 
     return as_this
@@ -66,14 +66,14 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
 
 @pytest.fixture
 def quick(run: Path, computed: Callable[[str | None], None]) -> Path:
-    """A run whose evaluation takes no time."""
+    """Return a run whose evaluation takes no time."""
     computed(PAGE)
     return run
 
 
 @pytest.fixture
 def calibrated(quick: Path) -> Path:
-    """A run with a certificate that rests on recordings, and an evaluation that takes no time."""
+    """Return a run with a certificate based on recordings and an evaluation that takes no time."""
     (quick / CERTIFICATE).unlink()
     origin = done(REST).origin
     change_headers(quick / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
@@ -86,7 +86,7 @@ def calibrated(quick: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def made_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Not to be changed."""
+    """Create a bundle once per session, which must not be changed."""
     folder = tmp_path_factory.mktemp("bundle")
     with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
         keep_evaluations(patch)
@@ -97,7 +97,7 @@ def made_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def bundle(made_bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A bundle in the current folder."""
+    """Copy the bundle into the current folder."""
     monkeypatch.chdir(tmp_path)
     copyfile(made_bundle, tmp_path / "run.tfsat.zip")
     return tmp_path / "run.tfsat.zip"

@@ -21,7 +21,7 @@ from tfsat_host.run.bundle.archive import LIMITS, Limits, collision_among, troub
 from tfsat_host.run.bundle.manifest import (
     BundledFile,
     BundleError,
-    Evaluated,
+    EvaluationInputs,
     Manifest,
     format_manifest,
     parse_manifest,
@@ -33,7 +33,7 @@ GOOD = {"run/SD.bin": RAW, "robot/drop_tower.toml": b"robot", "run/maneuver.toml
 
 def manifest_of(files: dict[str, bytes]) -> bytes:
     listed = {name: BundledFile(hashlib.sha256(data).hexdigest(), len(data)) for name, data in files.items()}
-    return format_manifest(Manifest("test", "run", Evaluated("run/SD.bin"), files=listed)).encode()
+    return format_manifest(Manifest("test", "run", EvaluationInputs("run/SD.bin"), files=listed)).encode()
 
 
 def packed(
@@ -43,7 +43,7 @@ def packed(
     entry: Callable[[zipfile.ZipInfo], None] = lambda _: None,
     method: int = zipfile.ZIP_STORED,
 ) -> bytes:
-    """An archive; `entry` changes the entry of each file before it is written."""
+    """Pack an archive; `entry` changes each file's entry before it is written."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", method) as archive:
         archive.writestr("manifest.json", manifest_of(files) if manifest is None else manifest)
@@ -57,7 +57,7 @@ def packed(
 
 
 def unpacked(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[str, bytes]:
-    """What came of it, with nothing next to it."""
+    """Unpack the archive and return its files, asserting that nothing was written next to them."""
     (folder / "a.zip").write_bytes(data)
     try:
         unpack(folder / "a.zip", folder / "out", limits)
@@ -169,7 +169,7 @@ def test_too_many_and_too_much_are_refused(tmp_path: Path) -> None:
 
 
 def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
-    """The central directory says that a file is of another size than it is."""
+    """Change a file's size as stated in the central directory."""
     edited = bytearray(data)
     place = data.rindex(name.encode()) - 46
     assert edited[place : place + 4] == b"PK\x01\x02"
@@ -303,7 +303,10 @@ def test_the_command_refuses_with_words(tmp_path: Path, monkeypatch: pytest.Monk
 def test_characters_that_nobody_sees_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str
 ) -> None:
-    """A name that reads `exe.txt` and ends otherwise (bidirectional), or two that look alike (zero width)."""
+    """Refuse invisible characters in names.
+
+    A name can read `exe.txt` and end otherwise (bidirectional), or look like another (zero width).
+    """
     monkeypatch.chdir(tmp_path)
     Path("a.zip").write_bytes(packed(GOOD | {f"run/gnp{sign}.txt": b"x"}))
     said = command("reproduce", "a.zip", expect=1)

@@ -121,7 +121,7 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
 
 
 def test_another_recording_gives_other_numbers(bundle: Path) -> None:
-    """The hashes are right, and still the raw data do not give what stands there."""
+    """Report differing numbers for another recording, although its hashes are right."""
 
     def shorter(files: dict[str, bytes]) -> None:
         blocks = files["run/SD.bin"]
@@ -234,7 +234,10 @@ def calibration_in(said: Any) -> Any:
 
 
 def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None:
-    """A landing that was noted later did not change it, though it lies before the last step."""
+    """Recompute a certificate from its recordings.
+
+    A landing noted later did not change it, though it lies before the last step.
+    """
     between = done(REST).taken + timedelta(seconds=30)
     note_landing(calibrated / CERTIFICATE, Landing(between, "recording 0000abcd"))
     note_landing(calibrated / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
@@ -277,7 +280,10 @@ def test_recordings_that_are_gone_or_changed_are_lost(calibrated: Path) -> None:
 
 
 def test_a_recording_that_was_changed_in_the_bundle_does_not_pass(calibrated: Path) -> None:
-    """Not even with a manifest made to fit: the certificate names it by its hash."""
+    """Reject a recording changed in the bundle, even with a matching manifest.
+
+    The certificate names the recording by its hash.
+    """
     del calibrated
     result("bundle", "run")
 

@@ -12,7 +12,7 @@ from tests.run.bundle.commands import command, keep_evaluations
 
 @pytest.fixture
 def camp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty campaign next to three runs."""
+    """Create an empty campaign next to three runs."""
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     for seed in (1, 2, 3):

@@ -151,7 +151,7 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
 
 
 def fell(run: Path) -> None:
-    """The same as if a robot had recorded it."""
+    """Change an emulated run as if a real robot had recorded it."""
     change_headers(run / "SD.bin", image_crc=0xC0FFEE)
     certificate = run / CERTIFICATE
     emulated = read_calibration(certificate)

@@ -7,13 +7,13 @@ from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial
-from tfsat_host.evaluation.com_fit.prediction import Driven, Sides
+from tfsat_host.evaluation.com_fit.prediction import ModelInput, Sides
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""
 
 
-def least_of_objective(driven: Driven, start: FloatArray) -> FloatArray:
+def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
     """(9,) offsets in mm, downhill from `start`; it has one minimum, and every start leads there."""
     offsets = driven.offsets.alone
     polynomial, bounds = momentum_polynomial(offsets, driven.flown), offsets.bounds
@@ -28,6 +28,6 @@ def least_of_objective(driven: Driven, start: FloatArray) -> FloatArray:
     return np.asarray(found.x)
 
 
-def with_centers(driven: Driven, values: FloatArray) -> Sides:
+def with_centers(driven: ModelInput, values: FloatArray) -> Sides:
     """The model with offsets (9,) of its centers of mass, in mm, and all else as filed."""
     return driven.with_offsets(np.pad(values, (0, len(driven.offsets) - len(values))))

@@ -49,7 +49,7 @@ def test_a_crc_that_is_not_checked_is_found(tmp_path: Path, monkeypatch: pytest.
 def test_blocks_of_the_wrong_recording_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All blocks as if of one session: the old recording's would fill the new one's gaps."""
 
-    def one_session(data: memoryview) -> blocks.Looked:
+    def one_session(data: memoryview) -> blocks.BlockScan:
         looked = blocks.look(data)
         looked.heads["session"] = 0x1234ABCD
         return looked

@@ -19,12 +19,12 @@ _KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"
 
 
 def recordings_folder(certificate: Path) -> Path:
-    """Where the recordings of a certificate lie, and what it was at each time that it was written."""
+    """Return the folder of a certificate's recordings and of every version of it that was written."""
     return certificate.with_name(f"{certificate.stem}-recordings")
 
 
 def kept_copy(certificate: Path, calibration: Calibration) -> Path:
-    """The copy of a certificate that stays."""
+    """Return the path of the certificate's permanent copy."""
     return recordings_folder(certificate) / calibration.written.astimezone(UTC).strftime(_KEPT)
 
 
@@ -40,7 +40,7 @@ def write_certificate(certificate: Path, calibration: Calibration) -> None:
 
 
 def kept_before(certificate: Path, moment: datetime) -> list[Path]:
-    """The copies of a certificate that were written before that moment, the newest first."""
+    """Return the permanent copies of a certificate written before `moment`, newest first."""
     written = (
         (_time_of_copy(kept), kept) for kept in recordings_folder(certificate).glob("certificate-*.toml")
     )
@@ -48,7 +48,7 @@ def kept_before(certificate: Path, moment: datetime) -> list[Path]:
 
 
 def _time_of_copy(kept: Path) -> datetime:
-    """By the name; never, for files of a person's own making."""
+    """Parse a copy's time from its file name; return `datetime.max` for a file that a person named."""
     try:
         return datetime.strptime(kept.name, _KEPT).replace(tzinfo=UTC)
     except ValueError:
@@ -71,16 +71,16 @@ class CertificateOfDrop:
 
 
 def certificate_for(path: Path, release_time: datetime, landing_time: datetime) -> CertificateOfDrop:
-    """The certificate at `path`, or one before it if anything in that was measured after the landing.
+    """Read the certificate at `path`, or an earlier one if it holds values measured after the landing.
 
     Every certificate that was ever written lies in the folder of the recordings. The newest one there that was
-    written before the release, of the same subject, is the drop's; where there is none, the one at `path` is all
-    there is, and `measured_after` says what in it is too young.
+    written before the release, of the same subject, is the drop's. If there is none, the one at `path` is
+    returned, and `measured_after` names the quantities in it that are too new.
 
     Args:
-        path: Of the present certificate.
-        release_time: When the robot was released, with its time zone.
-        landing_time: When it hit the ground.
+        path: Present certificate.
+        release_time: Time of the robot's release, with its time zone.
+        landing_time: Time of its impact on the ground.
 
     Raises:
         CalibrationError: the present certificate cannot be read or understood.
@@ -101,7 +101,7 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
 
 
 def measured_after(calibration: Calibration, landing_time: datetime) -> list[str]:
-    """The quantities that a landing may have changed before they were measured."""
+    """Return the names of the quantities that a landing may change and that were measured after it."""
     return [
         one.name
         for one in quantities(calibration)
@@ -110,7 +110,7 @@ def measured_after(calibration: Calibration, landing_time: datetime) -> list[str
 
 
 def _with_landings_of(present: Calibration, kept: Calibration) -> Calibration:
-    """A landing stands in the present certificate; one that was kept before does not know of it."""
+    """Add the present certificate's landings to a kept one, which does not know the later ones."""
     for landing in present.landings:
         kept = with_landing(kept, landing)
     return kept

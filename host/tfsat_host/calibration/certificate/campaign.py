@@ -81,7 +81,7 @@ class Campaign:
             pass
 
     def solution(self) -> Solution:
-        """What the evidence determines."""
+        """Solve the calibration from the evidence."""
         return solve(self.evidence, self._model, self._last_landing())
 
     def accept(self, step: Evidence, *, anew: bool = False) -> Calibration:
@@ -104,13 +104,13 @@ class Campaign:
             return self._keep(step)
 
     def sensors_moved(self, at: datetime) -> None:
-        """What was measured before counts as before a landing; kept with the next accepted step."""
+        """Mark everything measured before `at` as before a landing; kept with the next accepted step."""
         if self.calibration is not None:
             self._moved = Landing(at, "a person: sensors were moved")
             self.calibration = with_landing(self.calibration, self._moved)
 
     def not_older_than(self, step: Evidence) -> Evidence | None:
-        """The newest recording of the same step that is not older: this one would not count."""
+        """Find the newest recording of the same step that is not older: the given one would not count."""
         newer = (one for one in self.evidence if one.step.key == step.step.key and one.taken >= step.taken)
         return max(newer, key=lambda one: one.taken, default=None)
 
@@ -154,7 +154,7 @@ class Campaign:
         return None if self.calibration is None else self.calibration.last_landing
 
     def _check_time(self, step: Evidence) -> None:
-        """The newest recording of a step is the latest by its time."""
+        """Refuse a step that is not newer than the newest recording of the same step."""
         one = self.not_older_than(step)
         if one is not None:
             raise CalibrationError(
@@ -221,7 +221,10 @@ def note_landing(certificate: Path, landing: Landing, now: datetime | None = Non
 
 @contextmanager
 def _one_writer(certificate: Path) -> Iterator[None]:
-    """While the block runs no other program writes the certificate. Raises CalibrationError, OSError."""
+    """Lock the certificate so that no other program writes it while the block runs.
+
+    Raises CalibrationError, OSError.
+    """
     certificate.parent.mkdir(parents=True, exist_ok=True)
     try:
         with one_at_a_time(
@@ -235,7 +238,10 @@ def _one_writer(certificate: Path) -> Iterator[None]:
 
 
 def _image_in(step: Evidence) -> str | None:
-    """What the logger ran when that step was recorded; None: a core that ran natively, which has no image."""
+    """Return the CRC of the image that the logger ran when the step was recorded.
+
+    None: a core that ran natively, which has no image.
+    """
     return step.origin.image_crc if step.origin.image_crc.strip("0") else None
 
 
@@ -276,9 +282,9 @@ _TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
 
 
 def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
-    """The same with the biases and zero points of rests and zeros, by the solver of `calibrate`.
+    """Replace drawn biases and zero points with those of rests and zeros, by the solver of `calibrate`.
 
-    All else stays as it was drawn.
+    Everything else stays as drawn.
 
     Raises:
         CalibrationError: something moved that should rest; says which body, and how.
@@ -290,6 +296,6 @@ def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: Robot
 
 
 def measured_by(evidence: Sequence[Evidence]) -> tuple[str, ...]:
-    """Of `DRAWABLE`, what `with_measured` takes from these recordings."""
+    """Return the names in `DRAWABLE` that `with_measured` takes from these recordings."""
     kinds = {one.step.kind for one in evidence}
     return tuple(name for kind, name in _TELLS.items() if kind in kinds)

@@ -46,7 +46,7 @@ class Subject:
     emulated: bool
 
     def describe(self) -> str:
-        """For people."""
+        """Format the subject for people."""
         kind = "the emulated logger" if self.emulated else "logger"
         return f"{self.robot} on {kind} {self.logger_serial or 'without a serial number'}"
 
@@ -119,7 +119,7 @@ class Calibration:
         return self.landings[-1].at if self.landings else None
 
     def widened(self, factor: float) -> Calibration:
-        """With all standard deviations of gyros and angle sensors so many times as great."""
+        """Scale all standard deviations of gyros and angle sensors by `factor`."""
         square = factor**2
         return replace(
             self,
@@ -135,10 +135,10 @@ class Calibration:
         )
 
     def shortcomings(self, before: datetime | None = None) -> tuple[Shortcoming, ...]:
-        """What is missing for a drop, or was measured before a landing.
+        """Find the quantities that are missing for a drop, or were measured before a landing.
 
         Args:
-            before: Only landings before this count: those that a recording of that time could know.
+            before: Only landings before this time count: those that a recording of that time could know.
         """
         landings = [landing.at for landing in self.landings if before is None or landing.at < before]
         last = max(landings, default=None)
@@ -236,14 +236,14 @@ def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
 
 
 def _joint_about(body: int, axis: str) -> int:
-    """The joint whose patterns move the body about that axis (paper, tab. misal)."""
+    """Return the joint whose patterns move the body about that axis (paper, tab. misal)."""
     if axis == "y":
         return 2
     return 3 if body == 4 else 1
 
 
 def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
-    """The same with one more landing; one that is known already, to two minutes, is not added again."""
+    """Add a landing, unless one within two minutes of it is known already."""
     if any(abs((known.at - landing.at).total_seconds()) < 120.0 for known in calibration.landings):
         return calibration
     landings = sorted((*calibration.landings, landing), key=lambda one: one.at)
@@ -251,12 +251,12 @@ def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
 
 
 def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[str, ...]:
-    """What to type, each once, in order."""
+    """Return the commands that measure the shortcomings' quantities, each once, in order."""
     return tuple(dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in shortcomings))
 
 
 def summarized(shortcomings: Sequence[Shortcoming]) -> str:
-    """In a few words; empty where there are none."""
+    """Summarize shortcomings in a few words; empty if there are none."""
     parts = []
     for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):
         names = [one.name for one in shortcomings if one.reason == reason]

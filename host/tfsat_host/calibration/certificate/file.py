@@ -46,7 +46,7 @@ _KIND = ConfigKind(
 
 
 def read_calibration(path: str | PathLike[str]) -> Calibration:
-    """The calibration in a file.
+    """Read the calibration in a file.
 
     Raises:
         CalibrationError: the file cannot be read or understood; names file, line and cure.
@@ -55,18 +55,18 @@ def read_calibration(path: str | PathLike[str]) -> Calibration:
 
 
 def parse_calibration(text: str, source: str = "calibration.toml") -> Calibration:
-    """The calibration in the text of a file; `source` is the name that errors give it.
+    """Parse the calibration in the text of a file; `source` is the file's name in errors.
 
-    The hash of another protocol is kept and not refused: what was measured does not change with it.
+    The hash of another protocol is kept and not refused: measured values do not change with it.
 
     Raises:
-        CalibrationError: syntax, format, keys, shapes, units, frames, or values that cannot be.
+        CalibrationError: wrong syntax, format, keys, shapes, units or frames, or impossible values.
     """
     return _calibration(parse_config(text, source, _KIND))
 
 
 def certificate_values(calibration: Calibration) -> dict[str, Any]:
-    """All that stands in its file, by key."""
+    """Return all values of the certificate's file, by key."""
     servos = zip(calibration.servo_maps, calibration.servo_taken, strict=True)
     return written_values(
         _TOP,
@@ -83,7 +83,7 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
 
 
 def format_calibration(calibration: Calibration) -> str:
-    """The file's text; `parse_calibration` gives the same calibration back."""
+    """Format the certificate's file text; `parse_calibration` restores the same calibration."""
     drawn = "never measured; a rehearsal drew it from the emulated robot's hidden truth"
     text = format_config(certificate_values(calibration), _HEADING, {"drawn": drawn})
     return f'{text}\n{_SEAL}"{_seal_of(text)}"\n'
@@ -130,14 +130,14 @@ def _read_drawn_steps(top: Table, key: str) -> list[str]:
 
 
 def _all(read: Callable[[Table], Any]) -> Callable[[Table, str], tuple[Any, ...]]:
-    """The tables of a list, in the file's order."""
+    """Build a reader of a list of tables, in the file's order."""
     return lambda top, key: tuple(read(entry) for entry in top.tables(key))
 
 
 def _each(
     of: str, count: int, read: Callable[[Table], Any], *, whole: bool = True
 ) -> Callable[[Table, str], tuple[Any, ...]]:
-    """The tables of a list, by the number of the body or joint that each is of."""
+    """Build a reader of a list of tables, by the number of each one's body or joint."""
 
     def by_number(top: Table, key: str) -> tuple[Any, ...]:
         return tuple(read(entry) for entry in top.numbered(key, of, count, whole=whole).values())

@@ -47,27 +47,27 @@ class Item:
 
 
 def numbers(name: str, *shape: int, si: float | NDArray[np.float64] = 1.0) -> Item:
-    """An array of that shape, or a number."""
+    """Build the item of an array of that shape, or of a number if no shape is given."""
     return Item(name, lambda table, key: table.array(key, *shape) if shape else table.number(key), si)
 
 
 def deviation(name: str, si: float) -> Item:
-    """A number, 0 or above."""
+    """Build the item of a standard deviation: a number, 0 or above."""
     return Item(name, partial(Table.number, least=0.0), si)
 
 
 def whole(name: str, least: int, most: int) -> Item:
-    """A whole number from `least` to `most`."""
+    """Build the item of a whole number from `least` to `most`."""
     return Item(name, partial(Table.integer, least=least, most=most))
 
 
 def text(name: str) -> Item:
-    """A text, which may be empty."""
+    """Build the item of a text, which may be empty."""
     return Item(name, partial(Table.text, empty=True))
 
 
 def times(name: str) -> Item:
-    """When each axis of a body was measured, for those that were."""
+    """Build the item of the times at which a body's axes were measured, for those that were."""
 
     def read(table: Table, key: str) -> dict[str, datetime]:
         inner = table.table(key, " ".join(AXES))
@@ -77,10 +77,10 @@ def times(name: str) -> Item:
 
 
 def read_values(table: Table, layout: Layout) -> dict[str, Any]:
-    """The values of a table in SI, by the names of their items; None where an entry was left out.
+    """Read a table's values in SI units, by item name; None for an omitted entry.
 
     Raises:
-        CalibrationError: at whatever is not as the layout says.
+        CalibrationError: an entry does not match the layout.
     """
     table.only(" ".join(layout).replace("?", ""))
     found: dict[str, Any] = {}
@@ -104,7 +104,10 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
 
 
 def written_values(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
-    """What `read_values` gives back, as it stands in the file; without what is not known: None, NaN, no time at all."""
+    """Convert values to a table in the file's units, the inverse of `read_values`.
+
+    Unknown values are omitted: None, NaN, no time at all.
+    """
     found = {}
     for key, item in layout.items():
         if isinstance(item, Item):
@@ -143,7 +146,7 @@ ROUNDING = 1e-6
 
 
 def covariance(entry: Table, key: str, written: FloatArray) -> FloatArray:
-    """The covariance (n, n) that `key` has, exactly symmetric.
+    """Check the covariance (n, n) read from `key` and return it exactly symmetric.
 
     Raises:
         CalibrationError: it is not symmetric, or not positive.
@@ -293,7 +296,7 @@ _LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 
 
 def read_gyro(entry: Table) -> GyroCalibration:
-    """Of one `[[gyro]]`. Raises CalibrationError at whatever is not as `gyro_table` writes it."""
+    """Read one `[[gyro]]` table; raise CalibrationError if it is not as `gyro_table` writes it."""
     found = read_values(entry, _GYRO)
     if (np.abs(found["bias_rad_s"]) > _MAX_BIAS_RAD_S).any():
         entry.fail("bias.value", "a bias is beyond the widest range of any gyro, 2000 deg/s")
@@ -312,13 +315,13 @@ def read_gyro(entry: Table) -> GyroCalibration:
 
 
 def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
-    """What `read_gyro` gives back."""
+    """Build the `[[gyro]]` table that `read_gyro` reads."""
     stds = {f"{name}_std": std for name, std in _stds_of_gyro(gyro.covariance).items()}
     return written_values(_GYRO, _attributes(gyro) | stds)
 
 
 def read_joint(entry: Table) -> JointSensors:
-    """Of one `[[joint]]`. Raises CalibrationError likewise."""
+    """Read one `[[joint]]` table; raise CalibrationError if it is not as `joint_table` writes it."""
     found = read_values(entry, _JOINT)
     if (np.abs(found["direction"]) != 1.0).any():
         entry.fail("direction", "must be 1 or -1 for each sensor")
@@ -332,12 +335,15 @@ def read_joint(entry: Table) -> JointSensors:
 
 
 def joint_table(sensors: JointSensors) -> dict[str, Any]:
-    """What `read_joint` gives back."""
+    """Build the `[[joint]]` table that `read_joint` reads."""
     return written_values(_JOINT, _attributes(sensors) | {"zero_std": _std(sensors.zero_covariance, _DEG)})
 
 
 def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
-    """Of one `[[servo]]`, and when it was measured. Raises CalibrationError likewise."""
+    """Read one `[[servo]]` table: the servo map and the time it was measured.
+
+    Raises CalibrationError if it is not as `servo_table` writes it.
+    """
     found = read_values(entry, _SERVO)
     found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
     for name, std in zip(_STD_OF_SERVO, _std(found["covariance"], _DEG), strict=True):
@@ -350,7 +356,7 @@ def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
 
 
 def servo_table(servo: ServoMap, taken: datetime) -> dict[str, Any]:
-    """What `read_servo` gives back."""
+    """Build the `[[servo]]` table that `read_servo` reads."""
     stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
     more = {
         "taken": taken,
@@ -361,7 +367,7 @@ def servo_table(servo: ServoMap, taken: datetime) -> dict[str, Any]:
 
 
 def read_paper(entry: Table) -> Paper:
-    """Of one `[[recording]]`. Raises CalibrationError likewise."""
+    """Read one `[[recording]]` table; raise CalibrationError if it is invalid."""
     paper = Paper(**read_values(entry, _PAPER))
     if not paper.file or "/" in paper.file or "\\" in paper.file:
         entry.fail("file", "is no name of a file in the folder next to the certificate")
@@ -371,7 +377,7 @@ def read_paper(entry: Table) -> Paper:
 
 
 def read_landing(entry: Table) -> Landing:
-    """Of one `[[landing]]`. Raises CalibrationError likewise."""
+    """Read one `[[landing]]` table; raise CalibrationError if it is invalid."""
     return Landing(**read_values(entry, _LANDING))
 
 

@@ -55,7 +55,7 @@ class GyroCalibration:
         return np.asarray(self.scale * (rates_rad_s @ self.rotation))
 
     def corrected(self, parameters: FloatArray) -> GyroCalibration:
-        """With bias, rotation vector and scale off by (9,), in the order of `covariance`."""
+        """Apply corrections (9,) to bias, rotation vector and scale, in the order of `covariance`."""
         from scipy.spatial.transform import Rotation  # half the time that reading a certificate takes
 
         turn = Rotation.from_rotvec(parameters[3:6]).as_matrix()
@@ -81,7 +81,10 @@ class GyroCalibration:
 
 
 def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
-    """What is known of a gyro before anything is measured; `nominal` (3, 3) is how it is mounted by design."""
+    """Build a gyro's calibration by design, before anything is measured.
+
+    `nominal` (3, 3) is its mounting by design, from sensor to body axes.
+    """
     deviations = np.repeat([BIAS_STD_RAD_S, MOUNTING_STD_RAD, SCALE_STD], 3)
     return GyroCalibration(
         body,

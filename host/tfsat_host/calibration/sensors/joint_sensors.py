@@ -81,12 +81,15 @@ def harmonics(shown_rad: FloatArray) -> FloatArray:
 
 
 def sensor_columns(model: RobotModel, joint: int) -> list[int]:
-    """Where in the log the two sensors of a joint (1 to 3) stand."""
+    """Return the log's columns of the two angle sensors of a joint (1 to 3)."""
     return [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1]
 
 
 def sensors_by_design(model: RobotModel, joint: int) -> JointSensors:
-    """What is known of a joint's sensors before anything is measured: a zero anywhere, as the file says."""
+    """Build the calibration of a joint's sensors by design, before anything is measured.
+
+    The zero points are those of the robot file, and may lie anywhere.
+    """
     sensors = [model.angle_sensors[i] for i in sensor_columns(model, joint)]
     return JointSensors(
         joint,

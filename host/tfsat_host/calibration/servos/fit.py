@@ -29,12 +29,12 @@ CHANCE: Final = 0.9999
 
 
 def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSetting) -> ServoMap:
-    """The servo map that fits the visits best.
+    """Fit the servo map to the visits.
 
     Args:
         points: In any order. Visits with an unknown direction (0) are left out.
         joint: 1 to 3.
-        setting: Of that joint, in force on the board while it was measured.
+        setting: The joint's setting in force on the board while it was measured.
 
     Raises:
         CalibrationError: too few visits, too small a range, or the servo is dead, reversed, slipping or bent.
@@ -83,7 +83,7 @@ def _places(keys: FloatArray) -> FloatArray:
 
 
 def _arrival_variance(side: FloatArray, reached_rad: FloatArray, variance: FloatArray, repeats: int) -> float:
-    """Of one arrival, without the sensors' part."""
+    """Estimate the variance of a single arrival, without the sensors' part."""
     visits = side.sum(axis=1)
     left = reached_rad - side.T @ (side @ reached_rad / visits)
     of_sensors = variance @ (1.0 - side.T @ (1.0 / visits))
@@ -93,11 +93,12 @@ def _arrival_variance(side: FloatArray, reached_rad: FloatArray, variance: Float
 def _least_squares(
     design: FloatArray, reached_rad: FloatArray, variance: FloatArray, place: FloatArray, repeats: int
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    """The line through the visits.
+    """Fit the line through the visits by weighted least squares.
 
     Returns:
-        (3,) middle, slope and backlash; (3, 3) their covariance, with what scatter and bends do to it; the variance of
-        the places' bends; and the places' squared deviations over what scatter alone would make of them.
+        (3,) middle, slope and backlash; (3, 3) their covariance, including scatter and bends; the variance of
+        the places' bends; and the ratio of the places' squared deviations to those expected from scatter
+        alone.
     """
     inverse = np.linalg.inv((design.T / variance) @ design)
     gain = inverse @ (design.T / variance)

@@ -26,7 +26,11 @@ _PLACES: Columns = (
 def servo_outcome(
     servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool]
 ) -> tuple[dict[str, Any], tuple[Table | str, ...]]:
-    """The visits in order of time, and the map in figures that people compare; `stopped` are those it leaves out."""
+    """Build the results of a servo's measurement, for JSON and for people.
+
+    They are the visits in order of time, and the map in figures that people compare; `stopped` marks the visits
+    that the map leaves out.
+    """
     gain, offset, places = gain_of(servo_map), offset_of(servo_map), places_of(points, servo_map.setting)
     commanded = {row["pulse_us"]: row["commanded_deg"] for row in places}
     visits = [
@@ -71,7 +75,10 @@ def gain_of(servo_map: ServoMap) -> Quantity:
 
 
 def offset_of(servo_map: ServoMap) -> Quantity:
-    """Where it comes to rest when 0 deg is commanded, deg, on average of both directions; likewise."""
+    """Compute the joint angle at rest when 0 deg is commanded, deg, on average of both directions.
+
+    It is by the setting that was in force.
+    """
     zero_us = float(servo_map.setting.zero_us)
     return Quantity(
         degrees(servo_map.reached_rad(zero_us, 0)), degrees(servo_map.std_rad(zero_us)), form="+.3f"
@@ -79,10 +86,10 @@ def offset_of(servo_map: ServoMap) -> Quantity:
 
 
 def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[str, Any]]:
-    """A row for each pulse, in order of the commanded angle.
+    """Build a row for each pulse, in order of the commanded angle.
 
-    `commanded_deg` is by the board's setting; `opening_deg` and `closing_deg` are where the joint came to rest on
-    average, from either side; None: never from there.
+    `commanded_deg` is by the board's setting; `opening_deg` and `closing_deg` are the joint's mean angles at
+    rest after arriving from either side; None: never from there.
     """
     places = []
     for pulse_us in {point.pulse_us for point in points}:
@@ -99,11 +106,11 @@ def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[
 
 
 def left_by(servo_map: ServoMap, setting: ServoSetting) -> dict[str, float]:
-    """How far the joint misses the angles that are commanded with a setting, over its limits.
+    """Compute the joint's deviations from commanded angles with a setting, over its limits.
 
-    `mean_deg` is at the worst place, on average of both directions: what rounding and old settings do; `side_deg` half
-    the backlash: it stops so far short, from either side; `scatter_deg` the standard deviation of one arrival, with the
-    bends of the servo.
+    `mean_deg` is the largest, on average of both directions: the effect of rounding and old settings;
+    `side_deg` half the backlash, by which it stops short from either side; `scatter_deg` the standard
+    deviation of one arrival, including the bends of the servo.
     """
     off_deg = [
         degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG

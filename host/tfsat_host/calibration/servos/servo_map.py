@@ -63,8 +63,10 @@ def servo_plan(servo: ServoSetting) -> tuple[int, ...]:
 
 
 def arrivals(angles: Sequence[float]) -> tuple[int, ...]:
-    """From which side each commanded angle is reached, as `ServoPoint.direction`; unknown until the
-    joint moves."""
+    """Find the side from which each commanded angle is reached, as `ServoPoint.direction`.
+
+    It is unknown until the joint moves.
+    """
     directions = [0]
     for before, after in pairwise(angles):
         directions.append((after > before) - (after < before) or directions[-1])
@@ -121,20 +123,20 @@ class ServoMap:
         return float(np.sqrt(change @ self.covariance @ change))
 
     def reached_rad(self, pulse_us: float, direction: int) -> float:
-        """Where the joint comes to rest on average.
+        """Compute the joint's mean angle at rest.
 
         Args:
             pulse_us: Width of the pulse.
-            direction: Of the last motion: +1 opening, -1 closing, 0 for the average of both.
+            direction: Direction of the last motion: +1 opening, -1 closing, 0 for the average of both.
         """
         centred_rad = self.middle_rad + self.slope_rad_per_us * (pulse_us - self.middle_us)
         return centred_rad - direction * self.backlash_rad / 2
 
 
 def matching_setting(servo_map: ServoMap, current: ServoSetting) -> ServoSetting:
-    """With this the joint reaches the commanded angles on average of both directions; limits stay as they are.
+    """Compute the setting with which the joint reaches commanded angles on average of both directions.
 
-    Whether a board takes it is not asked here.
+    Limits stay as they are. It is not checked whether a board accepts the setting.
     """
     zero_us = servo_map.middle_us - servo_map.middle_rad / servo_map.slope_rad_per_us
     us_per_deg = 1.0 / abs(degrees(servo_map.slope_rad_per_us))
@@ -147,10 +149,11 @@ def matching_setting(servo_map: ServoMap, current: ServoSetting) -> ServoSetting
 
 
 def settings_from_map(servo_map: ServoMap, current: ServoSettings) -> ServoSettings:
-    """The board's settings with those of the map's joint corrected.
+    """Correct the setting of the map's joint in the board's settings.
 
     Raises:
-        CalibrationError: the board would refuse them: with these pulses the servo does not reach its whole range.
+        CalibrationError: the board would refuse them: with these pulses the servo does not reach its whole
+            range.
     """
     index = servo_map.joint - 1
     setting = matching_setting(servo_map, current.of(servo_map.joint))
@@ -189,7 +192,10 @@ def _cure(joint: int, setting: ServoSetting, finding: Finding) -> str:
 
 
 def _most_reachable_cdeg(setting: ServoSetting) -> int:
-    """The widest upper limit whose pulse a servo takes, to a whole degree below; 0 or less: there is none."""
+    """Compute the largest upper limit whose pulse a servo accepts, rounded down to a whole degree.
+
+    0 or less: there is none.
+    """
     zero_us, ends_us = setting.zero_us, (SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US)
     room_us = zero_us - ends_us[0] if setting.reversed else ends_us[1] - zero_us
     if not ends_us[0] <= zero_us <= ends_us[1]:
@@ -198,7 +204,7 @@ def _most_reachable_cdeg(setting: ServoSetting) -> int:
 
 
 def board_pulse_us(setting: ServoSetting, angle_cdeg: int) -> float:
-    """The pulse that the board sends for an angle: whole ticks, and never outside what a servo takes."""
+    """Compute the pulse that the board sends for an angle: whole ticks, clamped to the servo's range."""
     ticks = (pulse_ns(setting, angle_cdeg) + TICK_NS // 2) // TICK_NS
     pulse_us = ticks * TICK_NS / NS_PER_US
     return min(max(pulse_us, float(SERVO_PULSE_MIN_US)), float(SERVO_PULSE_MAX_US))
@@ -238,11 +244,12 @@ class _Rest:
 def expected_stroke_errors(
     moves: Iterable[tuple[int, int]], maps: Sequence[ServoMap], settings: ServoSettings
 ) -> tuple[StrokeError, ...]:
-    """What to expect of each stroke whose joint has a map; the others are left out.
+    """Predict the error of each stroke whose joint has a map; others are left out.
 
-    Every joint starts at 0 deg. A servo that is armed comes there from wherever its limp joint hung, so the
-    direction of that motion is unknown: the first stroke starts from the middle of the backlash, and half of it
-    either way is part of the uncertainty. Gravity is not: the maps are measured on the bench, strokes fly in free fall.
+    Every joint starts at 0 deg. An armed servo comes there from wherever its limp joint hung, so the
+    direction of that motion is unknown: the first stroke starts from the middle of the backlash, and half of
+    it either way is part of the uncertainty. Gravity is not: the maps are measured on the bench, strokes fly
+    in free fall.
 
     Args:
         moves: (joint, angle_cdeg) of each stroke, in order.
@@ -282,10 +289,10 @@ def _difference(servo_map: ServoMap, setting: ServoSetting, start: _Rest, end: _
 
 
 def setting_error_rad(servo_map: ServoMap, setting: ServoSetting) -> float | None:
-    """By how much a setting misses at worst, at the ends of the joint's limits, on average of both directions.
+    """Compute a setting's largest error at the ends of the joint's limits, on average of both directions.
 
-    Reached minus commanded; None where that is less than `NOTICEABLE_RAD` beyond what the map's own uncertainty
-    (two standard deviations) explains: the setting is as good as the map's own.
+    Reached minus commanded; None if it is less than `NOTICEABLE_RAD` beyond what the map's own uncertainty (two
+    standard deviations) explains: the setting is as good as the map's own.
     """
     worst_rad = None
     for angle_cdeg in (setting.min_cdeg, setting.max_cdeg):

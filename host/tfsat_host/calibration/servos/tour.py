@@ -36,14 +36,17 @@ MIN_PULSE_CHANGE_US: Final = 20.0
 
 
 def sweep_stops_cdeg(servo: ServoSetting) -> tuple[int, ...]:
-    """Where a sweep by hand rests (0.01 deg), as far as the joint's limits allow."""
+    """Return the stops of a sweep by hand (0.01 deg), clamped to the joint's limits."""
     every_deg = SWEEP_STOPS_DEG + SWEEP_STOPS_DEG[1:] * (SWEEP_ROUNDS - 1)
     stops = [min(max(round(deg * CDEG_PER_DEG), servo.min_cdeg), servo.max_cdeg) for deg in every_deg]
     return tuple(stop for stop, _ in groupby(stops))
 
 
 def tour_task(step: Step, stops_cdeg: Sequence[int], hold_s: float, duration_s: float) -> tuple[str, ...]:
-    """What the operator has to do before a servo moves the joint, and what then moves, line by line."""
+    """Return the operator's instructions before a servo moves the joint, line by line.
+
+    They also say what then moves.
+    """
     joint, start_deg, to_deg = step.joint, stops_cdeg[0] / CDEG_PER_DEG, max(stops_cdeg) / CDEG_PER_DEG
     return (
         title(step),
@@ -61,7 +64,7 @@ def tour_task(step: Step, stops_cdeg: Sequence[int], hold_s: float, duration_s: 
 
 
 def latest(samples: Sequence[LiveSample], scales: LiveReply) -> Counts:
-    """The last `LOOK_S` of some samples, at least one."""
+    """Return the counts of the last `LOOK_S` of some samples, at least one."""
     begin_us = samples[-1].time_us - round(LOOK_S * 1e6)
     first = bisect_left(samples, begin_us, key=lambda sample: sample.time_us)
     return Counts.from_live(samples[first:], scales)

@@ -36,10 +36,10 @@ MAX_DISAGREEMENT_RAD: Final = np.deg2rad(2.0)
 
 
 def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: RobotModel) -> ServoMap:
-    """The map of the servo that a step measured.
+    """Fit the servo map to the visits of a servo step.
 
-    What is not known of the zero points and the bend of the angle sensors is in its covariance: it is the same at
-    all visits, so that no scatter shows it. Visits that may have ended at the joint's stops are left out.
+    Its covariance includes the uncertainty of the angle sensors' zero points and bend, which is common to all
+    visits, so that no scatter shows it. Visits that may have ended at the joint's stops are left out.
 
     Args:
         evidence: A servo step.
@@ -68,7 +68,7 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
 def servo_points(
     evidence: Evidence, joints: Sequence[JointSensors], model: RobotModel
 ) -> tuple[ServoPoint, ...]:
-    """Where the joint rested at each visit, in order of time.
+    """Estimate the joint's angle at rest at each visit, in order of time.
 
     Raises:
         CalibrationError: the joint has no measured zero point, or a visit is no rest for both sensors.
@@ -82,7 +82,10 @@ def servo_points(
 def points_of(
     visits: Iterable[Visit], counts: Counts, sensors: JointSensors, model: RobotModel
 ) -> tuple[ServoPoint, ...]:
-    """Where a joint with these sensors rested at each visit. Raises CalibrationError: see `servo_points`."""
+    """Estimate the angle at rest of a joint with these sensors at each visit.
+
+    Raises CalibrationError: see `servo_points`.
+    """
     recording = SensorSamples.from_counts(counts)
     columns = sensor_columns(model, sensors.joint)
     shown, valid = recording.sensor_angle_rad[:, columns], counts.angle_valid[:, columns]
@@ -94,10 +97,11 @@ def points_of(
 
 
 def at_stops(points: Sequence[ServoPoint], joint: int, model: RobotModel) -> tuple[bool, ...]:
-    """Whether at each visit the joint may have rested against the end of its range instead of where its servo wanted.
+    """Return whether the joint may have rested against an end of its range, for each visit.
 
-    A servo that would go below 0 deg is stopped there, and a map through that is too flat. All visits
-    to that place from that side count as stopped: those that got less far would not scatter about the servo's mean.
+    A servo commanded below 0 deg is stopped there, and a map fitted through that is too flat. All visits to
+    that place from that side count as stopped: those that got less far would not scatter about the servo's
+    mean.
     """
     ends_rad = model.joint_limits_rad[joint - 1]
     met = {
@@ -116,7 +120,10 @@ def joint_of(evidence: Evidence) -> int:
 
 
 def setting_of(evidence: Evidence) -> ServoSetting:
-    """In force when it was recorded; the limits are the widest, for they are not recorded. Raises ValueError."""
+    """Return the servo's setting in force at the recording, or raise ValueError if there is none.
+
+    The limits are the widest, because they are not recorded.
+    """
     if evidence.servo_setting is None:
         raise ValueError("a servo step needs the servo's setting")
     return ServoSetting(*evidence.servo_setting, JOINT_ANGLE_MIN_CDEG, JOINT_ANGLE_MAX_CDEG)
@@ -140,7 +147,7 @@ def _point(
     sensors: JointSensors,
     step_rad: float,
 ) -> ServoPoint:
-    """Of what both sensors (n, 2) showed during a visit."""
+    """Estimate the joint's angle at rest during a visit from the readings (n, 2) of both sensors."""
     both = valid.all(axis=1)
     if np.count_nonzero(both) < MIN_SAMPLES:
         raise _too_few(visit, valid, sensors.joint)

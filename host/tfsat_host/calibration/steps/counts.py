@@ -46,7 +46,7 @@ class Scales:
 
     @classmethod
     def of(cls, stated: LogHeader | LiveReply) -> Scales:
-        """As the logger states them."""
+        """Build the scales that the logger states."""
         values = {field.name: getattr(stated, field.name) for field in fields(cls)}
         return cls(**values | {"who_am_i": tuple(stated.who_am_i)})
 
@@ -88,7 +88,7 @@ class Counts:
 
     @classmethod
     def from_live(cls, samples: Sequence[LiveSample], reply: LiveReply) -> Counts:
-        """Of live samples, at least one, with the scales that the logger named."""
+        """Build counts from live samples, at least one, with the scales that the logger states."""
         stream = np.frombuffer(b"".join(sample.payload for sample in samples), LiveSampleStream.dtype())
         sample, imu = stream["sample"], stream["sample"]["imu"]
         bits = sample["flags"][:, None] >> np.arange(_FLAG_ENDS[-1]) & 1 > 0
@@ -106,7 +106,7 @@ class Counts:
 
     @classmethod
     def from_log(cls, log: DropLog) -> Counts:
-        """Of a decoded recording."""
+        """Build counts from a decoded recording."""
         return cls(
             log.t_us,
             log.imu_counts,

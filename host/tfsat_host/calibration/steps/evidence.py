@@ -96,7 +96,7 @@ def file_name(evidence: Evidence) -> str:
 
 
 def to_bytes(evidence: Evidence) -> bytes:
-    """A compressed NPZ archive; the same evidence gives the same bytes."""
+    """Serialize evidence to a compressed NPZ archive; the same evidence gives the same bytes."""
     papers = {
         "format": FORMAT,
         "step": asdict(evidence.step),
@@ -116,7 +116,7 @@ def to_bytes(evidence: Evidence) -> bytes:
 
 
 def from_bytes(data: bytes, *, source: str) -> Evidence:
-    """What `to_bytes` wrote; `source` is the name that errors give it.
+    """Parse the evidence that `to_bytes` wrote; `source` is its name in errors.
 
     Raises:
         CalibrationError: it is no such archive, or damaged.
@@ -161,7 +161,7 @@ def sha256(data: bytes) -> str:
 
 
 def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
-    """The last recording of each step, by the step's key."""
+    """Return the newest recording of each step, by the step's key."""
     found: dict[str, Evidence] = {}
     for one in sorted(evidence, key=lambda one: one.taken):
         found[one.step.key] = one

@@ -33,7 +33,7 @@ class LowPass:
 
     @classmethod
     def of(cls, stated: LogHeader | LiveReply) -> LowPass:
-        """As the logger states it."""
+        """Build the low-pass that the logger states."""
         return cls(stated.dlpf_cfg, tuple(stated.who_am_i))
 
     @property

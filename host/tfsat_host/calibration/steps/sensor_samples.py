@@ -45,7 +45,7 @@ class SensorSamples:
 
     @classmethod
     def from_counts(cls, counts: Counts) -> SensorSamples:
-        """In SI units, by the scales that came with the counts."""
+        """Convert counts to SI units by the scales that came with them."""
         scales, low_pass = counts.scales, counts.scales.low_pass
         step_rad = 2 * np.pi / scales.angle_counts_per_turn
         t_s = np.asarray(counts.t_us * 1e-6, dtype=np.float64)
@@ -75,10 +75,10 @@ def at_sample_times(
     *,
     angles: bool = False,
 ) -> FloatArray:
-    """What each sensor showed at the samples' times: a reading less its offset times its slope.
+    """Correct sensor readings to the samples' times: each reading less its offset times its slope.
 
-    The slope is that between the neighbouring readings, so that the noise of a sample grows by (offset / period)^2 / 4
-    of its variance at most. A sensor with fewer than two valid readings stays as it is.
+    The slope is that between the neighbouring readings, so that the noise variance of a sample grows by at most
+    (offset / period)^2 / 4. A sensor with fewer than two valid readings stays as it is.
 
     Args:
         t_s: (n,) the samples' times, increasing.
@@ -135,10 +135,12 @@ MAX_GAP_S = 0.05
 
 
 def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
-    """The clock ran on, nearly every sample arrived, and the gyros of `bodies` (1 to 4) gave all of theirs.
+    """Check that the clock advanced, few samples were lost, and all of the gyros' samples are valid.
+
+    The gyros are those of `bodies` (1 to 4).
 
     Raises:
-        CalibrationError: they did not.
+        CalibrationError: one of these does not hold.
     """
     steps_s, lost, n = np.diff(recording.t_s), recording.samples_lost, len(recording.t_s)
     if np.any(steps_s <= 0):

@@ -90,43 +90,43 @@ class Step:
 
 
 def rest() -> Step:
-    """The whole robot lies still."""
+    """Return the step in which the whole robot lies still."""
     return Step(StepKind.REST, held=(1, 2, 3, 4))
 
 
 def zero(joint: int | None) -> Step:
-    """The attachment holds a joint, or all of them (None), at its zero angle."""
+    """Return the step in which the attachment holds a joint, or all of them (None), at its zero angle."""
     return Step(StepKind.ZERO, joint, held=(1, 2, 3, 4))
 
 
 def swings(joint: int) -> tuple[Step, ...]:
-    """The paper's patterns for one joint."""
+    """Return the swings of one joint: the paper's patterns."""
     return tuple(Step(StepKind.SWING, *pattern) for pattern in PATTERNS if pattern[0] == joint)
 
 
 def sweeps(joint: int) -> tuple[Step, ...]:
-    """The same patterns, from rest to rest."""
+    """Return the sweeps of one joint: the paper's patterns, from rest to rest."""
     return tuple(Step(StepKind.SWEEP, *pattern) for pattern in PATTERNS if pattern[0] == joint)
 
 
 def turn(axis: Axis, angle_deg: float) -> Step:
-    """The whole robot, all joints closed, about a body axis."""
+    """Return the step that turns the whole robot, all joints closed, about a body axis."""
     return Step(StepKind.TURN, moved=(1, 2, 3, 4), axis=axis, angle_deg=angle_deg)
 
 
 def servo(joint: int) -> Step:
-    """Only the joint's outer side moves."""
+    """Return the step in which a servo moves only the joint's outer side."""
     return Step(StepKind.SERVO, *next(pattern for pattern in PATTERNS if pattern[0] == joint))
 
 
 def bodies(numbers: Iterable[int]) -> str:
-    """In words: body 1; bodies 1 and 2; bodies 2, 3 and 4."""
+    """Format body numbers in words: body 1; bodies 1 and 2; bodies 2, 3 and 4."""
     *first, last = map(str, sorted(numbers))
     return f"bodies {', '.join(first)} and {last}" if first else f"body {last}"
 
 
 def title(step: Step) -> str:
-    """What the step is, in a few words."""
+    """Return the step's title, a few words."""
     match step.kind:
         case StepKind.REST:
             return "Rest: everything lies still"
@@ -141,7 +141,10 @@ def title(step: Step) -> str:
 
 
 def task(step: Step) -> tuple[str, ...]:
-    """What to hold and what to move, line by line, of a step that is done by hand."""
+    """Return the instructions for a step that is done by hand, line by line.
+
+    They say what to hold and what to move.
+    """
     lasts = f"{DURATION_S.get(step.kind, 0.0):g} s"
     match step.kind:
         case StepKind.REST:
@@ -193,6 +196,6 @@ def _held_and_closed(step: Step) -> tuple[str, str]:
 
 
 def _name_moved(step: Step) -> str:
-    """With what hangs on it."""
+    """Name the moved bodies, with those that hang on them."""
     along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
     return bodies(step.moved) + (f" ({bodies(along)} goes along)" if along else "")

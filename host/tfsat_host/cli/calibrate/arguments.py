@@ -26,7 +26,10 @@ MIN_TURN_DEG, MAX_TURN_DEG = 90.0, 720.0
 
 
 def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
-    """Where the certificate is; an emulated robot's never lies where a real one's would."""
+    """Return the certificate's path.
+
+    An emulated robot's default path is never that of a real robot.
+    """
     return args.out or Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
 
 
@@ -45,7 +48,7 @@ def none_yet(args: argparse.Namespace, file: Path) -> CalibrationError:
 
 
 def same_certificate(args: argparse.Namespace) -> str:
-    """What makes the next command work on the same certificate."""
+    """Return the options that make the next command work on the same certificate."""
     out = f" --out {shlex.quote(str(args.out))}" if args.out else ""
     return out + (" --emulated" if args.emulated else "")
 
@@ -82,7 +85,7 @@ _OF_BOTH_BOARDS = ("scale", "servo")
 
 
 def resuming(args: argparse.Namespace) -> str:
-    """The command that goes on behind the steps that are kept."""
+    """Return the command that resumes after the steps already kept."""
     # That sensors were moved is in the certificate with the first step: once more, it would end what followed.
     repeated = [name for name in _REPEATED if name != "anew" or args.quantity == "zero"]
     words = ["tfsat-host calibrate", args.quantity, *_options(args, repeated), "--resume"]
@@ -107,7 +110,10 @@ def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
 
 
 def _devices(args: argparse.Namespace, quantity: str) -> str:
-    """As far as the command of that quantity takes them: `show` asks no board."""
+    """Return the device options that the command of that quantity takes.
+
+    `show` queries no board.
+    """
     if quantity == "show":
         return " --emulated" if args.emulated else ""
     port = getattr(args, "sequencer_port", None) if quantity in _OF_BOTH_BOARDS else None

@@ -97,7 +97,10 @@ class EmulatedPerson:
         self._jogging = jogging
 
     def begin(self, step: Step) -> None:
-        """At once; where the servo moves the joint, closes that and holds the rest."""
+        """Begin the step at once.
+
+        Where a servo moves the joint, the emulated person first closes that joint, then holds the other bodies.
+        """
         if self._jogging and step.joint is not None:
             self._operator.wait_until_limp()  # the servo of the sweep before has let go
             self._operator.begin(zero(step.joint))
@@ -109,7 +112,7 @@ class EmulatedPerson:
 
 
 def announce(step: Step, out: Output) -> None:
-    """The heading and the task of a step that is done by hand."""
+    """Print the heading and the task of a step that is done by hand."""
     out.note("\n  ".join((f"\n{title(step)}", *task(step))))
 
 
@@ -117,7 +120,7 @@ def announce(step: Step, out: Output) -> None:
 def open_bench(
     args: argparse.Namespace, model: RobotModel, out: Output, *, jog: bool = False
 ) -> Iterator[Bench]:
-    """The logger and, to `jog`, the sequencer, and who moves the robot.
+    """Open the logger and, to `jog`, the sequencer, with the person or emulated one who moves the robot.
 
     Raises:
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.

@@ -63,7 +63,7 @@ show          all that is calibrated, how old it is, and what is missing for a d
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """One subcommand a quantity."""
+    """Add one subcommand for each quantity."""
     parser.description = (
         "Measure what the robot's sensors and servos do, step by step as the screen says. Each accepted step is kept "
         "at once in a certificate, with its raw recording: steps can be repeated, and a calibration goes on where it "

@@ -15,16 +15,19 @@ from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
-    from tfsat_host.calibration.solution import Known
+    from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence, Origin
     from tfsat_host.calibration.steps.step import Axis, Step
     from tfsat_host.robot import RobotModel
 
-    Reader = Callable[[Step, Known], Evidence]
+    Reader = Callable[[Step, SensorKnowledge], Evidence]
 
 
 def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Output) -> int:
-    """The steps of one quantity, each until it is accepted; `turned` is a turn by hand, axis and angle in deg."""
+    """Measure one quantity, repeating each step until it is accepted.
+
+    `turned` is a turn by hand: its axis and its angle in deg.
+    """
     from tfsat_host.calibration.session import Session, steps_of, with_rest
     from tfsat_host.calibration.steps.step import StepKind
     from tfsat_host.cli.calibrate import jog
@@ -43,7 +46,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
             steps = with_rest(steps, campaign)
             _note_without_zero(campaign, args, out)
 
-        def read(step: Step, known: Known) -> Evidence:
+        def read(step: Step, known: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
                 return jog.sweep(step, bench, out)
             return record(step, bench, known, model, out)
@@ -93,7 +96,9 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
 
 
 def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output) -> Campaign:
-    """The certificate that the steps go into; something may be written there. Warns of recordings that are lost.
+    """Open the certificate that the steps go into, and check that it can be written.
+
+    Warns of recordings that are lost.
 
     Raises:
         CalibrationError: it is of other sensors, damaged, or its recordings are.

@@ -44,7 +44,7 @@ class TourInterrupted(Interrupted):
 
 
 def sweep(step: Step, bench: Bench, out: Output) -> Evidence:
-    """A sweep with the joint's servo doing what a hand would. Raises what `drive` does."""
+    """Sweep a joint by its servo instead of by hand. Raises as `drive` does."""
     from tfsat_host.calibration.servos.tour import SWEEP_HOLD_S, sweep_stops_cdeg
     from tfsat_host.devices.jogging import JogTour
 

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
     from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.calibration.progress import BodyLevel, StepProgress
-    from tfsat_host.calibration.solution import Known
+    from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.calibration.steps.step import Step
     from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.robot import RobotModel
 
-    Reader = Callable[[Step, Known], Evidence]
+    Reader = Callable[[Step, SensorKnowledge], Evidence]
 
 
 State = TypeVar("State")
@@ -53,7 +53,7 @@ class Picture:
             yield Text(line, style=style, no_wrap=True, overflow="ellipsis")
 
     def lines(self, width: int) -> list[tuple[str, str]]:
-        """Each line with its style."""
+        """Return each line with its style."""
         progress = self.progress
         bar = max(10, min(_WIDEST, width - _AROUND_BAR))
         left = f"{'at most ' if progress.stops_deg else ''}{progress.left_s:.0f} s left"
@@ -67,7 +67,7 @@ class Picture:
 
 
 def line_of(step: Step, progress: StepProgress) -> str:
-    """In one line, where there is no terminal."""
+    """Format the progress of a step as one line, for output without a terminal."""
     wrong = [level for level in progress.levels if not level.met]
     state = "; ".join(
         f"body {level.body} {level.rate_deg_s:.1f} deg/s, {_limit_words(level)}" for level in wrong
@@ -81,7 +81,7 @@ def line_of(step: Step, progress: StepProgress) -> str:
 
 
 def _rest_words(progress: StepProgress) -> str:
-    """Which rest comes next, and how many there are."""
+    """Describe the next rest and the number of rests."""
     total = len(progress.stops_deg)
     if progress.next_stop_deg is None:
         return f"all {total} rests are there"
@@ -96,7 +96,10 @@ def _right(step: Step) -> str:
 
 
 def _body_line(step: Step, level: BodyLevel, width: int) -> str:
-    """With a bar that is full at twice the limit, which is marked in the middle."""
+    """Format a body's line, with a bar of its rate that is full at twice the limit.
+
+    The limit is marked in the middle of the bar.
+    """
     role = "moved" if level.body in step.moved else "held" if level.body in step.held else "along"
     name = f"body {level.body} {role if step.moved else 'still':<5}"
     rate = f"{level.rate_deg_s:6.1f} deg/s"
@@ -135,7 +138,7 @@ def drawn_or_lines(
 OF_EMULATED = "These are the errors of an emulated robot: of no use for a real one."
 
 
-def record(step: Step, bench: Bench, known: Known, model: RobotModel, out: Output) -> Evidence:
+def record(step: Step, bench: Bench, known: SensorKnowledge, model: RobotModel, out: Output) -> Evidence:
     """Has the step done and reads it, until it is done or its time is over."""
     from tfsat_host.calibration.progress import Watch
     from tfsat_host.calibration.steps.evidence import LiveSource, pass_over, read_step
@@ -213,7 +216,7 @@ def give_result(
     model: RobotModel,
     out: Output,
 ) -> None:
-    """The command's result, by its steps and what was known when it began."""
+    """Print the command's result, from the steps kept and the calibration before it began."""
     from tfsat_host.calibration.certificate.certificate import commands_of, summarized
     from tfsat_host.calibration.findings import outcome
     from tfsat_host.present.terminal import show

@@ -77,11 +77,11 @@ class Check:
         return float(ratio**0.5) if self.unit == NATS else ratio
 
     def caused_by(self, cause: str, next_step: str) -> Check:
-        """The same with a cause, if it failed."""
+        """Return the check with a cause and a next step if it failed, else unchanged."""
         return replace(self, cause=cause, next_step=next_step) if self.failed else self
 
     def compared(self, causes: tuple[Cause, ...], cause: str, next_step: str) -> Check:
-        """The same with the causes that were compared, the cause and what to do in words, if it failed."""
+        """Return the check with the causes compared, the likely cause and the next step if it failed."""
         return replace(self.caused_by(cause, next_step), causes=causes) if self.failed else self
 
 
@@ -100,22 +100,25 @@ class Kind(NamedTuple):
         return Check(self.name, "failed", value, threshold, self.unit, sentence, UNKNOWN, look, self.protects)
 
     def not_possible(self, why: str) -> Check:
-        """The data do not allow the check."""
+        """Build the check's result for data that do not allow it."""
         nan = float("nan")
         return Check(self.name, "not possible", nan, nan, self.unit, why, protects=self.protects)
 
 
 def z_limit(numbers: int) -> float:
-    """The greatest of so many normal deviates is above it in `FALSE_ALARM` of all cases at most."""
+    """Compute the limit that the largest of `numbers` normal deviates rarely exceeds.
+
+    The probability of exceeding it is `FALSE_ALARM` at most.
+    """
     return float(-ndtri(FALSE_ALARM / (2 * max(numbers, 1))))
 
 
 def rms_limit(numbers: float) -> float:
-    """The root mean square of so many normal deviates is above it in `FALSE_ALARM` of all cases."""
+    """Compute the limit that the RMS of `numbers` normal deviates exceeds with probability `FALSE_ALARM`."""
     return float((chdtri(numbers, FALSE_ALARM) / numbers) ** 0.5)
 
 
 def withheld_by(checks: Iterable[Check]) -> dict[str, str]:
-    """The quantities that checks which failed protect, each with the check that is farthest above its limit."""
+    """Return the quantities protected by failed checks, each with the check farthest above its limit."""
     failed = sorted((one for one in checks if one.failed and one.protects), key=lambda one: one.excess)
     return {name: check.name for check in failed for name in check.protects}

@@ -30,7 +30,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import Blocks
-from tfsat_host.evaluation.rest import Hanging
+from tfsat_host.evaluation.rest import RestBeforeRelease
 from tfsat_host.robot import RobotModel
 
 _TILT_STEP_RAD = 1e-4
@@ -70,7 +70,7 @@ class Consistency:
     jacobian: FloatArray
     parameter_covariance: FloatArray
     fall_covariance: FloatArray
-    rest: Hanging | None
+    rest: RestBeforeRelease | None
     low_pass: LowPass
     calibration: Calibration
     model: RobotModel
@@ -119,11 +119,11 @@ class Consistency:
         return chosen
 
     def pair(self, joint: int) -> tuple[int, int]:
-        """The outer and the inner body of a joint."""
+        """Return the outer and the inner body of a joint."""
         return int(self.model.joint_outer[joint]), int(self.model.joint_inner[joint])
 
     def sensors(self, joint: int) -> list[int]:
-        """Where in the log the angle sensors of a joint stand."""
+        """Return the log's column indices of a joint's angle sensors."""
         return sensor_columns(self.model, joint + 1)
 
     def mean(self, values: FloatArray) -> FloatArray:
@@ -264,7 +264,7 @@ class Consistency:
 
 
 def sensor_name(joint: int, sensor: int) -> str:
-    """For people; both are indices."""
+    """Format an angle sensor's name for people; both arguments are indices."""
     return f"angle sensor {sensor + 1} of joint {joint + 1}"
 
 
@@ -276,15 +276,19 @@ def _across_and_along(axis: FloatArray) -> FloatArray:
 
 
 def consistency_of(
-    motion: Motion, rest: Hanging | None, low_pass: LowPass, calibration: Calibration, model: RobotModel
+    motion: Motion,
+    rest: RestBeforeRelease | None,
+    low_pass: LowPass,
+    calibration: Calibration,
+    model: RobotModel,
 ) -> Consistency:
-    """Of one drop.
+    """Build the consistency data of one drop.
 
     Args:
-        motion: With its samples. Its lag is not used: a sensor that is wrong spoils that first.
+        motion: With its samples. Its lag is not used, because a faulty sensor corrupts that first.
         rest: Before the release.
-        low_pass: As the header has it.
-        calibration: That the samples were calibrated with.
+        low_pass: From the header.
+        calibration: The one that the samples were calibrated with.
         model: Joints and sensors.
     """
     samples, lag, solved = motion.samples, sheet_lag(low_pass), motion.solved

@@ -11,7 +11,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.checks.check import NATS, Cause, Check, Kind
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.evidence import Tried, in_words, of_no_kind, ranked, tried
+from tfsat_host.evaluation.checks.evidence import TestedHypothesis, in_words, of_no_kind, ranked, tried
 from tfsat_host.evaluation.checks.gross_faults import gross_faults
 from tfsat_host.evaluation.checks.model_rows import ModelRows
 from tfsat_host.evaluation.checks.sensors import AS_STATED, LITTLE_STATED, WEIGHT, measured
@@ -41,7 +41,7 @@ EVIDENCE_THRESHOLD_NATS = float(np.log(100.0))
 
 
 def evidence_check(whole: WholeResidual) -> Check:
-    """Whether some cause is so likely that robot file or certificate cannot be right, whatever else passed."""
+    """Check that no cause is so likely that robot file or certificate must be wrong, whatever else passed."""
     if not measured(whole.data.calibration):
         return AS_FILED.not_possible(LITTLE_STATED)
     sound, _ = of_no_kind(whole)
@@ -57,7 +57,7 @@ def evidence_check(whole: WholeResidual) -> Check:
 def whole_residual(
     motion: Motion, fit: ModelFit | None, data: Consistency, stated: StatedErrors
 ) -> WholeResidual:
-    """Of one drop."""
+    """Build the residual of one drop: of its sensors, and of its model if one was fitted."""
     model = None if fit is None or motion.contradicted else ModelRows.of(motion, fit)
     return WholeResidual(data, stated, model)
 
@@ -83,7 +83,10 @@ def diagnose(whole: WholeResidual) -> tuple[Cause, ...]:
 
 
 def explained(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
-    """The same checks with the causes of what failed. A sensor's fault is in all that sensors tell."""
+    """Return the checks, each failed one with its compared causes.
+
+    A sensor's fault affects everything that the sensors measure, and the check protects that.
+    """
     causes = diagnose(whole)
     found = [check.compared(causes, *in_words(causes)) for check in checks]
     kind = causes[0].kind
@@ -93,11 +96,11 @@ def explained(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
     return [replace(check, protects=spoilt) if check.name == AS_FILED.name else check for check in found]
 
 
-def _small(whole: WholeResidual) -> list[Tried]:
+def _small(whole: WholeResidual) -> list[TestedHypothesis]:
     return tried(whole, [*stated_faults(whole), *passing_faults(whole)])
 
 
-def _axes_found(whole: WholeResidual, with_one: Tried) -> FloatArray:
+def _axes_found(whole: WholeResidual, with_one: TestedHypothesis) -> FloatArray:
     """(3, 2) tilts of the joints' axes, if one hypothesis is true."""
     std = WORSE * axis_std_rad(whole.data)
     tilts = std * whole.whitened(whole.by_tilts)
@@ -109,7 +112,7 @@ def _axes_found(whole: WholeResidual, with_one: Tried) -> FloatArray:
 
 
 def _linear_at(filed: Consistency, tilt_rad: FloatArray) -> WholeResidual:
-    """With axes tilted so from those of the robot file."""
+    """Build the sensors' residual for joint axes tilted by `tilt_rad` from those of the robot file."""
     axes = Multibody.of(filed.model).tilted(tilt_rad).joint_axis
     data = replace(filed, model=replace(filed.model, joint_axis=axes), tilt_rad=tilt_rad)
     return WholeResidual(data, stated_errors(data), None)

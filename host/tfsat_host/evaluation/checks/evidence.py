@@ -52,7 +52,7 @@ class Hypothesis(NamedTuple):
     left: FloatArray | None = None
 
 
-class Tried(NamedTuple):
+class TestedHypothesis(NamedTuple):
     """A hypothesis with the logarithm of its evidence; `columns` (k, q) are whitened, of their likeliest size."""
 
     kind: str
@@ -62,10 +62,10 @@ class Tried(NamedTuple):
     columns: FloatArray
 
 
-def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[Tried]:
-    """All of them."""
+def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
+    """Compute the evidence of each hypothesis."""
     as_it_is = whole.whitened(whole.residual)
-    found: list[Tried] = []
+    found: list[TestedHypothesis] = []
     chosen = list(hypotheses)
     widths = np.cumsum([0, *(one.columns.shape[1] for one in chosen)])
     columns = whole.whitened(np.concatenate([one.columns for one in chosen], axis=1))
@@ -75,8 +75,11 @@ def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[Tried]
     return found
 
 
-def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> Tried:
-    """By the eigenvectors of the columns' normal matrix, in which all sizes are as easy."""
+def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> TestedHypothesis:
+    """Compute a hypothesis's evidence in the eigenvectors of its columns' normal matrix.
+
+    There the evidence is equally easy to compute for every size of the fault.
+    """
     values, axes = np.linalg.eigh(columns.T @ columns)
     along, values = axes.T @ (columns.T @ left), np.maximum(values, 0.0)
     squares = np.array(SIZES if len(values) else (1.0,))[:, None] ** 2
@@ -92,32 +95,32 @@ def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> T
         still = f"; with it the data still contradict each other {unexplained:.3g} times as much as their errors allow"
         return one.words(numbers) + (still if unexplained > _ENDS_IT else "")
 
-    return Tried(one.kind, evidence, words, one.next_step, np.sqrt(squares[likeliest]) * columns)
+    return TestedHypothesis(one.kind, evidence, words, one.next_step, np.sqrt(squares[likeliest]) * columns)
 
 
-def of_no_kind(whole: WholeResidual) -> list[Tried]:
-    """That nothing is wrong, and that everything is."""
+def of_no_kind(whole: WholeResidual) -> list[TestedHypothesis]:
+    """Compute the evidence of two special hypotheses: nothing is wrong, and everything is."""
     left = whole.whitened(whole.residual)
     return [_try_no_error(left), _try_any_error(left)]
 
 
-def _try_no_error(left: FloatArray) -> Tried:
+def _try_no_error(left: FloatArray) -> TestedHypothesis:
     agree = f"{UNKNOWN}; gyros, angle sensors and model agree to {(left**2).mean():.3g} times what their errors allow"
-    return Tried(SOUND, float(-0.5 * left @ left), lambda: agree, _LOOK, np.zeros((len(left), 0)))
+    return TestedHypothesis(SOUND, float(-0.5 * left @ left), lambda: agree, _LOOK, np.zeros((len(left), 0)))
 
 
-def _try_any_error(left: FloatArray) -> Tried:
+def _try_any_error(left: FloatArray) -> TestedHypothesis:
     factors = np.array(_WORSE)
     logs = -len(left) * np.log(factors) - 0.5 * (left @ left) / factors**2
     apart = f"{UNKNOWN}; the data contradict each other {(left**2).mean():.3g} times as much as their errors allow"
-    return Tried(
+    return TestedHypothesis(
         UNKNOWN, float(logsumexp(logs) - np.log(len(factors))), lambda: apart, _LOOK, np.zeros((len(left), 0))
     )
 
 
-def ranked(found: Sequence[Tried]) -> tuple[Cause, ...]:
+def ranked(found: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
     """Kinds of causes, the likeliest first."""
-    kinds: dict[str, list[Tried]] = {}
+    kinds: dict[str, list[TestedHypothesis]] = {}
     for one in found:
         kinds.setdefault(one.kind, []).append(one)
     logs = {
@@ -135,7 +138,10 @@ def ranked(found: Sequence[Tried]) -> tuple[Cause, ...]:
 
 
 def in_words(causes: Sequence[Cause]) -> tuple[str, str]:
-    """The likely cause, with its probability unless that is one, or the two that cannot be told apart; what to do."""
+    """Format the likely cause, or the two that cannot be told apart, and the next step.
+
+    The probability is stated unless it is one.
+    """
     first, *others = causes
     if others and first.probability < TIE * others[0].probability:
         pair = " from ".join(f"{one.cause} (probability {one.probability:.2f})" for one in (first, others[0]))

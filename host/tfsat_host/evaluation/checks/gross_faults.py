@@ -30,7 +30,7 @@ Shifted = Callable[[float], FloatArray]
 
 
 def gross_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """All that can be tried on one drop."""
+    """Yield all gross faults that can be tried on one drop."""
     data = whole.data
     none = np.zeros((whole.size, 0))
     for kind, left, cause, next_step in _put_right(data):
@@ -62,7 +62,10 @@ def signed_exchanges() -> FloatArray:
 
 
 def _in_words(exchange: FloatArray) -> str:
-    """Such as `x and y exchanged, z reversed`; `exchange` (3, 3) makes what is shown of what is true."""
+    """Format an exchange of axes, such as `x and y exchanged, z reversed`.
+
+    `exchange` (3, 3) maps the true axes to the axes shown.
+    """
     sources = np.abs(exchange).argmax(axis=1)
     minus = exchange[np.arange(3), sources] < 0.0
     moved = np.flatnonzero(sources != np.arange(3))
@@ -87,7 +90,7 @@ def _exchanged_axes(data: Consistency) -> Iterator[Right]:
 
 
 def _turned_mountings(data: Consistency) -> Iterator[Right]:
-    """A gyro turned by a right angle since its calibration: its bias stays with the sensor."""
+    """Yield gyros turned by a right angle since their calibration; the bias stays with the sensor."""
     exchanges = signed_exchanges()
     turns = exchanges[np.linalg.det(exchanges) > 0.0]
     for body, calibrated in enumerate(data.calibration.gyros):
@@ -125,7 +128,10 @@ def _wrong_orders(data: Consistency) -> Iterator[Right]:
 
 
 def _reversed_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """A sensor that counts backwards, or was turned round on its shaft, which moves its zero point too."""
+    """Yield angle sensors that count backwards or were turned round on the shaft.
+
+    Turning one round moves its zero point too.
+    """
     data = whole.data
     for joint, sensor in np.ndindex(data.joints, 2):
         cause = fixed(f"{sensor_name(joint, sensor)}: its direction is reversed")
@@ -155,7 +161,7 @@ def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
 
 
 def _late_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """Each sensor delayed, and all gyros against all angle sensors, by more than a linear error."""
+    """Yield delays too large to linearize, of each sensor and of all gyros against all angle sensors."""
     data, by_delay = whole.data, whole.by_gyros.delay
     for body in range(data.bodies):
         name = f"gyro of body {body + 1}"
@@ -234,7 +240,10 @@ def _other_low_passes(whole: WholeResidual) -> Iterator[tuple[FloatArray, str, s
 
 
 def _one_left_out(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """The last resort: one sensor is wrong in an unknown way, and all the others agree without it; or the model is."""
+    """Yield faults of the last resort: one sensor is wrong in an unknown way, or the model is.
+
+    All other sensors agree without that one.
+    """
     data = whole.data
     of_model = slice(data.size, whole.size)
     for body in range(data.bodies):
@@ -274,7 +283,7 @@ def _lies_with(t_s: FloatArray, name: str, readings: FloatArray) -> str:
 
 
 def _stuck_from_s(t_s: FloatArray, readings: FloatArray) -> float | None:
-    """When the longest run of equal readings (n, k) begins, if it is long enough to be a fault."""
+    """Find when the longest run of equal readings (n, k) begins; None if it is too short to be a fault."""
     changed = np.flatnonzero((np.diff(readings, axis=0) != 0.0).any(axis=1))
     edges = np.concatenate([[-1], changed, [len(t_s) - 1]])
     longest = int(np.diff(edges).argmax())

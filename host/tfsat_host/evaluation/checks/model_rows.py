@@ -14,7 +14,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum import Flown, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.momentum import FallSamples, derivatives, flown_of
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles
@@ -39,11 +39,11 @@ class ModelRows:
 
     motion: Motion
     fit: ModelFit
-    flown: Flown
+    flown: FallSamples
 
     @classmethod
     def of(cls, motion: Motion, fit: ModelFit) -> ModelRows:
-        """Of one drop."""
+        """Build the model's rows of one drop."""
         return cls(motion, fit, flown_of(motion).corrected(fit.errors))
 
     @cached_property

@@ -23,7 +23,7 @@ MIN_QUIET_S = 0.1
 
 
 def momentum_checks(motion: Motion, fit: ModelFit | None, base: int) -> Iterator[Check]:
-    """Both."""
+    """Yield both checks of the momentum: that it is constant, and before against after."""
     if fit is None:
         why = "No model was fitted to this drop."
         yield CONSTANT.not_possible(why)

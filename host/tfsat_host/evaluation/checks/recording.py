@@ -29,7 +29,7 @@ _NEXT_S = 1e-4
 
 
 def completeness_checks(log: DropLog, motion: Motion, model: RobotModel) -> Iterator[Check]:
-    """Of the fall, from the release to just before the landing."""
+    """Check that the recording is complete from the release to just before the landing."""
     fall = (log.t_s >= 0.0) & (log.t_s <= motion.samples.until_s)
     yield _check_full_scale(log, fall)
     yield _check_answers(log, fall, model)
@@ -100,7 +100,7 @@ def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
 
 
 def _cost(motion: Motion, from_s: float, until_s: float) -> str:
-    """What a hole does to the results."""
+    """Format the effect that a hole in the recording has on the results."""
     ends = np.searchsorted(motion.t_s, [from_s, until_s]).clip(0, len(motion.t_s) - 1)
     rates = np.abs(motion.fused.joint_rate_rad_s[ends]).max(axis=0)
     turning = rates > QUIET_RAD_S
@@ -146,12 +146,12 @@ class _Rise:
 
 
 def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke]) -> Check:
-    """Of one drop.
+    """Check that the maneuver flown is the one in the file.
 
     Args:
         log: The recording.
         motion: Of the joints.
-        strokes: As filed, and what became of each; none: no file is known.
+        strokes: As filed, each with its measured outcome; empty if no file is known.
     """
     if not strokes:
         return MANEUVER.not_possible("No file says what was to be flown.")
@@ -205,7 +205,10 @@ def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
 
 
 def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
-    """Each with the joint that moved most before the next, and how far that went until it moved again or to the end."""
+    """Return each rise of the stroke line with the joint that moved most before the next rise.
+
+    The joint's travel is counted until it moves again, or to the end.
+    """
     t, end_s = motion.t_s, float(motion.t_s[-1])
     untils_s = [*edges_s[1:].tolist(), end_s]
     movers = [_mover(motion, t_s, until_s) for t_s, until_s in zip(edges_s.tolist(), untils_s, strict=True)]
@@ -224,7 +227,10 @@ def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
 
 
 def _mover(motion: Motion, from_s: float, until_s: float, least_rad: float = MOVED_RAD) -> int:
-    """The joint that moved most between two times; 0: none did by more than so much."""
+    """Find the joint that moved most between two times.
+
+    The result counts from 1; 0 means that no joint moved significantly, by more than `least_rad`.
+    """
     before, after = at_rest(motion.t_s, from_s), at_rest(motion.t_s, until_s)
     if before is None or after is None:
         return 0

@@ -15,7 +15,7 @@ from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
 from tfsat_host.evaluation.micro_gravity import ALARM_STDS, AtRest, check_gravity
 from tfsat_host.evaluation.motion.gyro_signal import SHEET_DENSITY_RAD_S_RTHZ
-from tfsat_host.evaluation.rest import Hanging, angles_at_rest
+from tfsat_host.evaluation.rest import RestBeforeRelease, angles_at_rest
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
@@ -36,7 +36,7 @@ BEFORE_RELEASE_S = 0.02
 
 
 def rest_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
-    """Of one drop."""
+    """Check gravity, the downward direction and the gyros' biases at rest before the release."""
     if data.rest is None:
         why = "The robot never hung still before the release, or that was not recorded."
         yield from (kind.not_possible(why) for kind in (GRAVITY, DOWN, BIAS))
@@ -46,7 +46,7 @@ def rest_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     yield _bias(data, stated)
 
 
-def _gravity(rest: Hanging) -> Check:
+def _gravity(rest: RestBeforeRelease) -> Check:
     """Accelerometers are not calibrated: three of their standard deviations hold 50 mg, 80 mg along z, and 3 %."""
     found = [check_gravity(b + 1, one, None, None) for b, one in enumerate(rest.force) if one is not None]
     if not found:
@@ -61,7 +61,7 @@ def _gravity(rest: Hanging) -> Check:
     )
 
 
-def _down(rest: Hanging, model: RobotModel) -> Check:
+def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
     directions = _directions(rest, model)
     if len(directions) < 3:
         return DOWN.not_possible("Fewer than three accelerometers answered: none can be outvoted.")
@@ -88,8 +88,10 @@ def _down(rest: Hanging, model: RobotModel) -> Check:
     )
 
 
-def _directions(rest: Hanging, model: RobotModel) -> dict[int, tuple[FloatArray, float, FloatArray]]:
-    """By body: up in base axes, its standard deviation, and the body's rotation to base axes."""
+def _directions(
+    rest: RestBeforeRelease, model: RobotModel
+) -> dict[int, tuple[FloatArray, float, FloatArray]]:
+    """Compute by body: up in base axes, its standard deviation, and the body's rotation to base axes."""
     starts = [servo.start_rad for servo in model.servos]
     angles = np.where(np.isfinite(rest.angles_rad), rest.angles_rad, starts)
     rotation, _ = poses(Multibody.of(model), angles)
@@ -101,14 +103,14 @@ def _directions(rest: Hanging, model: RobotModel) -> dict[int, tuple[FloatArray,
 
 
 def across_std(one: AtRest) -> float:
-    """Of a direction, by the errors square to it, rad."""
+    """Compute the standard deviation of a direction from the errors perpendicular to it, rad."""
     norm = float(np.linalg.norm(one.mean_g))
     along = (one.mean_g / norm) ** 2
     return float(np.sqrt(((1.0 - along) * one.std_g**2).sum())) / norm
 
 
 def _axis(vector: FloatArray) -> str:
-    """The axis that is nearest."""
+    """Return the signed name of the axis nearest to a vector, such as `+x`."""
     axis = int(np.abs(vector).argmax())
     return f"{'-' if vector[axis] < 0 else '+'}{'xyz'[axis]}"
 
@@ -132,7 +134,10 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
 
 
 def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
-    """Of the gyros, before the release: what a check may miss follows from their noise, so noise is checked itself."""
+    """Check the gyros' noise before the release.
+
+    The smallest fault that the other checks can detect depends on this noise, so it is checked itself.
+    """
     ratio = densities_rad_s_rthz / SHEET_DENSITY_RAD_S_RTHZ
     body = int(ratio.argmax())
     value = float(np.rad2deg(densities_rad_s_rthz[body]))
@@ -147,12 +152,14 @@ def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
 
 
 def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) -> Check:
-    """The joints by the medians of the last half second before the release: every maneuver begins at the start pose.
+    """Check that the joints stood at the start pose, where every maneuver begins.
+
+    The angles are medians over the last half second before the release.
 
     Args:
         log: The recording.
-        calibration: That it is evaluated with. A joint without a zero point of its own tells nothing here: it is taken
-            to have hung where its servo starts.
+        calibration: The one used for evaluation. A joint without a zero point of its own says nothing here: it
+            is assumed to have hung where its servo starts.
         model: Joints, sensors, and the servos' starts.
     """
     rows = (log.t_s >= -LOOKED_AT_S) & (log.t_s < -BEFORE_RELEASE_S)

@@ -55,7 +55,7 @@ def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]
 
 
 def stated_check(motion: Motion, calibration: Calibration) -> Check:
-    """What the fusion corrects gyros and angle sensors by, against what their certificate states."""
+    """Check the fusion's corrections of gyros and angle sensors against what their certificate states."""
     if not measured(calibration):
         return AS_STATED.not_possible(LITTLE_STATED)
     # The many errors that are as stated must not hide the few that are not.
@@ -66,7 +66,10 @@ def stated_check(motion: Motion, calibration: Calibration) -> Check:
 
 
 def axes_check(motion: Motion, calibration: Calibration) -> Check:
-    """What it corrects the joints' axes by, against the robot file: sensors tell them, and none of them is wrong."""
+    """Check the fusion's corrections of the joints' axes against what the robot file states.
+
+    The sensors measure these axes, and a failure here is no fault of a sensor.
+    """
     if not measured(calibration):
         return AXES.not_possible(LITTLE_STATED)
     value, limit = _by_stated(motion.solved.stated[2])
@@ -78,9 +81,10 @@ def axes_check(motion: Motion, calibration: Calibration) -> Check:
 
 
 def weight_check(motion: Motion, data: Consistency) -> Check:
-    """By what the gyros' biases in the fall differ from what they showed hanging, when they felt their weight.
+    """Check the change of the gyros' biases from hanging under their weight to falling.
 
-    What feels forces more than its data sheet says shows rates in each stroke, too, that no bias takes off.
+    A gyro more g-sensitive than its data sheet states also shows false rates in each stroke, which no bias
+    removes.
     """
     if motion.contradicted or not np.isfinite(data.rest_rad_s).all():
         return WEIGHT.not_possible("The gyros' biases are not known both hanging and in the fall.")
@@ -104,7 +108,7 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
 
 
 def measured(calibration: Calibration) -> bool:
-    """All that is stated of sensors, and not only what their data sheets do."""
+    """Return whether all sensors have measured errors, not only those of their data sheets."""
     return _zeros_calibrated(calibration) and all(gyro.axes for gyro in calibration.gyros)
 
 
@@ -116,7 +120,7 @@ def _by_stated(squares: Squares) -> tuple[float, float]:
 
 
 def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
-    """The two angle sensors of a joint."""
+    """Check the two angle sensors of each joint against each other."""
     for joint in range(data.joints):
         kind = Kind(f"angle sensors of joint {joint + 1}", "deg", _ANGLES)
         first, second = (np.flatnonzero(data.rows(data.along(joint, k))) for k in range(2))
@@ -139,7 +143,7 @@ def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
 def sensed_checks(
     data: Consistency, stated: StatedErrors, joints: tuple[JointMotion, ...]
 ) -> Iterator[Check]:
-    """The angle sensors of a joint, and what its gyros have turned."""
+    """Check the angle sensors of each joint against the rotation that its gyros measured."""
     for joint, motion in enumerate(joints):
         kind = Kind(f"angle sensors and gyros of joint {joint + 1}", STATED, _ANGLES)
         chi_square, count = stated.chi_square_of(
@@ -160,7 +164,7 @@ def sensed_checks(
 
 
 def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
-    """How far a joint turned by its gyros over how far by its angle sensors."""
+    """Check the ratio of each joint's rotation by its gyros to that by its angle sensors."""
     turned = np.sum([data.rate_part(b, rates, data.rotations) for b, rates in enumerate(data.rates)], axis=0)
     for joint in range(data.joints):
         kind = Kind(f"gyro scale at joint {joint + 1}", "%", _RATES)
@@ -199,7 +203,7 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
 
 
 def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) -> Check:
-    """The base's attitude at the end by its own gyro against each of the others, carried through the joints."""
+    """Check the base's final attitude by its own gyro against each other gyro, carried through the joints."""
     if not _zeros_calibrated(calibration):
         why = "Without calibrated zero points of all joints no attitude can be carried from body to body."
         return ATTITUDES.not_possible(why)
@@ -224,7 +228,10 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
 def _apart(
     motion: Motion, of_base: int, of_other: int, start: FloatArray, end: FloatArray, bent: float
 ) -> tuple[float, float, float]:
-    """How far the base's attitude by another gyro is off: in its deviations, in rad, and a deviation of an axis."""
+    """Compare the base's attitude by its own gyro with that by another.
+
+    The result is the difference in standard deviations and in rad, and the standard deviation of an axis.
+    """
     base, other = motion.bodies[of_base], motion.bodies[of_other]
     by = Rotation.from_matrix(start @ other.attitude[-1].as_matrix() @ end.T)
     apart = (by * base.attitude[-1].inv()).as_rotvec()

@@ -36,7 +36,7 @@ CLOCK = "Look at the late samples: tfsat-host decode; check the logger: tfsat-ho
 
 
 def stated_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """All that files state is off by more than they say, from the beginning to the end. Quick to try."""
+    """Yield faults in which a stated quantity is off by more than its file says throughout; quick to try."""
     if whole.model is not None:
         yield from _robot_files(whole)
     yield from _leaning_axes(whole)
@@ -47,7 +47,7 @@ def stated_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
 
 
 def passing_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """What happens at one time, which is to be found."""
+    """Yield faults that happen at one time, which is to be found."""
     yield from _bias_steps(whole)
     yield from _slipped_sensors(whole)
     yield from _cut_off(whole)
@@ -138,7 +138,7 @@ def listed(numbers: FloatArray) -> str:
 
 
 def _heavy_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """All gyros lose another bias with their weight than their data sheet lets them."""
+    """Yield the fault that all gyros' biases change more with their weight than the data sheet states."""
     biases = whole.by_gyros.in_fall[:, :, :3].reshape(whole.size, -1)
 
     def words(numbers: FloatArray) -> str:
@@ -161,7 +161,10 @@ def _late_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
 
 
 def late(name: str, column: FloatArray) -> Hypothesis:
-    """By one number; its column (size, 1) is that of a second."""
+    """Build the hypothesis of a delay, one number.
+
+    Its `column` (size, 1) is the effect of a delay of one second.
+    """
 
     def words(numbers: FloatArray) -> str:
         ms = 1e3 * _LATE_S * float(numbers[0])
@@ -171,7 +174,7 @@ def late(name: str, column: FloatArray) -> Hypothesis:
 
 
 def _bad_certificates(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """All that the certificate states of gyros and angle sensors is off by more."""
+    """Yield the fault that gyros and angle sensors are off by more than their certificate states."""
     gyros = whole.data.calibration.gyros
     parts = [whole.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
     columns = WORSE * np.concatenate([*parts, whole.stacked(whole.stated.by_sensors)], axis=1)
@@ -212,7 +215,7 @@ def _step(gyro: str, at_s: float, columns: FloatArray) -> Hypothesis:
 
 
 def _slipped_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """Its joint's angle is then what the other sensor shows."""
+    """Yield angle sensors that slip at some time; from then on only the joint's other sensor is right."""
     data = whole.data
     for joint, sensor in np.ndindex(data.joints, 2):
         rows = data.along(joint, sensor)
@@ -242,7 +245,7 @@ def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothes
 
 
 def _cut_off(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """A gyro that shows no rate beyond some limit, though no count is at its end."""
+    """Yield gyros that saturate at some limit although no count is at full scale."""
     data = whole.data
     for body, gyro in enumerate(data.calibration.gyros):
         # With the low-pass in them: taking it off makes corners overshoot.
@@ -277,7 +280,7 @@ def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
 
 
 def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
-    """From outside, which changes the momentum."""
+    """Yield pushes from outside, which change the momentum."""
     assert whole.model is not None
     by_momentum, t_s = whole.model.by_momentum, whole.model.t_s
     for at in range(1, len(t_s) - 1):
@@ -297,5 +300,5 @@ def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
 
 
 def fixed(cause: str) -> Words:
-    """A cause whose numbers say nothing."""
+    """Build the words of a cause that does not depend on the fault's numbers."""
     return lambda _: cause

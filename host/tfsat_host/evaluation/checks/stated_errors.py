@@ -123,7 +123,7 @@ def stated_errors(data: Consistency) -> StatedErrors:
 
 
 def axis_std_rad(data: Consistency) -> float:
-    """Of each tilt of a joint's axis, as the robot file has it."""
+    """Return the standard deviation of each tilt of a joint's axis, as the robot file states it."""
     return (data.model.uncertainty or ASSUMED).joint_axis_rad
 
 

@@ -19,7 +19,7 @@ from scipy.optimize import lsq_linear
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
-from tfsat_host.evaluation.com_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
+from tfsat_host.evaluation.com_fit.momentum import Derivatives, FallSamples, derivatives, inertial_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.samples import Blocks
 
@@ -58,7 +58,7 @@ class ModelFit:
     offsets: Offsets
     values: FloatArray
     covariance: FloatArray
-    flown: Flown
+    flown: FallSamples
     equations: OffsetEquations
     momentum_kg_m2_s: FloatArray
     errors: FloatArray
@@ -109,7 +109,7 @@ class ModelFit:
         return tuple(name for name, at in zip(self.offsets.names, self.at_bound, strict=True) if at)
 
 
-def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) -> ModelFit:
+def fit_model(offsets: Offsets, flown: FallSamples, before: ModelFit | None = None) -> ModelFit:
     """Fits the offsets to one drop; from where another fit of the same drop ended, if there is one."""
     if before is None:
         momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
@@ -128,9 +128,9 @@ def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) ->
 
 
 def widened(fit: ModelFit, misfit: float) -> ModelFit:
-    """The fit of the same drop with the data's deviations so many times as large.
+    """Refit the same drop with the data's standard deviations scaled by `misfit`.
 
-    What was known before the drop stays as it was, so that it weighs more, and the values move towards it.
+    The prior stays as it was, so that it weighs more, and the values move towards it.
     """
     widening = fit.widening * misfit**2
     place = _converge(fit.offsets, fit.flown, Place.of(fit), widening)
@@ -160,7 +160,7 @@ class OffsetEquations(NamedTuple):
         return Place(values, self.momentum_unit * own[:3], own[3:], 0, converged=False)
 
 
-def linearize(offsets: Offsets, flown: Flown, place: Place, widening: float) -> OffsetEquations:
+def linearize(offsets: Offsets, flown: FallSamples, place: Place, widening: float) -> OffsetEquations:
     """Return a drop's equations by derivatives at a place that need not be its own fit's."""
     return _System.of(offsets, place, flown).equations(place, widening)
 
@@ -176,18 +176,18 @@ class Place(NamedTuple):
 
     @classmethod
     def of(cls, fit: ModelFit) -> Place:
-        """Where a fit ended."""
+        """Return the place where a fit ended."""
         return cls(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
 
 
 def _converge(
-    offsets: Offsets, flown: Flown, place: Place, widening: float, system: _System | None = None
+    offsets: Offsets, flown: FallSamples, place: Place, widening: float, system: _System | None = None
 ) -> Place:
-    """From a place, and its system if that is there already, to where no step leads on.
+    """Iterate from a place, with its system if that is already known, until the steps vanish.
 
-    Where offsets stop at their bounds, whole steps may lead in circles between places of which each points to the
-    other. The steps are then halved until they do not. Where halved steps point on as far as whole ones, the data
-    contradict the model and its stated deviations: it ends there, not converged.
+    Where offsets stop at their bounds, full steps may oscillate between places that point to each other. The
+    steps are then halved until they do not. Where halved steps remain as long as full ones, the data contradict
+    the model and its stated standard deviations: the iteration ends there, not converged.
     """
     p = len(offsets)
     share, before = 1.0, np.inf
@@ -212,9 +212,9 @@ def _converge(
 
 
 def _fit(
-    offsets: Offsets, flown: Flown, system: _System, place: Place, excess: float, widening: float
+    offsets: Offsets, flown: FallSamples, system: _System, place: Place, excess: float, widening: float
 ) -> ModelFit:
-    """The fit at a place."""
+    """Build the fit at a place."""
     p = len(offsets)
     data = system.normal / widening
     scale = np.ones(len(data))
@@ -248,7 +248,7 @@ class _System(NamedTuple):
     found: Derivatives
 
     @classmethod
-    def of(cls, offsets: Offsets, place: Place, flown: Flown) -> _System:
+    def of(cls, offsets: Offsets, place: Place, flown: FallSamples) -> _System:
         flown = flown.corrected(place.errors)
         found = derivatives(offsets, place.values, flown, place.momentum)
         inertia = locked_inertia(offsets.body, flown.angles_rad[:1])
@@ -285,7 +285,7 @@ class _System(NamedTuple):
         )
 
     def solved(self, offsets: Offsets, place: Place, widening: float) -> FloatArray:
-        """What to add to offsets, momentum and errors."""
+        """Solve for the step of offsets, momentum and errors, within the offsets' bounds."""
         p = len(offsets)
         right = self.design.T @ self.target / widening
         right[:p] -= place.values / offsets.prior_std**2

@@ -32,7 +32,7 @@ from scipy.special import chdtrc, chdtri
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.joint_fit import JointFit, fit_jointly
-from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, FallSamples, averaged_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
@@ -55,14 +55,14 @@ class FittedDrop:
     """
 
     name: str
-    flown: Flown
+    flown: FallSamples
     fit: ModelFit
     attitude_error: Callable[[FloatArray], float]
     against: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
-class Combined:
+class CombinedOffsets:
     """Offsets of several drops together.
 
     Attributes:
@@ -127,7 +127,7 @@ class LeftOut:
     """
 
     name: str
-    others: Combined
+    others: CombinedOffsets
     error_before: float
     error_after: float
     error_own: float
@@ -141,8 +141,8 @@ class LeftOut:
         return self.error_after < self.error_before
 
 
-def combine(fits: Sequence[ModelFit]) -> Combined:
-    """The offsets of one or more drops, within their bounds, and whether the drops agree.
+def combine(fits: Sequence[ModelFit]) -> CombinedOffsets:
+    """Combine the offsets of one or more drops, within their bounds, and test whether the drops agree.
 
     Raises:
         ValueError: there is none, or the fits are not of the same offsets.
@@ -155,7 +155,7 @@ def combine(fits: Sequence[ModelFit]) -> Combined:
     joint = fit_jointly(fits)
     chi_square, freedom = _disagreement(joint, offsets.prior_std)
     covariance = joint.covariance * _birge_ratio(chi_square, freedom) ** 2
-    return Combined(joint.values, covariance, chi_square, freedom)
+    return CombinedOffsets(joint.values, covariance, chi_square, freedom)
 
 
 def _disagreement(joint: JointFit, prior_std: FloatArray) -> tuple[float, float]:
@@ -183,19 +183,19 @@ def _chance(chi_square: float, freedom: float) -> float:
 
 
 def _birge_ratio(chi_square: float, freedom: float) -> float:
-    """At least 1, and 1 where chance may have made the disagreement."""
+    """Compute the Birge ratio: at least 1, and 1 if chance may explain the disagreement."""
     if _chance(chi_square, freedom) >= CHANCE_LEAST:
         return 1.0
     return float(np.sqrt(max(chi_square / freedom, 1.0)))
 
 
 def trusted(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
-    """Those that nothing stands against."""
+    """Return the drops that nothing speaks against."""
     return tuple(drop for drop in drops if not drop.against)
 
 
 def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
-    """A sentence for each drop whose offsets are in no combination."""
+    """Format a sentence for each drop whose offsets are in no combination."""
     return tuple(
         f"The offsets of {drop.name} are in no combination: {' '.join(drop.against)}"
         for drop in drops
@@ -243,7 +243,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
     return tuple(found)
 
 
-def _off(fit: ModelFit, others: Combined) -> float:
+def _off(fit: ModelFit, others: CombinedOffsets) -> float:
     p = len(fit.offsets)
     difference = fit.values - others.values
     covariance = fit.covariance[:p, :p] + others.covariance

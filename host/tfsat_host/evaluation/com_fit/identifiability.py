@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import across
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum import Flown
+from tfsat_host.evaluation.com_fit.momentum import FallSamples
 
 DETERMINED_SHARE = 0.5
 """A direction is determined if the fit leaves less than this share of what the prior allowed."""
@@ -96,7 +96,7 @@ class Identifiability:
         return tuple(direction for direction in self.directions if not direction.determined)
 
     def sentences(self) -> tuple[str, ...]:
-        """For a person who has to decide what to believe."""
+        """Format sentences for a person who has to decide which offsets to believe."""
         weakest, p = self.directions[0], len(self.directions)
         found = [
             f"The data tell {p - len(self.undetermined)} of {p} directions of the offsets; condition number "
@@ -115,7 +115,7 @@ class Identifiability:
 
 
 def identifiability(fit: ModelFit) -> Identifiability:
-    """Of the offsets that a fit sought, by the data and the covariance at its end."""
+    """Compute the identifiability of a fit's sought offsets from the data and the final covariance."""
     offsets, s = fit.offsets.alone, fit.offsets.sought
     information, covariance = fit.sought_information, fit.covariance[:s, :s]
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
@@ -180,7 +180,7 @@ class Coupling:
     determined: Combination | None
 
     def sentence(self) -> str:
-        """In words."""
+        """Format the coupling as a sentence."""
         if self.determined is not None:
             return (
                 f"{self.determined.name}: {self.determined.value:+.2f} ± {self.determined.std:.2g} {self.unit}, where "
@@ -213,7 +213,7 @@ class _Numbers:
         return np.flatnonzero(np.isin(self.groups, groups))
 
     def std_if_known(self, wanted: NDArray[np.intp], known: NDArray[np.intp]) -> FloatArray:
-        """Of the wanted, if the others were given."""
+        """Compute the standard deviations of the wanted numbers, given the known ones."""
         own = self.covariance[np.ix_(wanted, wanted)]
         if not len(known):
             return np.sqrt(np.diag(own))
@@ -225,8 +225,8 @@ class _Numbers:
         return np.sqrt(np.maximum(np.diag(left), 0.0))
 
 
-def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
-    """Of each offset that a fit sought, in the fit's order.
+def couplings(fit: ModelFit, flown: FallSamples) -> tuple[Coupling, ...]:
+    """Compute the coupling of each offset that a fit sought, in the fit's order.
 
     Args:
         fit: Of one drop.
@@ -262,7 +262,10 @@ def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
 
 
 def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
-    """An offset less the hinge points that it moves with one to one."""
+    """Build the combination of an offset less the hinge points that move with it one to one.
+
+    None if the combination is known no better than the offset alone.
+    """
     points = np.flatnonzero([kind == "point" for kind in fit.offsets.kinds])
     if not len(points):
         return None
@@ -280,8 +283,8 @@ def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
     return Combination(names[index] + "".join(parts), float(factors @ fit.values), std)
 
 
-def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
-    """The sensors' errors turned back from independent ones into their own units."""
+def _numbers(fit: ModelFit, flown: FallSamples) -> _Numbers:
+    """Build the fit's numbers, the sensors' errors transformed from independent ones to their own units."""
     offsets = fit.offsets
     first = len(offsets) + 3
     back = np.eye(len(fit.covariance))

@@ -38,18 +38,18 @@ from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics.momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import Offsets
-from tfsat_host.evaluation.com_fit.slopes import Moving, momentum_slopes
+from tfsat_host.evaluation.com_fit.slopes import MovingBodies, momentum_slopes
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.evaluation.motion.gyro_signal import smoothed
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of
-from tfsat_host.evaluation.motion.sensor_fusion import Solved
+from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution
 
 _ANGLE_STEP_RAD = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class FallSamples:
     """What the model is driven by and compared with, at m samples of the fall.
 
     Attributes:
@@ -85,8 +85,11 @@ class Flown:
     missed: FloatArray
     own: OwnGyros
 
-    def corrected(self, errors: FloatArray) -> Flown:
-        """With the sensors' errors (r,) taken off to first order; what each body's own gyro shows stays as it is."""
+    def corrected(self, errors: FloatArray) -> FallSamples:
+        """Return the drop with the sensors' errors (r,) removed to first order.
+
+        The readings of each body's own gyro stay as they are.
+        """
         off = errors - self.taken
         rates = self.rate_errors @ off
         base = self.base_rate_rad_s + rates[:, :3]
@@ -101,7 +104,7 @@ class Flown:
         )
 
     def turned_by(self, errors: FloatArray) -> float:
-        """By how much a joint angle would be off at most, were the errors (r,), rad."""
+        """Return the greatest error of a joint angle that the errors (r,) would cause, rad."""
         return float(np.abs(self.angle_errors @ (errors - self.taken)).max())
 
 
@@ -123,7 +126,7 @@ class OwnGyros:
     noise: FloatArray
 
 
-def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
+def flown_of(motion: Motion, taken: FloatArray | None = None) -> FallSamples:
     """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
     root = root_of(motion.solved.jacobians.covariance)
     if taken is None:
@@ -138,7 +141,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
     left = np.where(silent[fall], 0.0, jacobians.gyros[fall] - jacobians.bodies[fall])
     seen = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
     alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - seen)
-    return Flown(
+    return FallSamples(
         t,
         solved.angles_rad[fall],
         fused.joint_rate_rad_s[fall],
@@ -166,7 +169,7 @@ def _by_unit_errors(by_errors: FloatArray, root: FloatArray) -> FloatArray:
     return np.asarray((by_errors.reshape(-1, len(root)) @ root).reshape(by_errors.shape))
 
 
-def _corrected_gyro_rates(motion: Motion, solved: Solved) -> FloatArray:
+def _corrected_gyro_rates(motion: Motion, solved: FusionSolution) -> FloatArray:
     """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
     rates = solved.fused.body_rates()
     late = [solved.lag.applied(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
@@ -174,18 +177,18 @@ def _corrected_gyro_rates(motion: Motion, solved: Solved) -> FloatArray:
     return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
 
 
-def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
+def momentum_of(body: Multibody, flown: FallSamples) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
     robot = body.tilted(flown.tilt_rad)
     return angular_momentum(robot, flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s)
 
 
-def _momentum(inertia: FloatArray, joints: FloatArray, flown: Flown) -> FloatArray:
+def _momentum(inertia: FloatArray, joints: FloatArray, flown: FallSamples) -> FloatArray:
     of_base = np.einsum("...nij,nj->...ni", inertia, flown.base_rate_rad_s)
     return np.asarray(of_base + np.einsum("...nij,nj->...ni", joints, flown.joint_rate_rad_s))
 
 
-def inertial_momentum(body: Multibody, flown: Flown) -> FloatArray:
+def inertial_momentum(body: Multibody, flown: FallSamples) -> FloatArray:
     """(..., m, 3) the same in inertial axes: constant, were model and measurement exact."""
     return np.asarray(np.einsum("nij,...nj->...ni", flown.attitude, momentum_of(body, flown)))
 
@@ -209,17 +212,19 @@ class Derivatives:
     residual_rad_s: FloatArray
 
 
-def residual_rate(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
+def residual_rate(body: Multibody, flown: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
     inertia, joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     return np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0])
 
 
-def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: FloatArray) -> Derivatives:
-    """At offsets `vector` (p,) and momentum (3,), inertial axes.
+def derivatives(
+    offsets: Offsets, vector: FloatArray, flown: FallSamples, momentum: FloatArray
+) -> Derivatives:
+    """Compute the derivatives at offsets `vector` (p,) and momentum (3,), inertial axes.
 
-    They are taken at smoothed rates, of the base those that the model predicts: see `smoothed`.
+    They are taken at smoothed rates, for the base those that the model predicts: see `smoothed`.
     """
     body = offsets.corrected(vector)
     inertia, of_joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
@@ -231,7 +236,7 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
         base_rate_rad_s=smoothed(flown.base_rate_rad_s - rate),
         joint_rate_rad_s=smoothed(flown.joint_rate_rad_s),
     )
-    moving = Moving.of(
+    moving = MovingBodies.of(
         body.tilted(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
     )
     joints = inverse @ of_joints
@@ -252,14 +257,14 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     )
 
 
-def _momentum_by_angles(body: Multibody, flown: Flown) -> FloatArray:
+def _momentum_by_angles(body: Multibody, flown: FallSamples) -> FloatArray:
     """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
     steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
     high, low = (momentum_of(body, replace(flown, angles_rad=flown.angles_rad + s)) for s in (steps, -steps))
     return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
 
 
-def _momentum_by_tilts(body: Multibody, flown: Flown) -> FloatArray:
+def _momentum_by_tilts(body: Multibody, flown: FallSamples) -> FloatArray:
     """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
     steps = _ANGLE_STEP_RAD * np.eye(flown.tilt_rad.size).reshape(-1, 1, *flown.tilt_rad.shape)
     high, low = (momentum_of(body, replace(flown, tilt_rad=flown.tilt_rad + s)) for s in (steps, -steps))
@@ -277,7 +282,7 @@ _MIN_SHARE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
-class Averaged:
+class MovingAverage:
     """A moving average.
 
     Attributes:
@@ -309,7 +314,7 @@ class Averaged:
 
 
 def cutoff_hz(size: int, rate_hz: float) -> float:
-    """Of the average over `size` samples; infinite for one.
+    """Compute the cutoff frequency of the moving average over `size` samples; infinite for one.
 
     Raises:
         ValueError: `size` is below one.
@@ -319,7 +324,7 @@ def cutoff_hz(size: int, rate_hz: float) -> float:
     return float("inf") if size == 1 else _HALF_POWER * rate_hz / float(np.sqrt(size**2 - 1.0))
 
 
-def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> Averaged:
+def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> MovingAverage:
     """Averages around every sample that has a whole window.
 
     Args:
@@ -345,11 +350,11 @@ def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) 
         [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
     )
     means = (_between(edges, sums, high[kept]) - _between(edges, sums, low[kept])) / width
-    return Averaged(t_s[kept], means, size, width)
+    return MovingAverage(t_s[kept], means, size, width)
 
 
-def averaged_momentum(body: Multibody, flown: Flown, size: int = PAPER_SIZE) -> Averaged:
-    """Of the momentum that a model (or a batch of models) makes of a drop: kg m^2/s, inertial axes."""
+def averaged_momentum(body: Multibody, flown: FallSamples, size: int = PAPER_SIZE) -> MovingAverage:
+    """Compute the moving average of the momentum by a model or a batch of models: kg m^2/s, inertial axes."""
     return moving_average(flown.t_s, inertial_momentum(body, flown), size)
 
 

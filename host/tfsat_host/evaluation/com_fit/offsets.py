@@ -107,11 +107,14 @@ class Offsets:
         return replace(self, parameters=self.parameters[: self.sought])
 
     def applied(self, vectors: FloatArray) -> Multibody:
-        """One robot for each of the vectors (..., p), in units; the batch axes lead, with one more for samples."""
+        """Build one robot for each of the vectors (..., p), in units.
+
+        The batch axes lead, with one more for samples.
+        """
         return self._with(vectors, sampled=True)
 
     def corrected(self, vector: FloatArray) -> Multibody:
-        """The robot with one vector (p,) of offsets."""
+        """Build the robot corrected by one vector (p,) of offsets."""
         return self._with(vector, sampled=False)
 
     def inertia_slope(self, one: Parameter, vector: FloatArray) -> FloatArray:
@@ -178,9 +181,10 @@ def _inertia(moments: FloatArray) -> FloatArray:
 
 
 def model_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
-    """The nine offsets of the paper, and the nuisance parameters of which the robot file states an uncertainty.
+    """Build the paper's nine offsets and the nuisance parameters whose uncertainty the robot file states.
 
-    A figure of 0 takes the parameters for exact; a file that states none is taken to be as uncertain as `ASSUMED`.
+    A stated uncertainty of 0 takes the parameters for exact; a file that states none is taken to be as
+    uncertain as `ASSUMED`.
     """
     sought = _centers(model, bound_m)
     return Offsets(
@@ -189,13 +193,16 @@ def model_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
 
 
 def com_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
-    """The nine offsets of the paper alone, all else taken for exact."""
+    """Build the paper's nine offsets alone, all else taken for exact."""
     sought = _centers(model, bound_m)
     return Offsets(sought, Multibody.of(model), len(sought))
 
 
 def _centers(model: RobotModel, bound_m: float) -> tuple[Parameter, ...]:
-    """As wide as an even spread over the bounds, they decide nothing that the data can tell."""
+    """Build the centers of mass as parameters with priors as wide as a uniform spread over the bounds.
+
+    Priors so wide decide nothing that the data determine.
+    """
     bound_mm = 1e3 * bound_m
     return tuple(
         one._replace(bound=bound_mm)

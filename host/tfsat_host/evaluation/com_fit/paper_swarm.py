@@ -20,7 +20,7 @@ from scipy.optimize import minimize as descend
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, FallSamples, averaged_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.plan.swarm import SwarmSettings, minimize
 
@@ -87,7 +87,7 @@ class SwarmFit:
         return bool(self.objective <= (1.0 + ARRIVED_SHARE) * known)
 
     def sentences(self) -> tuple[str, ...]:
-        """For a person: how it was searched, and what to believe of it."""
+        """Format for a person how the swarms searched and whether to believe the result."""
         found = [
             f"{len(self.each)} swarm{'' if len(self.each) == 1 else 's'} of {self.particles} particles, "
             f"{self.iterations} iterations each."
@@ -133,8 +133,8 @@ def powers(vectors: FloatArray) -> FloatArray:
     )
 
 
-def momentum_polynomial(offsets: Offsets, flown: Flown, size: int = PAPER_SIZE) -> MomentumPolynomial:
-    """From as many robots as the polynomial has coefficients.
+def momentum_polynomial(offsets: Offsets, flown: FallSamples, size: int = PAPER_SIZE) -> MomentumPolynomial:
+    """Fit the momentum polynomial to as many robots as it has coefficients.
 
     Args:
         offsets: Of centers of mass alone.
@@ -154,16 +154,16 @@ def momentum_polynomial(offsets: Offsets, flown: Flown, size: int = PAPER_SIZE) 
 
 def swarm_fit(
     fit: ModelFit,
-    flown: Flown,
+    flown: FallSamples,
     *,
     size: int = PAPER_SIZE,
     settings: SwarmSettings | None = None,
     seeds: Sequence[int] = SEEDS,
 ) -> SwarmFit:
-    """The paper's search over the offsets that Gauss and Newton found.
+    """Search with the paper's particle swarm over the offsets of the Gauss-Newton fit.
 
     Args:
-        fit: With what it left uncertain; the paper took all but the centers of mass for exact.
+        fit: With all that it held uncertain; the paper took all but the centers of mass for exact.
         flown: The same drop.
         size: N of the moving average.
         settings: Of the swarm; the paper's by default.

@@ -21,7 +21,7 @@ from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widened
 from tfsat_host.evaluation.com_fit.momentum import (
     Derivatives,
-    Flown,
+    FallSamples,
     derivatives,
     flown_of,
     inertial_momentum,
@@ -47,12 +47,12 @@ class Prediction:
     attitude: FloatArray
 
 
-def initial_momentum(body: Multibody, flown: Flown, quiet: BoolArray) -> FloatArray:
+def initial_momentum(body: Multibody, flown: FallSamples, quiet: BoolArray) -> FloatArray:
     """(3,) mean over the quiet samples before the first stroke, inertial axes."""
     return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
 
 
-def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction:
+def predicted(body: Multibody, flown: FallSamples, momentum: FloatArray) -> Prediction:
     """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
 
     Args:
@@ -130,7 +130,12 @@ class AttitudeError:
 
 
 def attitude_error(
-    prediction: Prediction, flown: Flown, rotation: FloatArray, body: int, lag: Lag, covariance: FloatArray
+    prediction: Prediction,
+    flown: FallSamples,
+    rotation: FloatArray,
+    body: int,
+    lag: Lag,
+    covariance: FloatArray,
 ) -> AttitudeError:
     """Compares one body.
 
@@ -155,7 +160,7 @@ def attitude_error(
 
 
 def difference_covariance(
-    flown: Flown,
+    flown: FallSamples,
     rotation: FloatArray,
     body: int,
     found: Derivatives,
@@ -259,7 +264,7 @@ class Sides:
 
 
 @dataclass(frozen=True, eq=False)
-class Driven:
+class ModelInput:
     """What any model of the robot is driven by and compared with.
 
     Attributes:
@@ -270,20 +275,20 @@ class Driven:
         offsets: What may be corrected, and of which model.
     """
 
-    flown: Flown
+    flown: FallSamples
     rotation: FloatArray
     quiet: BoolArray
     lag: Lag
     offsets: Offsets
 
     def with_offsets(self, values: FloatArray) -> Sides:
-        """The model with given offsets (p,), such as none, or those of other drops."""
+        """Compare the measurement with the model at given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
         found = derivatives(self.offsets, values, self.flown, momentum)
         return self._compare_sides(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
 
     def with_fit(self, fit: ModelFit) -> Sides:
-        """The model with offsets that were fitted to this very drop."""
+        """Compare the measurement with the model at offsets that were fitted to this very drop."""
         p = len(self.offsets)
         kept = np.r_[0:p, p + 3 : len(fit.covariance)]
         return self._compare_sides(
@@ -315,7 +320,7 @@ class ModelComparison:
             uncertainty is not widened by what even it misses.
     """
 
-    driven: Driven
+    driven: ModelInput
     fit: ModelFit
     before: Sides
     after: Sides
@@ -380,11 +385,11 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         first_stroke_s: Until then nothing but the release has moved the robot.
     """
 
-    def driven_by(flown: Flown, lag: Lag) -> Driven:
+    def driven_by(flown: FallSamples, lag: Lag) -> ModelInput:
         rotation, _ = poses(offsets.body.tilted(flown.tilt_rad), flown.angles_rad)
-        return Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
+        return ModelInput(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
 
-    def sensed_by(fit: ModelFit) -> tuple[Driven, Sides, float]:
+    def sensed_by(fit: ModelFit) -> tuple[ModelInput, Sides, float]:
         """Sensors without the errors that a fit found; the model it found against them, in expected distances."""
         sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
         after = sensed.with_fit(fit)

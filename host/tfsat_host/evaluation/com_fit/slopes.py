@@ -24,7 +24,7 @@ from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.com_fit.offsets import Kind, Offsets, Parameter
 
 
-class Moving(NamedTuple):
+class MovingBodies(NamedTuple):
     """The bodies of a robot at m samples, base axes.
 
     Attributes:
@@ -48,8 +48,11 @@ class Moving(NamedTuple):
         angles_rad: FloatArray,
         base_rate_rad_s: FloatArray,
         joint_rate_rad_s: FloatArray,
-    ) -> Moving:
-        """From joint angles (m, n - 1), the base's rate (m, 3) and joint rates (m, n - 1)."""
+    ) -> MovingBodies:
+        """Compute the bodies' motion from the joint angles and the rates of base and joints.
+
+        Joint angles are (m, n - 1), the base's rate (m, 3) and joint rates (m, n - 1).
+        """
         rotation, translation = poses(body, angles_rad)
         place = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
         rate = np.repeat(base_rate_rad_s[:, None], body.n_bodies, axis=1)
@@ -83,7 +86,7 @@ class Moving(NamedTuple):
         return np.asarray(self.mass_kg[body] * across @ self.rotation[:, of])
 
 
-def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: Moving) -> FloatArray:
+def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: MovingBodies) -> FloatArray:
     """(m, 3, p) of the momentum, base axes, in the offsets' units.
 
     Args:
@@ -100,7 +103,7 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: Moving) -> Flo
 
 
 def _by_what(parameters: Sequence[Parameter]) -> dict[tuple[Kind, int], list[int]]:
-    """The columns of the parameters of each body or joint, by kind."""
+    """Group the parameters' columns by kind and by body or joint."""
     columns: dict[tuple[Kind, int], list[int]] = {}
     for column, one in enumerate(parameters):
         columns.setdefault((one.kind, one.of), []).append(column)
@@ -108,7 +111,12 @@ def _by_what(parameters: Sequence[Parameter]) -> dict[tuple[Kind, int], list[int
 
 
 def _slopes(
-    kind: Kind, of: int, parameters: Sequence[Parameter], offsets: Offsets, vector: FloatArray, moving: Moving
+    kind: Kind,
+    of: int,
+    parameters: Sequence[Parameter],
+    offsets: Offsets,
+    vector: FloatArray,
+    moving: MovingBodies,
 ) -> FloatArray:
     """(m, 3, k) in SI, of k parameters of one kind and one body or joint."""
     if kind == "mass":

@@ -75,7 +75,7 @@ class BodyMotion:
         return np.asarray(by @ self.error_covariance @ by.T + self.noise_covariance[index])
 
     def reorientation_rad(self, index: int = -1) -> tuple[float, float]:
-        """How far it has turned since the release, and the standard deviation of that."""
+        """Compute the angle turned since the release and its standard deviation."""
         turn = self.attitude[index].as_rotvec()
         angle = float(np.linalg.norm(turn))
         # Without a turn the axis is undefined: the worst one counts.
@@ -127,7 +127,10 @@ def body_motion(t_s: FloatArray, rates: Rates, error_covariance: FloatArray, rat
 
 
 def _since_release(t_s: float, rate_rad_s: FloatArray, rate_hz: float) -> tuple[Rotation, float]:
-    """The turn until the first sample, if samples are missing there, and its variance: released, it turns evenly."""
+    """Compute the turn until the first sample and its variance, for samples missing after the release.
+
+    A released body is taken to turn evenly.
+    """
     if t_s <= GAP_PERIODS / rate_hz:
         return Rotation.identity(), 0.0
     turn = rate_rad_s * t_s

@@ -17,7 +17,7 @@ from scipy.linalg import block_diag, null_space
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.motion.gyro_signal import READ_APART_STD_S, Lag, derivative
-from tfsat_host.evaluation.motion.rate_fusion import Fused
+from tfsat_host.evaluation.motion.rate_fusion import FusedRates
 from tfsat_host.evaluation.motion.samples import Holes, Samples, turned_from
 
 OSCILLATOR = 0.01
@@ -79,7 +79,7 @@ class Prior:
     def of(
         cls, samples: Samples, lag: Lag, axis_std_rad: float, start: FloatArray, walks: Sequence[RandomWalk]
     ) -> Prior:
-        """Of one drop; `lag` as the data sheet has it, `axis_std_rad` as the robot file states it."""
+        """Build the prior of one drop; `lag` is the data sheet's, `axis_std_rad` the robot file's."""
         roots = [root_of(covariance) for covariance in samples.parameter_covariance]
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
         tilt = np.full(2 * len(start), axis_std_rad)
@@ -131,7 +131,7 @@ class Prior:
         return slice(self.tilts.stop, self.tilts.stop + len(self.start))
 
     def walk(self, joint: int) -> slice:
-        """Of one joint, from 0."""
+        """Return the slice of one joint's random walk among the errors; joints count from 0."""
         first = self.starts.stop + sum(walk.angle.shape[1] for walk in self.walks[:joint])
         return slice(first, first + self.walks[joint].angle.shape[1])
 
@@ -143,7 +143,7 @@ class Prior:
         return np.asarray((self.gyro_root @ errors[self.gyro]).reshape(-1, 9))
 
     def lag_of(self, sheet: Lag, errors: FloatArray) -> Lag:
-        """The delay with errors (r,)."""
+        """Return the data sheet's lag corrected by the errors (r,)."""
         delay, second = self.lag * errors[self.moments]
         return replace(sheet, delay_s=sheet.delay_s + float(delay), second_s2=sheet.second_s2 + float(second))
 
@@ -183,13 +183,13 @@ def gyro_errors(
 def error_jacobians(
     prior: Prior,
     t_s: FloatArray,
-    fused: Fused,
+    fused: FusedRates,
     gyros: FloatArray,
     by_angles: tuple[FloatArray, FloatArray],
     by_tilts: FloatArray,
     covariance: FloatArray,
 ) -> ErrorJacobians:
-    """Of everything that follows from the gyros.
+    """Compute the error Jacobians of all quantities that follow from the gyros.
 
     Args:
         prior: Of the errors.
@@ -251,15 +251,15 @@ def random_walk(
     fine_s: float,
     holes: Holes,
 ) -> RandomWalk:
-    """Of one joint.
+    """Build the random walk of one joint.
 
     Args:
         t_s: (n,) after the release, where the walk begins.
         density_rad_s_rthz: One-sided noise density of the joint's rate by its gyros.
-        unsensed: (n,) the rate is the angle sensors' slope.
-        sensed_std_rad: How far the integral of that slope may be off, from one knot to the next.
-        fine_s: The slope is smoothed over so long: knots are so far apart where it is used.
-        holes: Where samples are missing, with what the joint may have turned in them besides what was carried over.
+        unsensed: (n,) True where the rate is the angle sensors' slope.
+        sensed_std_rad: Standard deviation of the integral of that slope from one knot to the next.
+        fine_s: The slope's smoothing time, and the spacing of the knots where the slope is used.
+        holes: Missing samples, with the rotation the joint may have made in them beyond what was carried over.
     """
     knots = _knots(t_s, unsensed, fine_s, holes)
     left, right = knots[:-1], knots[1:]

@@ -52,7 +52,10 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
 
 
 def _density(squares: FloatArray) -> float:
-    """From (blocks, 3) variances of a block's mean, one each; NaN where the gyro did not answer."""
+    """Estimate a gyro's noise density from (blocks, 3) single estimates of a block mean's variance.
+
+    They are NaN where the gyro did not answer.
+    """
     known = squares[np.isfinite(squares)]
     if len(known) < 3 * MIN_BLOCKS or not known.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
@@ -161,7 +164,7 @@ def smoothed(rates: FloatArray) -> FloatArray:
 
 
 def sheet_lag(low_pass: LowPass) -> Lag:
-    """By the data sheet; e that of two equal poles."""
+    """Return the data sheet's lag; its second moment e is that of two equal poles."""
     delay_s = low_pass.gyro_delay_s + 0.5 * low_pass.output_period_s
     return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
 

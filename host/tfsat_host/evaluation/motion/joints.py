@@ -59,9 +59,10 @@ class SensedJoint:
     def of(
         cls, sensors: JointSensors, shown_rad: FloatArray, held_rad: float, turned_rad: FloatArray
     ) -> SensedJoint:
-        """Of samples (n, 2) of a joint that its servo held at an angle to begin with.
+        """Build the sensed joint from samples (n, 2) of a joint that its servo held at an angle to begin with.
 
-        By its gyros it turned by (n,) since the first of them, the low-pass not taken off; NaN where that is not known.
+        `turned_rad` (n,) is its rotation since the first sample by its gyros, the low-pass not removed; NaN where
+        unknown.
         """
         angle = sensors.each(shown_rad)
         distrusted = _distrusted(sensors, angle, held_rad, turned_rad)
@@ -90,9 +91,9 @@ class SensedJoint:
 def _distrusted(
     sensors: JointSensors, angle_rad: FloatArray, held_rad: float, turned_rad: FloatArray
 ) -> int | None:
-    """Of two that contradict each other, the one that moved against the gyros.
+    """Choose, of two sensors that contradict each other, the one that moved against the gyros.
 
-    Where neither did, or no gyros tell: the one that began farther from where the servo held the joint.
+    If neither did, or no gyros tell, choose the one that began farther from where the servo held the joint.
     """
     both = np.isfinite(angle_rad).all(axis=1)
     if not both.any():
@@ -120,12 +121,12 @@ class Squares(NamedTuple):
 
     @classmethod
     def of(cls, errors: FloatArray, stated: FloatArray, covariance: FloatArray) -> Squares:
-        """Of errors (k,) with the information (k, k) before the drop and the covariance (k, k) after it."""
+        """Compute from errors (k,), their information (k, k) before the drop and covariance (k, k) after it."""
         return cls(float(errors @ stated @ errors), float(len(errors) - (stated * covariance).sum()))
 
     @classmethod
     def total(cls, parts: Iterable[Squares]) -> Squares:
-        """Of independent ones together."""
+        """Sum the squares of independent errors."""
         return cls(*map(sum, zip(*parts, strict=True)))
 
 
@@ -183,7 +184,7 @@ def _nuisance_covariance(sensors: JointSensors) -> FloatArray:
 
 
 def sample_noise_rad(angle_rad: FloatArray) -> float:
-    """Of one sample, by second differences, which hardly know of the motion."""
+    """Estimate the noise of one sample from second differences, which are almost free of the motion."""
     second = np.diff(angle_rad, 2)
     second = second[np.isfinite(second)]
     if len(second) < 10:
@@ -217,7 +218,7 @@ class Slopes:
 
 
 def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float) -> Slopes:
-    """Of one drop.
+    """Compute the joints' rates in one drop as slopes of their angle sensors' samples.
 
     Args:
         t_s: (n,).
@@ -308,7 +309,7 @@ class JointMotion:
         covariance: FloatArray,
         smoothing_rad: FloatArray,
     ) -> JointMotion:
-        """Of its angle (n,), that by the lasting errors (n, r), and the noise that is left in it."""
+        """Build a joint's motion from its angle (n,), the basis of its errors (n, r) and the remaining noise."""
         disagreements = tuple(_disagreement(sensed, k, angle_rad) for k in range(2))
         joint = sensed.sensors.joint
         noise = sensed.noise_rad

@@ -13,9 +13,9 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.motion.attitude import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.gyro_signal import Lag
 from tfsat_host.evaluation.motion.joints import JointMotion, SensedJoint
-from tfsat_host.evaluation.motion.rate_fusion import Fused
+from tfsat_host.evaluation.motion.rate_fusion import FusedRates
 from tfsat_host.evaluation.motion.samples import MAX_GAP_S, Samples, turned_from
-from tfsat_host.evaluation.motion.sensor_fusion import SensorFusion, Solved
+from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution, SensorFusion
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog.summary import single_misses
 
@@ -36,7 +36,7 @@ class Motion:
     samples: Samples
     densities_rad_s_rthz: FloatArray
     fusion: SensorFusion
-    solved: Solved
+    solved: FusionSolution
     joints: tuple[JointMotion, ...]
     bodies: tuple[BodyMotion, ...]
 
@@ -56,7 +56,7 @@ class Motion:
         return self.solved.lag
 
     @property
-    def fused(self) -> Fused:
+    def fused(self) -> FusedRates:
         """Rates from all gyros together."""
         return self.solved.fused
 
@@ -108,8 +108,8 @@ def motion_of(
     return Motion(samples, densities, fusion, solved, joints, _bodies(samples, solved, fusion.noise))
 
 
-def _bodies(samples: Samples, solved: Solved, noise: FloatArray) -> tuple[BodyMotion, ...]:
-    """Each by its own gyro, and where that did not answer by the others."""
+def _bodies(samples: Samples, solved: FusionSolution, noise: FloatArray) -> tuple[BodyMotion, ...]:
+    """Compute the motion of each body by its own gyro, and by the others where that did not answer."""
     fused, jacobians = solved.fused, solved.jacobians
     bridge = fused.body_rates()
     found = []
@@ -162,7 +162,7 @@ class InitialRate:
 
     @classmethod
     def withheld(cls) -> InitialRate:
-        """Not given: NaN."""
+        """Return a withheld initial rate: NaN throughout."""
         return cls(np.full(3, np.nan), np.full(3, np.nan))
 
 
@@ -177,7 +177,7 @@ def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
 
 
 def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, ...]:
-    """Of each body: the mean rate is what it turned over the time, and as uncertain as that."""
+    """Compute each body's initial mean rate as its turn over the time, with the turn's uncertainty."""
     found = []
     for moved in motion.bodies:
         rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
@@ -192,7 +192,7 @@ def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, .
 
 
 def notes_of(motion: Motion) -> list[str]:
-    """Of one drop."""
+    """Format the notes on missing and doubtful data of one drop."""
     notes = []
     fall = motion.samples.fall
     answered = motion.samples.answered[fall]

@@ -20,7 +20,7 @@ from tfsat_host.evaluation.motion.samples import Blocks
 
 
 @dataclass(frozen=True, eq=False)
-class Fused:
+class FusedRates:
     """Rates at n samples.
 
     Attributes:
@@ -60,8 +60,8 @@ def fuse(
     noise: FloatArray,
     sensed_rate_rad_s: FloatArray,
     sensed_variance: FloatArray,
-) -> Fused:
-    """Least squares at each sample.
+) -> FusedRates:
+    """Fuse the rates of all gyros by least squares at each sample.
 
     Args:
         body: The robot, seen from its base.
@@ -69,7 +69,7 @@ def fuse(
         rates_rad_s: (n, 4, 3) body axes; NaN where a gyro did not answer, and one did at every sample.
         noise: (n, 4, 3, 3) covariance of each gyro's sample.
         sensed_rate_rad_s: (n, 3) joint rates by the angle sensors, used where a gyro is missing.
-        sensed_variance: (3,) of those.
+        sensed_variance: (3,) variances of `sensed_rate_rad_s`.
     """
     n, bodies = rates_rad_s.shape[:2]
     answered = np.logical_and.reduce(np.isfinite(rates_rad_s), axis=2)
@@ -87,7 +87,7 @@ def fuse(
     both = np.einsum("nij,nj->ni", gains, readings)
     both += np.einsum("nij,nj->ni", inverse[:, :, 3:], joint_weights * np.nan_to_num(sensed_rate_rad_s))
     explained = np.einsum("nij,nj->ni", design, both).reshape(n, bodies, 3)
-    return Fused(
+    return FusedRates(
         both[:, :3],
         both[:, 3:],
         inverse,
@@ -120,7 +120,7 @@ _STEP_RAD = 1e-4
 
 
 def rates_by_angles(
-    body: Multibody, angles_rad: FloatArray, fused: Fused, noise: FloatArray
+    body: Multibody, angles_rad: FloatArray, fused: FusedRates, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(n, 6, 3) base and joint rates, and (n, 4, 3, 3) the bodies' rates that follow, by the joint angles.
 
@@ -145,7 +145,7 @@ def rates_by_angles(
     return both, bodies
 
 
-def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: Fused) -> FloatArray:
+def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: FusedRates) -> FloatArray:
     """(n, 4, 3, 6) the bodies' rates in their own axes by tilts of the axes, base and joint rates as they are.
 
     A tilt u of the axis a of a joint with rate q', its outer body c and that body's rate w, base axes: all bodies
@@ -177,7 +177,7 @@ _BLOCK_S = 0.1
 
 def information_by_neighbours(
     t_s: FloatArray,
-    fused: Fused,
+    fused: FusedRates,
     left_by_errors: FloatArray,
     noise: FloatArray,
     errors: FloatArray,

@@ -49,7 +49,7 @@ class Blocks(NamedTuple):
 
     @classmethod
     def of(cls, t_s: FloatArray, length_s: float) -> Blocks:
-        """Of n ascending times; blocks without a sample are left out."""
+        """Build the blocks of n ascending times; blocks without a sample are left out."""
         edges = np.flatnonzero(np.diff(np.floor(t_s / length_s), prepend=-np.inf))
         return cls(edges, np.diff(edges, append=len(t_s)))
 
@@ -59,15 +59,15 @@ class Blocks(NamedTuple):
         return np.asarray(np.add.reduceat(values, self.edges, axis=0) / counts)
 
     def excess(self, rows: FloatArray, left: FloatArray, normal: FloatArray, prior: FloatArray) -> float:
-        """By how much more a least-squares solution is off, in variance, than noise of one a number would have it.
+        """Compute the ratio of a least-squares solution's variance to that expected from unit noise.
 
-        What is left over counts as far as it moves the solution, block by block: frames that ring after each stroke
-        look like a gyro's lag or scale, however little their means are. If all is noise the blocks' pulls on the
-        solution add up to its covariance (P. Huber, Proc. 5th Berkeley Symp. 1, 1967, the "sandwich").
+        Residuals count as far as they move the solution, block by block: frames that ring after each stroke look
+        like a gyro's lag or scale, however small their means are. If all is noise the blocks' pulls on the solution
+        add up to its covariance (P. Huber, Proc. 5th Berkeley Symp. 1, 1967, the "sandwich").
 
         Args:
-            rows: (n, k, r) slopes of the numbers by what was solved for.
-            left: (n, k) numbers left over.
+            rows: (n, k, r) slopes of the numbers by the solved parameters.
+            left: (n, k) residuals.
             normal: (r, r) information in the rows, rows^T rows.
             prior: (r, r) information from elsewhere.
         """
@@ -171,7 +171,10 @@ def _saturated(log: DropLog) -> BoolArray:
 
 
 def end_of_fall_s(log: DropLog) -> float:
-    """The landing that the logger saw, the end of the longest fall, or the last sample, after the release."""
+    """Return the fall's end after the release: the logged landing, the longest fall or the last sample.
+
+    The earliest of them counts.
+    """
     landings = [log.seconds(event.t_us) for event in log.events if event.name == "landing"]
     return float(min([FALL_US * 1e-6, float(log.t_s[-1]), *(t_s for t_s in landings if t_s > 0.0)]))
 
@@ -214,10 +217,11 @@ class Holes:
 
 
 def holes_of(t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float) -> Holes:
-    """Of a rate (n,) or (n, 3) whose integral is by straight lines between its samples.
+    """Find the holes of a rate (n,) or (n, 3) that is integrated by straight lines between its samples.
 
-    A rate that bends once in a hole g by its acceleration a is missed by a g^2 / 12; one that jumps from one side's
-    value to the other's anywhere in it by their difference times g / sqrt(12).
+    In a hole of length g the integral of a rate that bends once by its acceleration a is off by a g^2 / 12;
+    that of a rate that jumps anywhere in it between the values at its sides, by their difference times
+    g / sqrt(12).
     """
     steps = np.diff(t_s)
     first = np.flatnonzero(steps > GAP_PERIODS / rate_hz)
@@ -264,13 +268,13 @@ class Readings:
 
     @classmethod
     def of(cls, samples: Samples, gyros: Sequence[GyroCalibration]) -> Readings:
-        """Of one drop, calibrated with `gyros`."""
+        """Build the readings of one drop, calibrated with `gyros`."""
         own = [g.readings(samples.rate_rad_s[:, b]) + g.bias_rad_s for b, g in enumerate(gyros)]
         bridged = _bridged_over(samples.t_s, np.stack(own, axis=1))
         return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
 
     def without(self, parameters: FloatArray) -> tuple[GyroCalibration, ...]:
-        """The gyros with what their parameters are off (4, 9) taken off."""
+        """Return the gyros with the errors (4, 9) of their parameters removed."""
         return tuple(gyro.corrected(off) for gyro, off in zip(self.gyros, parameters, strict=True))
 
     def rates(self, gyros: Sequence[GyroCalibration]) -> FloatArray:

@@ -44,7 +44,7 @@ from tfsat_host.evaluation.motion.joints import (
     sensed_slopes,
 )
 from tfsat_host.evaluation.motion.rate_fusion import (
-    Fused,
+    FusedRates,
     bodies_by_tilts,
     fuse,
     information_by_neighbours,
@@ -69,7 +69,7 @@ _BY_SLOPE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class FusionSolution:
     """The least-squares solution, at n samples.
 
     Attributes:
@@ -90,7 +90,7 @@ class Solved:
     lag: Lag
     rates_rad_s: FloatArray
     late_rate_rad_s: FloatArray
-    fused: Fused
+    fused: FusedRates
     angles_rad: FloatArray
     jacobians: ErrorJacobians
     contradicted: bool = False
@@ -136,7 +136,7 @@ class SensorFusion:
         densities: FloatArray,
         low_pass: LowPass,
     ) -> SensorFusion:
-        """Of one drop; arguments as of `motion_of`."""
+        """Build the fusion of one drop; arguments as in `motion_of`."""
         body, sheet, readings = (
             Multibody.of(model),
             sheet_lag(low_pass),
@@ -159,8 +159,8 @@ class SensorFusion:
         start = np.where(answered, 0.0, held)
         return cls(samples, joints, body, readings, noise, slopes, sheet, start, geometry, prior)
 
-    def solved(self) -> Solved:
-        """The solution. An implausible delay, or implausible errors of the gyros, keep their prior values."""
+    def solved(self) -> FusionSolution:
+        """Solve the fusion; an implausible delay or implausible errors of the gyros keep their prior values."""
         free = np.ones(len(self.prior), bool)
         found = self._gauss_newton(free)
         implausible_s = None
@@ -179,13 +179,13 @@ class SensorFusion:
         lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
         return replace(found, lag=lag, contradicted=contradicted, stated=stated)
 
-    def _squares(self, found: Solved, errors: IntArray) -> Squares:
-        """Of some of the lasting errors."""
+    def _squares(self, found: FusionSolution, errors: IntArray) -> Squares:
+        """Compute the chi-square of some of the lasting errors."""
         after = found.jacobians.covariance[np.ix_(errors, errors)]
         return Squares.of(found.errors[errors], np.eye(len(errors)), after)
 
-    def _certified(self, found: Solved) -> Squares:
-        """Of all that the certificate states, but for biases."""
+    def _certified(self, found: FusionSolution) -> Squares:
+        """Compute the chi-square of all that the certificate states, except biases."""
         root, own = self.prior.gyro_root, self.prior.gyro
         before, after = root @ root.T, root @ found.jacobians.covariance[own, own] @ root.T
         parts = [found.sensors]
@@ -195,12 +195,12 @@ class SensorFusion:
             parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), left))
         return Squares.total(parts)
 
-    def without(self, solved: Solved, errors: FloatArray) -> Solved:
-        """The same with further lasting errors (r,) subtracted."""
+    def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
+        """Return the solution with further lasting errors (r,) subtracted."""
         total, angles = solved.errors + errors, solved.angles_rad + solved.jacobians.angles @ errors
         return self._integrated(total, angles, solved.jacobians.covariance)
 
-    def smoothing_rad(self, fused: Fused) -> FloatArray:
+    def smoothing_rad(self, fused: FusedRates) -> FloatArray:
         """(n, 3) standard deviation of the angle sensors' smoothed noise, where a joint's rate is theirs."""
         return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
 
@@ -211,11 +211,11 @@ class SensorFusion:
         return max(_EXCESS if _calibrated(self.samples) else _EXCESS_UNCALIBRATED, ramps)
 
     def _moved(self) -> bool:
-        """A joint with angle sensors moved far enough to measure the lag."""
+        """Return whether a joint with angle sensors moved far enough to measure the lag."""
         ranges = [np.nanmax(j.mean_rad) - np.nanmin(j.mean_rad) for j in self.joints if j.answered]
         return bool(max(ranges, default=0.0) > MIN_STROKE_RAD)
 
-    def _gauss_newton(self, free: BoolArray) -> Solved:
+    def _gauss_newton(self, free: BoolArray) -> FusionSolution:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
         covariance, sensors = np.eye(len(errors)), NONE_DETERMINED
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
@@ -242,8 +242,8 @@ class SensorFusion:
                 break
         return replace(self._integrated(errors, angles, covariance), sensors=sensors)
 
-    def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
-        """The solution with those errors, from joint angles near its own."""
+    def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> FusionSolution:
+        """Compute the solution with the given errors, starting from joint angles near its own."""
         here = self._at(errors, angles)
         for _ in range(_MAX_STEPS):
             if np.abs(here.angles - here.fused_over).max() < _CLOSE_RAD:
@@ -253,7 +253,7 @@ class SensorFusion:
         std_s = float(self.prior.lag[0] * np.sqrt(covariance[first, first]))
         lag = replace(here.lag, delay_std_s=std_s)
         jacobians = self._columns(here, covariance)
-        return Solved(errors, lag, here.rates, here.shown, here.fused, here.angles, jacobians)
+        return FusionSolution(errors, lag, here.rates, here.shown, here.fused, here.angles, jacobians)
 
     def _at(self, errors: FloatArray, angles: FloatArray) -> _Step:
         """Rates without those errors, fused over joint angles (n, 3), and the joint angles that follow."""
@@ -277,7 +277,7 @@ class SensorFusion:
 
 
 def _calibrated(samples: Samples) -> bool:
-    """The gyros' mountings were measured."""
+    """Return whether the gyros' mountings were measured."""
     variance = np.diagonal(samples.parameter_covariance, axis1=1, axis2=2)[:, 3:6]
     return bool(variance.mean() < _CALIBRATED_RAD**2)
 
@@ -290,7 +290,7 @@ class _Step(NamedTuple):
     lag: Lag
     shown: FloatArray
     rates: FloatArray
-    fused: Fused
+    fused: FusedRates
     fused_over: FloatArray
     angles: FloatArray
 
@@ -305,8 +305,10 @@ def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatA
     return np.column_stack(columns)
 
 
-def _walk(samples: Samples, fused: Fused, joint: int, densities: FloatArray, slopes: Slopes) -> RandomWalk:
-    """Of one joint between two gyros with these noise densities (2,)."""
+def _walk(
+    samples: Samples, fused: FusedRates, joint: int, densities: FloatArray, slopes: Slopes
+) -> RandomWalk:
+    """Build the random walk of one joint between two gyros with these noise densities (2,)."""
     return random_walk(
         samples.t_s,
         float(np.sqrt((densities**2).sum())),

@@ -11,7 +11,7 @@ from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.evaluation import Evaluation, Turn
 from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
-from tfsat_host.evaluation.strokes import Standing
+from tfsat_host.evaluation.strokes import JointRest
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, nested, number, plus_minus, record
 
 
@@ -42,19 +42,19 @@ STROKES: Columns = (
 )
 
 
-def _joint(one: Standing | JointEnds) -> str:
+def _joint(one: JointRest | JointEnds) -> str:
     return f"joint {one.joint}"
 
 
-def _state(one: Standing) -> str:
+def _state(one: JointRest) -> str:
     return "moved" if one.unexpected else "crept" if one.crept else "stood"
 
 
-def _farthest(one: Standing) -> str:
+def _farthest(one: JointRest) -> str:
     return f"{number(float(np.rad2deg(one.greatest_rad)), '+.3f')} at {number(one.greatest_at_s, '.2f')} s"
 
 
-def _time(one: Standing) -> str:
+def _time(one: JointRest) -> str:
     return f"{one.from_s:.2f} to {one.until_s:.2f}"
 
 
@@ -80,7 +80,7 @@ class JointEnds(NamedTuple):
     sensors: tuple[SensorDisagreement, ...]
 
     def off(self, sensor: int) -> str:
-        """An angle sensor against the fused angle."""
+        """Format an angle sensor's difference from the fused angle."""
         one = self.sensors[sensor]
         mean, expected, rms = np.rad2deg([one.mean_rad, one.expected_rad, one.rms_rad])
         if not np.isfinite(mean):
@@ -100,7 +100,7 @@ JOINTS: Columns = (
 
 
 def joints(found: Evaluation) -> list[JointEnds]:
-    """All of them; NaN where what their sensors tell is withheld."""
+    """Return the ends of all joints; NaN where the results of their sensors are withheld."""
     motion, given = found.motion, 1.0 if found.gives() else np.nan
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
@@ -118,7 +118,7 @@ def joints(found: Evaluation) -> list[JointEnds]:
 
 
 def bodies(found: Evaluation) -> list[dict[str, Any]]:
-    """For JSON: how each body turned, and how it was released."""
+    """Return each body's turn and initial rate for JSON."""
     return [
         {"body": number, **record(TURN, turn), **record(INITIAL_RATE, rate)}
         for number, (turn, rate) in enumerate(zip(found.turns, found.initial_rates, strict=True), 1)
@@ -133,7 +133,7 @@ def stroke_table(found: Evaluation) -> Table:
 
 
 def joint_table(found: Evaluation) -> Table:
-    """Where the joints were at the release and at the end, and whether their sensors agree."""
+    """Build the table of joint angles at the release and at the end, and of their sensors' agreement."""
     if not found.gives():
         return Table("Joints", JOINTS, (), fold="Joint angles: withheld.")
     return Table(
@@ -227,7 +227,7 @@ _RELEASE_VELOCITY: Columns = (
 
 
 def fall(found: Evaluation) -> dict[str, Any]:
-    """The keys of JSON that speak of the fall."""
+    """Return the JSON keys about the fall."""
     clocks, instants = found.clocks, found.instants
     return {
         "clocks": {
@@ -246,7 +246,7 @@ def fall(found: Evaluation) -> dict[str, Any]:
 
 
 def clock_table(found: Evaluation) -> Table:
-    """Of the clocks besides the logger's."""
+    """Build the table of the clocks other than the logger's."""
     fits = (found.clocks.sequencer, found.clocks.video) if found.clocks else ()
     return Table(
         "Clocks",

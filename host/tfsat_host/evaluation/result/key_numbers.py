@@ -22,7 +22,7 @@ _CORRECTION = "Largest CoM correction"
 
 
 def key_numbers_of(found: Evaluation) -> list[Quantity]:
-    """In the order in which one asks for them."""
+    """Return the key numbers in the order in which readers ask for them."""
     return [
         _reorientation(found),
         _error("Attitude error, model as filed", found.explained.before.error, given=found.gives()),
@@ -94,7 +94,7 @@ def _strokes(found: Evaluation) -> Iterator[Quantity]:
 
 
 def _release_velocity(found: Evaluation) -> Iterator[Quantity]:
-    """Only with laser tracks."""
+    """Yield the release velocity and the transversal velocity; nothing without laser tracks."""
     velocity = found.release_velocity
     if velocity is None:
         return
@@ -117,7 +117,10 @@ def _fall(found: Evaluation) -> Quantity:
 
 
 def _change_of_force(found: Evaluation) -> Quantity:
-    """The greatest of the bodies: what the zero-g output, which is in both windows, cannot hide."""
+    """Return the greatest change of force among the bodies between the two quiet windows.
+
+    The zero-g output is in both windows, so it cannot hide a change.
+    """
     changes, stds = found.micro_gravity.changes_g, found.micro_gravity.changes_std_g
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.cross_validation import Combined, LeftOut
+from tfsat_host.evaluation.com_fit.cross_validation import CombinedOffsets, LeftOut
 from tfsat_host.evaluation.com_fit.identifiability import couplings
 from tfsat_host.evaluation.com_fit.offsets import COM_BODIES
 from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE, AttitudeError
@@ -32,7 +32,7 @@ def significance(found: Evaluation) -> float:
 
 
 def worth_of(found: Evaluation) -> Worth:
-    """Of the correction that was found; nothing is corrected by a drop of which any check failed."""
+    """Judge whether the fitted correction is to be made; any failed check withholds it."""
     if found.explained.withheld or found.failed_checks:
         return "withheld"
     before = found.explained.before.error.mahalanobis
@@ -42,7 +42,7 @@ def worth_of(found: Evaluation) -> Worth:
 
 
 def correction_sentences(found: Evaluation) -> tuple[str, ...]:
-    """For a person who has to decide what to change in the robot file."""
+    """Format sentences for a person who has to decide what to change in the robot file."""
     worth = worth_of(found)
     if worth == "withheld":
         failed = tuple(f"The check of {check.name} failed." for check in found.failed_checks[:1])
@@ -62,7 +62,7 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
 
 
 def distance_words(error: AttitudeError) -> str:
-    """How far an attitude error is from zero, in its own uncertainty."""
+    """Format the distance of an attitude error from zero in its own standard deviations."""
     return f"{error.mahalanobis:.1f} standard deviations ({MISSED})"
 
 
@@ -97,7 +97,7 @@ def given(found: Evaluation) -> float:
 
 
 def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
-    """Of a fit; `times` as of `given`."""
+    """Return the offsets of a fit; `times` is the factor returned by `given`."""
     found = fit.offsets
     numbers = (times * fit.values, times * fit.std, found.prior_std, found.bounds, fit.at_bound)
     return [
@@ -141,7 +141,7 @@ _SWARM: Columns = (
 
 
 def model(found: Evaluation) -> dict[str, Any]:
-    """The keys of JSON that speak of the model."""
+    """Return the JSON keys about the model."""
     explained = found.explained
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
@@ -176,7 +176,7 @@ def model(found: Evaluation) -> dict[str, Any]:
 
 
 def offset_table(found: Evaluation) -> Table:
-    """Each offset with its standard deviation, and that of the paper's swarm."""
+    """Build the table of offsets with their standard deviations, and those of the paper's swarm."""
     fit, swarm = found.explained.fit, found.swarm
     rows, columns = offsets(fit, given(found)), OFFSETS
     if swarm is not None:
@@ -199,7 +199,7 @@ def offset_table(found: Evaluation) -> Table:
 
 
 def remarks(found: Evaluation) -> list[str]:
-    """What a single offset trades with, and how far the swarm came: sentences, where there is something of it."""
+    """Format sentences on the couplings of single offsets and on the swarm's result, where there are any."""
     fit, swarm = found.explained.fit, found.swarm
     sentences: list[str] = []
     if np.isnan(given(found)):
@@ -220,10 +220,10 @@ def remarks(found: Evaluation) -> list[str]:
 def combined_columns(
     label: str, values: Sequence[float], std: Sequence[float], fits: dict[str, ModelFit]
 ) -> Columns:
-    """The common correction, and that of each drop under its name.
+    """Build the columns of the common correction and of each drop's own under its name.
 
     Args:
-        label: Of the common one.
+        label: Of the common correction.
         values: (n,)
         std: (n,)
         fits: By drop.
@@ -313,11 +313,11 @@ LEFT_OUT: Columns = (
 
 def comparison(
     found: Sequence[Evaluation],
-    combined: Combined | None,
+    combined: CombinedOffsets | None,
     left_out: Sequence[LeftOut],
     remarks: Sequence[str],
 ) -> dict[str, Any]:
-    """For JSON; the arguments are those of `comparison_tables`."""
+    """Return the comparison for JSON; the arguments are those of `comparison_tables`."""
     free = found[0].explained.fit.offsets
     return {
         "offsets": None
@@ -335,15 +335,18 @@ def comparison(
 
 
 def comparison_tables(
-    found: Mapping[str, Evaluation], combined: Combined, left_out: Sequence[LeftOut], remarks: Sequence[str]
+    found: Mapping[str, Evaluation],
+    combined: CombinedOffsets,
+    left_out: Sequence[LeftOut],
+    remarks: Sequence[str],
 ) -> list[Table]:
-    """The common correction, and each drop judged by the others.
+    """Build the tables of the common correction and of each drop judged by the others.
 
     Args:
-        found: The drops by what they are called.
+        found: The drops by name.
         combined: All of them together.
         left_out: Each drop that others can judge.
-        remarks: What of it to take with care; sentences.
+        remarks: Cautions about the result; sentences.
     """
     fits = {name: one.explained.fit for name, one in found.items()}
     label = "all drops" if combined.agree else "all drops, DOUBTFUL"

@@ -20,7 +20,7 @@ from tfsat_host.sdlog import DropLog
 
 
 def tables_of(found: Evaluation) -> list[Table]:
-    """Those that there is something for."""
+    """Build the tables that have content."""
     made = (
         stroke_table,
         joint_table,
@@ -47,7 +47,7 @@ def _with_unit(attribute: str) -> Callable[[Check], str]:
 
 
 def _advised(check: Check) -> str:
-    """The sentence; of a failure also the likely cause, and what to do."""
+    """Format a check's sentence, for a failed one with the likely cause and the next step."""
     cause = f"Likely cause: {check.cause.rstrip('.')}." if check.cause else ""
     return " ".join(part for part in (check.sentence, cause, check.next_step) if part)
 
@@ -63,7 +63,7 @@ CHECKS: Columns = (
 
 
 def check_table(found: Evaluation) -> Table:
-    """What failed stands first; what passed is folded."""
+    """Build the table of checks; failed ones come first and passed ones are folded."""
     checks = sorted(found.checks, key=lambda check: _ORDER.index(check.verdict))
     passed = sum(check.verdict == "passed" for check in checks)
     return Table(
@@ -84,7 +84,7 @@ CAUSES: Columns = (
 
 
 def cause_table(found: Evaluation) -> Table:
-    """Of what failed; without rows if nothing did that could have one of these causes."""
+    """Build the table of the failed checks' causes; without rows if no failed check can have such a cause."""
     return Table(
         "Causes",
         CAUSES,
@@ -120,7 +120,7 @@ def reasons_of(found: Evaluation, verdict: Verdict) -> tuple[str, ...]:
 
 
 def _explained(check: Check) -> str:
-    """What was found, why, and what to do."""
+    """Format a check's finding, likely cause and next step."""
     parts = [f"{check.name}: {check.sentence}"]
     parts += [f"Likely cause: {check.cause}"] if check.cause else []
     parts += [check.next_step] if check.next_step else []
@@ -131,19 +131,19 @@ _COLUMNS = tuple(Column(name, name) for name in ("quantity", "value", "unit", "t
 
 
 def release_time(log: DropLog) -> datetime | None:
-    """None if the logger did not know the time of day, or recorded no release."""
+    """Return the release's time of day; None if the logger did not know it, or recorded no release."""
     if log.release_us is None or log.unix_offset_us is None:
         return None
     return datetime.fromtimestamp((log.release_us + log.unix_offset_us) * 1e-6, UTC)
 
 
 def utc(moment: datetime | None) -> str:
-    """A time of day to the minute."""
+    """Format a time of day to the minute, in UTC."""
     return UNKNOWN if moment is None else f"{moment.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
 
 
 def calibration_table(found: Evaluation) -> Table:
-    """Of what was used, with when each quantity was measured."""
+    """Build the table of the calibration used, with when each quantity was measured."""
     calibration, taken = found.calibration, _Taken(found)
     rows = []
     for gyro in calibration.gyros:
@@ -177,7 +177,7 @@ class _Taken:
         }
 
     def __call__(self, *parts: str) -> str:
-        """Of the quantities in whose names all parts are."""
+        """Format when the quantities whose names contain all parts were measured."""
         of_row = [one for one in self._quantities if all(part in one.name for part in parts)]
         missing = sum(one.taken is None for one in of_row)
         if missing == len(of_row):
@@ -190,7 +190,7 @@ class _Taken:
 
 
 def _mounting(gyro: GyroCalibration, found: Evaluation) -> list[str]:
-    """How far the sensor is turned from where the design has it."""
+    """Format the angle between the sensor's mounting and its design."""
     turn = gyro.rotation @ found.model.imus[gyro.body - 1].sensor_to_body.T
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
     std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))

@@ -41,7 +41,7 @@ _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
 
 
 def judge(evidence: Evidence) -> tuple[PreflightCheck, ...]:
-    """Every check, each once."""
+    """Make every check once, and return the results."""
     return tuple(_make_check(name, check, evidence) for name, check in _CHECKS.items())
 
 

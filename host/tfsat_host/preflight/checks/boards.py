@@ -16,7 +16,7 @@ _FLASH = {
 
 
 def check_protocol(evidence: Evidence) -> PreflightCheck:
-    """Both boards' firmware was built with this program's specification, of the same version."""
+    """Check that both boards' firmware has this program's protocol specification and version."""
     boards = (evidence.sequencer_board, evidence.logger_board)
     unreached = [(board.name, board.identity) for board in boards if isinstance(board.identity, Missing)]
     if unreached:
@@ -42,7 +42,10 @@ def check_protocol(evidence: Evidence) -> PreflightCheck:
 
 
 def check_image(board: BoardEvidence) -> PreflightCheck:
-    """The board runs the image that it should, byte for byte, by the CRC that it computes over its own flash."""
+    """Check that the board runs the expected image, byte for byte.
+
+    The images are compared by the CRC that the board computes over its own flash.
+    """
     name, identity, wanted = board.name, board.identity, board.image
     if isinstance(identity, Missing):
         return not_made(f"What the {name} runs is not known.", "See protocol.")
@@ -83,7 +86,7 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
 
 
 def check_state(evidence: Evidence) -> PreflightCheck:
-    """The sequencer is safe, with no fault latched and nothing damaged in its EEPROM, from beginning to end."""
+    """Check that the sequencer is safe, without a latched fault or EEPROM damage, from beginning to end."""
     answers = needed(evidence.sequencer)
     for status in (answers.status, answers.later):
         state = status.state.name.lower()
@@ -146,7 +149,10 @@ def check_restarts(evidence: Evidence) -> PreflightCheck:
 
 
 def check_battery(_evidence: Evidence) -> PreflightCheck:
-    """No board has a wire to the battery, and no message carries a voltage: this never gives GO."""
+    """Report the battery's voltage as not checked.
+
+    No board has a wire to the battery, and no message carries a voltage: this never gives GO.
+    """
     return PreflightCheck(
         "",
         GoNoGo.NOT_MADE,
@@ -158,7 +164,7 @@ def check_battery(_evidence: Evidence) -> PreflightCheck:
 
 
 def check_switches(evidence: Evidence) -> PreflightCheck:
-    """Both release switches are closed, for both boards, from beginning to end."""
+    """Check that both release switches are closed, for both boards, from beginning to end."""
     sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
     opened = {
         "sequencer": sequencer.status.switches_open | sequencer.later.switches_open,

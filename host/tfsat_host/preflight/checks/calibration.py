@@ -91,7 +91,9 @@ def landed_unnoted(
     computer_unix_s: float,
     calibration: Calibration | Missing,
 ) -> bool:
-    """The last recording since power-up ended in a landing, and the certificate has none since its beginning.
+    """Return whether a recording ended in a landing that the certificate does not have.
+
+    The recording is the last one since power-up; the certificate has no landing since its beginning.
 
     Args:
         status: The logger's.

@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Failed, Missing, Running, Trial, Unreached, needed
+from tfsat_host.preflight.evidence import (
+    Evidence,
+    Failed,
+    Missing,
+    RunningRecording,
+    Trial,
+    Unreached,
+    needed,
+)
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import fields, record
@@ -30,10 +38,10 @@ _RUNNING = fields("watched_s blocks_written=blocks samples_dropped ring_peak_blo
 
 
 def check_card(evidence: Evidence) -> PreflightCheck:
-    """A card that the logger calls ready, and a logger that has not given one up.
+    """Check that the logger calls its card ready and has not given one up.
 
-    The logger asks its card only when it has to write: a card that was taken out since is found by the recording that
-    was made for `check_writing`, so the state afterwards counts.
+    The logger accesses its card only when it has to write. A card that was taken out since is found by the
+    recording made for `check_writing`, so the state afterwards counts.
     """
     answers = needed(evidence.logger)
     status, card = answers.status, answers.later.card
@@ -88,7 +96,7 @@ def check_room(evidence: Evidence) -> PreflightCheck:
 
 
 def check_writing(evidence: Evidence) -> PreflightCheck:
-    """A real recording reached the card whole, and the card kept up with it."""
+    """Check that a real recording reached the card whole, and that the card kept up with it."""
     answers = needed(evidence.logger)
     if isinstance(answers.card, Failed):
         return no_go(answers.card.reason, answers.card.next_step)
@@ -118,7 +126,7 @@ def _of_trial(trial: Trial) -> PreflightCheck:
     )
 
 
-def _of_running(running: Running) -> PreflightCheck:
+def _of_running(running: RunningRecording) -> PreflightCheck:
     stall_ms = round(1000 * running.ring_peak_blocks * running.block_s)
     expected = running.watched_s / running.block_s
     # How long the card took to prepare the file is in the ring's peak: where it is high it tells nothing of stalls.

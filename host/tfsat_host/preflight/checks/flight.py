@@ -20,7 +20,7 @@ Row = tuple[int, int, int]
 
 
 def check_maneuver(evidence: Evidence) -> PreflightCheck:
-    """Every stroke read back from the sequencer is the file's: joint, angle, start, speed."""
+    """Check that every stroke read back from the sequencer equals the file's: joint, angle, start, speed."""
     answers, schedule = needed(evidence.sequencer), needed(evidence.schedule)
     stored = answers.maneuver
     if isinstance(stored, Missing):
@@ -68,7 +68,7 @@ def _stroke(row: Row) -> dict[str, float]:
 
 
 def check_servos(evidence: Evidence) -> PreflightCheck:
-    """The stored maneuver stays within the joints' limits of the servo settings on the board."""
+    """Check that the stored maneuver stays within the joint limits of the servo settings on the board."""
     answers = needed(evidence.sequencer)
     if isinstance(answers.maneuver, Missing):
         return not_made("What would fly cannot be read.", answers.maneuver.next_step)
@@ -86,12 +86,12 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
 
 
 def check_pause(evidence: Evidence) -> PreflightCheck:
-    """The facility's demands on the time before the first stroke."""
+    """Check the facility's limits on the time before the first stroke."""
     return _of_facility(evidence, lambda one: one.name in _PAUSE)
 
 
 def check_duration(evidence: Evidence) -> PreflightCheck:
-    """The facility's demands on the end of the maneuver."""
+    """Check the facility's limits on the end of the maneuver."""
     return _of_facility(evidence, lambda one: one.name in _DURATION)
 
 

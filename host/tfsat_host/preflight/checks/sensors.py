@@ -40,7 +40,7 @@ MAX_GRAVITY_DIFFERENCE_DEG = 12.0
 
 
 def check_imus(evidence: Evidence) -> PreflightCheck:
-    """Each IMU is a part that the logger knows, answered at every sample, measured, and was at no end of its range."""
+    """Check that each IMU is a known part, answered with a measurement at every sample, and did not clip."""
     who = needed(evidence.logger).later.who_am_i
     counts = sensors_of(evidence).live.counts
     wrong = []
@@ -68,7 +68,10 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
 
 
 def check_stillness(evidence: Evidence) -> PreflightCheck:
-    """No gyro scatters or drifts, no accelerometer shakes, each reads 1 g: the robot hangs still, on sound sensors."""
+    """Check that the robot hangs still, on sound sensors.
+
+    No gyro scatters or drifts, no accelerometer shakes, and each reads 1 g.
+    """
     sensors = sensors_of(evidence)
     bodies = sensors.answering()
     rates = sensors.si.rate_rad_s[:, bodies]
@@ -106,7 +109,7 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
 
 
 def check_biases(evidence: Evidence) -> PreflightCheck:
-    """What each gyro reads at rest lies within its data sheet."""
+    """Check that each gyro's reading at rest is within its data sheet."""
     sensors = sensors_of(evidence)
     bodies = sensors.answering()
     biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
@@ -190,7 +193,7 @@ _MIN_SAMPLES = 200
 
 
 def check_sensors(evidence: Evidence) -> PreflightCheck:
-    """Every angle sensor answers, has its noise, and agrees with the other one of its joint."""
+    """Check that every angle sensor answers, shows noise, and agrees with the other one of its joint."""
     sensors = sensors_of(evidence)
     angles = joint_angles(sensors, evidence)
     valid = sensors.live.counts.angle_valid
@@ -220,7 +223,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
 
 
 def check_start_pose(evidence: Evidence) -> PreflightCheck:
-    """Each joint is where ARM wants it, by its calibrated sensors."""
+    """Check that each joint is at the start pose that ARM demands, by its calibrated sensors."""
     degrees = np.rad2deg(believed(joint_angles(sensors_of(evidence), evidence)))
     if not np.isfinite(degrees).all():
         return not_made("A joint has no sensor that answers.", "See joint-sensors.")

@@ -32,7 +32,7 @@ _SET = "tfsat-host logger-settings set --clock"
 
 
 def check_clock(evidence: Evidence) -> PreflightCheck:
-    """The computer's time of day can be right, and the logger has it."""
+    """Check that the computer's time of day is plausible, and that the logger's clock agrees with it."""
     now = f"{evidence.now.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
     numbers: dict[str, object] = {"computer": evidence.now.astimezone(UTC).isoformat()}
     if behind := _behind(evidence):
@@ -54,7 +54,10 @@ def check_clock(evidence: Evidence) -> PreflightCheck:
 
 
 def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
-    """What is younger than the computer's clock can be; None: nothing is known against it."""
+    """Find a date that is later than the computer's clock allows, and its source.
+
+    Returns None if no such date is known.
+    """
     known = [(EARLIEST, "this program")]
     if not isinstance(evidence.calibration, Missing):
         known.append((evidence.calibration.written, f"the certificate {evidence.calibration_file}"))
@@ -94,7 +97,7 @@ def check_paces(evidence: Evidence) -> PreflightCheck:
 
 
 def _off(pace: Pace) -> tuple[float, float]:
-    """How much faster the board's clock runs, and how far that is unsure; relative."""
+    """Compute the relative rate error of the board's clock, positive if fast, and its uncertainty."""
     if pace.computer_s <= 0.0:
         return 0.0, 1.0
     return pace.board_s / pace.computer_s - 1.0, pace.doubt_s / pace.computer_s

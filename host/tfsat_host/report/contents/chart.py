@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.evaluation.spectra import Compared
+from tfsat_host.evaluation.spectra import ComparedSpectra
 from tfsat_host.report.document import Plot, PlotSeries
 
 Kind = Literal["measured", "before", "after", "commanded"]
@@ -113,7 +113,7 @@ def spectrum_chart(
     chart_id: str,
     title: str,
     unit: str,
-    compared: Compared,
+    compared: ComparedSpectra,
     names: Sequence[str],
     components: Sequence[int] = (0, 1, 2),
 ) -> Chart:

@@ -10,7 +10,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.momentum import (
     PAPER_SIZE,
-    Averaged,
+    MovingAverage,
     averaged_momentum,
     inertial_momentum,
     residual_rate,
@@ -146,7 +146,7 @@ def averaged_momentum_chart(found: Evaluation) -> Chart:
     )
 
 
-def averages_of(found: Evaluation) -> tuple[tuple[Kind, Averaged], ...]:
+def averages_of(found: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...]:
     """The momentum by either model, averaged as in the paper or over what there is."""
     flown = found.explained.driven.flown
     size = min(PAPER_SIZE, len(flown.t_s))

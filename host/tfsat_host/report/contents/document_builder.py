@@ -56,7 +56,7 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class Reported:
+class ReportedDrop:
     """One drop.
 
     Attributes:
@@ -81,7 +81,7 @@ class Reported:
 
 
 def document_of(
-    drops: Sequence[Reported],
+    drops: Sequence[ReportedDrop],
     made_at: datetime,
     *,
     tables: Sequence[PageTable] = (),
@@ -108,7 +108,7 @@ def document_of(
     )
 
 
-def _drop(drop: Reported) -> Drop:
+def _drop(drop: ReportedDrop) -> Drop:
     found = drop.evaluation
     verdict = drop.verdict
     samples = found.motion.samples
@@ -128,7 +128,7 @@ def _drop(drop: Reported) -> Drop:
     )
 
 
-def _notes(drop: Reported) -> list[str]:
+def _notes(drop: ReportedDrop) -> list[str]:
     """What could not be used, and what was assumed: what the verdict does not say already."""
     found, velocity = drop.evaluation, drop.evaluation.release_velocity
     notes = [*found.notes, *found.micro_gravity.notes, *(velocity.notes if velocity else ()), *drop.remarks]
@@ -176,7 +176,7 @@ def _text(column: Column, row: Any) -> str:
     return cell if is_name else _HYPHEN.sub("−", cell)
 
 
-def provenance_table(drop: Reported) -> quantity.Table:
+def provenance_table(drop: ReportedDrop) -> quantity.Table:
     """Files, versions, sensors, time of day."""
     found = drop.evaluation
     log, header = found.log, found.log.header

@@ -1,3 +1,3 @@
-"""`Reported` under its documented name: see `document_builder`."""
+"""`ReportedDrop` under its documented name: see `document_builder`."""
 
-from tfsat_host.report.contents.document_builder import Reported as Reported
+from tfsat_host.report.contents.document_builder import ReportedDrop as ReportedDrop

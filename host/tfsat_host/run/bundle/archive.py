@@ -80,7 +80,7 @@ class Limits:
     manifest_bytes: int = 16 << 20
 
     def is_bomb(self, size: int, packed: int) -> bool:
-        """Whether so many bytes from so few are meant to fill the disk."""
+        """Return whether the unpacked and packed sizes in bytes suggest a decompression bomb."""
         return size > self.free_bytes and size > self.ratio * packed
 
 
@@ -143,7 +143,10 @@ def trouble_with_file(path: Path, root: Path) -> str | None:
 
 
 def collision_among(names: Iterable[str]) -> tuple[str, str] | None:
-    """Two names that some system takes for one, or of which one is a folder of the other; None: there are none."""
+    """Find two names that collide on some file system, or of which one is a folder of the other.
+
+    Returns None if no names collide.
+    """
     files: dict[str, str] = {}
     folders: dict[str, str] = {}
     for name in names:
@@ -160,7 +163,7 @@ def collision_among(names: Iterable[str]) -> tuple[str, str] | None:
 
 
 def _fold_name(name: str) -> str:
-    """As the least careful file system sees it: without case, in one normal form."""
+    """Normalize a name as the least strict file system does: case-folded, in one Unicode normal form."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
 
 
@@ -236,7 +239,10 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
 def _is_extracted(
     opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path, sha256: str
 ) -> bool:
-    """Whether the file came out as the manifest has it; a damaged one does not keep the others from being looked at."""
+    """Extract a file and return whether its SHA-256 matches the manifest's.
+
+    A damaged file gives False, so that the others are still checked.
+    """
     to.parent.mkdir(parents=True, exist_ok=True)
     try:
         with to.open("xb") as target:
@@ -259,7 +265,7 @@ def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, 
 
 
 def _damage_error(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
-    """What is damaged, what is still good, and how to get at it."""
+    """Build the error that names the damaged files, those still intact, and how to recover them."""
     recording, count = manifest.evaluated.recording, len(manifest.files)
     one = len(wrong) == 1
     if recording in wrong:
@@ -278,7 +284,10 @@ def _damage_error(manifest: Manifest, wrong: list[str], archive: Path) -> Bundle
 
 
 def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> dict[str, zipfile.ZipInfo]:
-    """The archive's files by name; folders are made as they are needed."""
+    """Check the archive's entries against the limits and return its files by name.
+
+    Folders are left out: they are created as needed.
+    """
     listed = opened.infolist()
     if len(listed) > limits.files:
         _refuse(archive, f"holds {len(listed)} files; {limits.files} are allowed")

@@ -84,7 +84,10 @@ class Difference:
 
 
 def differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:
-    """What differs in two JSON values; of lists and tables that are on one side only, how long they are."""
+    """Find the differences between two JSON values.
+
+    A list or table present on one side only is reported by its length.
+    """
     try:
         return list(_walk(bundled, recomputed, tolerance, _Place("", "", 0.0)))
     except RecursionError:  # nothing of ours is nested so deeply: the other one is not of ours
@@ -125,7 +128,7 @@ def _format_value(value: Any) -> Any:
 
 
 def same_figures(one: str, two: str) -> bool:
-    """Whether two sentences have the same figures, but for one in the last digit of their decimals."""
+    """Return whether two sentences have the same figures, within one unit in the last decimal digit."""
     one, two = (" ".join(_FIGURE.findall(text)) for text in (one, two))
     if _DECIMAL.sub("#", one) != _DECIMAL.sub("#", two):
         return False
@@ -156,7 +159,10 @@ def _is_number(value: object) -> bool:
 
 
 def _largest(values: list[Any]) -> float:
-    """Of the numbers in a list of numbers or of such lists; 0 if anything else is in it but None."""
+    """Return the largest magnitude in a nested list of numbers.
+
+    None entries are ignored; returns 0 if the list holds anything else.
+    """
     largest = 0.0
     for value in values:
         if isinstance(value, list):

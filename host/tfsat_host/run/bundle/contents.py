@@ -18,7 +18,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
 from tfsat_host.run.bundle.archive import collision_among, trouble_with_file, trouble_with_name
-from tfsat_host.run.bundle.manifest import Evaluated, Missing
+from tfsat_host.run.bundle.manifest import EvaluationInputs, Missing
 from tfsat_host.run.certificate import origin_of_log
 from tfsat_host.run.files import (
     PREFLIGHT,
@@ -54,7 +54,7 @@ MADE_AGAIN = "not needed: it can be made again from the recording, or is no part
 
 
 @dataclass
-class Collected:
+class BundleContents:
     """What is to be bundled.
 
     Attributes:
@@ -113,7 +113,7 @@ def collect(
     *,
     command: str = "bundle",
     nothing: str = "Nothing was bundled.",
-) -> tuple[Collected, Evaluated]:
+) -> tuple[BundleContents, EvaluationInputs]:
     """Looks for all files of a drop, as `evaluate` would.
 
     Args:
@@ -126,7 +126,7 @@ def collect(
         TfsatError: there is no recording, a file that was named is not there, or one that was not named lies elsewhere.
     """
     files = run_files(place, options.maneuver, command=command, nothing=nothing)
-    found = Collected(files.recording.parent, files.recording)
+    found = BundleContents(files.recording.parent, files.recording)
     try:
         found.log = load(files.recording, session=options.session)
     except TfsatError as error:
@@ -141,7 +141,7 @@ def collect(
     for path in (files.recording, files.maneuver, certificate, *([] if options.robot else [robot])):
         if path is not None and path not in named_ones and path.parent == found.folder:
             _require_there(path, nothing)
-    evaluated = Evaluated(
+    evaluated = EvaluationInputs(
         recording=str(found.add(files.recording, RUN)),
         maneuver=found.add(files.maneuver, "maneuver"),
         calibration=found.add(certificate, "calibration"),
@@ -183,8 +183,11 @@ def _require_there(path: Path, nothing: str) -> None:
         )
 
 
-def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
-    """The recordings next to a certificate keep their place next to it; what it rests on and is gone is named."""
+def _add_recordings(found: BundleContents, certificate: Path, name: str) -> None:
+    """Add a certificate's recordings, kept in their place next to it.
+
+    Recordings that the certificate rests on and that are gone are named as missing.
+    """
     folder = recordings_folder(certificate)
     inside = f"{name.removesuffix('.toml')}-recordings"
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
@@ -212,8 +215,8 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
             found.lack(kept, why, lost=True)
 
 
-def _add_signed(found: Collected) -> None:
-    """What the run's record vouches for, so that it can be verified in the bundle, too."""
+def _add_signed(found: BundleContents) -> None:
+    """Add the files that the run's record vouches for, so that the bundle can be verified, too."""
     record = found.folder / RECORD
     if not record.is_file():
         return
@@ -227,8 +230,11 @@ def _add_signed(found: Collected) -> None:
             found.lack(f"{RUN}/{name}", f"{path} {why}.", lost=True)
 
 
-def _add_others(found: Collected, *, listed: bool) -> None:
-    """What people wrote and results; everything else in the folder of a run is named as left out."""
+def _add_others(found: BundleContents, *, listed: bool) -> None:
+    """Add notes and results from the run's folder.
+
+    If `listed`, everything else in the folder is named as left out.
+    """
     taken = {os.path.realpath(path) for path in found.files.values()}
     for path in sorted(found.folder.iterdir()):
         if path.name.startswith(".") or f"{RUN}/{path.name}" in found.files.keys() | found.left_out.keys():
@@ -247,8 +253,8 @@ def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
     return folder.is_dir() and any(Path(path).is_relative_to(os.path.realpath(folder)) for path in taken)
 
 
-def _name_absent(found: Collected, evaluated: Evaluated, note: Path | None) -> None:
-    """What a whole bundle has besides."""
+def _name_absent(found: BundleContents, evaluated: EvaluationInputs, note: Path | None) -> None:
+    """Name the parts of a complete bundle that are absent."""
     if evaluated.maneuver is None and note is None:
         found.lack("maneuver", "No maneuver.toml lies next to the recording, and none was named.")
     if evaluated.calibration is None:
@@ -259,10 +265,11 @@ def _name_absent(found: Collected, evaluated: Evaluated, note: Path | None) -> N
         found.lack(RECORD, "The run has none: nothing in it was signed.")
 
 
-def doubts_of(found: Collected, used: Evaluated, preflight: Any) -> tuple[str, ...]:
-    """What stands against the drop: samples lost, another robot, files changed since a rehearsal left them; sentences.
+def doubts_of(found: BundleContents, used: EvaluationInputs, preflight: Any) -> tuple[str, ...]:
+    """List the doubts about the drop, one sentence each.
 
-    `preflight` is what `preflight.json` holds.
+    They are lost samples, files of another robot, and files changed since a rehearsal left them.
+    `preflight` is the contents of `preflight.json`.
     """
     doubts = []
     if found.log is not None:
@@ -275,15 +282,15 @@ def doubts_of(found: Collected, used: Evaluated, preflight: Any) -> tuple[str, .
     return (*doubts, *_not_as_rehearsed(found.folder))
 
 
-def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: Evaluated) -> list[str]:
-    """What the preflight checked and is gone, or is another one now; a sentence each.
+def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: EvaluationInputs) -> list[str]:
+    """List the files that are gone or have changed since the preflight checked them, one sentence each.
 
-    A certificate is written again when the robot has landed: the one that was checked lies among those that were kept.
+    A certificate is rewritten after the landing: the one that was checked is then among those that were kept.
 
     Args:
-        preflight: What `preflight.json` holds; whatever is no preflight's names no files.
+        preflight: The contents of `preflight.json`; anything that is not a preflight's names no files.
         at_hand: SHA-256 of every file, by its name in the bundle.
-        used: Which of them the drop is evaluated with.
+        used: The files that the drop is evaluated with.
     """
     files = preflight.get("files") if isinstance(preflight, dict) else None
     if not isinstance(files, dict):
@@ -309,8 +316,8 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
     return f"{name} is not the {kind} that the preflight checked ({then}){copies}."
 
 
-def _of_other_robots(serial: str, found: Collected, used: Evaluated, preflight: Any) -> list[str]:
-    """What names another logger than the recording does; a sentence each."""
+def _of_other_robots(serial: str, found: BundleContents, used: EvaluationInputs, preflight: Any) -> list[str]:
+    """List the files that name another logger than the recording does, one sentence each."""
     for key in ("boards", "logger", "serial"):  # whatever is no preflight's names none
         preflight = preflight.get(key) if isinstance(preflight, dict) else None
     loggers = {"preflight.json": preflight if isinstance(preflight, str) else None}
@@ -327,7 +334,10 @@ def _of_other_robots(serial: str, found: Collected, used: Evaluated, preflight: 
 
 
 def _not_as_rehearsed(folder: Path) -> list[str]:
-    """What is not as a rehearsal left it, by the hashes in its mark; none where none was here."""
+    """List the files that differ from the hashes in the rehearsal's mark, one sentence each.
+
+    The list is empty if no rehearsal was run in the folder.
+    """
     return [
         f"{name} {'was changed since' if (folder / name).is_file() else 'is gone:'} the rehearsal left it."
         for name, sha256 in rehearsed_files(folder).items()

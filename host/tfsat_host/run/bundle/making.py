@@ -19,10 +19,10 @@ from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.report import render
-from tfsat_host.report.contents.document_builder import Reported, Source, document_of
+from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.bundle.archive import MARKER, write_archive
-from tfsat_host.run.bundle.contents import RUN, Collected, collect, doubts_of, not_as_checked
+from tfsat_host.run.bundle.contents import RUN, BundleContents, collect, doubts_of, not_as_checked
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -30,7 +30,7 @@ from tfsat_host.run.bundle.manifest import (
     NAME_CHARACTERS_MAX,
     REPORT,
     BundledFile,
-    Evaluated,
+    EvaluationInputs,
     Manifest,
     environment,
     format_manifest,
@@ -53,7 +53,7 @@ _SOURCES = ("robot", "calibration", "maneuver", "video", "laser", "facility")
 
 
 @dataclass(frozen=True, eq=False)
-class Bundled:
+class WrittenBundle:
     """A bundle that was written.
 
     Attributes:
@@ -76,7 +76,7 @@ class Bundled:
 
 
 @dataclass(frozen=True)
-class Recomputed:
+class RecomputedEvaluation:
     """What an evaluation from the raw data gave.
 
     Attributes:
@@ -98,7 +98,7 @@ def bundle(
     *,
     force: bool = False,
     notices: Notices = SILENT,
-) -> Bundled:
+) -> WrittenBundle:
     """Collects, evaluates, writes. The same run gives the same bytes.
 
     Args:
@@ -127,10 +127,10 @@ def bundle(
     log, recording = found.log, "cannot be decoded"
     if log is not None:
         recording = f"{log.verdict}: {len(log)} samples, {log.samples_lost} lost"
-    return Bundled(target, manifest, manifest_sha256, recording)
+    return WrittenBundle(target, manifest, manifest_sha256, recording)
 
 
-def _stage_bundle(folder: Path, found: Collected, used: Evaluated, name: str) -> Manifest:
+def _stage_bundle(folder: Path, found: BundleContents, used: EvaluationInputs, name: str) -> Manifest:
     """Lays out the bundle in a folder and evaluates it there, as `reproduce` will."""
     for inside, path in found.files.items():
         (folder / inside).parent.mkdir(parents=True, exist_ok=True)
@@ -165,7 +165,7 @@ def _stage_bundle(folder: Path, found: Collected, used: Evaluated, name: str) ->
 
 
 def _preflight(folder: Path) -> Any:
-    """What it says; None if it cannot be read: it is in the bundle as it is."""
+    """Read `preflight.json`; return None if it cannot be read, as the bundle keeps it unchanged."""
     try:
         return json.loads((folder / RUN / PREFLIGHT).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -176,7 +176,7 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
-def _images(found: Collected, preflight: Any) -> dict[str, Any]:
+def _images(found: BundleContents, preflight: Any) -> dict[str, Any]:
     """Hashes of the firmware that flew: the logger's from the recording, the sequencer's from the preflight."""
     images: dict[str, Any] = {}
     if found.log is None:
@@ -198,7 +198,7 @@ def _images(found: Collected, preflight: Any) -> dict[str, Any]:
 
 
 def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
-    """What is known of a board that has an `image_crc`, wherever it stands."""
+    """Find a board's identity, a dict with an `image_crc`, at any depth of a JSON value."""
     if isinstance(value, dict):
         one = value.get(board)
         if isinstance(one, dict) and "image_crc" in one:
@@ -208,7 +208,7 @@ def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
     return next((one for one in below if one is not None), None)
 
 
-def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
+def recompute(folder: Path, name: str, used: EvaluationInputs) -> RecomputedEvaluation:
     """Decodes, calibrates, evaluates, draws; no file of the bundle changes.
 
     An evaluation notes the landing of the drop in the certificate: it gets a copy.
@@ -230,11 +230,13 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
             robot = drop_evaluation.robot_of(options.robot)
             done = drop_evaluation.evaluate_run(folder / used.recording, options, robot)
         except TfsatError as error:
-            return Recomputed(_relative({"error": jsonable(error_as_dict(error))}, roots), None, None)
+            return RecomputedEvaluation(
+                _relative({"error": jsonable(error_as_dict(error))}, roots), None, None
+            )
         result = {**MADE_BY_EVALUATE, **jsonable(done.as_dict())}
         certificate = None if done.held is None else done.held.path
         # The time in it is the drop's own, so that it does not hang on when it was made.
-        drop = Reported(
+        drop = ReportedDrop(
             name,
             done.found,
             done.verdict,
@@ -250,10 +252,10 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
         )
         page = render(_relative(document_of([drop], done.recorded or _NO_TIME), roots))
         held = None if certificate is None else _relative(str(certificate), roots)
-        return Recomputed(_relative(result, roots), page, held)
+        return RecomputedEvaluation(_relative(result, roots), page, held)
 
 
-def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
+def _options(folder: Path, scratch: Path, used: EvaluationInputs) -> EvaluationOptions:
     files = {kind: folder / name for kind, name in used.files.items()}
     if used.maneuver == f"{RUN}/{MANEUVER}":
         del files["maneuver"]  # evaluate finds it, and holds it against what the sequencer held
@@ -268,7 +270,7 @@ def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
 
 
 def _copy_certificate(folder: Path, scratch: Path, certificate: str) -> Path:
-    """A copy of the certificate and of those that were kept before it."""
+    """Copy the certificate and its earlier versions, and return the path of the copy."""
     copy = scratch / certificate
     copy.parent.mkdir(parents=True)
     shutil.copyfile(folder / certificate, copy)
@@ -279,9 +281,9 @@ def _copy_certificate(folder: Path, scratch: Path, certificate: str) -> Path:
 
 
 def _relative(value: Any, roots: tuple[Path, ...]) -> Any:
-    """With every path in every text relative to the bundle.
+    """Make every path in every text of a JSON value relative to the bundle.
 
-    On every system the same: neither its separators nor its quotes about a path with spaces count.
+    The result is the same on every system: path separators and quotes around paths with spaces are normalized.
     """
     if isinstance(value, dict):
         return {key: _relative(item, roots) for key, item in value.items()}

@@ -64,7 +64,7 @@ class Missing:
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class EvaluationInputs:
     """How the drop was evaluated, by names in the bundle; None: none was used.
 
     Attributes:
@@ -113,7 +113,7 @@ class Manifest:
 
     made_by: str
     name: Annotated[str, _drop_name]
-    evaluated: Evaluated
+    evaluated: EvaluationInputs
     images: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, BundledFile] = field(default_factory=dict)
     missing: tuple[Missing, ...] = ()
@@ -122,7 +122,7 @@ class Manifest:
     doubts: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the manifest as a dict for JSON."""
         values = asdict(self)
         names = ("made_by", "name", "evaluated", "images", "missing", "record", "doubts", "left_out")
         found = {name: values[name] for name in names} | {"files": dict(sorted(values["files"].items()))}
@@ -130,12 +130,12 @@ class Manifest:
 
 
 def format_manifest(manifest: Manifest) -> str:
-    """The file's text."""
+    """Format a manifest as the text of its file."""
     return json.dumps(manifest.as_dict(), indent=1) + "\n"
 
 
 def parse_manifest(data: bytes, source: str) -> Manifest:
-    """What `format_manifest` wrote; `source` is the name that errors give it.
+    """Parse the output of `format_manifest`; `source` names it in errors.
 
     Raises:
         BundleError: it is no manifest, or one of another format.
@@ -156,7 +156,7 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
 
 
 def _why(error: Exception) -> str:
-    """In words that are not Python's."""
+    """Describe a parse error in plain words instead of Python's."""
     if isinstance(error, KeyError):
         return f"it has no {error.args[0]}"
     if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
@@ -165,7 +165,10 @@ def _why(error: Exception) -> str:
 
 
 def environment() -> dict[str, Any]:
-    """With what a result was computed, for JSON; nothing in it names a person or a computer."""
+    """Return the software and system that a result is computed with, for JSON.
+
+    It identifies neither a person nor a computer.
+    """
     return {
         "tfsat": __version__,
         "sources_sha256": sources_sha256(),
@@ -182,7 +185,10 @@ def environment() -> dict[str, Any]:
 
 @cache
 def sources_sha256() -> str:
-    """Of the names and contents of tfsat's Python files: they distinguish two versions of one number."""
+    """Compute the SHA-256 over the names and contents of tfsat's Python files.
+
+    It distinguishes two states of the sources with the same version number.
+    """
     package = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for name, path in sorted((path.relative_to(package).as_posix(), path) for path in package.rglob("*.py")):
@@ -191,7 +197,7 @@ def sources_sha256() -> str:
 
 
 def changed_since(before: Any) -> list[str]:
-    """How this computer differs from the one that made a bundle; a sentence for each thing."""
+    """List how this computer's environment differs from that of a bundle, one sentence per difference."""
     if not isinstance(before, dict) or not isinstance(before.get("packages"), dict):
         return ["The bundle does not say with what it was computed."]
     now = environment()

@@ -34,7 +34,7 @@ from tfsat_host.run.bundle.comparison import (
     differences,
 )
 from tfsat_host.run.bundle.contents import RUN, not_as_checked
-from tfsat_host.run.bundle.making import Recomputed
+from tfsat_host.run.bundle.making import RecomputedEvaluation
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -74,7 +74,7 @@ class ComparedPart:
 
 
 @dataclass(frozen=True, eq=False)
-class Reproduced:
+class Reproduction:
     """What came of it.
 
     Attributes:
@@ -109,7 +109,7 @@ class Reproduced:
         ]
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the outcome as a dict for JSON."""
         return {
             "same": self.same,
             "complete": not self.incomplete,
@@ -135,7 +135,9 @@ class Reproduced:
         }
 
 
-def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Notices = SILENT) -> Reproduced:
+def reproduce(
+    bundle: Path | str, folder: Path | str | None = None, notices: Notices = SILENT
+) -> Reproduction:
     """Unpacks a bundle, checks every hash, computes evaluation, report and calibration, and compares.
 
     Args:
@@ -169,17 +171,20 @@ def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Not
         )
     record = tuple(_find_changes(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
-    return Reproduced(folder, manifest, manifest_sha256, compared, record, environment)
+    return Reproduction(folder, manifest, manifest_sha256, compared, record, environment)
 
 
 def _is_result(name: str) -> bool:
-    """Of an earlier command, in the run's folder: it is kept by its hash, and not made again."""
+    """Return whether a file in the run's folder is the result of an earlier command.
+
+    Such a file is kept by its hash and not recomputed.
+    """
     path = PurePosixPath(name)
     return path.match(f"{RUN}/*") and any(path.match(pattern) for pattern in _RESULTS)
 
 
 def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
-    """What is not as the run's record and its preflight say; sentences."""
+    """List the deviations from the run's record and its preflight, as sentences."""
     run = folder / RUN
     if not run.is_dir():
         return []
@@ -188,7 +193,7 @@ def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
     return [*(finding.sentence for finding in verify(run)), *checked]
 
 
-def _evaluation(folder: Path, done: Recomputed) -> ComparedPart:
+def _evaluation(folder: Path, done: RecomputedEvaluation) -> ComparedPart:
     bundled = _load(folder / EVALUATION)
     if bundled is _UNREADABLE:
         there = (folder / EVALUATION).is_file()
@@ -208,7 +213,7 @@ def _evaluation(folder: Path, done: Recomputed) -> ComparedPart:
     return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated again.")
 
 
-def _report(folder: Path, done: Recomputed) -> ComparedPart:
+def _report(folder: Path, done: RecomputedEvaluation) -> ComparedPart:
     bundled: Any = NOT_THERE
     sentence = "The bundle has no report."
     try:
@@ -229,7 +234,7 @@ def _report(folder: Path, done: Recomputed) -> ComparedPart:
 
 
 def document_in(page: str) -> Any:
-    """The document of a report page. Raises ValueError: there is none."""
+    """Parse the document embedded in a report page. Raises ValueError: there is none."""
     found = _DOCUMENT.search(page)
     if found is None:
         raise ValueError("it holds no document")
@@ -239,8 +244,11 @@ def document_in(page: str) -> Any:
         raise ValueError("its document is nested too deeply") from error
 
 
-def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[ComparedPart]:
-    """The certificate that lay there, and the one before it if that held at the release."""
+def _calibrations(folder: Path, manifest: Manifest, done: RecomputedEvaluation) -> list[ComparedPart]:
+    """Recompute and compare the bundle's certificate.
+
+    The previous certificate is compared, too, if it was the one in force at the release.
+    """
     used = manifest.evaluated
     if used.calibration is None:
         return [ComparedPart("calibration", None, "The bundle has no certificate.")]
@@ -256,7 +264,9 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
 
 
 def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
-    """A certificate computed from its recordings, which lie next to it, or it among them.
+    """Recompute a certificate from its recordings and compare the two.
+
+    The recordings lie in their folder next to it, or beside the certificate itself.
 
     Raises:
         CalibrationError: the certificate cannot be read.
@@ -284,9 +294,9 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
 
 
 def _landings(found: Calibration) -> list[datetime | None]:
-    """Which landing may have been the last that was known when the certificate was computed.
+    """List the landings that may have been the last one known when the certificate was computed.
 
-    One that is written later is in the certificate, too, and did not change its values.
+    A landing noted later is in the certificate, too, but did not change its values.
     """
     newest = max(paper.taken for paper in found.papers)
     known = [landing.at for landing in found.landings]
@@ -339,7 +349,7 @@ def _differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Di
 
 
 def _load(path: Path) -> Any:
-    """A JSON file of the bundle, whose hash is right; `_UNREADABLE` if it is none."""
+    """Read a JSON file of the bundle, whose hash is right; return `_UNREADABLE` if it is not JSON."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):

@@ -19,7 +19,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.run.bundle.archive import trouble_with_file
-from tfsat_host.run.bundle.contents import MADE_AGAIN, Collected, collect
+from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
 from tfsat_host.run.campaign import campaign
 from tfsat_host.run.campaign.entries import DropEntry
 from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log, time_of_day
@@ -44,7 +44,7 @@ _NOTHING = "Nothing was added."
 
 
 @dataclass(frozen=True, eq=False)
-class Added:
+class AddedDrop:
     """A drop that came in.
 
     Attributes:
@@ -73,7 +73,7 @@ class Added:
         return f"Drop {self.entry.number}  {self.place}{copy}{fell}"
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the added drop as a dict for `--json`."""
         facts = {
             "path": str(self.place),
             "moved": self.moved,
@@ -85,7 +85,7 @@ class Added:
 
 def add(
     folder: Path, run: Path, *, note: str | None = None, move: bool = False, notices: Notices = SILENT
-) -> Added:
+) -> AddedDrop:
     """Copies a run, then gives it a number.
 
     Args:
@@ -132,10 +132,10 @@ def add(
         notices.warn(f"{printable(name)} {printable(why)}: it was left out.")
     if move and left_out:
         notices.warn(f"{run} was not removed: not all of it is in the campaign.")
-    return Added(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
+    return AddedDrop(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
 
 
-def _doubts_of(found: Collected) -> list[str]:
+def _doubts_of(found: BundleContents) -> list[str]:
     if found.log is None:
         why = "" if found.refusal is None else f" {found.refusal.what}"
         return [f"Its recording cannot be decoded: it is kept, and left out of the report.{why}"]
@@ -144,8 +144,8 @@ def _doubts_of(found: Collected) -> list[str]:
     return [f"Its recording is {found.log.verdict}. What is missing: tfsat-host decode"]
 
 
-def _with_samples(error: campaign.SameDropError, found: Collected, folder: Path) -> TfsatError:
-    """The same with which of the two copies holds more."""
+def _with_samples(error: campaign.SameDropError, found: BundleContents, folder: Path) -> TfsatError:
+    """Add to the error which of the two copies holds more samples."""
     try:
         there = len(load(folder / error.drop.folder / error.drop.recording))
     except TfsatError:
@@ -173,10 +173,13 @@ def _check_places(folder: Path, run: Path, *, move: bool) -> None:
         )
 
 
-def _copy(run: Path, found: Collected, staged: Path) -> dict[str, str]:
-    """A folder whole, of a recording what belongs to it; the certificate and its recordings always next to it.
+def _copy(run: Path, found: BundleContents, staged: Path) -> dict[str, str]:
+    """Copy a run into the staged folder.
 
-    Gives what was left out, and why.
+    A folder is copied whole, a recording with the files that belong to it; the certificate and its recordings
+    always lie next to it.
+
+    Returns the files that were left out, each with the reason.
     """
     left_out = {name.removeprefix("run/"): why for name, why in found.left_out.items() if why != MADE_AGAIN}
     if run.is_dir():
@@ -215,7 +218,7 @@ def _stop(error: OSError) -> None:
     raise error
 
 
-def _sign(staged: Path, found: Collected, notices: Notices) -> list[str]:
+def _sign(staged: Path, found: BundleContents, notices: Notices) -> list[str]:
     """Vouches for all that the drop's evaluation rests on; gives what was changed since it was signed before.
 
     That is not signed again: it would look as if it had always been so.
@@ -236,7 +239,7 @@ def _sign(staged: Path, found: Collected, notices: Notices) -> list[str]:
     return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]
 
 
-def _teach_landing(certificate: Path, found: Collected) -> None:
+def _teach_landing(certificate: Path, found: BundleContents) -> None:
     """Lets a certificate know of this drop's landing, as `evaluate` would: after that no evaluation changes it."""
     if found.log is None or not certificate.is_file():
         return
@@ -249,7 +252,7 @@ def _teach_landing(certificate: Path, found: Collected) -> None:
 
 
 def _require_text_name(recording: Path) -> None:
-    """A campaign names its recordings in text files."""
+    """Refuse a recording whose name is not UTF-8 text: a campaign names its recordings in text files."""
     try:
         recording.name.encode()
     except UnicodeEncodeError:
@@ -260,7 +263,7 @@ def _require_text_name(recording: Path) -> None:
         ) from None
 
 
-def _entry(number: int, run: Path, found: Collected, staged: Path, note: str | None) -> DropEntry:
+def _entry(number: int, run: Path, found: BundleContents, staged: Path, note: str | None) -> DropEntry:
     log, now = found.log, datetime.now(UTC)
     entry = DropEntry(
         number=number,

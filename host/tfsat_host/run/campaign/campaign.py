@@ -113,7 +113,7 @@ def init(folder: Path) -> None:
 
 
 def read(folder: Path) -> Contents:
-    """What is there.
+    """Read a campaign's index and its drops' folders.
 
     Raises:
         CampaignError: it is no campaign.
@@ -141,7 +141,7 @@ def read(folder: Path) -> Contents:
 
 
 def listing(folder: Path) -> dict[str, Any]:
-    """All drops, and what of each is not as it came, for `--json`. Raises what `read` does."""
+    """List all drops and the changes to each since it was added, for `--json`. Raises as `read` does."""
     contents = read(folder)
     return {
         "campaign": str(folder),
@@ -152,7 +152,7 @@ def listing(folder: Path) -> dict[str, Any]:
 
 
 def following(folder: Path) -> dict[str, Any]:
-    """The number of the next drop, for `--json`. Raises what `read` does."""
+    """Return the number and folder of the next drop, for `--json`. Raises as `read` does."""
     contents = read(folder)
     number = contents.next_number
     return {"number": number, "folder": folder_name(number), "findings": list(contents.findings)}
@@ -244,7 +244,10 @@ def _change_entry(folder: Path, number: int, change: Callable[[DropEntry, dateti
 
 
 def changes_in(folder: Path, drop: DropEntry) -> list[str]:
-    """What of a drop is not as it was when it came in; sentences. `folder` is the campaign's."""
+    """List the changes to a drop's files since it was added, as sentences.
+
+    `folder` is the campaign's.
+    """
     place = folder / drop.folder
     recording = place / drop.recording
     if not place.is_dir():
@@ -271,7 +274,10 @@ def _lock_campaign(folder: Path) -> AbstractContextManager[None]:
 
 
 def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> None:
-    """One drop counts once, by the recording's own id: two copies off one card may differ in length."""
+    """Refuse a drop that is already in the campaign: one drop counts once.
+
+    Drops are also compared by the recording's own id: two copies off one card may differ in length.
+    """
     counting = [drop for drop in drops if drop.void is None]
     same = next((drop for drop in counting if drop.sha256 == entry.sha256), None)
     alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
@@ -311,7 +317,7 @@ def _require_no_run(folder: Path) -> None:
 
 
 def _own_entry(place: Path) -> DropEntry | str:
-    """What a drop's folder holds of itself, or why that cannot be read."""
+    """Read the entry in a drop's own folder, or return why it cannot be read."""
     try:
         return parse_drop((place / DROP).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -319,7 +325,10 @@ def _own_entry(place: Path) -> DropEntry | str:
 
 
 def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
-    """What is wrong with the folder, or the own entry, of a drop that the index has; empty: nothing."""
+    """Describe the fault in the folder or the own entry of a drop in the index.
+
+    Returns an empty string if there is no fault.
+    """
     place, own = folder / drop.folder, _own_entry(folder / drop.folder)
     if not there:
         return f"{place} is in the index and not there any more."
@@ -340,7 +349,7 @@ def _folders(folder: Path) -> dict[int, Path]:
 
 
 def _read_index(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
-    """The entries, what is wrong, and whether the index is damaged."""
+    """Read the index; return its entries, the findings, and whether it is damaged."""
     if not index.is_file():
         return (), [f"{index} is not there: it was rebuilt from the drops' folders."], False
     try:
@@ -353,7 +362,10 @@ def _read_index(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
 
 
 def _adopt_entry(path: Path, number: int) -> tuple[DropEntry | None, str]:
-    """The entry that a drop's folder holds, and that the index lacks it."""
+    """Read a drop's entry from its folder, as the index lacks it.
+
+    Returns the entry, None if it cannot be used, and a sentence that reports this.
+    """
     own = _own_entry(path)
     if isinstance(own, str):
         return None, f"{path} is not in the index, and its own {DROP} cannot be read: {own}."

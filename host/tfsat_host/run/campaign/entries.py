@@ -83,11 +83,11 @@ class DropEntry:
         return folder_name(self.number)
 
     def with_note(self, at: datetime, text: str) -> DropEntry:
-        """The same with one more note."""
+        """Return a copy of the entry with one more note."""
         return replace(self, notes=(*self.notes, Note(at, text)))
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the entry as a dict for JSON."""
         return {
             **_plain(self),
             "folder": self.folder,
@@ -97,18 +97,18 @@ class DropEntry:
 
 
 def folder_name(number: int) -> str:
-    """Of a drop, such as `drop-0007`."""
+    """Return the name of a drop's folder, such as `drop-0007`."""
     return f"drop-{number:04d}"
 
 
 def number_of(folder: str) -> int | None:
-    """Of a drop's folder; None: it is none."""
+    """Parse the drop's number from its folder's name; return None if it is no drop's folder."""
     found = _FOLDER.fullmatch(folder)
     return int(found[1]) if found and int(found[1]) > 0 else None
 
 
 def parse_index(text: str) -> tuple[DropEntry, ...]:
-    """The drops of an index, by number. Raises ValueError: it is no index, or damaged."""
+    """Parse the drops of an index, sorted by number. Raises ValueError: it is no index, or damaged."""
     with _as_value_error():
         index = json.loads(text)
         if index["made_by"] != MADE_BY or index["format"] != FORMAT:
@@ -122,17 +122,17 @@ def parse_index(text: str) -> tuple[DropEntry, ...]:
 
 
 def format_index(drops: Sequence[DropEntry]) -> str:
-    """The index's text."""
+    """Format the drops as the index's text."""
     return _json({"made_by": MADE_BY, "format": FORMAT, "drops": [drop.as_dict() for drop in drops]})
 
 
 def format_drop(drop: DropEntry) -> str:
-    """The text of a drop's own copy of its entry."""
+    """Format the text of a drop's own copy of its entry."""
     return _json(drop.as_dict())
 
 
 def parse_drop(text: str) -> DropEntry:
-    """A drop's own copy of its entry. Raises ValueError: it is none, or damaged."""
+    """Parse a drop's own copy of its entry. Raises ValueError: it is none, or damaged."""
     with _as_value_error():
         return json_values.parsed(DropEntry, json.loads(text), _OPTIONAL)
 
@@ -151,7 +151,7 @@ def _json(value: object) -> str:
 
 
 def _plain(entry: DropEntry | Note) -> dict[str, Any]:
-    """Its fields, times as text."""
+    """Return the entry's fields as a dict, with times as text."""
     found = {one.name: getattr(entry, one.name) for one in fields(entry)}
     return {key: _format_time(one) if isinstance(one, datetime) else one for key, one in found.items()}
 

@@ -50,12 +50,12 @@ class OfOneRobot:
     compared: Comparison | None
 
     def tables(self) -> list[quantity.Table]:
-        """What the drops say together, for people; none of a single drop."""
+        """Build the tables of the drops' combined results; empty for a single drop."""
         names = [f"drop {number}" for number in self.numbers]
         return [] if self.compared is None else self.compared.tables(names)
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the robot, its drops and their comparison as a dict for `--json`."""
         return {
             "robot": self.robot.kind,
             "logger_serial": self.robot.logger_serial,
@@ -94,7 +94,7 @@ class CampaignReport:
         )
 
     def rows(self) -> list[dict[str, Any]]:
-        """Of `DROPS_OF_ALL`."""
+        """Return the rows of the table `DROPS_OF_ALL`, one per drop."""
         found = []
         for drop, one in self.tried:
             done = None if isinstance(one, TfsatError) else one
@@ -104,7 +104,7 @@ class CampaignReport:
         return found
 
     def sentences(self) -> list[str]:
-        """Which drops are left out and why, and that robots are kept apart."""
+        """List the drops left out, with reasons, and the separation of different robots, as sentences."""
         found = [
             f"Drop {drop.number} cannot be evaluated: {one.what} {one.next_step}"
             for drop, one in self.tried
@@ -124,7 +124,7 @@ class CampaignReport:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Return the report as a dict for `--json`."""
         return {
             "report": None if self.page is None else str(self.page),
             "drops": [
@@ -185,7 +185,10 @@ def _recording_file(folder: Path, drop: DropEntry) -> Path:
 
 
 def _nothing_to_compare(folder: Path, findings: Sequence[str]) -> TfsatError:
-    """With what is wrong with the campaign: drops that it does not know any more are not none."""
+    """Build the error for a campaign without drops to compare.
+
+    It includes the campaign's findings: drops lost from the campaign are not the same as no drops.
+    """
     wrong, place = " ".join(findings), shlex.quote(str(folder))
     return TfsatError(
         what=f"{folder} has no drops with a recording that count.{f' {wrong}' if wrong else ''}",
@@ -199,7 +202,10 @@ def _nothing_to_compare(folder: Path, findings: Sequence[str]) -> TfsatError:
 def _try_evaluation(
     drop: DropEntry, folder: Path, options: EvaluationOptions, notices: Notices
 ) -> EvaluatedRun | TfsatError:
-    """A drop of an unforeseen kind breaks its own evaluation, and not that of the others."""
+    """Evaluate a drop and return the error if that fails.
+
+    An unforeseen exception fails this drop only, not the evaluation of the others.
+    """
     recording = _recording_file(folder, drop)
     try:
         _require_as_it_came(drop, folder)
@@ -234,7 +240,7 @@ def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
 def _write(
     tried: Sequence[TriedDrop], robots: Sequence[OfOneRobot], files: ReportFiles, notices: Notices
 ) -> None:
-    """The page, of those that can be evaluated, with each robot's drops by themselves."""
+    """Write the report page of the drops that can be evaluated, with a comparison per robot."""
     drops = {
         drop.number: reported(_name(drop, one), one) for drop, one in tried if isinstance(one, EvaluatedRun)
     }
@@ -250,13 +256,13 @@ def _write(
 
 
 def _name(drop: DropEntry, run: EvaluatedRun) -> str:
-    """As the page has it: among real drops an emulated one must not be taken for another."""
+    """Return the drop's name on the page; an emulated drop is marked as such."""
     emulated = dropped_robot(run.found.log).kind == EMULATED
     return f"{drop.folder} (emulated)" if emulated else drop.folder
 
 
 def by_robot(done: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRobot]:
-    """Each robot's drops; `done` are their numbers and evaluations."""
+    """Group the drops by robot; `done` are their numbers and evaluations."""
     grouped: dict[_Key, list[tuple[int, EvaluatedRun]]] = {}
     for number, run in done:
         key = (dropped_robot(run.found.log), sha256_of(run.found.model.path))
