@@ -39,7 +39,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) 
         OSError: the file cannot be made.
     """
     deadline_s = time.monotonic() + patience_s
-    while (file := _claimed(lock)) is None:
+    while (file := _claim(lock)) is None:
         if time.monotonic() > deadline_s:
             raise BusyError(
                 what=f"Another program has been writing {what} for {patience_s:g} s.",
@@ -54,11 +54,11 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) 
             _let_go(file, lock)
 
 
-def _claimed(lock: Path) -> IO[bytes] | None:
+def _claim(lock: Path) -> IO[bytes] | None:
     """Open and lock the lock's file; return None while another program holds it."""
     file = lock.open("ab")
     try:
-        if _held(file, lock):
+        if _try_lock(file, lock):
             return file
     except OSError as error:
         file.close()
@@ -76,7 +76,7 @@ def _claimed(lock: Path) -> IO[bytes] | None:
 if sys.platform == "win32":
     import msvcrt
 
-    def _held(file: IO[bytes], lock: Path) -> bool:  # noqa: ARG001  an open file cannot be removed: it is the lock's
+    def _try_lock(file: IO[bytes], lock: Path) -> bool:  # noqa: ARG001  an open file cannot be removed: it is the lock's
         file.seek(0)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
@@ -92,7 +92,7 @@ else:
     import fcntl
     import os
 
-    def _held(file: IO[bytes], lock: Path) -> bool:
+    def _try_lock(file: IO[bytes], lock: Path) -> bool:
         """Lock the open file and return whether that succeeded.
 
         The previous holder removed its file: a lock on that removed file does not count.

@@ -58,7 +58,7 @@ def flag(value: object) -> bool:
     return value is True
 
 
-def parsed(kind: type[T], values: Any, optional: Container[str] = ()) -> T:
+def parse_dataclass(kind: type[T], values: Any, optional: Container[str] = ()) -> T:
     """Build a dataclass from its JSON object, parsing each field by its type.
 
     A field is text, a time, a flag, a number of bytes, another such dataclass, one of these or null
@@ -94,7 +94,7 @@ def _field(kind: Any, value: Any, name: str) -> Any:
             raise ValueError(f"its {name} is no table")
         return {key: _field(args[1], one, key) for key, one in value.items()}
     if isinstance(kind, type) and is_dataclass(kind):
-        return parsed(kind, value)
+        return parse_dataclass(kind, value)
     return _READERS[kind](value)
 
 

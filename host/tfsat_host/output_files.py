@@ -68,7 +68,7 @@ def write_text(path: Path, marker: bytes, text: str, *, force: bool) -> None:
 def refuse_special(path: Path) -> None:
     """Raises TfsatError for a device, pipe or socket; it is not opened, which could wait forever."""
     if is_special(path):
-        raise _refused(
+        raise _refusal(
             f"{path} is a device, pipe or socket, not a file.",
             "Name a file with --out; results for a pipe go to stdout: --json.",
         )
@@ -89,11 +89,11 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
         TfsatError: it does, or it is a directory, or its folder is none or cannot be written to.
     """
     if path.is_dir():
-        raise _refused(f"{path} is a directory.", "Move it away, or name another place with --out.")
+        raise _refusal(f"{path} is a directory.", "Move it away, or name another place with --out.")
     refuse_special(path)
     folder = next(place for place in path.absolute().parents if place.exists())
     if not folder.is_dir():
-        raise _refused(f"{folder} is a file, not a folder.", "Name another place with --out.")
+        raise _refusal(f"{folder} is a file, not a folder.", "Name another place with --out.")
     try:
         if path.exists() and not force and not was_made_with(path, marker):
             raise TfsatError(
@@ -135,7 +135,7 @@ def _require_replaceable(path: Path) -> None:
             )
 
 
-def _refused(what: str, next_step: str) -> TfsatError:
+def _refusal(what: str, next_step: str) -> TfsatError:
     return TfsatError(what=what, meaning="Nothing was written.", next_step=next_step)
 
 

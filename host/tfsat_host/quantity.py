@@ -236,7 +236,7 @@ def record(columns: Columns, row: Any) -> dict[str, Any]:
         if not column.key:
             continue
         value = column.value(row)
-        found[column.key] = nested(column.columns, value) if column.columns else _plain(value)
+        found[column.key] = json_objects(column.columns, value) if column.columns else _plain(value)
         if column.std:
             found[f"{column.key}_std"] = _plain(column.std_of(row))
     return found
@@ -247,7 +247,7 @@ def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:
     return [record(columns, row) for row in rows]
 
 
-def nested(columns: Columns, value: Any) -> Any:
+def json_objects(columns: Columns, value: Any) -> Any:
     """Return one row as a JSON object, a list or tuple of rows as a list of them, and None as None."""
     if value is None:
         return None

@@ -264,7 +264,9 @@ def _settings(top: Table) -> tuple[ServoSettings, list[str]]:
     notices: list[str] = []
     (frame_us,) = _whole(top, "", "frame_ms", notices)
     keys = "joint zero_us us_per_deg reversed limits_deg"
-    entries = top.numbered("servo", "joint", limits.JOINT_COUNT, keys, code=SettingsDefect.FILE_JOINTS)
+    entries = top.tables_by_number(
+        "servo", "joint", limits.JOINT_COUNT, keys, code=SettingsDefect.FILE_JOINTS
+    )
     servos = [_servo(entry, f"joint {joint}: ", notices) for joint, entry in entries.items()]
     settings = ServoSettings(frame_us, tuple(servos))
     finding = find_defect(settings)

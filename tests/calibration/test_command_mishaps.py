@@ -16,7 +16,7 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import MAX_DURATION_S
 from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
-from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG, as_typed_here, resuming
+from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG, as_typed_here, resume_command
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.main import main
 from tfsat_host.emulated.imperfections import draw, draw_as_built
@@ -178,7 +178,7 @@ def test_commands_in_errors_have_the_options_that_they_take() -> None:
         "tfsat-host calibrate show",
     ]
     goes_on = "tfsat-host calibrate servo --joint 2 --no-upload --resume --port a --sequencer-port b"
-    assert resuming(args) == goes_on
+    assert resume_command(args) == goes_on
 
 
 @pytest.mark.usefixtures("short_steps")

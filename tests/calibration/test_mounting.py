@@ -15,7 +15,7 @@ from tests.calibration.synthetic_gyro import (
     swings,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.mounting import Mounting, described, solve_mounting
+from tfsat_host.calibration.mounting import Mounting, describe_mounting, solve_mounting
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.statistics import few, mean_and_covariance
@@ -167,6 +167,6 @@ def test_batch_means_know_that_filtered_noise_repeats_itself() -> None:
 def test_how_a_sensor_sits_is_said_in_words(turn_deg: tuple[float, ...], says: str) -> None:
     nominal = Rotation.from_euler("xyz", [90, 0, 90], degrees=True).as_matrix()
     rotation = nominal @ Rotation.from_rotvec(np.radians(turn_deg)).as_matrix()
-    said = described(rotation, nominal)
+    said = describe_mounting(rotation, nominal)
     assert said.endswith(says) or says in said
     assert bool(said) == bool(says)

@@ -38,7 +38,7 @@ def recorded(step: Step, duration_s: float, hands: Operator) -> Counts:
         with logger.live() as scales:
             while not parts or parts[-1].t_us[-1] - parts[0].t_us[0] < duration_s * 1e6:
                 parts.append(Counts.from_live(logger.live_samples(), scales))
-        return Counts.joined(parts)
+        return Counts.join(parts)
 
 
 def until(counts: Counts, elapsed_s: float) -> Counts:

@@ -15,7 +15,7 @@ from tfsat_host.calibration.certificate.certificate import (
     Landing,
     commands_of,
     quantities,
-    summarized,
+    summarize_shortcomings,
     with_landing,
 )
 from tfsat_host.calibration.sensors.gyro import by_design
@@ -38,7 +38,7 @@ def test_a_whole_calibration_lacks_nothing() -> None:
     assert len({one.name for one in found}) == len(found)
     assert whole_calibration().shortcomings() == ()
     assert whole_calibration().last_landing is None
-    assert summarized(()) == ""
+    assert summarize_shortcomings(()) == ""
 
 
 def test_a_landing_ends_all_but_the_scale_factors() -> None:
@@ -143,10 +143,10 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
         "tfsat-host calibrate servo --joint 2",
         "tfsat-host calibrate servo --joint 3",
     )
-    assert summarized(bare.shortcomings()) == (
+    assert summarize_shortcomings(bare.shortcomings()) == (
         "not calibrated: bias of body 1, misalignment of body 1 about x, misalignment of body 1 about y and 5 more"
     )
-    assert "older than the last landing: " in summarized(landed(MEASURED + HOUR).shortcomings())
+    assert "older than the last landing: " in summarize_shortcomings(landed(MEASURED + HOUR).shortcomings())
 
 
 @pytest.mark.parametrize(("body", "joint"), [(1, 1), (2, 1), (3, 1), (4, 3)])

@@ -22,7 +22,7 @@ from tests.calibration.bench_day import (
     refused,
     silence_angle,
 )
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
@@ -68,7 +68,7 @@ def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
     )
     found = solve([record(zero(None), truth=truth)], MODEL)
     for sensors in found.joints:
-        off = np.rad2deg(wrapped(sensors.zero_rad - np.deg2rad(shown_deg)))
+        off = np.rad2deg(wrap_angle(sensors.zero_rad - np.deg2rad(shown_deg)))
         assert np.all(np.abs(off) < 0.03)
         stated = np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance)))
         assert np.all(stated < 0.03)

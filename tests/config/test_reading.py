@@ -82,7 +82,7 @@ def test_each_type_as_it_stands() -> None:
     assert np.array_equal(top.array("rows", -1, 2), [[1, 2], [3, 4]])
     assert top.table("inside", "x").number("x") == 1.0
     assert [joint.table("servo").number("rate") for joint in top.tables("joint")] == [10.0, 20.0]
-    assert list(top.numbered("joint", "number", 2)) == [1, 2]
+    assert list(top.tables_by_number("joint", "number", 2)) == [1, 2]
     assert top.tables("absent") == [] and not top.has("absent")
 
 
@@ -95,7 +95,7 @@ def servo_of(joint: Table) -> float:
 
 
 def numbered(top: Table) -> dict[int, Table]:
-    return top.numbered("joint", "number", 2)
+    return top.tables_by_number("joint", "number", 2)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from tests.dynamics.oracles.simulator import State
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tests.dynamics.reference import rate_without_momentum
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Flight, JointHistory, Multibody, propagate, sampled
+from tfsat_host.dynamics import Flight, JointHistory, Multibody, history_from_samples, propagate
 from tfsat_host.robot import RobotModel, load_robot
 
 RANDOM_CASES = 20
@@ -102,6 +102,6 @@ def _history(
     if from_samples:
         sines = SineHistory(rng, joints, terms=3, reach_rad=np.pi / 2)
         t_s = np.linspace(0.0, duration_s, round(duration_s * _SAMPLES_PER_S) + 1)
-        return sines, sampled(t_s, sines.angles(t_s))
+        return sines, history_from_samples(t_s, sines.angles(t_s))
     polynomials = PolynomialHistory(rng, joints, duration_s=duration_s)
     return polynomials, polynomials.joint_history()

@@ -15,11 +15,11 @@ from tfsat_host.dynamics import (
     JointHistory,
     Multibody,
     TimedMove,
-    moved,
+    history_from_moves,
+    history_from_samples,
     path_rotation,
     propagate,
     propagate_within,
-    sampled,
 )
 from tfsat_host.robot import load_robot
 
@@ -33,7 +33,7 @@ def apart_deg(a: FloatArray, b: FloatArray) -> float:
 def maneuver() -> tuple[Multibody, JointHistory]:
     robot = load_robot()
     moves = [TimedMove(0, 1.0, 0.1, 0.5), TimedMove(1, 1.2, 0.5, 1.0)]
-    return Multibody.of(robot), moved(robot, moves, end_s=1.2)
+    return Multibody.of(robot), history_from_moves(robot, moves, end_s=1.2)
 
 
 @pytest.mark.parametrize("size_deg", [90.0, 180.0])
@@ -96,9 +96,9 @@ def test_one_rigid_body_tumbles_as_eulers_equations_say(tmp_path: Path) -> None:
 
     expected = solve_ivp(tumble, (0.0, 2.0), [*rate, 0, 0, 0, 1], rtol=1e-11, atol=1e-12, method="DOP853")
     for history in (
-        moved(robot, [], end_s=2.0),
-        sampled(np.array([0.0, 1.0, 2.0]), np.zeros((3, 0))),
-        sampled(np.array([0.0, 2.0]), np.zeros((2, 0)), between="linear"),
+        history_from_moves(robot, [], end_s=2.0),
+        history_from_samples(np.array([0.0, 1.0, 2.0]), np.zeros((3, 0))),
+        history_from_samples(np.array([0.0, 2.0]), np.zeros((2, 0)), between="linear"),
     ):
         flight = propagate_within(body, history, initial_rate_rad_s=rate).flight
         assert apart_deg(flight.quaternion_xyzw[-1], expected.y[3:, -1]) < 1e-4

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 
 
 @given(st.lists(st.floats(-1e4, 1e4), min_size=1))
 def test_the_same_angle_within_half_a_turn_of_zero(angles: list[float]) -> None:
     before = np.array(angles)
-    found = wrapped(before)
+    found = wrap_angle(before)
     assert (found >= -np.pi).all() and (found <= np.pi).all()
     turns = (before - found) / (2.0 * np.pi)
     assert turns == pytest.approx(np.round(turns), abs=1e-9)
 
 
 def test_an_angle_that_nobody_knows_stays_unknown() -> None:
-    assert np.isnan(wrapped(np.array([np.nan, 1.0]))).tolist() == [True, False]
+    assert np.isnan(wrap_angle(np.array([np.nan, 1.0]))).tolist() == [True, False]

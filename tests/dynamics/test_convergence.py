@@ -13,7 +13,7 @@ from tests.dynamics.histories import PolynomialHistory
 from tests.dynamics.random_robots import random_robot
 from tests.dynamics.reference import free_attitude, rate_without_momentum
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import Multibody, TimedMove, moved, propagate, stroke_rotation
+from tfsat_host.dynamics import Multibody, TimedMove, history_from_moves, propagate, stroke_rotation
 from tfsat_host.robot import RobotModel, load_robot
 
 Order = Literal[4, 6]
@@ -73,7 +73,7 @@ def test_the_limit_is_the_independent_references(
 def test_jumping_rates_cost_no_order() -> None:
     robot = load_robot()
     moves = [TimedMove(0, 1.0, 0.013, 0.351), TimedMove(1, 1.2, 0.29, 0.77), TimedMove(0, -1.0, 0.6, 0.95)]
-    history, body = moved(robot, moves, end_s=1.0), Multibody.of(robot)
+    history, body = history_from_moves(robot, moves, end_s=1.0), Multibody.of(robot)
     ends = [
         propagate(
             body, history, initial_rate_rad_s=np.array([0.2, 0.5, -0.3]), step_s=step_s

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import JointHistory, TimedMove, moved, sampled, servo_moves
+from tfsat_host.dynamics import JointHistory, TimedMove, history_from_moves, history_from_samples, servo_moves
 from tfsat_host.dynamics.history import overshoots
 from tfsat_host.robot import load_robot
 
@@ -31,7 +31,9 @@ def test_rate_and_acceleration_stay_within_the_servos(
     delta_deg: float, start_s: float, duration_s: float
 ) -> None:
     delta = np.radians(delta_deg)
-    history = moved(ROBOT, [TimedMove(0, delta, start_s, start_s + duration_s)], start_rad=np.full(3, 0.2))
+    history = history_from_moves(
+        ROBOT, [TimedMove(0, delta, start_s, start_s + duration_s)], start_rad=np.full(3, 0.2)
+    )
     pieces = history.coefficients[:, :, 0]
     assert 2.0 * np.abs(pieces[0]).max() <= SERVO.acceleration_rad_s2 * (1 + 1e-9)
     _, rates = looked_at(history)
@@ -65,13 +67,13 @@ def test_the_next_move_of_a_late_joint_waits_and_that_of_another_does_not() -> N
     first, back, other = servo_moves(ROBOT, moves)
     assert first.end_s > 0.75
     assert back.start_s == first.end_s and other.start_s == 0.75
-    assert moved(ROBOT, moves).angles_rad(np.array([0.76, 2.0]))[:, 1] == pytest.approx(
+    assert history_from_moves(ROBOT, moves).angles_rad(np.array([0.76, 2.0]))[:, 1] == pytest.approx(
         [0.5 * SERVO.acceleration_rad_s2 * 0.01**2, 0.1]
     )
 
 
 def test_very_slow_moves_arrive_too() -> None:
-    history = moved(ROBOT, [TimedMove(0, 1e-3, 0.0, 1e7)])
+    history = history_from_moves(ROBOT, [TimedMove(0, 1e-3, 0.0, 1e7)])
     assert history.angles_rad(np.array([5e6, 1e7]))[:, 0] == pytest.approx([5e-4, 1e-3])
 
 
@@ -87,17 +89,19 @@ def test_very_slow_moves_arrive_too() -> None:
 )
 def test_what_is_no_move_is_refused(move: TimedMove, says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        moved(ROBOT, [TimedMove(0, 1.0, 2.0, 3.0), move])
+        history_from_moves(ROBOT, [TimedMove(0, 1.0, 2.0, 3.0), move])
 
 
 def test_start_angles_fit_the_robot() -> None:
     with pytest.raises(ValueError, match="do not fit"):
-        moved(ROBOT, [], start_rad=np.zeros(2))
+        history_from_moves(ROBOT, [], start_rad=np.zeros(2))
 
 
 def test_a_splines_overshoot_is_found_where_it_is() -> None:
     t_s = np.array([0.0, 0.1, 0.2, 0.200002, 0.3, 0.4])
-    history = sampled(t_s, np.radians(np.array([[0.0, 0.0], [1, 1], [2, 2], [2.3, 2], [3, 3], [4, 4]])))
+    history = history_from_samples(
+        t_s, np.radians(np.array([[0.0, 0.0], [1, 1], [2, 2], [2.3, 2], [3, 3], [4, 4]]))
+    )
     first, second = overshoots(history)
     dense = np.linspace(0.0, 0.4, 400_001)
     between = np.interp(dense, t_s, history.angles_rad(t_s)[:, 0])
@@ -106,5 +110,5 @@ def test_a_splines_overshoot_is_found_where_it_is() -> None:
     )
     assert history.rates_rad_s(np.array([first.t_s]))[0, 0] == pytest.approx(0.0, abs=1e-6)
     assert second.excess_rad < 1e-3
-    lines = sampled(t_s, np.zeros((6, 1)), between="linear")
+    lines = history_from_samples(t_s, np.zeros((6, 1)), between="linear")
     assert overshoots(lines)[0].excess_rad == 0.0

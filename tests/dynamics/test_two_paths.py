@@ -17,7 +17,7 @@ from tfsat_host.dynamics import (
     Flight,
     Multibody,
     TimedMove,
-    moved,
+    history_from_moves,
     path_rotation,
     poses,
     propagate,
@@ -42,7 +42,7 @@ def net(robot: RobotModel, strokes: Strokes, base: int | None = None) -> Rotatio
 def flown(robot: RobotModel, strokes: Strokes, base: int | None = None) -> Flight:
     """Half a second a stroke, from rest to rest."""
     moves = [TimedMove(joint, delta, 0.5 * k, 0.5 * k + 0.4) for k, (joint, delta) in enumerate(strokes)]
-    return propagate(Multibody.of(robot, base), moved(robot, moves), order=6)
+    return propagate(Multibody.of(robot, base), history_from_moves(robot, moves), order=6)
 
 
 def end_of(flight: Flight, body: int) -> Rotation:
@@ -113,7 +113,9 @@ def test_after_an_open_path_the_base_bodies_differ_by_the_joint_angles(base: int
 @pytest.mark.parametrize("base", range(5))
 def test_a_flight_is_the_same_from_whichever_body_it_is_seen(tmp_path: Path, base: int) -> None:
     robot = five_bodies(tmp_path, 5)
-    history = moved(robot, [TimedMove(0, 1.0, 0.1, 0.6), TimedMove(2, -1.2, 0.3, 0.9)], end_s=1.0)
+    history = history_from_moves(
+        robot, [TimedMove(0, 1.0, 0.1, 0.6), TimedMove(2, -1.2, 0.3, 0.9)], end_s=1.0
+    )
     rate = np.array([0.8, -0.5, 1.1])  # of every body: the joints are at rest at first
     one = propagate(Multibody.of(robot), history, initial_rate_rad_s=rate, order=6)
     other = propagate(Multibody.of(robot, base), history, initial_rate_rad_s=rate, order=6)

@@ -66,8 +66,8 @@ def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
 def test_all_that_the_fit_found_stands_in_it() -> None:
     found = fallen(ROBOT)
     fit = found.explained.fit
-    tilt_rad = found.explained.driven.flown.corrected(fit.errors).tilt_rad
-    wanted, there = fit.offsets.corrected(fit.values).tilted(tilt_rad), Multibody.of(corrected(found))
+    tilt_rad = found.explained.driven.flown.correct(fit.errors).tilt_rad
+    wanted, there = fit.offsets.correct(fit.values).tilt_hinges(tilt_rad), Multibody.of(corrected(found))
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m"):
         np.testing.assert_allclose(
             getattr(there, name), getattr(wanted, name), rtol=0.0, atol=2e-6, err_msg=name

@@ -22,7 +22,7 @@ from tests.evaluation.drops import (
 from tests.fixtures.emulated_drop import DLPF_42_HZ, drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.evaluation.com_fit.com_fit import fit_model, widened
+from tfsat_host.evaluation.com_fit.com_fit import fit_model, widen_fit
 from tfsat_host.evaluation.com_fit.cross_validation import FittedDrop, combine, cross_validate, left_aside
 from tfsat_host.evaluation.com_fit.momentum import derivatives, flown_of, inertial_momentum, residual_rate
 from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
@@ -42,7 +42,7 @@ def final_error_deg(one: Fitted, values: FloatArray) -> float:
 
     It is the integrated residual rate.
     """
-    body = one.fit.offsets.corrected(values)
+    body = one.fit.offsets.correct(values)
     calm = one.flown.t_s < FIRST_STROKE_S
     momentum = inertial_momentum(body, one.flown)[calm].mean(axis=0)
     rate = np.einsum("nij,nj->ni", one.flown.attitude, residual_rate(body, one.flown, momentum))
@@ -112,7 +112,7 @@ def test_a_center_of_mass_that_moved_between_drops_is_found_and_the_deviations_c
     np.testing.assert_allclose(found.std, found.widened_by * before.std, rtol=0.02)
     assert "contradict each other" in found.contradiction() and "DOUBTFUL" in found.contradiction()
     # A drop that tells nothing contradicts nobody.
-    assert combine([first, widened(other, 1e4)]).agree and combine([first]).agree
+    assert combine([first, widen_fit(other, 1e4)]).agree and combine([first]).agree
 
 
 def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None:
@@ -128,13 +128,13 @@ def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None
 
 def test_a_drop_weighs_by_what_it_tells() -> None:
     fit = fitted(11, robot=ROBOT).fit
-    together = combine([fit, widened(moved_robot().fit, 100.0)])
+    together = combine([fit, widen_fit(moved_robot().fit, 100.0)])
     assert np.abs(together.values - fit.values).max() < 0.02
 
 
 def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
     fit = fitted(11, robot=ROBOT).fit
-    nothing = widened(fit, 1e6)
+    nothing = widen_fit(fit, 1e6)
     together = combine([nothing, nothing, fit])
     np.testing.assert_allclose(together.values, fit.values, atol=1e-3)
     np.testing.assert_allclose(combine([nothing, nothing]).std, fit.offsets.prior_std, rtol=1e-5)
@@ -165,9 +165,9 @@ def rows(
     one: Fitted, values: FloatArray, momentum: FloatArray, errors: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return a drop's whitened equations for offsets, momentum and sensor errors, linearized at these."""
-    fit, driven = one.fit, one.flown.corrected(errors)
+    fit, driven = one.fit, one.flown.correct(errors)
     found = derivatives(fit.offsets, values, driven, momentum)
-    residual = residual_rate(fit.offsets.corrected(values), driven, momentum)
+    residual = residual_rate(fit.offsets.correct(values), driven, momentum)
     whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * found.noise))
     # The momentum in small units, else the system is numerically singular.
     columns = np.concatenate([found.by_offsets, UNIT * found.by_momentum, found.by_errors], axis=2)
@@ -204,7 +204,7 @@ def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
 ) -> None:
     """Widened by much the prior weighs in its own fit, and must not be counted once a drop."""
     sharp, other = fitted(11, robot=ROBOT), fitted(seed, robot=robot)
-    vague = replace(other, fit=widened(other.fit, misfit))
+    vague = replace(other, fit=widen_fit(other.fit, misfit))
     values, std = at_once([sharp, vague])
     assert (np.abs(values) < 10.0).all(), "no bound is in the way"
     together = combine([sharp.fit, vague.fit])

@@ -186,9 +186,9 @@ def test_too_few_places_are_no_velocity() -> None:
 
 
 def test_a_window_s_verdict() -> None:
-    assert Velocity(30, 1, 28, 32).judged(20, 100) == "within"
-    assert Velocity(30, 1, 28, 32).judged(29, 100) == "uncertain"
-    assert Velocity(30, 1, 28, 32).judged(33, 100) == "outside"
+    assert Velocity(30, 1, 28, 32).judge(20, 100) == "within"
+    assert Velocity(30, 1, 28, 32).judge(29, 100) == "uncertain"
+    assert Velocity(30, 1, 28, 32).judge(33, 100) == "outside"
 
 
 # ---- the file

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.evaluation.drops import DROPPED, certificate, few_of, flown, motion, moved
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
-from tfsat_host.dynamics.history import sampled
+from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
@@ -23,7 +23,7 @@ from tfsat_host.evaluation.com_fit.prediction import (
     UNEXPLAINED,
     ModelComparison,
     compare_model,
-    predicted,
+    predict,
 )
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.rest import rest_before_release
@@ -197,7 +197,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
     one, _ = explained(1)
     calibration = certificate(one, 1)
     off = np.random.default_rng(1).standard_normal((4, 9)) * [*[0.0] * 3, *[np.deg2rad(2.0)] * 3, *[0.01] * 3]
-    wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
+    wrong = [gyro.add_errors(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
     found = compare_model(
         moved(one.log, replace(calibration, gyros=tuple(wrong)), one.model), com_offsets(one.model), 0.7
     )
@@ -232,12 +232,12 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
     """Prediction matches `dynamics.propagate` for the same joint history and momentum."""
     _, found = explained(2)
     driven, body = found.driven.flown, Multibody.of(load_robot())
-    history = sampled(driven.t_s, driven.angles_rad)
+    history = history_from_samples(driven.t_s, driven.angles_rad)
     exact = replace(driven, joint_rate_rad_s=history.rates_rad_s(driven.t_s))
     flight = propagate(
         body, history, initial_rate_rad_s=np.array([0.01, -0.02, 0.015]), step_s=0.002, order=6
     )
-    ours = predicted(body, exact, flight.momentum()[0])
+    ours = predict(body, exact, flight.momentum()[0])
     off = Rotation.from_matrix(flight.attitude()[-1].T @ ours.attitude[-1]).magnitude()
     assert np.rad2deg(off) < 0.005
 

@@ -88,6 +88,6 @@ def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
         one = fitted(seed, dlpf_cfg)
         vectors = np.stack([np.zeros(9), one.fit.values, one.drop.true_com_offsets_mm])
-        before, fit, truth = averaged_momentum(one.fit.offsets.applied(vectors), one.flown).objective
+        before, fit, truth = averaged_momentum(one.fit.offsets.apply(vectors), one.flown).objective
         assert truth < 0.05 * before
         assert fit < 0.05 * before

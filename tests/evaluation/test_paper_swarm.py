@@ -27,9 +27,9 @@ def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
     # Inside the bounds, where the swarm goes, and far outside, where an approximation would fail.
     for reach_mm in (1.0, 10.0, 100.0):
         vectors = np.random.default_rng(0).uniform(-reach_mm, reach_mm, (20, 9))
-        direct = averaged_momentum(one.fit.offsets.applied(vectors), one.flown)
+        direct = averaged_momentum(one.fit.offsets.apply(vectors), one.flown)
         strayed = (direct.values - direct.values[:, :1]).swapaxes(1, 2)
-        np.testing.assert_allclose(polynomial.strayed(vectors), strayed, atol=1e-13 * reach_mm)
+        np.testing.assert_allclose(polynomial.momentum_change(vectors), strayed, atol=1e-13 * reach_mm)
         np.testing.assert_allclose(polynomial.objective(vectors), direct.objective, rtol=1e-9)
 
 
@@ -83,7 +83,7 @@ def test_what_it_reports_is_the_objective_of_what_it_found() -> None:
     one = fitted(1)
     found = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5))
     vectors = np.stack([found.values, np.zeros(9), one.fit.values])
-    direct = averaged_momentum(one.fit.offsets.applied(vectors), one.flown).objective
+    direct = averaged_momentum(one.fit.offsets.apply(vectors), one.flown).objective
     stated = [found.objective, found.objective_before, found.objective_gauss_newton]
     np.testing.assert_allclose(stated, direct, rtol=1e-9)
     assert np.isnan(found.spread).all(), "one swarm has no spread"

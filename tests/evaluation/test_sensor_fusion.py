@@ -34,7 +34,12 @@ from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
 from tfsat_host.evaluation.motion.gyro_signal import FINE_S, Lag
-from tfsat_host.evaluation.motion.joints import SMOOTHED, SensedJoint, errors_by_sensors, smoothed
+from tfsat_host.evaluation.motion.joints import (
+    SMOOTHED,
+    SensedJoint,
+    errors_by_sensors,
+    smooth_savitzky_golay,
+)
 from tfsat_host.evaluation.motion.motion import Motion, notes_of
 from tfsat_host.sdlog import DropLog
 
@@ -338,9 +343,9 @@ def test_a_lag_of_one_pole_is_that_pole(shown: FloatArray, constant_s: float) ->
     lag = Lag(constant_s, 0.0, 0.0, constant_s, measured=True)
     pole = ([[-1.0 / constant_s]], [[1.0 / constant_s]], [[1.0]], [[0.0]])
     late = np.column_stack([lsim(pole, column, t_s, X0=column[:1])[1] for column in shown.T])
-    assert_close(lag.applied(t_s, shown), late, shown)
+    assert_close(lag.apply(t_s, shown), late, shown)
 
 
 @given(arrays(np.float64, st.integers(SMOOTHED + 1, 60), elements=FINITE))
 def test_smoothed_is_the_filter_of_savitzky_and_golay(values: FloatArray) -> None:
-    assert_close(smoothed(values), savgol_filter(values, SMOOTHED, 3), values)
+    assert_close(smooth_savitzky_golay(values), savgol_filter(values, SMOOTHED, 3), values)

@@ -148,7 +148,7 @@ def test_the_correction_takes_the_momentum_below_the_cutoff(window: Window, dlpf
     for seed in (1, 2, 3):
         one = fitted(seed, dlpf_cfg)
         before, after = (
-            inertial_momentum(one.fit.offsets.corrected(values), one.flown)
+            inertial_momentum(one.fit.offsets.correct(values), one.flown)
             for values in (np.zeros(9), one.fit.values)
         )
         found = compare_spectra(one.flown.t_s, before, after, window=window)

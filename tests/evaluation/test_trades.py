@@ -90,7 +90,7 @@ def test_a_hinge_point_and_a_center_of_mass_that_move_together_are_determined_as
     assert combined.std < 0.8 * fit.std[list(fit.offsets.names).index("body 1 CoM y")]
     assert abs(combined.value - one.drop.true_com_offsets_mm[1]) < 4.0 * combined.std
     moved = np.array([float(name in TOGETHER) for name in fit.offsets.names])
-    bodies = [fit.offsets.corrected(vector) for vector in (np.zeros(len(moved)), 5.0 * moved)]
+    bodies = [fit.offsets.correct(vector) for vector in (np.zeros(len(moved)), 5.0 * moved)]
     flown = replace(one.flown, tilt_rad=np.zeros((3, 2)))
     before, after = (momentum_of(body, flown) for body in bodies)
     np.testing.assert_allclose(before, after, rtol=1e-12, atol=1e-15)

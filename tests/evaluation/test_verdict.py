@@ -16,7 +16,7 @@ from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.prediction import UNEXPLAINED
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity, Velocity
-from tfsat_host.evaluation.verdict import OFF_SHARE, refused, verdict_of
+from tfsat_host.evaluation.verdict import OFF_SHARE, refusal_verdict, verdict_of
 from tfsat_host.robot import load_robot
 
 
@@ -52,7 +52,7 @@ def test_a_drop_that_a_flashed_image_recorded_is_not_called_emulated() -> None:
 
 
 def test_failed_checks_are_counted() -> None:
-    failed = [Kind(f"check {n}", "deg", ()).judged(2.0, 1.0, f"It is {n}.") for n in (1, 2)]
+    failed = [Kind(f"check {n}", "deg", ()).judge(2.0, 1.0, f"It is {n}.") for n in (1, 2)]
     verdict = verdict_of(replace(good(), checks=(*good().checks, *failed)))
     assert verdict.level == "doubtful" and verdict.sentence == "EMULATED robot. 2 checks failed."
     assert verdict.reasons == ("It is 1.", "It is 2.")
@@ -157,7 +157,7 @@ def test_a_correction_that_only_spoils_a_good_model() -> None:
 
 def test_reasons_of_several_kinds_are_all_named_once() -> None:
     found = replace(
-        good(), notes=("One.", "One."), checks=(Kind("check", "deg", ()).judged(2.0, 1.0, "One."),)
+        good(), notes=("One.", "One."), checks=(Kind("check", "deg", ()).judge(2.0, 1.0, "One."),)
     )
     verdict = verdict_of(found)
     assert verdict.sentence == "EMULATED robot. 1 check failed; something stands in for data that is missing."
@@ -165,7 +165,7 @@ def test_reasons_of_several_kinds_are_all_named_once() -> None:
 
 
 def test_a_drop_that_was_refused() -> None:
-    verdict = refused(TfsatError(what="No release.", meaning="No drop.", next_step="Look."))
+    verdict = refusal_verdict(TfsatError(what="No release.", meaning="No drop.", next_step="Look."))
     assert (verdict.level, verdict.sentence, verdict.reasons) == (
         "failed",
         "No release.",

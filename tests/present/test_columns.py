@@ -19,7 +19,7 @@ from tfsat_host.quantity import (
     Quantity,
     Table,
     fields,
-    nested,
+    json_objects,
     number,
     plus_minus,
     record,
@@ -86,7 +86,7 @@ def test_json_has_rows_in_rows() -> None:
         json.dumps(record(fields("axes_rad file"), axes)) == '{"axes_rad": [0.0, 0.0], "file": "recording"}'
     )
     assert record(fields("joint=first.joint"), drop) == {"joint": 2}
-    assert nested(inner, None) is None and records(inner, ()) == []
+    assert json_objects(inner, None) is None and records(inner, ()) == []
 
 
 def test_page_shows_what_has_a_label() -> None:

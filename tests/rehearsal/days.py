@@ -26,7 +26,7 @@ from tfsat_host.rehearsal.drop import Drop, rehearse
 from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
 from tfsat_host.rehearsal.fault import Fault, Moment, Outcome
 from tfsat_host.rehearsal.judgement import JudgedDay, came_of, moved_deg
-from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog
@@ -119,7 +119,7 @@ def seen(fault: Fault) -> Day:
     assert drop.checked is not None
     judged, checks = JudgedDay(drop), {}
     if drop.refused is None:
-        log = decoded(drop)
+        log = decode_drop(drop)
         try:
             found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
             judged = JudgedDay(drop, log, found, verdict_of(found))

@@ -35,7 +35,7 @@ from tfsat_host.rehearsal.fault import (
 )
 from tfsat_host.rehearsal.faults import FAULTS, GROUPS, fault_named, power_cut
 from tfsat_host.rehearsal.judgement import came_of
-from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 
@@ -154,7 +154,7 @@ def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
     drop = flown(
         replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
     )
-    log = decoded(drop)
+    log = decode_drop(drop)
     assert whole is not None and whole.release_us is not None and log.release_us is not None
     assert drop.landed_s is not None and drop.released_s is not None
     assert log.samples_lost == 0

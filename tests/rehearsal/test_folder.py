@@ -97,9 +97,9 @@ def test_a_recording_without_the_time_of_day_is_dated_by_the_rehearsals_clock(
     tell_time(tmp_path / "SD.bin", None)
     undated = replace(other_drop, card=(tmp_path / "SD.bin").read_bytes())
     folder = RunFolder(tmp_path / "run", force=False)
-    with folder.replaced():
+    with folder.replace_files():
         folder.write(four_stroke(59.0, 70.0), undated, load_robot().path.read_bytes(), "{}\n")
-        folder.sealed()
+        folder.seal()
     (landing,) = read_calibration(tmp_path / "run" / "calibration-emulated.toml").landings
     assert landing.at == other_drop.collected
 
@@ -146,13 +146,13 @@ def test_a_report_that_was_made_again_is_no_obstacle(run: Path) -> None:
 def test_a_card_that_is_copied_while_the_rehearsal_goes_on_stays(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun = days.begun
+    begun = days.begin_day
 
     def copied(*args: Any, **others: Any) -> Any:
         (run / "SD.bin").write_bytes(b"the real card")
         return begun(*args, **others)
 
-    monkeypatch.setattr(days, "begun", copied)
+    monkeypatch.setattr(days, "begin_day", copied)
     assert "is not as the rehearsal made it" in command(*AGAIN, expect=2).err
     assert (run / "SD.bin").read_bytes() == b"the real card"
 
@@ -218,7 +218,7 @@ def evaluated(rehearsed: Rehearsing, tmp_path_factory: pytest.TempPathFactory) -
 @pytest.mark.parametrize(
     ("owner", "name", "call"),
     [
-        (days, "begun", 1),
+        (days, "begin_day", 1),
         (Before, "begin", 1),
         (Before, "set_aside", 1),
         (Before, "set_aside", 4),

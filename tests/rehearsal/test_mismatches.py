@@ -60,17 +60,17 @@ def differing(one: object, other: object) -> set[str]:
 @each_built
 def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
     was = drawn_truth(MODEL, SEED)
-    flies = fault.flown(was)
+    flies = fault.apply(was)
     assert (
         differing(flies.model, was.model) | differing(flies.imperfections, was.imperfections)
         == CHANGED[fault.name]
     )
     assert flies.calibrated is (was.imperfections if fault.name == "gyro-scale-changed" else None)
-    again = fault.flown(drawn_truth(MODEL, SEED))
+    again = fault.apply(drawn_truth(MODEL, SEED))
     assert config_of(again) == config_of(flies)
     if fault.name != "mount-ripple":  # which leaves nothing to draw
         others = [replace(was, seed=seed) for seed in (6, 7, 8)]
-        assert any(config_of(fault.flown(other)) != config_of(flies) for other in others)
+        assert any(config_of(fault.apply(other)) != config_of(flies) for other in others)
 
 
 def config_of(truth: Truth) -> bytes:
@@ -83,7 +83,7 @@ def test_of_size_zero_the_emulator_is_given_the_same_to_the_last_bit(fault: Faul
     was = drawn_truth(MODEL, SEED)
     assert fault.hidden is not None
     assert config_of(fault.hidden(was, 0.0, np.random.default_rng(1))) == config_of(was)
-    assert fault_named(f"{fault.name}=0").flown(was) is was
+    assert fault_named(f"{fault.name}=0").apply(was) is was
 
 
 def test_of_size_zero_what_happens_in_a_fall_changes_no_byte_either() -> None:
@@ -98,10 +98,10 @@ def test_of_size_zero_what_happens_in_a_fall_changes_no_byte_either() -> None:
 def test_more_mismatches_change_nothing_of_the_others() -> None:
     was = drawn_truth(MODEL, SEED)
     masses, points = fault_named("wrong-masses"), fault_named("wrong-hinge-points")
-    both = masses.flown(points.flown(was)).model
-    assert np.array_equal(both.mass_kg, masses.flown(was).model.mass_kg)
-    assert np.array_equal(both.joint_point_m, points.flown(was).model.joint_point_m)
-    twice = fault_named("wrong-masses=4").flown(was).model.mass_kg
+    both = masses.apply(points.apply(was)).model
+    assert np.array_equal(both.mass_kg, masses.apply(was).model.mass_kg)
+    assert np.array_equal(both.joint_point_m, points.apply(was).model.joint_point_m)
+    twice = fault_named("wrong-masses=4").apply(was).model.mass_kg
     assert np.log(twice / MODEL.mass_kg) == pytest.approx(2.0 * np.log(both.mass_kg / MODEL.mass_kg))
 
 
@@ -153,7 +153,7 @@ def dropped(truth: Truth) -> Drop:
 
 
 def with_fault(typed: str) -> tuple[Truth, Drop]:
-    truth = fault_named(typed).flown(IDEAL)
+    truth = fault_named(typed).apply(IDEAL)
     return truth, dropped(truth)
 
 

@@ -93,7 +93,7 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
     found = evaluated()
     bad = (
         Kind("the earth is flat", "sigma", ())
-        .judged(3.0, 1.0, "It is not.")
+        .judge(3.0, 1.0, "It is not.")
         .caused_by("a wrong map", "Buy a globe.")
     )
     drop = drop_of(replace(found, checks=(*found.checks, bad)))
@@ -111,7 +111,7 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
 
 def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
     found = evaluated()
-    bad = Kind("the earth is flat", "sigma", ()).judged(3.0, 1.0, "It is not.")
+    bad = Kind("the earth is flat", "sigma", ()).judge(3.0, 1.0, "It is not.")
     caption = table(drop_of(replace(found, checks=(*found.checks, bad))), "Correction of the model")[
         "caption"
     ]
@@ -129,7 +129,7 @@ def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
     found = evaluated()
     failed = tuple(
         Kind(check.name, "sigma", ())
-        .judged(3.0, 1.0, f"{check.name} is off.")
+        .judge(3.0, 1.0, f"{check.name} is off.")
         .caused_by("a loose wire", "Solder it.")
         for check in found.checks
     )

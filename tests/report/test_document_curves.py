@@ -96,7 +96,7 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
 def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
     found, replay = evaluated(), drop["replay"]
     model, offsets = found.model, found.explained.driven.offsets
-    corrected = offsets.corrected(found.explained.fit.values)
+    corrected = offsets.correct(found.explained.fit.values)
     ghost = replay["model"]
     assert ghost[0][0] == [None] * 7  # the release has not settled
     for poses, body in ((replay["measured"], corrected), (ghost[20:], offsets.body)):

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from tests.paths import REPOSITORY
 from tests.report.sample_document import sample_document
 from tfsat_host.report import page, render
-from tfsat_host.report.document_rounding import shortened
+from tfsat_host.report.document_rounding import shorten_document
 from tfsat_host.report.page import embeddable
 
 JSON = st.recursive(
@@ -132,7 +132,7 @@ def test_the_scripts_set_text_as_text_only() -> None:
 def test_rounding_is_finer_than_a_plot_can_show() -> None:
     document = sample_document()
     for before, after in zip(
-        document["drops"][0]["plots"], shortened(document)["drops"][0]["plots"], strict=True
+        document["drops"][0]["plots"], shorten_document(document)["drops"][0]["plots"], strict=True
     ):
         for exact, rounded in zip(before["series"], after["series"], strict=True):
             span = max(exact["values"]) - min(exact["values"])
@@ -145,7 +145,7 @@ def test_small_uncertainties_of_large_values_keep_their_digits() -> None:
     series = document["drops"][0]["plots"][0]["series"][0]
     series["values"] = [1e3 + i for i in range(len(series["values"]))]
     series["std"] = [1.234e-3] * len(series["values"])
-    assert shortened(document)["drops"][0]["plots"][0]["series"][0]["std"][0] == pytest.approx(
+    assert shorten_document(document)["drops"][0]["plots"][0]["series"][0]["std"][0] == pytest.approx(
         1.234e-3, rel=1e-2
     )
 
@@ -157,7 +157,7 @@ def test_the_replay_is_thinned_but_keeps_ends_and_gaps(rate_hz: int) -> None:
     times = [i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8]
     pose = replay["measured"][0]
     replay.update(t_s=times, measured=[pose] * len(times), model=None)
-    kept = shortened(document)["drops"][0]["replay"]
+    kept = shorten_document(document)["drops"][0]["replay"]
     steps = [b - a for a, b in zip(kept["t_s"], kept["t_s"][1:], strict=False)]
     assert len(kept["measured"]) == len(kept["t_s"]) <= 201
     assert (kept["t_s"][0], kept["t_s"][-1]) == pytest.approx((times[0], times[-1]), abs=1e-4)

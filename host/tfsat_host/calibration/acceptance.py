@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
@@ -91,7 +91,7 @@ def _check_closed(recording: SensorSamples, before: Solution, model: RobotModel)
     """Refuse a turn whose bodies are not parallel: each would turn about its own axis."""
     for sensors in before.joints:
         angle = _by_each(recording, sensors, model).mean(axis=1)
-        open_rad = float(np.abs(wrapped(angle)).max())
+        open_rad = float(np.abs(wrap_angle(angle)).max())
         if open_rad > MAX_OPEN_RAD:
             raise CalibrationError(
                 what=f"Joint {sensors.joint} was {np.rad2deg(open_rad):.1f} deg open while the robot was turned.",

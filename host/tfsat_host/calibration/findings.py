@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.response import across
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
@@ -40,7 +40,7 @@ def zero_row(sensors: JointSensors, before: JointSensors | None = None) -> Row:
     disagreement = None
     if before is not None and before.zero_taken is not None:
         by_each = before.each(sensors.zero_rad[None, :])[0]
-        disagreement = float(np.rad2deg(wrapped(by_each[:1] - by_each[1:])[0]))
+        disagreement = float(np.rad2deg(wrap_angle(by_each[:1] - by_each[1:])[0]))
     return {
         "joint": sensors.joint,
         "zero_deg": np.rad2deg(sensors.zero_rad) % 360.0,

@@ -121,7 +121,7 @@ class _Prior(NamedTuple):
     hinges: FloatArray
     lean_std_rad: float
 
-    def leaning(self, axis: FloatArray) -> tuple[int, FloatArray] | None:
+    def find_hinge(self, axis: FloatArray) -> tuple[int, FloatArray] | None:
         """Find the hinge of a motion and the Jacobian (3, 2) of its axis by the hinge's two leans.
 
         None: the motion was about none of them.
@@ -145,7 +145,7 @@ def _linearize(
     normal, right = np.diag(1.0 / std**2), left_of_prior / std
     misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
-        found = prior.leaning(response.axis_body)
+        found = prior.find_hinge(response.axis_body)
         axis = response.axis_body if found is None else response.axis_body + found[1] @ leans[found[0]]
         axis = rotation.T @ axis
         # M exp(d): the axis is then at axis + axis x d.
@@ -317,7 +317,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
     off = float(Rotation.from_matrix(nominal.T @ rotation).magnitude())
     if off <= MAX_MISALIGNMENT_RAD:
         return
-    words = described(rotation, nominal)
+    words = describe_mounting(rotation, nominal)
     rows = np.rint(rotation).astype(int)
     upright = bool(words) and np.array_equal(rows @ rows.T, np.eye(3))
     cure = f"sensor_to_body = {rows.tolist()}" if upright else "its sensor_to_body"
@@ -330,7 +330,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
     )
 
 
-def described(rotation: FloatArray, nominal: FloatArray) -> str:
+def describe_mounting(rotation: FloatArray, nominal: FloatArray) -> str:
     """Describe a sensor's mounting relative to its design; empty if it is mounted as designed.
 
     Args:

@@ -169,7 +169,7 @@ class Watch:
         self._fresh += fresh
         if fresh[-1].time_us < self._due_us:
             return False
-        self._parts = [Counts.joined([*self._parts, Counts.from_live(self._fresh, self._scales)])]
+        self._parts = [Counts.join([*self._parts, Counts.from_live(self._fresh, self._scales)])]
         self._fresh = []
         progress = self._look(self._parts[0])
         self._show(progress)

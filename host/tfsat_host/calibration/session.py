@@ -24,13 +24,13 @@ class Operator(Protocol):
     def record(self, step: Step, known: SensorKnowledge) -> Evidence:
         """Has a step done and reads the sensors meanwhile, with what is known of them."""
 
-    def refused(self, error: CalibrationError) -> None:
+    def on_refused(self, error: CalibrationError) -> None:
         """Report a refused step: returning repeats it, raising ends the session."""
 
-    def accepted(self, step: Evidence, calibration: Calibration) -> None:
+    def on_accepted(self, step: Evidence, calibration: Calibration) -> None:
         """Report that a step was accepted and kept."""
 
-    def resumed(self, number: int, step: Evidence) -> None:
+    def on_resumed(self, number: int, step: Evidence) -> None:
         """Report that a step, by its number from 1, is not repeated because it was kept before."""
 
 
@@ -73,7 +73,7 @@ class Session:
         for number, step in enumerate(self.steps, 1):
             before = recent(self._campaign, step, RESUME_WITHIN) if self._resume else None
             if before is not None:
-                self._operator.resumed(number, before)
+                self._operator.on_resumed(number, before)
             self.kept.append(before or self._record_until_accepted(step))
 
     @property
@@ -91,9 +91,9 @@ class Session:
             try:
                 calibration = self._campaign.accept(evidence, anew=anew)
             except CalibrationError as error:
-                self._operator.refused(error)
+                self._operator.on_refused(error)
                 continue
-            self._operator.accepted(evidence, calibration)
+            self._operator.on_accepted(evidence, calibration)
             return evidence
 
 

@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
@@ -58,12 +58,12 @@ def estimate_zero(
     shown = held.sensor_angle_rad[:, columns]
     centre = np.angle(np.exp(1j * shown).mean(axis=0))
     # About its circular mean a sensor's angle has no wrap: a mean of what is left is a mean.
-    left = wrapped(shown - centre)
+    left = wrap_angle(shown - centre)
     _check_still(left, before.joint)
     mean, covariance = mean_and_covariance(left)
     noise = left.std(axis=0)
     steps = _step_deviation(noise, held.angle_step_rad)
-    zero = wrapped(centre + mean)
+    zero = wrap_angle(centre + mean)
     by_each = before.each(zero[None, :])[0]
     if before.zero_taken is not None:
         _check_slip(by_each, before.joint)
@@ -103,7 +103,7 @@ def _check_still(left_rad: FloatArray, joint: int) -> None:
 
 
 def _check_slip(by_each_rad: FloatArray, joint: int) -> None:
-    apart_rad = abs(float(wrapped(by_each_rad[:1] - by_each_rad[1:])[0]))
+    apart_rad = abs(float(wrap_angle(by_each_rad[:1] - by_each_rad[1:])[0]))
     if apart_rad > MAX_DISAGREEMENT_RAD:
         first, second = np.rad2deg(by_each_rad)
         raise CalibrationError(

@@ -46,7 +46,7 @@ def device_option(args: argparse.Namespace) -> str:
 
 
 @contextmanager
-def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
+def explain_board_errors(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
     """Adds to a board's error raised inside: the state where that is the reason, and the device option."""
     try:
         yield
@@ -189,7 +189,7 @@ def _board(
             transport = stack.enter_context(closing(open_port(name, args.port, out)))
             stack.enter_context(interruptible(transport.name))
         board = connect(transport)
-        with explained(board, args):
+        with explain_board_errors(board, args):
             yield board
 
 

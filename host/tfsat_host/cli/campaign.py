@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             drop = campaign.void(args.dir, args.number, args.text)
             out.result(drop.as_dict(), f"Drop {drop.number}  void: {args.dir / drop.folder} is not counted.")
         case "next":
-            following = campaign.following(args.dir)
+            following = campaign.next_drop(args.dir)
             out.result(following, str(following["number"]))
             return _warn_and_exit_code(following["findings"], out)
         case action:
@@ -74,9 +74,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign import listing
+    from tfsat_host.run.campaign.campaign import list_drops
 
-    listed = listing(args.dir)
+    listed = list_drops(args.dir)
     drops = listed["drops"]
 
     out.result(listed, lambda: _show_list(drops, out))

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.stopping import SIGNALS, handled
+from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.cli.usage import OUTPUT, add_options, seed
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         control = ControlSocket(folder.control, server)
         stack.callback(control.close)
         # In order, even if the shell had them ignored.
-        stack.enter_context(handled(SIGNALS, lambda *_: server.stop()))
+        stack.enter_context(handle_signals(SIGNALS, lambda *_: server.stop()))
         _announce(args, folder, out)
         if args.for_s is not None:
             server.stop_after(args.for_s)

@@ -62,8 +62,8 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         listing_after_the_drop,
         note_maneuvers,
         release_ram,
+        select_logs,
         target_of,
-        wanted,
     )
     from tfsat_host.run.held_maneuver import ask_sequencer
     from tfsat_host.run.logger_recordings import ram_warning
@@ -71,7 +71,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
         listing = listing_after_the_drop(logger, out)
         copies = []
-        for entry in wanted(logger, listing, args.which):
+        for entry in select_logs(logger, listing, args.which):
             target = target_of(entry, args.out, several=args.which is None)
             copies.append(fetch(logger, entry, target, out, force=args.force))
             copies[-1].judge(listing)

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import device_option
-from tfsat_host.cli.stopping import SIGNALS, handled
+from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
@@ -95,7 +95,7 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
     trace = Trace()
     try:
         # A closed terminal or a `kill` is a Ctrl-C: a recording that was begun is ended and removed.
-        with ExitStack() as stack, handled(SIGNALS, signal.default_int_handler):
+        with ExitStack() as stack, handle_signals(SIGNALS, signal.default_int_handler):
             opened = transports(args, files, stack, out)
             sequencer_image, logger_image = files.images()
             expected = Evidence(

@@ -58,13 +58,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Rehearse one drop or a series, or list the faults."""
     from tfsat_host.present.rehearsal import show
-    from tfsat_host.rehearsal.faults import listed
+    from tfsat_host.rehearsal.faults import list_faults
     from tfsat_host.rehearsal.judgement import STILL_DEG
     from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
     from tfsat_host.rehearsal.result import schedule_notices
 
     if args.list_faults:
-        rows, table = listed()
+        rows, table = list_faults()
         out.result({"faults": rows}, lambda: out.table(*table))
         return 0
     maneuver = maneuver_from(args)

@@ -85,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         "schedule": schedule.as_rows(),
         "speed_deg_s": schedule.speed_deg_s,
         "initial_rate_deg_s": args.initial_rate,
-        "uncertainty": stated.stated(),
+        "uncertainty": stated.figures(),
         "notices": [*notices, *late],
         "seconds": seconds,
         "integration_error_deg": error_deg,

@@ -31,7 +31,7 @@ class StopWish:
         """Return whether to stop."""
         return self._wished
 
-    def heard(self, number: int, _frame: FrameType | None) -> None:
+    def on_signal(self, number: int, _frame: FrameType | None) -> None:
         """Handle a signal by noting the wish to stop; a second Ctrl-C interrupts at once."""
         if number == _SUSPEND:
             self.suspend = True
@@ -41,7 +41,7 @@ class StopWish:
 
 
 @contextlib.contextmanager
-def handled(
+def handle_signals(
     signals: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], object]
 ) -> Iterator[None]:
     """Send these signals to the handler while the block runs."""
@@ -62,7 +62,7 @@ def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
     """
     wish = StopWish()
     suspension = [_SUSPEND] if before_suspension and _SUSPEND is not None else []
-    with handled([*SIGNALS, *suspension], wish.heard):
+    with handle_signals([*SIGNALS, *suspension], wish.on_signal):
         yield wish
 
 

@@ -48,7 +48,10 @@ def line_of(text: str, path: Path) -> int:
 
 
 def places_of(text: str) -> dict[Path, Place]:
-    """The first statement of each table and entry; `text` as that of `line_of`."""
+    """Find the first statement of each table and entry.
+
+    The `text` is as in `line_of`.
+    """
     places: dict[Path, Place] = {}
     counts: dict[Path, int] = {}
     table: Path = ()
@@ -82,7 +85,11 @@ def _statements(text: str) -> Iterator[tuple[int, int, int]]:
 
 
 def _names(parsed: object) -> tuple[list[str], bool]:
-    """The keys from the outermost to the innermost of nested tables with one entry each; whether a list ends them."""
+    """Follow nested tables of one entry each.
+
+    Returns:
+        The keys from the outermost to the innermost table, and whether a list ends them.
+    """
     names = []
     while isinstance(parsed, dict) and len(parsed) == 1:
         ((name, parsed),) = parsed.items()

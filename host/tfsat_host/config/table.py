@@ -60,7 +60,7 @@ class ConfigKind:
     bytes_max: int = 4_000_000
 
     def refusal(self, what: str, code: StrEnum, cure: str = "") -> TfsatError:
-        """The error of a file of this kind."""
+        """Build the error of a file of this kind."""
         coded = {} if self.codes is None else {"code": self.codes.get(code, code)}
         return self.error(what=what, meaning=self.meaning, next_step=cure or self.cure, **coded)
 
@@ -107,11 +107,11 @@ class Table:
                 self.fail(_shorten_text(key), "is not known here", cure, Fault.UNKNOWN_KEY)
 
     def has(self, key: str) -> bool:
-        """Whether there is such an entry."""
+        """Return whether the table has this entry."""
         return key in self._values
 
     def value(self, key: str, wanted: str) -> object:
-        """The entry as it was parsed; `wanted` says in words what it should be."""
+        """Return the parsed entry; `wanted` says in words what it should be, for the error if it is missing."""
         if key not in self._values:
             self.fail(key, "is missing", self._cure(f"Add `{key}`: {wanted}."), Fault.MISSING_KEY)
         return self._values[key]
@@ -127,7 +127,10 @@ class Table:
         finite: bool = True,
         wanted: str = "",
     ) -> float:
-        """A number within limits; `default` if it is left out; not `finite`: an infinite one or none at all as well."""
+        """Return a number within limits; `default` if the entry is missing.
+
+        Without `finite`, infinity and NaN are accepted as well.
+        """
         limits = (
             ("above", above, -math.inf),
             ("of at least", least, -math.inf),
@@ -145,7 +148,7 @@ class Table:
         return number
 
     def integer(self, key: str, least: float = -math.inf, most: float = math.inf, wanted: str = "") -> int:
-        """A whole number from `least` to `most`."""
+        """Return an integer from `least` to `most`."""
         wanted = wanted or f"a whole number{'' if math.isinf(least) else f' from {least} to {most}'}"
         value = self.value(key, wanted)
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
@@ -153,15 +156,15 @@ class Table:
         return value
 
     def choice(self, key: str, choices: Sequence[_Choice]) -> _Choice:
-        """One of `choices`."""
-        wanted = " or ".join(shown(choice) for choice in choices) or "one of none"
+        """Return the entry if it is one of `choices`, else raise the kind's error."""
+        wanted = " or ".join(shorten_value(choice) for choice in choices) or "one of none"
         value = self.value(key, wanted)
         if not any(type(value) is type(choice) and value == choice for choice in choices):
             self._wrong(key, wanted)
         return cast(_Choice, value)
 
     def text(self, key: str, default: str | None = None, *, empty: bool = False) -> str:
-        """A text; a character at least, unless it may be `empty`."""
+        """Return a text; it must have at least one character unless `empty` is allowed."""
         if default is not None and not self.has(key):
             return default
         value = self.value(key, "a text in quotes")
@@ -184,7 +187,7 @@ class Table:
         return value
 
     def time(self, key: str) -> datetime:
-        """With its time zone, in UTC."""
+        """Return a time in UTC; the entry must state its time zone."""
         wanted = "a time with its zone, such as 2026-07-01T09:30:00Z"
         value = self.value(key, wanted)
         if not isinstance(value, datetime) or value.tzinfo is None:
@@ -200,27 +203,30 @@ class Table:
         return numbers
 
     def array(self, key: str, *shape: int, wanted: str = "") -> NDArray[np.float64]:
-        """Likewise, as an array of that shape."""
+        """Return the numbers as `numbers` reads them, as an array of that shape."""
         import numpy as np  # an upload must not wait for it
 
         return np.reshape(np.array(self.numbers(key, *shape, wanted=wanted), dtype=np.float64), shape)
 
     def table(self, key: str, keys: str = "", wanted: str = "a table of named values") -> Table:
-        """A table inside of this one, that holds `keys` and no others; without `keys`, any."""
+        """Return a table inside this one that holds no entries but `keys`; without `keys`, any."""
         value = self.value(key, wanted)
         if not isinstance(value, dict):
             self._wrong(key, wanted)
         return self._inside((key,), value, keys)
 
     def tables(self, key: str, keys: str = "", *, needed: bool = False) -> list[Table]:
-        """All `[[key]]` tables, likewise; unless they are `needed` there may be none."""
+        """Return all `[[key]]` tables, each holding no entries but `keys`; without `keys`, any.
+
+        Unless they are `needed`, there may be none.
+        """
         wanted = f"tables, each below its own line [[{key}]]"
         value = self.value(key, wanted) if needed or self.has(key) else []
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             self._wrong(key, wanted)
         return [self._inside((key, index), item, keys) for index, item in enumerate(value)]
 
-    def numbered(
+    def tables_by_number(
         self,
         key: str,
         of: str,
@@ -230,9 +236,9 @@ class Table:
         code: StrEnum = Fault.WRONG_TYPE,
         whole: bool = True,
     ) -> dict[int, Table]:
-        """All `[[key]]` tables by the number that their entry `of` gives them, in order: each of 1 to `count` once.
+        """Return all `[[key]]` tables by the number in their entry `of`, sorted: each of 1 to `count` once.
 
-        Not `whole`: some may be missing. `code` is that of the error where one is missing or there twice.
+        Without `whole`, some may be missing. `code` is the error code for a missing or duplicate number.
         """
         found: dict[int, Table] = {}
         for table in self.tables(key, keys):
@@ -259,14 +265,14 @@ class Table:
         problem = (
             f"is beyond {MAX_NUMBER:g}: no number here is so large" if _is_huge(value) else f"is not {wanted}"
         )
-        self.fail(key, f"{shown(value)} {problem}", self._cure(f"Give `{key}` {wanted}."))
+        self.fail(key, f"{shorten_value(value)} {problem}", self._cure(f"Give `{key}` {wanted}."))
 
     def _cure(self, cure: str) -> str:
         return "" if self._kind.computed else cure
 
 
 def _in_words(path: Path) -> str:
-    """Such as `joint 3, servo.start_deg`."""
+    """Format a path in words, such as `joint 3, servo.start_deg`."""
     words = ""
     for part in path:
         words += f" {part + 1}, " if isinstance(part, int) else f".{part}"
@@ -274,14 +280,17 @@ def _in_words(path: Path) -> str:
 
 
 def _is_huge(value: object) -> bool:
-    """A number that is, or a list with one somewhere."""
+    """Return whether a number, or one inside a list, exceeds the allowed magnitude."""
     if isinstance(value, list):
         return any(map(_is_huge, value))
     return isinstance(value, int | float) and MAX_NUMBER < abs(value) < math.inf
 
 
 def _number(value: object) -> float | None:
-    """None if it is none, or so great that it cannot be meant; infinite numbers are left to the caller."""
+    """Convert a value to a float; None if it is no number or implausibly large.
+
+    Infinite numbers are left to the caller.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     return float(value) if abs(value) <= MAX_NUMBER or value != value or abs(value) == math.inf else None
@@ -303,8 +312,8 @@ def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:
     return found
 
 
-def shown(value: object) -> str:
-    """A value for a message: its beginning, if it is long."""
+def shorten_value(value: object) -> str:
+    """Format a value for a message, shortened if it is long."""
     try:
         text = str(value).lower() if isinstance(value, bool) else repr(value)
         text = value.isoformat() if isinstance(value, date) else text

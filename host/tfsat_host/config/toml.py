@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tfsat_host.config.places import Path as Entry
 from tfsat_host.config.places import places_of
-from tfsat_host.config.table import ConfigKind, Fault, Table, shown
+from tfsat_host.config.table import ConfigKind, Fault, Table, shorten_value
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
 _MAX_DOTS = 20
@@ -42,7 +42,7 @@ def _other_kind(path: Path, kind: ConfigKind) -> str:
 
 
 def read_config(path: Path, kind: ConfigKind) -> Table:
-    """The entries of a file; a byte order mark, as Windows editors write it, is no part of it.
+    """Read the entries of a file, ignoring a byte order mark as Windows editors write it.
 
     Raises:
         TfsatError: the kind's: the file cannot be read, is not valid TOML, or is of another format.
@@ -61,7 +61,10 @@ def read_config(path: Path, kind: ConfigKind) -> Table:
 
 
 def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
-    """The entries in the text of a file; `source` is the name that errors give it. Raises likewise."""
+    """Parse the entries in the text of a file; `source` is the file's name in errors.
+
+    Raises the kind's error as `read_config` does.
+    """
     text = text.replace("\r\n", "\n")
     if _DEEP_KEY.search(text):
         raise kind.refusal(
@@ -81,7 +84,7 @@ def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
         found = top.value(key, str(number))
         if type(found) is not int or found != number:
             cure = f"Use the tfsat-host that made the file; this one reads the line `{key} = {number}`."
-            top.fail(key, f"{shown(found)} is not {number}", cure, Fault.FORMAT)
+            top.fail(key, f"{shorten_value(found)} is not {number}", cure, Fault.FORMAT)
     return top
 
 
@@ -98,13 +101,13 @@ def _problem(text: str, error: ValueError | RecursionError) -> str:
 def format_config(
     values: Mapping[str, object], heading: str = "", comments: Mapping[str, str] | None = None
 ) -> str:
-    """The text of a file.
+    """Format values as the text of a file.
 
     Args:
-        values: By key, in their order; what is None is left out. Tables and lists of tables have headers, to the
+        values: Values by key, in order; None is left out. Tables and lists of tables have headers, to the
             second level; deeper ones are in braces.
-        heading: Comments above all, a line each.
-        comments: What to write behind the entries of these keys, wherever they are.
+        heading: Comments at the top, one per line.
+        comments: Comments to append to the entries of these keys, wherever they are.
     """
     top, *tables = _blocks("", values, comments or {})
     top = [*(f"# {line}" for line in heading.splitlines()), *top]
@@ -112,16 +115,16 @@ def format_config(
 
 
 def with_entry(text: str, path: Entry, value: object, comment: str) -> str:
-    """The text of a file with another value of an entry; what stood there stays above it as a comment.
+    """Return the text of a file with an entry's value replaced; the old one stays above it as a comment.
 
     Args:
-        text: A whole file that the parser took, its lines ended by line feeds.
-        path: Of the entry.
-        value: A table's entries where the old ones stand on lines of their own: those are changed.
-        comment: To stand above the old value; a line.
+        text: A whole file that the parser took, with line feeds as line endings.
+        path: The entry to replace.
+        value: The new value. A table is set entry by entry if its old entries stand on lines of their own.
+        comment: One line to put above the old value.
 
     Raises:
-        KeyError: the entry stands on a line with others.
+        KeyError: the entry shares its line with others.
     """
     place = places_of(text).get(path)
     if (place is None or not place.whole) and isinstance(value, Mapping):
@@ -140,7 +143,7 @@ def with_entry(text: str, path: Entry, value: object, comment: str) -> str:
 
 
 def _blocks(name: str, values: Mapping[str, object], comments: _Comments) -> Iterator[list[str]]:
-    """The lines of a table's entries, then of each table inside of it."""
+    """Yield the lines of a table's entries, then those of each table inside it."""
     tables = {}
     lines = []
     for key, value in values.items():
@@ -160,7 +163,10 @@ def _blocks(name: str, values: Mapping[str, object], comments: _Comments) -> Ite
 
 
 def _text(value: object) -> str:
-    """A float as the shortest text that gives it back; a matrix with a line for each of its rows."""
+    """Format a value as TOML.
+
+    A float becomes the shortest text that reads back equal; a matrix gets a line for each of its rows.
+    """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

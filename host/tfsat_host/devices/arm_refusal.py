@@ -27,7 +27,7 @@ def arm_refusal(
     settings: ServoSettings,
     joints_cdeg: Sequence[int] | None = None,
 ) -> BoardError | None:
-    """What the board would answer to ARM in this state, in its order of reasons; None: nothing against it.
+    """Predict the board's refusal of ARM in this state, in its order of reasons; None if it would accept.
 
     Args:
         status: The board's state now.
@@ -73,7 +73,7 @@ def joints_off_start_pose(joints_cdeg: Sequence[int]) -> list[tuple[int, int]]:
 def _refusal(
     code: ErrorCode, what: str | None = None, next_step: str | None = None, *, detail: int = -1
 ) -> BoardError:
-    """The board's own refusal, with other words where the host knows more than the board would say."""
+    """Build the board's own refusal, reworded if the host knows more than the board would say."""
     error = board_error(ErrorReply(ArmRequest.TYPE, code, detail))
     error.what = what or error.what
     error.next_step = next_step or error.next_step
@@ -98,7 +98,7 @@ def _fault_latched(fault: ErrorCode) -> BoardError:
 
 
 def store_defects(stores_damaged: int) -> dict[str, ErrorCode]:
-    """For each store, by its name in STORES, why ARM is refused for it; NONE where nothing is against it."""
+    """Return why ARM is refused for each store, by its name in STORES; NONE for a sound store."""
     found = dict.fromkeys(STORES, ErrorCode.NONE)
     for pair, code in enumerate(_WORDS):
         for index, store in enumerate(STORES):
@@ -108,12 +108,12 @@ def store_defects(stores_damaged: int) -> dict[str, ErrorCode]:
 
 
 def first_defect(stores_damaged: int) -> ErrorCode:
-    """The reason that the board gives; NONE without one. It looks at the maneuver first."""
+    """Return the reason that the board gives, NONE without one; it looks at the maneuver first."""
     return next((code for code in store_defects(stores_damaged).values() if code), ErrorCode.NONE)
 
 
 def describe_defects(stores_damaged: int) -> str:
-    """A sentence for each kind of defect."""
+    """Describe each kind of defect in a sentence."""
     defects = store_defects(stores_damaged)
     sentences = []
     for code in dict.fromkeys(code for code in defects.values() if code):

@@ -76,7 +76,7 @@ class BoardIdentity:
 
     @classmethod
     def from_reply(cls, reply: msg.HelloReply) -> BoardIdentity:
-        """From the board's answer to HELLO."""
+        """Build the identity from the board's answer to HELLO."""
         return cls(
             board=reply.board,
             serial=reply.board_serial.hex() if any(reply.board_serial) else "",
@@ -96,7 +96,7 @@ class BoardIdentity:
         return int(self.image_crc, 16) == 0
 
     def describe(self) -> str:
-        """For people: firmware, image and serial number, where there are any."""
+        """Describe the board for people: firmware, image and serial number, as far as they exist."""
         parts = [f"{self.board.name.lower()} firmware {self.firmware}"]
         parts.append("core run natively, no image" if self.runs_natively else f"image {self.image_crc}")
         if self.serial:
@@ -104,7 +104,7 @@ class BoardIdentity:
         return ", ".join(parts)
 
     def as_dict(self) -> dict[str, str | None]:
-        """For `--json`; a core that runs natively has no image."""
+        """Return the identity for `--json`; a core that runs natively has no image."""
         return {
             "board": self.board.name.lower(),
             "serial": self.serial,
@@ -128,7 +128,7 @@ class BoardError(TfsatError):
 
 
 def _where(reply: msg.ErrorReply) -> str:
-    """What the detail refers to, in words; it depends on the request."""
+    """Describe in words what the reply's detail refers to, which depends on the request."""
     if reply.detail < 0:
         return ""
     if reply.request == msg.JogRequest.TYPE:
@@ -178,7 +178,7 @@ class VerifyError(TfsatError):
 
 
 def board_error(reply: msg.ErrorReply) -> BoardError:
-    """The exception for an error reply: a refusal where an interlock spoke."""
+    """Build the exception for an error reply: a BoardRefusal if an interlock refused."""
     return BoardRefusal(reply) if reply.code in _INTERLOCKS else BoardError(reply)
 
 
@@ -264,7 +264,7 @@ class Client:
         raise NoAnswer(self.transport.name)
 
     def _await(self, request_type: int) -> bytes | None:
-        """The reply's payload, or None when it did not come in time."""
+        """Wait for the reply and return its payload, or None on timeout."""
         deadline = self.transport.now_s() + ATTEMPT_TIMEOUT_S
         while (left := deadline - self.transport.now_s()) > 0:
             for frame in self._receive(left):
@@ -383,7 +383,7 @@ class BoardClient:
         return self._client.transport.name
 
     def device(self) -> dict[str, str | None]:
-        """The port and who answers there, for `--json`."""
+        """Return the port and the identity of the board on it, for `--json`."""
         return {"port": self.port, **self.identity.as_dict()}
 
     def now_s(self) -> float:

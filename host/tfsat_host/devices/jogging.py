@@ -50,7 +50,7 @@ class Jog:
         return abs(self.to_cdeg - self.from_cdeg) / JOG_SPEED_CDEG_S
 
     def explanation(self, hold_s: float) -> str:
-        """What will move and how it is stopped: what a person has to read before the word."""
+        """Explain what will move and how it is stopped, for a person to read before confirming."""
         start_deg = self.from_cdeg / 100
         stay = f"is held there for {hold_s:g} s" if hold_s else "stays there for a moment"
         return (
@@ -91,10 +91,10 @@ class TourWatch(Protocol):
     def pause(self, duration_s: float) -> None:
         """Lets so much time pass on the sequencer's clock; another board can be read meanwhile."""
 
-    def shown(self, stop: int, angle_cdeg: int) -> None:
+    def on_angle(self, stop: int, angle_cdeg: int) -> None:
         """Gets the commanded angle several times a second, on the way to a stop (from 0) and at rest there."""
 
-    def rested(self, stop: int) -> None:
+    def on_rest(self, stop: int) -> None:
         """Called when the joint has rested at a stop for as long as it should; it is still held there.
 
         The board lets go of a joint that it gets no order for: this must not take half a second.
@@ -125,17 +125,17 @@ class JogRefused(RefusedError):
 
 
 def jog_details(joint: int, angle_cdeg: int) -> dict[str, float]:
-    """Which joint and where it was let go, for `--json`."""
+    """Return the joint and the angle at which it was let go, for `--json`."""
     return {"joint": joint, "last_angle_deg": angle_cdeg / 100}
 
 
 def last_commanded(joint: int, angle_cdeg: int) -> str:
-    """Where a limp joint was commanded to be: it may have sagged since."""
+    """Describe the angle last commanded to a limp joint, which may have sagged since."""
     return f"Joint {joint} was last commanded to {angle_cdeg / 100:g} deg"
 
 
 def from_here(angle_cdeg: int) -> str:
-    """How to go on with a joint that was let go."""
+    """Tell how to go on with a joint that was let go."""
     return (
         f"the same command with --from {angle_cdeg / 100:g} goes on, "
         "or --from its angle now if it has sagged or was moved."
@@ -143,7 +143,7 @@ def from_here(angle_cdeg: int) -> str:
 
 
 def from_the_start(start_cdeg: int) -> Callable[[int], str]:
-    """How to go on with a joint that was let go on a tour, which starts again."""
+    """Return a function that tells how to go on with a joint let go on a tour, which starts again."""
     return lambda _angle_cdeg: (
         f"bring it to {start_cdeg / 100:g} deg by hand and type the same command again."
     )
@@ -153,7 +153,7 @@ class JogClient(SequencerClient):
     """The sequencer, asked to move a joint."""
 
     def check(self, jog: Jog) -> None:
-        """Whether the board would take this jog now.
+        """Check that the board would take this jog now.
 
         Raises:
             BoardRefusal: it is not safe.
@@ -163,11 +163,14 @@ class JogClient(SequencerClient):
         self._check(jog.joint, [(angle, f"{option} {angle / 100:g}") for option, angle in ends])
 
     def check_tour(self, tour: JogTour) -> None:
-        """Whether the board would take this tour now. Raises BoardRefusal, JogRefused."""
+        """Check that the board would take this tour now. Raises BoardRefusal, JogRefused."""
         self._check(tour.joint, [(angle, f"A stop at {angle / 100:g} deg") for angle in tour.stops_cdeg])
 
     def _check(self, joint: int, angles: Sequence[tuple[int, str]]) -> None:
-        """Of each angle, 0.01 deg, how a refusal calls it."""
+        """Check that the board is safe and that the angles are within the joint's limits.
+
+        Each angle, 0.01 deg, comes with its name in a refusal.
+        """
         self.insist_on_safe(msg.JogRequest)
         limits = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply).servo[joint - 1]
         for angle_cdeg, what in angles:
@@ -226,9 +229,9 @@ class JogClient(SequencerClient):
             for stop, (from_cdeg, to_cdeg) in enumerate(pairwise((start_cdeg, *tour.stops_cdeg))):
                 if stop > 0:
                     motion.go_on(Jog(tour.joint, from_cdeg, to_cdeg))
-                if not motion.move_and_hold(tour.hold_s, stopped, partial(watch.shown, stop)):
+                if not motion.move_and_hold(tour.hold_s, stopped, partial(watch.on_angle, stop)):
                     return False
-                watch.rested(stop)
+                watch.on_rest(stop)
             return True
 
         return self._letting_go(motion, moves)
@@ -308,7 +311,10 @@ class _Motion:
         self._order_again()
 
     def move_and_hold(self, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]) -> bool:
-        """Whether it arrived and was held; False when it was stopped. Raises JogError and what requests raise."""
+        """Move the joint and hold it; return True once held, False if stopped.
+
+        Raises JogError and what requests raise.
+        """
         now_s = self._board.now_s
         started_s = now_s()
         longest_s = self.jog.duration_s + ARRIVAL_TIMEOUT_S
@@ -357,7 +363,10 @@ class _Motion:
         return error
 
     def _ended_by_board(self, status: msg.SequencerStatusReply) -> JogError:
-        """The board does not jog any more; its uptimes tell a restart from a host that was away."""
+        """Build the error for a jog that the board ended.
+
+        The board's uptimes tell a restart from a host that was away.
+        """
         passed_ms = (status.uptime_ms - self._uptime_ms) % _UPTIME_RANGE_MS
         if passed_ms >= _UPTIME_RANGE_MS // 2:  # its clock went back
             cause = status.reset_cause.name.lower().replace("_", " ")

@@ -89,9 +89,9 @@ class LastRun:
 def last_run(
     report: RunReportReply, status: SequencerStatusReply, maneuver: StoredManeuver
 ) -> LastRun | None:
-    """The report in words of the maneuver; None when there was no run since power was switched on.
+    """Match the report with the maneuver's strokes; None if there was no run since power was switched on.
 
-    Where another maneuver may have been uploaded since the run, the one on the board is taken for the one that
+    If another maneuver may have been uploaded since the run, the one on the board is taken for the one that
     flew only if it has as many strokes and every stroke that began did so within half a step of the schedule's
     grid of its time; a run that was ended before its first stroke shows nothing to tell by.
     """
@@ -118,7 +118,10 @@ def last_run(
 
 
 def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[StrokeStatus]:
-    """A stroke was missed if the run came to its end, or a stroke after it began."""
+    """Classify each stroke of the run as begun, begun without a time, not begun or missed.
+
+    A stroke that did not begin was missed if the run came to its end, or a later stroke began.
+    """
     to_the_end = status.fault == ErrorCode.STROKE_MISSED
     found = []
     for index, start_us in enumerate(reported_us):
@@ -133,7 +136,10 @@ def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[
 
 
 def holds_what_flew(status: SequencerStatusReply) -> bool:
-    """A board takes an upload only when SAFE: until it is so again, it holds the maneuver that it flew."""
+    """Return whether the board still holds the maneuver that it flew.
+
+    A board takes an upload only when SAFE: until it is so again, it holds the maneuver that it flew.
+    """
     return status.state in _OF_THIS_START or status.fault in _FAULTS_OF_A_RUN
 
 
@@ -147,5 +153,8 @@ def _began_on_schedule(reported_us: Sequence[int], scheduled_us: Sequence[int]) 
 
 
 def _in_this_start(status: SequencerStatusReply) -> bool:
-    """The report outlives resets, after which the board is neither RUNNING nor DONE."""
+    """Return whether the reported run happened since the board's last reset.
+
+    The report outlives resets, after which the board is neither RUNNING nor DONE.
+    """
     return status.reset_cause == ResetCause.POWER_ON or status.state in _OF_THIS_START

@@ -120,7 +120,7 @@ class PartialLog:
             written += self._file.write(block[written:])
 
     def finish(self) -> str:
-        """All blocks are there: gives the file its name once it is on the disk; its SHA-256."""
+        """Flush the complete file to disk, give it its final name, and return its SHA-256."""
         flush_to_disk(self._file.fileno())
         self._file.seek(0)
         digest = hashlib.file_digest(self._file, "sha256").hexdigest()
@@ -153,10 +153,10 @@ class PartialLog:
 
 
 def sha256_if_same(logger: LoggerClient, entry: LogEntry, path: Path) -> str | None:
-    """The file's SHA-256 if it is the recording, block by block; None if it is not.
+    """Return the file's SHA-256 if it is the recording, block by block; None if it is not.
 
-    Blocks that prove themselves by their CRC and session are taken for the recording's; only the others are read
-    from the logger, zeros included, as they may be room that was never filled.
+    Blocks that prove themselves by their CRC and session are taken for the recording's; only the others are
+    read from the logger, zeros included, as they may be room that was never filled.
 
     Raises:
         OSError: the file cannot be read.
@@ -197,19 +197,19 @@ class FetchedLogs:
             self.path = None
 
     def copy_of(self, serial: str, entry: LogEntry) -> Path | None:
-        """Where a copy of a logger's recording lies, the newest first; None if none stands as it was fetched.
+        """Return the path of the newest unchanged copy of a logger's recording; None if there is none.
 
         Raises:
-            TfsatError: that file is damaged.
+            TfsatError: the file of copies is damaged.
         """
         notes = reversed(self._read().get(_key(serial, entry), []))
         return next((Path(note["path"]) for note in notes if _stands(note)), None)
 
     def sha256_of(self, serial: str, entry: LogEntry, path: Path) -> str | None:
-        """The SHA-256 of `path` if it is as it was fetched from this recording; None if it is anything else.
+        """Return the SHA-256 of `path` if it is an unchanged copy of this recording, otherwise None.
 
         Raises:
-            TfsatError: that file is damaged.
+            TfsatError: the file of copies is damaged.
         """
         for note in self._read().get(_key(serial, entry), []):
             if _same_file(Path(note["path"]), path) and _stands(note):

@@ -49,17 +49,17 @@ Span = tuple[int, int]
 
 
 def recording_name(number: int) -> str:
-    """The card's name for a recording."""
+    """Return the file name of a recording on the card."""
     return f"DROP{number:04}.BIN"
 
 
 def copy_name(entry: msg.LogEntry) -> str:
-    """The name that a fetched copy gets: the card's; that of RAM has its session in it."""
+    """Return the file name for a fetched copy: the card's; that of RAM contains its session."""
     return f"RAM-{entry.session:08x}.BIN" if entry.number == RAM else recording_name(entry.number)
 
 
 def entry_words(entry: msg.LogEntry) -> str:
-    """For people, in a sentence."""
+    """Name the entry for people, to be used in a sentence."""
     return "what RAM holds" if entry.number == RAM else recording_name(entry.number)
 
 
@@ -94,7 +94,7 @@ class Listing:
 
 
 def list_logs(client: Client) -> Listing:
-    """What RAM and the card hold.
+    """List the recordings in RAM and on the card.
 
     Raises:
         BoardError: WRONG_STATE while it records.
@@ -141,7 +141,7 @@ def is_whole(block: bytes) -> bool:
 
 
 def session_of(block: bytes) -> int:
-    """The session that a whole block names."""
+    """Read the session id from a whole block."""
     _, session = _MAGIC_VERSION_SESSION.unpack_from(block)
     return int(session)
 
@@ -198,7 +198,7 @@ class _Window:
                 raise _useless_cable(self._client.transport.name)
 
     def _read(self, first: int, count: int) -> tuple[int, dict[int, bytes]]:
-        """How many pieces came before the logger fell silent, and the blocks that are whole now."""
+        """Request blocks, and return the number of pieces that came before a timeout, and the complete blocks."""
         request = msg.LogReadRequest(self._entry.number, self._entry.session, first, count)
         coming = self._client.request(request, msg.LogReadReply).count
         n_pieces, whole = 0, dict[int, bytes]()
@@ -213,7 +213,10 @@ class _Window:
         return n_pieces, whole
 
     def _join(self, piece: msg.LogPartStream) -> bytes | None:
-        """The block that this part completes. What a lost part left undone is kept for the next window."""
+        """Return the block that this part completes, or None.
+
+        A block left incomplete by a lost part is kept for the next window.
+        """
         parts = self._parts.setdefault(piece.block, {})
         parts[piece.part] = piece.data
         if any(part not in parts for part in range(_PARTS)):

@@ -39,7 +39,7 @@ LIVE_TIMEOUT_S = 1.0
 
 
 def ram_seconds(rate_hz: int) -> float:
-    """How long a time RAM keeps when no card takes anything."""
+    """Compute how many seconds of recording RAM keeps when no card takes anything."""
     block_s = min(SAMPLES_PER_BLOCK / rate_hz, PARTIAL_BLOCK_MS / 1000)
     return RING_BLOCKS * block_s
 
@@ -71,7 +71,7 @@ class LoggerClient(BoardClient):
     board = Board.LOGGER
 
     def status(self) -> msg.LoggerStatusReply:
-        """The board's state."""
+        """Read the board's status."""
         return self._client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply)
 
     def start_recording(self, number: int | None = None, *, unix_us: int = 0) -> msg.RecordStartReply:
@@ -113,7 +113,10 @@ class LoggerClient(BoardClient):
             self.wait(POLL_S)
 
     def after_more_blocks(self, blocks: int, timeout_s: float) -> msg.LoggerStatusReply:
-        """The status once the card has taken more than `blocks`, or does not record, or after `timeout_s`."""
+        """Wait for the card to take more than `blocks`, and return the status.
+
+        Returns earlier if the logger does not record, or after `timeout_s`.
+        """
         deadline = self.now_s() + timeout_s
         while True:
             status = self.status()
@@ -123,7 +126,7 @@ class LoggerClient(BoardClient):
             self.wait(POLL_S)
 
     def takes_samples(self, samples: int) -> bool:
-        """Whether more than `samples` come into the recording within a short while, on the card or not."""
+        """Wait briefly and return whether the recording then has more than `samples`, on the card or not."""
         self.wait(SAMPLES_WAIT_S)
         return self.status().samples > samples
 
@@ -154,7 +157,7 @@ class LoggerClient(BoardClient):
         self._client.request(msg.ClockSetRequest(unix_us), msg.ClockSetReply)
 
     def settings(self) -> StoredLoggerSettings:
-        """The settings in force."""
+        """Read the settings in force."""
         reply = self._client.request(msg.LoggerSettingsReadRequest(), msg.LoggerSettingsReadReply)
         return StoredLoggerSettings(reply.origin, reply.settings, reply.rate_max_hz)
 
@@ -176,15 +179,21 @@ class LoggerClient(BoardClient):
         return stored
 
     def listing(self) -> Listing:
-        """What RAM holds, if anything, and the card's recordings. Raises BoardError while it records."""
+        """List the contents of RAM, if any, and the card's recordings. Raises BoardError while it records."""
         return list_logs(self._client)
 
     def logs(self) -> list[msg.LogEntry]:
-        """Likewise, in one list; of a card that cannot be read there are none."""
+        """Return the recordings in RAM and on the card in one list; an unreadable card contributes none.
+
+        Raises BoardError while it records.
+        """
         return self.listing().entries
 
     def wait_for_listing(self, timeout_s: float) -> Listing:
-        """Likewise, once a drop that RAM still takes is over. Raises BoardError when it goes on for longer."""
+        """List RAM and card once a drop that RAM still takes is over.
+
+        Raises BoardError when it goes on for longer than `timeout_s`.
+        """
         deadline = self.now_s() + timeout_s
         while True:
             try:
@@ -206,7 +215,7 @@ class LoggerClient(BoardClient):
         return fetch_blocks(self._client, entry, wanted, put)
 
     def fetch_whole(self, entry: msg.LogEntry) -> bytes:
-        """A recording in memory; zeros where the card does not read it. Raises as `fetch_blocks`."""
+        """Fetch a recording into memory; zeros where the card does not read it. Raises as `fetch_blocks`."""
         blocks: dict[int, bytes] = {}
         self.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
         return b"".join(blocks[index] for index in range(entry.blocks))
@@ -249,7 +258,7 @@ class LoggerClient(BoardClient):
         return samples
 
     def samples_of(self, duration_s: float) -> list[LiveSample]:
-        """Likewise, after so long a time; there may be none. Raises PortError."""
+        """Wait for `duration_s` and return the live samples that arrived, perhaps none. Raises PortError."""
         self.wait(duration_s)
         return self._client.live_samples(0.0)
 
@@ -266,17 +275,17 @@ class DropInDanger(NamedTuple):
 
 
 def card_is_bad(status: msg.LoggerStatusReply) -> bool:
-    """The logger has looked at its card, and it takes nothing."""
+    """Return whether the logger has looked at its card and found that it takes nothing."""
     return status.card not in (CardState.READY, CardState.UNKNOWN)
 
 
 def file_was_full(status: msg.LoggerStatusReply) -> bool:
-    """The last recording ended because its file had no more room; the card may have plenty."""
+    """Return whether the last recording ended because its file was full; the card may have plenty of room."""
     return status.state == LoggerState.STOPPED and status.error == ErrorCode.CARD_FULL
 
 
 def state_words(status: msg.LoggerStatusReply) -> str:
-    """The logger's state and, unless there is none, what is wrong."""
+    """Format the logger's state and its error, if any."""
     if file_was_full(status):
         return "stopped: its file was full"
     state = status.state.name.lower()
@@ -323,7 +332,9 @@ def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
 
 
 def stalled_recording(logger: LoggerClient, status: msg.LoggerStatusReply) -> NotOnCard | None:
-    """Likewise, after a look at the blocks: a card that is called ready must take some. Waits for the next one.
+    """Return why a drop now would not be on the card, after waiting for the next block.
+
+    None if it would be, or if nothing is recorded. A card that is called ready must take some blocks.
 
     Raises:
         TfsatError: the logger does not answer any more.
@@ -366,5 +377,8 @@ def _card(status: msg.LoggerStatusReply) -> str:
 
 
 def _lower_first_letter(sentence: str) -> str:
-    """`No SD card answers.` after a colon; names stay as they are."""
+    """Lower the first letter of a sentence such as `No SD card answers.` for use after a colon.
+
+    Names stay as they are.
+    """
     return sentence[:1].lower() + sentence[1:]

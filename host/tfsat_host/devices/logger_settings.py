@@ -50,12 +50,12 @@ def burst_us(bus_khz: int) -> int:
 
 
 def rate_max_hz(bus_khz: int) -> int:
-    """The highest sampling rate that the buses carry, as the logger itself calculates it (timing.h)."""
+    """Compute the highest sampling rate that the buses carry, as the logger itself does (timing.h)."""
     return min(1_000_000 // _needed_us(bus_khz), limits.SAMPLE_RATE_MAX_HZ)
 
 
 def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
-    """The least room that holds a drop, what follows it, and its second copy (file_budget.h)."""
+    """Compute the least file size for a drop, what follows it, and its second copy (file_budget.h)."""
     blocks = (
         _blocks_per_s(rate_hz) * (limits.LANDING_LATEST_US // 1_000_000 + after_landing_s + 1)
         + limits.RING_BLOCKS
@@ -120,7 +120,7 @@ def _needed_us(bus_khz: int) -> int:
 
 
 def _margin_us(bus_khz: int) -> int:
-    """For a sensor that fails, or for a proof that it kept its settings."""
+    """Compute the time reserved for a sensor that fails, or for a proof that it kept its settings."""
     return max(
         limits.SAMPLING_MARGIN_US, -(-limits.IMU_PROOF_BITS * 1000 // bus_khz) + limits.IMU_PROOF_SLACK_US
     )

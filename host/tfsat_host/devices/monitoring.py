@@ -73,7 +73,7 @@ class Reading:
 
 
 def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[AngleSensor]) -> Reading:
-    """In units for people.
+    """Convert a live sample to units for people.
 
     Args:
         sample: As it came.

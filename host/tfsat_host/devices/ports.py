@@ -98,14 +98,14 @@ def port_variable(board: BoardName) -> str:
 
 
 def identify(port: PortInfo) -> Identity | None:
-    """What the port looks like by its USB ids; None when it is none of ours."""
+    """Identify the board by the port's USB ids; None if it is none of ours."""
     if port.vid is None or port.pid is None:
         return None
     return _USB_IDS.get((port.vid, port.pid))
 
 
 def system_ports() -> list[PortInfo]:
-    """The serial ports of this computer."""
+    """List the serial ports of this computer."""
     from serial.tools.list_ports import comports
 
     return [PortInfo(p.device, p.vid, p.pid, p.serial_number, p.description) for p in comports()]
@@ -117,7 +117,7 @@ def find_port(
     environ: Mapping[str, str] | None = None,
     list_ports: Callable[[], Iterable[PortInfo]] = system_ports,
 ) -> str:
-    """The device path of the board's port.
+    """Find the device path of the board's port.
 
     Args:
         board: Which board is wanted.
@@ -187,7 +187,10 @@ def open_serial(path: str, *, read_timeout_s: float = 0.05, write_timeout_s: flo
 
 
 def _errno(error: Exception) -> int | None:
-    """Of a failed configuration it is dropped by pyserial, but still in what it was handling."""
+    """Find the error number in an exception or the exceptions it was raised from.
+
+    pyserial drops the number of a failed configuration, but the exception that it was handling still has it.
+    """
     cause: BaseException | None = error
     while cause is not None:
         number = getattr(cause, "errno", None)

@@ -80,11 +80,11 @@ class SequencerClient(BoardClient):
     board = Board.SEQUENCER
 
     def status(self) -> msg.SequencerStatusReply:
-        """The board's state."""
+        """Read the board's status."""
         return self._client.request(msg.SequencerStatusRequest(), msg.SequencerStatusReply)
 
     def run_report(self) -> msg.RunReportReply:
-        """The last run since power was switched on, by the board's own timer."""
+        """Read the report of the last run since power was switched on, timed by the board's own timer."""
         return self._client.request(msg.RunReportRequest(), msg.RunReportReply)
 
     def upload(self, schedule: Schedule) -> Upload[StoredManeuver]:
@@ -129,7 +129,7 @@ class SequencerClient(BoardClient):
         return StoredManeuver(info.origin, strokes, info.speed_cdeg_s, info.crc, info.end_us, info.generation)
 
     def settings(self) -> StoredSettings:
-        """The servo settings in force."""
+        """Read the servo settings in force."""
         reply = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply)
         return StoredSettings(reply.origin, reply.generation, ServoSettings(reply.frame_us, reply.servo))
 
@@ -204,7 +204,7 @@ def maneuver_crc(schedule: Schedule) -> int:
 
 
 def maneuver_from_board(stored: StoredManeuver, *, name: str = "") -> Maneuver:
-    """The maneuver that a board stores, each stroke with its time."""
+    """Convert the maneuver that a board stores, each stroke with its time."""
     from tfsat_host.maneuver import Maneuver, Stroke
 
     strokes = tuple(

@@ -30,7 +30,7 @@ class Transport(Protocol):
         """Sends all of `data`. Raises PortError when the cable is gone or it is not taken."""
 
     def read(self, timeout_s: float) -> bytes:
-        """What has arrived, at least a byte if one comes within `timeout_s`. Raises PortError."""
+        """Read the bytes that have arrived, at least one if one comes within `timeout_s`. Raises PortError."""
 
     def close(self) -> None:
         """Lets go of the port."""
@@ -70,7 +70,7 @@ class SerialTransport:
             # pyserial calls it a timeout too where this program was frozen after the bytes had gone.
 
     def read(self, timeout_s: float) -> bytes:
-        """What has arrived, at least a byte if one comes within `timeout_s`."""
+        """Read the bytes that have arrived, at least one if one comes within `timeout_s`."""
         deadline = time.monotonic() + timeout_s
         try:
             while True:
@@ -85,7 +85,7 @@ class SerialTransport:
         self._port.close()
 
     def _takes_bytes(self) -> bool:
-        """Whether the port would take a byte now; only POSIX tells."""
+        """Return whether the port would take a byte now; only POSIX tells."""
         return os.name == "posix" and bool(select.select([], [self._port.fileno()], [], 0)[1])
 
     def _lost(self, how: str) -> PortError:

@@ -8,7 +8,13 @@ axes to inertial axes. Without initial rate the robot has no angular momentum; t
 enough, whatever their speed: `path_rotation(body, joints, deltas_rad)`.
 """
 
-from tfsat_host.dynamics.history import JointHistory, TimedMove, moved, sampled, servo_moves
+from tfsat_host.dynamics.history import (
+    JointHistory,
+    TimedMove,
+    history_from_moves,
+    history_from_samples,
+    servo_moves,
+)
 from tfsat_host.dynamics.momentum import connection, joint_momentum, kinetic_energy_j, locked_inertia
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
@@ -22,17 +28,17 @@ __all__ = [
     "Multibody",
     "TimedMove",
     "connection",
+    "history_from_moves",
+    "history_from_samples",
     "joint_momentum",
     "kinetic_energy_j",
     "locked_inertia",
-    "moved",
     "path_rotation",
     "poses",
     "propagate",
     "propagate_within",
     "rotation_angle_rad",
     "rotation_vector_rad",
-    "sampled",
     "servo_moves",
     "stroke_rotation",
 ]

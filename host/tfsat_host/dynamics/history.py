@@ -258,7 +258,7 @@ def overshoots(history: JointHistory) -> list[Overshoot]:
     return found
 
 
-def sampled(
+def history_from_samples(
     t_s: FloatArray, angles_rad: FloatArray, *, between: Literal["cubic", "linear"] = "cubic"
 ) -> JointHistory:
     """Interpolate samples to a joint history.
@@ -283,7 +283,7 @@ def sampled(
     return JointHistory(t, np.stack([slope, angles[:-1]]))
 
 
-def moved(
+def history_from_moves(
     robot: RobotModel,
     moves: Sequence[TimedMove],
     *,

@@ -57,7 +57,7 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         angles_rad: (..., n - 1) joint angles.
     """
     shape, posed = _split_batch(body, angles_rad)
-    whole = gathered(body.columns(len(shape)), body.base, body.steps, posed)
+    whole = compose_bodies(body.columns(len(shape)), body.base, body.steps, posed)
     return batch_first(np.broadcast_to(whole.inertia, (3, 3, *shape)), 2)
 
 
@@ -95,7 +95,7 @@ def angular_momentum(
     given = [np.asarray(v, dtype=np.float64) for v in (angles_rad, base_rate_rad_s, rates_rad_s)]
     shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in given))
     angles, base_rate, rates = (pad(batch_last(v), 1, len(shape)) for v in given)
-    whole = gathered(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
+    whole = compose_bodies(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
     momentum = matvec(whole.inertia, base_rate) + _or_zero(whole.momentum)
     return batch_first(np.broadcast_to(momentum, (3, *shape)), 1)
 
@@ -147,7 +147,7 @@ def kinetic_energy_j(
     return np.array(np.broadcast_to(0.5 * energy, shape))
 
 
-def gathered(
+def compose_bodies(
     columns: Columns,
     root: int,
     steps: Sequence[Step],
@@ -220,5 +220,5 @@ def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, Fl
     """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
     shape, posed = _split_batch(body, angles_rad)
     rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
-    whole = gathered(body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates))
+    whole = compose_bodies(body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates))
     return whole.inertia, np.zeros((3, body.n_joints, *shape)) + _or_zero(whole.momentum)

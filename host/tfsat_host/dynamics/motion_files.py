@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.dynamics.history import JointHistory, sampled
+from tfsat_host.dynamics.history import JointHistory, history_from_samples
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import Flight
 from tfsat_host.errors import TfsatError, UsageError
@@ -50,7 +50,7 @@ def read_history(
     Args:
         path: A CSV file with commas, decimal points and the columns t_s and theta1_deg to thetaN_deg.
         joint_count: Number of joints of the robot.
-        between: Interpolation between two samples, see `sampled`.
+        between: Interpolation between two samples, see `history_from_samples`.
 
     Raises:
         HistoryFileError: the file cannot be read or understood; names file, line and cure.
@@ -63,7 +63,7 @@ def read_history(
         _fail(f"The joint history {path} cannot be read: {reason}.", "Give the path of a CSV file.")
     except csv.Error as error:
         _fail(f"{path}: this is no CSV file: {error}.", f"Begin it with the line {_header(joint_count)}.")
-    return sampled(t_s, np.radians(angles_deg), between=between)
+    return history_from_samples(t_s, np.radians(angles_deg), between=between)
 
 
 def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatArray, FloatArray]:

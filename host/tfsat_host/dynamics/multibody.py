@@ -83,11 +83,11 @@ class Multibody:
             self.joint_point_m.shape[:-2],
         )
 
-    def tilted(self, tilt_rad: FloatArray) -> Multibody:
+    def tilt_hinges(self, tilt_rad: FloatArray) -> Multibody:
         """Tilt the hinge axes by (..., n - 1, 2) about the two directions `across` each axis."""
         sides = np.array([across(axis) for axis in self.joint_axis])
         return self.replace(
-            joint_axis=tilted(self.joint_axis, np.einsum("...jk,jki->...ji", tilt_rad, sides))
+            joint_axis=tilt_axes(self.joint_axis, np.einsum("...jk,jki->...ji", tilt_rad, sides))
         )
 
     def moved_by(self, joint: int) -> tuple[int, ...]:
@@ -145,7 +145,7 @@ def across(axis: FloatArray) -> FloatArray:
     return np.array([first, second / np.linalg.norm(second)])
 
 
-def tilted(axis: FloatArray, tilt: FloatArray) -> FloatArray:
+def tilt_axes(axis: FloatArray, tilt: FloatArray) -> FloatArray:
     """`axis` (n - 1, 3) turned by rotation vectors `tilt` (..., n - 1, 3) square to it."""
     angle = np.sqrt((tilt * tilt).sum(axis=-1, keepdims=True))
     return np.asarray(np.cos(angle) * axis + np.sinc(angle / np.pi) * np.cross(tilt, axis))

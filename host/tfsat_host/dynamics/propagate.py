@@ -24,7 +24,7 @@ from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import batch_last, matvec, solve_symmetric, transpose, upper
 from tfsat_host.dynamics.history import JointHistory
-from tfsat_host.dynamics.momentum import gathered, inertia_and_joint_momentum, kinetic_energy_j
+from tfsat_host.dynamics.momentum import compose_bodies, inertia_and_joint_momentum, kinetic_energy_j
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.stroke import GAIN, GAUSS, TOLERANCE_RAD, magnus6
@@ -291,7 +291,7 @@ class Propagation:
             angle[:1, :1] if rate is None and (angle == angle[:1, :1]).all() else angle
             for angle, rate in zip(angles, moving, strict=True)
         ]
-        whole = gathered(self._columns, self._body.base, self._body.steps, posed, moving)
+        whole = compose_bodies(self._columns, self._body.base, self._body.steps, posed, moving)
         inertia = np.stack([np.broadcast_to(entry, rates.shape[1:]) for entry in upper(whole.inertia)])
         drive = np.zeros((3, *rates.shape[1:]))
         return inertia, drive if whole.momentum is None else drive + whole.momentum

@@ -13,7 +13,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.history import JointHistory, TimedMove, moved, overlap, servo_moves
+from tfsat_host.dynamics.history import JointHistory, TimedMove, history_from_moves, overlap, servo_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_within
@@ -98,9 +98,12 @@ def fly(
     carried: list[TimedMove] = []
     if isinstance(motion, Schedule):
         moves, start = timed_moves(motion), np.array([servo.start_rad for servo in robot.servos])
-        carried, history = servo_moves(robot, moves), moved(robot, moves, start_rad=start, end_s=until_s)
+        carried, history = (
+            servo_moves(robot, moves),
+            history_from_moves(robot, moves, start_rad=start, end_s=until_s),
+        )
     else:
-        history = held(motion, 0.0, until_s)
+        history = clip_history(motion, 0.0, until_s)
     body = Multibody.of(robot, base)
     estimated = propagate_within(
         body, history, initial_rate_rad_s=initial_rate_rad_s, order=order, step_s=step_s
@@ -163,14 +166,14 @@ def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | 
 
 
 def timed_moves(schedule: Schedule) -> list[TimedMove]:
-    """Convert the schedule's strokes to joint moves for `moved` and `servo_moves`."""
+    """Convert the schedule's strokes to joint moves for `history_from_moves` and `servo_moves`."""
     return [
         TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
         for s in schedule.strokes
     ]
 
 
-def held(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
+def clip_history(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
     """Cut or extend the history to the interval from `from_s` to `until_s`.
 
     The joints rest before it begins and after it ends. `from_s` is no later than its beginning.

@@ -30,7 +30,7 @@ from tfsat_host.dynamics.components import (
     solve_symmetric,
     transpose,
 )
-from tfsat_host.dynamics.momentum import Composite, gathered
+from tfsat_host.dynamics.momentum import Composite, compose_bodies
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
 
 _SIDEWAYS = np.eye(3)
@@ -102,8 +102,8 @@ def divide(hinge: Hinge, angles: FloatArray) -> Halves:
     The hinge's own angle has no effect.
     """
     return Halves(
-        fixed=gathered(hinge.columns, hinge.step.parent, hinge.fixed, angles),
-        moving=gathered(hinge.columns, hinge.step.child, hinge.moving, angles),
+        fixed=compose_bodies(hinge.columns, hinge.step.parent, hinge.fixed, angles),
+        moving=compose_bodies(hinge.columns, hinge.step.child, hinge.moving, angles),
         point=hinge.columns.point[hinge.step.joint],
     )
 
@@ -230,7 +230,7 @@ def stroke_rotation(
     padded, delta = pad(batch_last(angles), 1, len(shape)), np.broadcast_to(delta, shape)
     if steps is None:
         return batch_first(turned_within(hinge, padded, delta, tolerance_rad))
-    return batch_first(turned(hinge, padded, delta, steps))
+    return batch_first(rotate_base(hinge, padded, delta, steps))
 
 
 def path_rotation(
@@ -283,7 +283,7 @@ def path_rotation(
 
 
 def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance_rad: float) -> FloatArray:
-    """Compute the rotations of `turned`, with as many steps as the tolerance needs for the whole batch.
+    """Compute the rotations of `rotate_base`, with as many steps as the tolerance needs for the whole batch.
 
     Raises:
         ValueError: a number is not finite, or no number of steps is enough.
@@ -291,13 +291,13 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
     if not (np.isfinite(angles).all() and np.isfinite(delta).all()):
         raise ValueError("joint angles and strokes must be finite")
     if delta.size == 0:
-        return turned(hinge, angles, delta)
+        return rotate_base(hinge, angles, delta)
     longest = float(np.abs(delta).max())
     steps = max(STEPS, math.ceil(min(longest / _MAX_STEP_RAD, _STEPS_MAX)))
-    rotation = turned(hinge, angles, delta, steps)
+    rotation = rotate_base(hinge, angles, delta, steps)
     while steps < _STEPS_MAX:
         steps *= 2
-        coarse, rotation = rotation, turned(hinge, angles, delta, steps)
+        coarse, rotation = rotation, rotate_base(hinge, angles, delta, steps)
         change = quaternion.angle(quaternion.product(quaternion.inverse(coarse), rotation))
         if float(change.max()) <= GAIN * tolerance_rad:
             return rotation
@@ -306,7 +306,7 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
     )
 
 
-def turned(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int = STEPS) -> FloatArray:
+def rotate_base(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int = STEPS) -> FloatArray:
     """Quaternions (4, ...) of the base by strokes of `delta` (...) from joint angles (n - 1, ...).
 
     `delta` has the whole batch shape; angles may have axes of length 1.

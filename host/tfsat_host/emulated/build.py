@@ -45,7 +45,7 @@ class Variant:
 
 
 def native_root() -> Path:
-    """The folder that holds `tools/emulator/src` and `firmware/`: the checkout, or the wheel's copy.
+    """Return the folder that holds `tools/emulator/src` and `firmware/`: the checkout or the wheel's copy.
 
     Raises:
         BuildError: neither is there.
@@ -62,7 +62,7 @@ def native_root() -> Path:
 
 
 def ensure_built(variant: Variant | None = None, progress: Progress = lambda _: None) -> Path:
-    """The library for these sources, built now if it is not in the cache.
+    """Return the path of the library for these sources, building it if it is not in the cache.
 
     Raises:
         BuildError: no compiler, or the compiler refused; says what to install.
@@ -86,7 +86,7 @@ def _stamp(library: Path) -> Path:
 
 
 def _is_whole(library: Path) -> bool:
-    """Whether the library is what was built, to the byte."""
+    """Return whether the library matches the hash recorded when it was built."""
     try:
         return _stamp(library).read_text(encoding="ascii") == _hash_of(library)
     except (OSError, UnicodeDecodeError):
@@ -194,7 +194,7 @@ _MEANING = "The sequencer's real image cannot be run; its core on this computer 
 
 
 def sequencer_hex(progress: Progress = lambda _: None) -> Path:
-    """The HEX of this checkout's sketch, built now where it is older than its sources.
+    """Return the HEX of this checkout's sketch, rebuilding it if it is older than its sources.
 
     Raises:
         BuildError: there is no checkout or no toolchain, or the sketch does not compile.

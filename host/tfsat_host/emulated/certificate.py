@@ -63,12 +63,15 @@ def careful_certificate(
 
 
 def worse_certificate(calibration: Calibration, times: float, random: np.random.Generator) -> Calibration:
-    """The same, every number of gyros and angle sensors off by so many times its stated standard deviation more."""
+    """Return the calibration with errors added to the values of its gyros and angle sensors.
+
+    The errors are drawn from the stated covariances, scaled by `times` standard deviations.
+    """
 
     def off(covariance: FloatArray) -> FloatArray:
         return np.asarray(times * random.multivariate_normal(np.zeros(len(covariance)), covariance))
 
-    gyros = tuple(gyro.corrected(off(gyro.covariance)) for gyro in calibration.gyros)
+    gyros = tuple(gyro.add_errors(off(gyro.covariance)) for gyro in calibration.gyros)
     joints = tuple(
         replace(
             one,
@@ -134,15 +137,15 @@ _REST_STD_RAD = np.deg2rad(0.01)
 
 
 def careful_servo_maps(model: RobotModel, truth: Imperfections, seed: int) -> tuple[ServoMap, ...]:
-    """What `calibrate servo` fits to its visits, which are drawn from the servos' true errors.
+    """Fit the maps that `calibrate servo` would find, from visits simulated with the servos' true errors.
 
-    The board holds the factory's settings meanwhile, as it does in a rehearsal: what a servo is off then is its truth.
-    The ends of a joint's range are left out, for there it lies against its stops.
+    The board is taken to hold the factory settings, as in a rehearsal, so a servo's error is its true error.
+    The ends of a joint's range are left out, because the joint lies against its stops there.
 
     Args:
         model: The robot by design, with pulses for every servo.
         truth: Its hidden errors.
-        seed: For how a servo scatters, and its sensors.
+        seed: For the servos' scatter and the sensors' noise.
     """
     return tuple(
         fit_servo_map(

@@ -67,7 +67,7 @@ class _Verb:
     words: str
     do: Callable[..., str | Reply | None]
 
-    def done(self, name: str, words: list[str], server: RobotServer) -> str | Reply | None:
+    def execute(self, name: str, words: list[str], server: RobotServer) -> str | Reply | None:
         """Raises ControlError: it is not understood."""
         asked = self.words.split()
         needed = sum(not one.startswith("[") for one in asked)
@@ -95,7 +95,7 @@ def execute(line: str, server: RobotServer) -> Reply | None:
         if name not in _VERBS:
             known = f" {', '.join(_FAULTS)}." if name.startswith("fault ") else ""
             raise ControlError(f"There is no command {name!r}.{known}")
-        done = _VERBS[name].done(name, words[len(name.split()) :], server)
+        done = _VERBS[name].execute(name, words[len(name.split()) :], server)
         return done if isinstance(done, Reply) else Reply(f"ok {done or ''}".rstrip())
     except ValueError as error:
         return _refusal(ControlError(f"{line.strip()}: {str(error).lower()}."))
@@ -111,7 +111,15 @@ def _refusal(error: TfsatError) -> Reply:
 
 
 def _value(asked: str, word: str) -> Any:
-    """Of a word: None for `none`, a number for a number, seconds for a duration. Raises ControlError."""
+    """Parse one argument word as the type that `asked` specifies.
+
+    Returns:
+        None for `none`, a number for a number, seconds for a duration, a path for a file, else the choice in
+        lower case.
+
+    Raises:
+        ControlError: the word does not fit or is out of range.
+    """
     asked = asked.strip("[].")
     *choices, value = asked.split("|")
     if not value.isupper():
@@ -140,7 +148,7 @@ def _us(seconds: float | None) -> int | None:
 
 
 def _held_robot(server: RobotServer) -> EmulatedRobot:
-    """The robot while an operator can reach it."""
+    """Return the robot; raise ControlError while it is falling and an operator cannot reach it."""
     if server.robot.falling:
         raise ControlError("The robot is falling. Wait for the landing: wait still")
     return server.robot
@@ -301,7 +309,7 @@ class ControlLines:
         self._lines.extend(line.decode(errors="replace") for line in lines)
 
     def end(self) -> None:
-        """No more will come: a last line without its end counts."""
+        """Mark the end of the input: an unterminated last line counts as a line."""
         if self._partial:
             self._lines.append(self._partial.decode(errors="replace"))
             self._partial = b""

@@ -42,12 +42,12 @@ class Faults:
         self._swapped: dict[int, int] = {}
 
     def imu(self, body: int, kind: ImuFault | None, other: int | None = None) -> None:
-        """The IMU of a body (1 to 4).
+        """Set or clear a fault of the IMU of a body (1 to 4).
 
         Args:
-            body: Which.
-            kind: What happens to it.
-            other: Of "swapped", and only of it: the body whose plug is exchanged with this one's.
+            body: Number of the body.
+            kind: The fault; None clears it.
+            other: For "swapped" only: the body whose plug is exchanged with this one's.
         """
         _require("body", body, IMU_COUNT)
         _require_kind("IMUs", kind, get_args(ImuFault))
@@ -67,14 +67,14 @@ class Faults:
             self._swapped |= {body: other, other: body}
 
     def glitch(self, body: int) -> None:
-        """A disturbance spoils the next transfer with the IMU of a body (1 to 4): it is not acknowledged."""
+        """Disturb the next transfer with the IMU of a body (1 to 4), so that it is not acknowledged."""
         _require("body", body, IMU_COUNT)
         self._library.tfsat_glitch_imu(self._robot, body - 1)
 
     def bus(self, bus: int, stuck: bool) -> None:
-        """A slave holds an I2C bus (1: IMUs 1 and 2; 2: IMUs 3 and 4) low.
+        """Hold an I2C bus low by a slave, or release it (bus 1: IMUs 1 and 2; bus 2: IMUs 3 and 4).
 
-        The nine clocks that free a bus do not free this one. The logger's next power-up does.
+        The nine clocks that usually free a bus do not free this one. The logger's next power-up does.
         """
         _require("bus", bus, BUS_COUNT)
         self._library.tfsat_fault_bus(self._robot, bus - 1, int(stuck))
@@ -82,12 +82,12 @@ class Faults:
     def angle_sensor(
         self, index: int, kind: AngleSensorFault | None, turned_deg: float | None = None
     ) -> None:
-        """An angle sensor (1 to 6, in the log's order: two a joint).
+        """Set or clear a fault of an angle sensor (1 to 6, in the log's order: two per joint).
 
         Args:
-            index: Which.
-            kind: What happens to it.
-            turned_deg: Of "turned", and only of it: by how much the magnet has slipped, in the sensor's sense.
+            index: Number of the sensor.
+            kind: The fault; None clears it.
+            turned_deg: For "turned" only: the angle by which the magnet has slipped, in the sensor's sense.
         """
         _require("angle sensor", index, ANGLE_SENSOR_COUNT)
         _require_kind("angle sensors", kind, get_args(AngleSensorFault))
@@ -98,44 +98,47 @@ class Faults:
         self._library.tfsat_slip_magnet(self._robot, index - 1, math.radians(turned_deg or 0.0))
 
     def gyro_bias_step(self, body: int, step_rad_s: FloatArray) -> None:
-        """Each axis of the gyro of a body (1 to 4) shows so much more from now on: (3,), its own axes, for good."""
+        """Add a permanent bias step to the gyro of a body (1 to 4): (3,), in the gyro's own axes."""
         _require("body", body, IMU_COUNT)
         self._library.tfsat_step_gyro_bias(self._robot, body - 1, (ctypes.c_double * 3)(*step_rad_s.tolist()))
 
     def servo(self, joint: int, kind: ServoFault | None) -> None:
-        """The servo of a joint (1 to 3)."""
+        """Set or clear a fault of the servo of a joint (1 to 3)."""
         _require("joint", joint, JOINT_COUNT)
         self._library.tfsat_fault_servo(self._robot, joint - 1, _number("servos", kind, get_args(ServoFault)))
 
     def switch(self, index: int, kind: SwitchFault | None) -> None:
-        """A release switch (1 or 2)."""
+        """Set or clear a fault of a release switch (1 or 2)."""
         _require("release switch", index, SWITCH_COUNT)
         self._library.tfsat_fault_switch(
             self._robot, index - 1, _number("switches", kind, get_args(SwitchFault))
         )
 
     def bounce(self, duration_us: int | None) -> None:
-        """Both switches' contacts chatter for so long at the next release, not the data sheet's 1.5 ms or so."""
+        """Set how long both switches' contacts bounce at the next release.
+
+        The default, None, is about the data sheet's 1.5 ms.
+        """
         if duration_us is not None and not 0 < duration_us <= 1_000_000:
             raise _refusal(f"Contacts do not bounce for {duration_us} us: more than 0, at most 1,000,000")
         self._library.tfsat_set_bounce(self._robot, duration_us or 0)
 
     def card_stalls(self, stall_us: int | None, every_us: int = 2_000_000) -> None:
-        """A slow card: now and then one block keeps it busy.
+        """Make the card stall: single blocks keep it busy now and then.
 
         Args:
-            stall_us: For so long. The ring bridges `ring_blocks`; the logger takes a card that is busy for more
-                than 1 s for gone.
-            every_us: Between two of them, give or take half; at 0 each block does.
+            stall_us: Duration of a stall; None ends the stalls. The ring buffer bridges `ring_blocks`; the logger
+                takes a card that is busy for more than 1 s for gone.
+            every_us: Mean interval between stalls, varied by half of it; at 0 every block stalls.
         """
         if stall_us is not None and not (0 < stall_us <= 100_000_000 and 0 <= every_us <= 1_000_000_000):
             raise _refusal(f"A card does not stall for {stall_us} us each {every_us} us")
         self._library.tfsat_card_stalls(self._robot, stall_us or 0, every_us)
 
     def clock(self, board: ClockedBoard, ppm: float) -> None:
-        """A board's time runs that much faster than true time from now on; up to 20,000 ppm (2 %) either way.
+        """Set a board's clock error from now on: positive runs fast, up to 20,000 ppm (2 %) either way.
 
-        It replaces what its imperfections state.
+        It replaces the error that the robot's imperfections state.
         """
         boards = get_args(ClockedBoard)
         if board not in boards:
@@ -166,7 +169,7 @@ class Faults:
 
 
 def _number(parts: str, kind: str | None, kinds: tuple[str, ...]) -> int:
-    """As api.h numbers kinds: 0 is well."""
+    """Return the number of a fault kind as api.h counts them: 0 means no fault."""
     _require_kind(parts, kind, kinds)
     return 0 if kind is None else 1 + kinds.index(kind)
 
@@ -207,7 +210,7 @@ class CardSlot:
         self._robot = robot
 
     def files(self) -> dict[int, bytes]:
-        """The recordings by number, as a reader would find them now, whatever is wrong with the card."""
+        """Return the card's recordings by number, as a reader would find them now, even on a defective card."""
         files = {}
         number = 0
         while number := self._library.tfsat_card_next_file(self._robot, number + 1):
@@ -218,7 +221,7 @@ class CardSlot:
         return files
 
     def put(self, number: int, data: bytes) -> None:
-        """A recording of whole blocks, as another computer would put it there."""
+        """Put a recording of whole blocks on the card, as another computer would."""
         self._library.tfsat_card_put_file(self._robot, number, data, len(data))
 
     def remove(self) -> None:
@@ -236,7 +239,7 @@ class CardSlot:
         self._library.tfsat_card_set_present(self._robot, 1)
 
     def spoil(self, defect: CardDefect) -> None:
-        """From now on that is wrong with the card."""
+        """Give the card a defect from now on."""
         self._library.tfsat_card_set_defect(self._robot, defect)
 
     def fill(self, free_blocks: int) -> None:

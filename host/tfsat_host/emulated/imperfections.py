@@ -103,9 +103,10 @@ def ideal() -> Imperfections:
 
 
 def draw(seed: int) -> Imperfections:
-    """A plausible robot: biases of 1 deg/s, mounting errors of 1.5 deg an axis (both standard deviations).
+    """Draw a plausible robot with gyro biases and mounting errors but exact scale factors.
 
-    Scale factors stay exact here: the paper does not calibrate them, and its evaluation starts from that.
+    Standard deviations are 1 deg/s for the biases and 1.5 deg per axis for the mounting. The scale factors are
+    exact because the paper does not calibrate them, and its evaluation starts from that.
     """
     random = np.random.default_rng(seed)
     return Imperfections(
@@ -119,11 +120,11 @@ def draw(seed: int) -> Imperfections:
 
 
 def draw_as_built(seed: int) -> Imperfections:
-    """A robot before its calibration: every figure that calibration looks for is off.
+    """Draw a robot before its calibration: every parameter that calibration estimates is off.
 
-    The gyros' biases lie within a quarter of what their data sheet allows and their scale factors within all of it
-    (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle; the boards
-    have crystals, not ceramic resonators.
+    The gyros' biases lie within a quarter of the data sheet's tolerance and their scale factors within all of
+    it (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle;
+    the boards have crystals, not ceramic resonators.
     """
     random = np.random.default_rng(seed)
     towards = random.standard_normal((4, 3))

@@ -84,10 +84,10 @@ def shipped_imus() -> tuple[str, ...]:
 
 
 def load_imu(name_or_path: str | Path) -> ImuPart:
-    """An IMU of `shipped_imus()` by name, or of a file.
+    """Load an IMU by its name in `shipped_imus()` or from a file.
 
     Raises:
-        EmulationError: there is no such IMU or file, or the file says too little, too much or nonsense.
+        EmulationError: there is no such IMU or file, or the file has missing, unknown or invalid entries.
     """
     top = read_config(_SHIPPED.get(str(name_or_path), Path(name_or_path)), _KIND)
     top.only(" ".join(("name", *_TABLES)))
@@ -107,15 +107,15 @@ def load_imu(name_or_path: str | Path) -> ImuPart:
 
 
 def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = None) -> Imperfections:
-    """A robot whose four IMUs are such parts; all else, their mounting included, is that of another one.
+    """Return a robot whose four IMUs are this part; all else, including their mounting, is unchanged.
 
-    Two parts with the same seed have the same draws, each by its own standard deviations: what differs between the
-    two robots is the part and nothing else.
+    Two parts with the same seed get the same random draws, each scaled by its own standard deviations, so two
+    such robots differ in nothing but the part.
 
     Args:
-        part: That it gets.
-        seed: Of the parts' errors.
-        robot: That gets them; None: `draw(seed)`.
+        part: The IMU part to use.
+        seed: For the parts' errors.
+        robot: The robot to fit them to; None: `draw(seed)`.
     """
     as_it_comes = draw(seed) if robot is None else robot
     random = np.random.default_rng([seed, 6])
@@ -144,5 +144,8 @@ def wander_std_deg_s(part: ImuPart) -> float:
 
 
 def _may_be_zero(key: str) -> bool:
-    """An error may be none; a range, a resolution or a time constant may not."""
+    """Return whether a value of the part may be zero.
+
+    An error may; a range, a resolution or a time constant may not.
+    """
     return key.endswith(("_std", "warming_c")) or "_std_" in key or key.startswith(("noise", "bias", "shock"))

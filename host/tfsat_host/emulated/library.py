@@ -71,7 +71,7 @@ def _header() -> str:
 
 @cache
 def structures() -> dict[str, Any]:
-    """The structures of api.h by their names; SI units, matrices row by row in one array."""
+    """Parse the structures of api.h by name; in SI units, with matrices row-major in one array."""
     return {name: _structure(name, fields) for fields, name in _STRUCTURE.findall(_header())}
 
 
@@ -85,7 +85,7 @@ def _structure(name: str, fields: str) -> type[ctypes.Structure]:
 
 
 def _type(declared: str, array: str = "") -> Any:
-    """Of a result or a parameter."""
+    """Return the ctypes type of a declared result or parameter."""
     plain = declared.removeprefix("const ")
     for name in (declared, plain):
         if name in _TYPES and not array:

@@ -51,7 +51,7 @@ class Operator:
 
     @classmethod
     def human(cls, seed: int) -> Self:
-        """A person who takes care."""
+        """Draw a careful human operator with tremor, sway and reaction, from a seed."""
         random = np.random.default_rng(seed)
         return cls(
             tremor_deg_s=random.uniform(1.0, 5.0),

@@ -50,12 +50,14 @@ def swing_motion(
 
 
 def sweep_motion(range_rad: FloatArray, operator: Operator, random: np.random.Generator) -> Motion:
-    """From where the joint is, taken for the first of them, through `SWEEP_STOPS_DEG`, `SWEEP_ROUNDS` times.
+    """Build a sweep of a joint through `SWEEP_STOPS_DEG`, repeated `SWEEP_ROUNDS` times.
+
+    The joint's present position stands in for the first stop.
 
     Args:
-        range_rad: (2,) the joint's least and greatest angle; stops outside are taken as its ends.
-        operator: Whose.
-        random: Draws what the operator varies.
+        range_rad: (2,) the joint's least and greatest angle; stops outside it are clipped to its ends.
+        operator: The operator who moves it.
+        random: Generator for the operator's variation.
     """
     rounds = np.tile(np.deg2rad(SWEEP_STOPS_DEG[1:]), SWEEP_ROUNDS)
     return _motion(_stops(rounds, range_rad, operator, random), SWEEP_LEG_S, SWEEP_REST_S, operator, random)
@@ -69,7 +71,7 @@ def turn_motion(angle_deg: float, rounds: int, operator: Operator, random: np.ra
 
 
 def turn_leg_s(angle_deg: float) -> float:
-    """How long a turn takes one way, at nominal pace."""
+    """Return the duration of one leg of a turn at nominal pace, in seconds."""
     return max(MIN_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
 
 
@@ -82,7 +84,7 @@ def turn_axis(axis: Axis, operator: Operator, random: np.random.Generator) -> Fl
 
 
 def servo_motion(operator: Operator, random: np.random.Generator) -> Motion:
-    """None of its own: the servo moves, the operator holds."""
+    """Build the motion of a servo step: an empty one, because the servo moves and the operator only holds."""
     return Motion((), operator, _seed(random))
 
 
@@ -160,9 +162,9 @@ class EmulatedOperator:
                 )
 
     def duration_s(self, step: Step) -> float:
-        """How long the step's motion takes with this operator, rests at both ends included.
+        """Return the duration of the step's motion with this operator, rests at both ends included.
 
-        Of a servo's step, only how long the robot lies still before the operator begins to sway.
+        For a servo step, return only the time the robot lies still before the operator begins to sway.
         """
         ends_s = LEAD_S + TAIL_S
         moving_s = {
@@ -192,7 +194,7 @@ class EmulatedOperator:
         self._robot.swing(step.moving_joint, SWING_DEG, SWING_PERIOD_S, SWING_CYCLES)
 
     def _close(self, joints: Iterable[int]) -> None:
-        """By one body, so that nothing keeps a joint from closing; then all lie still."""
+        """Close the joints while holding the robot by one body only, then lay the whole robot down."""
         self._robot.hold(_ALL_BODIES[-1:])
         for joint in joints:
             self._robot.operator.close_joint(joint)

@@ -118,7 +118,10 @@ class TypedLines:
         self._descriptor = descriptor
 
     def waits_on(self) -> list[int]:
-        """The descriptor while input matters; in the background, a terminal is the foreground's."""
+        """Return the descriptor to wait on, or none while input is ignored.
+
+        In the background, a terminal belongs to the foreground.
+        """
         if self._descriptor is None or not self._lines.done or _another_has_terminal(self._descriptor):
             return []
         return [self._descriptor]
@@ -145,7 +148,7 @@ class TypedLines:
 
 
 def standard_input() -> int | None:
-    """Its descriptor; None if this process was started without one."""
+    """Return the descriptor of standard input; None if this process was started without one."""
     return None if sys.stdin is None else sys.stdin.fileno()
 
 

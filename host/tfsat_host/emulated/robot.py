@@ -148,7 +148,10 @@ class EmulatedRobot:
         return ctypes.string_at(self._buffer, size)
 
     def read_by(self, board: BoardIndex, t_us: int, step_us: int) -> bytes:
-        """The same, letting time pass in steps until a byte is there or it is `t_us`. Raises EmulationError."""
+        """Read what a board has sent, advancing time in steps until a byte arrives or `t_us` is reached.
+
+        Raises EmulationError if the emulated sequencer crashes.
+        """
         buffer = self._buffer
         size = self._library.tfsat_read_by(self._robot, board, t_us, step_us, buffer, len(buffer))
         if size < 0:
@@ -179,7 +182,7 @@ class EmulatedRobot:
         self._library.tfsat_reset(self._robot, cause)
 
     def eeprom(self) -> bytes:
-        """The sequencer's EEPROM."""
+        """Return the contents of the sequencer's EEPROM."""
         image = (ctypes.c_uint8 * EEPROM_BYTES)()
         self._library.tfsat_eeprom_get(self._robot, image, EEPROM_BYTES)
         return bytes(image)
@@ -190,14 +193,14 @@ class EmulatedRobot:
         return int(self._library.tfsat_eeprom_writes(self._robot))
 
     def logger_memory(self) -> bytes:
-        """What the logger keeps without power: its stored settings."""
+        """Return the logger's nonvolatile memory: its stored settings."""
         size = self._library.tfsat_logger_memory_bytes(self._robot)
         memory = (ctypes.c_uint8 * size)()
         self._library.tfsat_logger_memory_get(self._robot, memory, size)
         return bytes(memory)
 
     def card(self) -> bytes:
-        """The newest recording on the card, as a reader would find it now."""
+        """Return the newest recording on the card, as a reader would find it now."""
         size = self._library.tfsat_card_size(self._robot)
         data = (ctypes.c_uint8 * size)()
         self._library.tfsat_card_read(self._robot, data, size)

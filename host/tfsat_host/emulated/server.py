@@ -74,7 +74,7 @@ class PtyPort:
         self._unsent = b""
 
     def read(self) -> bytes:
-        """What a client has sent; notices clients that come and go."""
+        """Read what a client has sent, and notice clients that come and go."""
         if self._master is None:
             return b""
         try:
@@ -138,7 +138,7 @@ class PtyPort:
 
 
 def _while_this_process_lives(device: str) -> str:
-    """The same device under a path that ends with this process, where the system has one (Linux).
+    """Return a path to the device that ends with this process, where the system has one (Linux).
 
     A killed process leaves its links behind, and the system soon gives their pseudo-terminals to others.
     """
@@ -287,7 +287,7 @@ class RobotServer:
             self._kept_eeprom = image
 
     def _keep_logger_memory(self) -> None:
-        """The logger writes all its settings at once."""
+        """Write the logger's settings to their file if they have changed; the logger writes them all at once."""
         memory = self._robot.logger_memory()
         if memory != self._kept_memory:
             write_whole(self._folder.kept.logger_memory, memory)

@@ -65,16 +65,16 @@ class KeptState:
 
     @classmethod
     def in_folder(cls, folder: Path) -> Self:
-        """In one folder."""
+        """Build the state whose files lie in one folder."""
         return cls(folder / "sequencer.eeprom", folder / "logger.settings", folder / "card")
 
     @classmethod
     def of_user(cls) -> Self:
-        """That of `--emulated`, in the user's state directory."""
+        """Build the state of `--emulated`, in the user's state directory."""
         return cls.in_folder(state_folder() / "emulated")
 
     def load(self) -> Kept:
-        """What is there. Raises TfsatError if it is damaged."""
+        """Load the stored memories and recordings. Raises TfsatError if they are damaged."""
         return Kept(load_eeprom(self.eeprom), _load_logger_memory(self.logger_memory), load_card(self.card))
 
     def save(self, robot: EmulatedRobot, before: Kept) -> None:
@@ -95,7 +95,7 @@ class KeptState:
 
 
 def load_eeprom(path: Path) -> bytes | None:
-    """The stored image, or None before the first command.
+    """Load the stored EEPROM image; None before the first command.
 
     Raises:
         TfsatError: the file is not an EEPROM image.
@@ -111,7 +111,7 @@ def load_eeprom(path: Path) -> bytes | None:
 
 
 def load_card(folder: Path) -> dict[int, bytes]:
-    """The card's files by number; a file that ends within a block is filled up with zeros."""
+    """Load the card's files by number, padding a file that ends within a block with zeros."""
     files = {}
     for path in sorted(folder.glob("DROP*.BIN")) if folder.is_dir() else []:
         named = _RECORDING.fullmatch(path.name)
@@ -122,7 +122,7 @@ def load_card(folder: Path) -> dict[int, bytes]:
 
 
 def _erased_memory(memory: bytes) -> bytes:
-    """A memory of that size that was never written."""
+    """Return an erased memory (all 0xFF) of the same size."""
     return b"\xff" * len(memory)
 
 
@@ -152,16 +152,16 @@ def _damage_error(path: Path, found: str, board: str) -> TfsatError:
 def kept_robot(
     progress: Callable[[str], None], *, model: RobotModel | None = None, as_built: bool = False
 ) -> Iterator[EmulatedRobot]:
-    """The robot of `--emulated`: what its boards store, and its card, are kept from one command to the next.
+    """Yield the robot of `--emulated`, keeping its boards' memories and card from one command to the next.
 
     Args:
-        progress: Gets a line when it is being built.
+        progress: Gets a line when the robot is being built.
         model: The bodies; the drop tower robot by default.
         as_built: Not calibrated: also its scale factors, angle sensors and servos are off.
 
     Raises:
         BuildError: it cannot be built.
-        TfsatError: what was kept is damaged.
+        TfsatError: the kept state is damaged.
     """
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
@@ -242,18 +242,18 @@ class ServedFolder:
 
 
 def being_started(port: Path) -> bool:
-    """Whether `port` is missing because the emulated robot that will serve it is still being built.
+    """Return whether `port` is missing because the emulated robot that will serve it is still being built.
 
-    Once it serves, there is its control socket; a port that is missing then has its cable pulled.
+    A robot that serves has a control socket; a port missing then has its cable pulled.
     """
     return not (port.parent / _CONTROL).exists() and _is_held(port.parent)
 
 
 def served_by_dead_process(port: Path) -> bool:
-    """Whether `port` is a link that an emulated robot has left behind: its process was killed.
+    """Return whether `port` is a link left behind by an emulated robot whose process was killed.
 
     Such a link may lead nowhere, or to a pseudo-terminal that belongs to another program by now. False
-    for anything else, a real board's port included.
+    for anything else, including a real board's port.
     """
     try:
         ours = stat.S_ISLNK(port.lstat().st_mode) and (port.parent / _HOLDER).exists()
@@ -263,7 +263,7 @@ def served_by_dead_process(port: Path) -> bool:
 
 
 def _is_held(folder: Path) -> bool:
-    """A live process serves the folder."""
+    """Return whether a live process serves the folder."""
     try:
         holder = os.open(folder / _HOLDER, os.O_RDONLY | os.O_CLOEXEC)
     except OSError:
@@ -316,7 +316,7 @@ def _lock(descriptor: int) -> bool:
 
 
 def _is_still(descriptor: int, path: Path) -> bool:
-    """Whether `path` names the open file: its former holder may just have removed it."""
+    """Return whether `path` still names the open file: its former holder may just have removed it."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:

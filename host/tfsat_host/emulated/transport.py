@@ -51,7 +51,7 @@ class EmulatedTransport:
                 self._robot.advance(_STEP_US)
 
     def read(self, timeout_s: float) -> bytes:
-        """What has arrived, at least a byte if one comes within `timeout_s` of virtual time."""
+        """Read the bytes that have arrived, waiting up to `timeout_s` of virtual time for the first one."""
         # Rounded up: a caller that waits for a moment shorter than a tick must see time pass.
         deadline_us = self._robot.now_us + math.ceil(timeout_s * US_PER_S)
         return self._robot.read_by(self._board, deadline_us, _STEP_US)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.evaluation.quick_look import BIAS_GUARD_S, MIN_BIAS_S
@@ -124,7 +124,7 @@ def _joint_track(
             continue
         turned = log.sensor_angle_rad[:, index]
         zero = np.angle(np.exp(1j * turned[spans.rest & valid]).mean())
-        change = sensor.direction * wrapped(turned - zero)
+        change = sensor.direction * wrap_angle(turned - zero)
         total[valid] += change[valid]
         answered += valid
     seen = spans.fall & (answered > 0)

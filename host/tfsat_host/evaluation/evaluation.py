@@ -133,8 +133,7 @@ class Evaluation:
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
         swarm: The paper's search for the same correction; None: not asked for.
-        widening: What the standard deviations of `widened` were multiplied with, so that the sensors do not contradict
-            each other.
+        widening: Factor on the standard deviations of `widened`, so that the sensors do not contradict each other.
         widened: `CERTIFICATE` or `AXES_FILED`.
         withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
             farthest above its limit.
@@ -252,7 +251,7 @@ def evaluate(
     drop = _Drop(
         log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
     )
-    found = drop.evaluated(fallback.calibration)
+    found = drop.evaluate(fallback.calibration)
     wider, widest = drop.with_less_stated(fallback.calibration, found)
     if wider is None:
         return replace(found.with_withheld(withheld_by(found.checks)), widest=widest)
@@ -275,7 +274,7 @@ class _Drop:
     offsets: Offsets | None
     swarm: bool
 
-    def evaluated(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
+    def evaluate(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
         """Evaluate the drop with one calibration, withholding nothing.
 
         Failed checks get no cause unless `diagnosed`.
@@ -307,10 +306,10 @@ class _Drop:
         widening, more = 1.0, _excess(found.checks, results)
         while more > 1.0 and (widening := widening * max(more, MIN_WIDENING)) <= MAX_WIDENING:
             drop = replace(self, model=_with_leaning_axes(self.model, widening)) if leaning else self
-            used = certificate if leaning else certificate.widened(widening)
+            used = certificate if leaning else certificate.widen(widening)
             more = drop.contradiction(used, results)
             if not more:
-                wider = drop.evaluated(used, diagnosed=False)
+                wider = drop.evaluate(used, diagnosed=False)
                 kind_widened = AXES_FILED if leaning else CERTIFICATE
                 return replace(wider, widening=widening, widened=kind_widened), widening
             more = max(more, 1.0 + 1e-9)

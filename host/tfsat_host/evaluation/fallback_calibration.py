@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
 from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
@@ -126,7 +126,7 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
     # Both sensors sit on one joint: what it sags, both are off by, each in its own direction.
     shared = HUNG_STD_RAD * sensors.direction
     own = np.deg2rad(0.05) ** 2 * np.eye(2)
-    return replace(sensors, zero_rad=wrapped(zeros), zero_covariance=np.outer(shared, shared) + own)
+    return replace(sensors, zero_rad=wrap_angle(zeros), zero_covariance=np.outer(shared, shared) + own)
 
 
 def _of_hung(sensors: JointSensors) -> list[str]:

@@ -85,7 +85,7 @@ class Velocity:
     low_mm_s: float
     high_mm_s: float
 
-    def judged(self, low_mm_s: float, high_mm_s: float) -> Judgement:
+    def judge(self, low_mm_s: float, high_mm_s: float) -> Judgement:
         """Judge whether the interval lies entirely within a window, entirely outside it, or partly."""
         if low_mm_s <= self.low_mm_s and self.high_mm_s <= high_mm_s:
             return "within"
@@ -179,8 +179,8 @@ def release_velocity(
         transversal_x=x if np.isfinite(x.value_mm_s) else None,
         transversal_y=y if np.isfinite(y.value_mm_s) else None,
         transversal_speed=speed,
-        downward_judged=down.judged(*windows.downward_mm_s),
-        transversal_judged=speed.judged(0.0, windows.transversal_mm_s) if speed else None,
+        downward_judged=down.judge(*windows.downward_mm_s),
+        transversal_judged=speed.judge(0.0, windows.transversal_mm_s) if speed else None,
         samples=len(kept.t_s) - path.left_out,
         samples_left_out=path.left_out,
         scatter_mm=1e3 * path.scatter_m,

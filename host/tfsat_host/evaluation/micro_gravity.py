@@ -265,7 +265,7 @@ def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck
                     f"{name} is shaken by {one.motion_rms_g:.3f} g rms: it touched something, or something is loose."
                 )
     found += [
-        f"Body {one.body} {one.felt()}: it did not hang still, or its accelerometer's scale is wrong."
+        f"Body {one.body} {one.describe()}: it did not hang still, or its accelerometer's scale is wrong."
         for one in gravity
         if not one.passes
     ]
@@ -332,7 +332,7 @@ class GravityCheck:
             self._as_shown_passes and not abs(self.less_fall_norm_g - 1.0) > ALARM_STDS * self.less_fall_std_g
         )
 
-    def felt(self) -> str:
+    def describe(self) -> str:
         """Format the worse of the two results as the end of a sentence about the body."""
         if self._as_shown_passes:
             return (

@@ -1,7 +1,7 @@
 """The robot hanging still in the releaser, before anything turns: what its sensors show then.
 
-`Rest` is of up to half a minute: the gyros' noise, and their biases where no calibration gives them. `RestBeforeRelease` is of
-the last seconds, of all sensors, to be checked.
+`Rest` holds up to half a minute of the gyros: their noise, and their biases where no calibration gives them.
+`RestBeforeRelease` holds the last seconds of all sensors, for the checks.
 """
 
 from __future__ import annotations

@@ -125,11 +125,11 @@ def strokes_flown(
         again = [begins[k] for k in range(i + 1, len(strokes)) if strokes[k].joint == stroke.joint]
         commanded = float(np.deg2rad(stroke.angle_deg))
         asked = FlownStroke(i + 1, stroke.joint, stroke.t_s, float(seen[i]), commanded, False, "")
-        found.append(_flown(motion, asked, float(begins[i]), float(min([*again, motion.t_s[-1]]))))
+        found.append(_classify_stroke(motion, asked, float(begins[i]), float(min([*again, motion.t_s[-1]]))))
     return tuple(found)
 
 
-def _flown(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -> FlownStroke:
+def _classify_stroke(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -> FlownStroke:
     """Measure a stroke, of which nothing is measured yet, from its command to the same joint's next."""
     t, joint = motion.t_s, motion.joints[asked.joint - 1]
     if begin_s >= t[-1] - EARLY_S:
@@ -148,7 +148,7 @@ def _flown(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -
     own = (t >= begin_s - EARLY_S) & (t < until_s)
     way = float(np.sign(size)) or 1.0
     times, rate = t[own], way * motion.fused.joint_rate_rad_s[own, asked.joint - 1]
-    peak = float(smoothed(rate).max())
+    peak = float(average_neighbours(rate).max())
     slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, asked.joint))
     farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
     left_s = float(t[-1]) - begin_s
@@ -303,12 +303,12 @@ def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Joi
         from_s = 0.0
         for stroke in (s for s in strokes if s.joint == joint):
             begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s
-            found.append(_standing(motion, joint, from_s, min(begin_s, _started_s(stroke))))
+            found.append(_find_rest(motion, joint, from_s, min(begin_s, _started_s(stroke))))
             if stroke.unfinished:
                 from_s = float("inf")
                 break
             from_s = (stroke.end_s if stroke.moved else begin_s) + ARRIVED_S
-        found.append(_standing(motion, joint, from_s, float(motion.t_s[-1])))
+        found.append(_find_rest(motion, joint, from_s, float(motion.t_s[-1])))
     return tuple(standing for standing in found if standing is not None)
 
 
@@ -318,7 +318,7 @@ def _started_s(stroke: FlownStroke) -> float:
     return max(stroke.start_s, early) if stroke.moved else float("inf")
 
 
-def _standing(motion: Motion, joint: int, from_s: float, until_s: float) -> JointRest | None:
+def _find_rest(motion: Motion, joint: int, from_s: float, until_s: float) -> JointRest | None:
     t, found = motion.t_s, motion.joints[joint - 1]
     first = int(np.searchsorted(t, from_s))
     last = at_rest(t, min(until_s, float(t[-1])))
@@ -360,7 +360,7 @@ class Edge:
     whole: bool
 
 
-def smoothed(values: FloatArray) -> FloatArray:
+def average_neighbours(values: FloatArray) -> FloatArray:
     """(n,) means over three neighbours; the ends as they are."""
     if len(values) < _SMOOTHED:
         return values
@@ -375,7 +375,7 @@ def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
         t_s: (n,) ascending.
         rate: (n,) of the motion, positive at its peak; any unit.
     """
-    calm = smoothed(rate)
+    calm = average_neighbours(rate)
     peak = calm.max()
     shoulder = int(np.argmax(calm >= SHOULDER * peak))
     below = np.flatnonzero(calm[:shoulder] <= FOOT * peak)

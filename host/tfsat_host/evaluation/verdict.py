@@ -63,7 +63,10 @@ def verdict_of(
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
         ("results are withheld", _withheld(found)),
-        (f"all ± are as if the {found.widened} were {found.widening:.1f} times less sure", _widened(found)),
+        (
+            f"all ± are as if the {found.widened} were {found.widening:.1f} times less sure",
+            _widening_reasons(found),
+        ),
         ("the recording is not whole", _of_recording(found)),
         ("the calibration does not hold as it is", against_calibration),
         ("another maneuver than maneuver.toml was flown", against_maneuver),
@@ -97,7 +100,7 @@ def _withheld(found: Evaluation) -> Iterator[str]:
     yield f"Withheld, with all that follows from it: {', '.join(names)}. Failed: {checks}; {why}."
 
 
-def _widened(found: Evaluation) -> Iterator[str]:
+def _widening_reasons(found: Evaluation) -> Iterator[str]:
     if found.widening > 1.0:
         certified = found.widened == CERTIFICATE
         next_step = "Calibrate again: tfsat-host calibrate show." if certified else "Measure the hinges."
@@ -107,7 +110,7 @@ def _widened(found: Evaluation) -> Iterator[str]:
         )
 
 
-def refused(error: TfsatError) -> Verdict:
+def refusal_verdict(error: TfsatError) -> Verdict:
     """Return the verdict on a drop that cannot be evaluated."""
     return Verdict("failed", error.what, tuple(text for text in (error.meaning, error.next_step) if text))
 

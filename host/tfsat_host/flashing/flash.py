@@ -120,7 +120,7 @@ class Flasher(ABC):
 
     @abstractmethod
     def command(self, loader: str, image: Image, port: str) -> list[str]:
-        """The loader's command line."""
+        """Return the loader's command line."""
 
     @abstractmethod
     def _insist_on_idle(self, client: Client) -> None:
@@ -148,11 +148,13 @@ class Flasher(ABC):
             ) from None
 
     def find_loader(self) -> str:
-        """The path of the program that writes. Raises FlashError."""
+        """Return the path of the loader program. Raises FlashError."""
         return find_loader(self._computer, self.program)
 
     def find_port(self, explicit: str | None, *, force: bool) -> str | None:
-        """The board's port, or one at which its bootloader waits; what may be done there, `refuse_needless` says.
+        """Return the board's port, or one at which its bootloader waits.
+
+        What may be done there is decided by `refuse_needless`.
 
         Returns:
             None with `force` where there is none: a Teensy in its bootloader has no port.
@@ -194,7 +196,7 @@ class Flasher(ABC):
         """Raises RefusedError for an emulated core; unless `force`, where the image runs already or nothing answers."""
         identity = target.identity
         if self.board == Board.SEQUENCER and identity is not None and identity.runs_natively:
-            raise _refused(
+            raise _refusal(
                 "emulated",
                 f"The sequencer at {target.port} is the firmware's core on a computer: it has no flash.",
                 _NOT_FLASHED,
@@ -204,9 +206,9 @@ class Flasher(ABC):
             return
         if identity is None:
             cure = f"If you are sure {self.sure}: add --force."
-            raise _refused("silent", f"{self._silence(target)}: {self.unknown}.", _NOT_FLASHED, cure)
+            raise _refusal("silent", f"{self._silence(target)}: {self.unknown}.", _NOT_FLASHED, cure)
         if identity.image_crc == image.crc:
-            raise _refused(
+            raise _refusal(
                 "already-running",
                 f"The {self.name} at {target.port} runs this image already ({image.crc}).",
                 "Nothing was flashed, and nothing needs to be.",
@@ -214,14 +216,14 @@ class Flasher(ABC):
             )
 
     def question(self, target: Target) -> str:
-        """What a board cannot say, a person must; empty: nothing."""
+        """Return the question that a person must answer for a silent board; empty if there is none."""
         return "" if target.identity else f"{self._silence(target)}; {self.unknown}. {self.ask}"
 
     def make_safe(self, target: Target) -> None:  # noqa: B027  the logger has nothing to make safe
-        """What a yes to the question allows. Raises RefusedError unless the board is safe then."""
+        """Make the board safe after a yes to the question. Raises RefusedError unless it is safe then."""
 
     def plan(self, loader: str, image: Image, target: Target) -> list[str]:
-        """What would be done, a line each."""
+        """Return the planned steps, one line each."""
         runs = target.identity.describe() if target.identity else "a board that does not answer"
         steps = [f"At {target.port}: {runs}.", f"Image {image.crc}, {len(image.data)} bytes: {image.path}"]
         steps.append("Would be done:")
@@ -240,7 +242,7 @@ class Flasher(ABC):
         )
 
     def sketches(self) -> set[str]:
-        """The ports that look like this board with its sketch."""
+        """Return the ports that look like this board running its sketch."""
         ports = self._computer.ports()
         return {port.device for port in ports if identify(port) == Identity(self.name, "sketch")}
 
@@ -278,7 +280,7 @@ class Flasher(ABC):
     def _proof(
         self, image: Image, before: str | None, others: set[str], cure: str
     ) -> tuple[str, BoardIdentity]:
-        """The board runs the image, by its own word. Raises FlashError."""
+        """Check that the board reports the written image; return its port and identity. Raises FlashError."""
         port, identity = self.ask_again(before, others)
         if identity.image_crc != image.crc:
             raise FlashError(
@@ -358,14 +360,14 @@ class LoggerFlasher(Flasher):
     def _insist_on_idle(self, client: Client) -> None:
         status, port = client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply), client.transport.name
         if status.ram_holds_drop:
-            raise _refused(
+            raise _refusal(
                 "ram-holds-drop",
                 f"The RAM of the logger at {port} holds a drop that no card has.",
                 f"Flashing would erase it. {_NOT_FLASHED}",
                 "tfsat-host log fetch ram, then tfsat-host log erase ram, then the same command again.",
             )
         if status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
-            raise _refused(
+            raise _refusal(
                 "recording",
                 f"The logger at {port} is {status.state.name.lower()}.",
                 f"Flashing would cut the recording off. {_NOT_FLASHED}",
@@ -390,7 +392,7 @@ FLASHERS: dict[str, type[Flasher]] = {"sequencer": SequencerFlasher, "logger": L
 
 
 def in_bootloader(computer: Computer) -> dict[str, PortInfo]:
-    """The ports at which a sequencer's bootloader waits, by name."""
+    """Find the ports at which a sequencer's bootloader waits, by name."""
     waits = Identity("sequencer", "bootloader")
     return {port.device: port for port in computer.ports() if identify(port) == waits}
 
@@ -435,7 +437,7 @@ def wake(computer: Computer, port: str, hint: Callable[[str], None]) -> str:
 
 def _insist_on_safe(port: str, state: SequencerState) -> None:
     if state != SequencerState.SAFE:
-        raise _refused(
+        raise _refusal(
             "not-safe",
             f"The sequencer at {port} is {state.name.lower()}; it is flashed only while it is safe.",
             f"Flashing would end that and let the servos go. {_NOT_FLASHED}",
@@ -443,5 +445,5 @@ def _insist_on_safe(port: str, state: SequencerState) -> None:
         )
 
 
-def _refused(code: str, what: str, meaning: str, next_step: str) -> RefusedError:
+def _refusal(code: str, what: str, meaning: str, next_step: str) -> RefusedError:
     return RefusedError(what=what, meaning=meaning, next_step=next_step, code=code)

@@ -85,7 +85,7 @@ def load_teensy_image(path: Path) -> Image:
 
 
 def default_hex(package: Path = PACKAGE) -> Path:
-    """The HEX that `make firmware` has built in the checkout of this program.
+    """Return the path of the HEX that `make firmware` has built in the checkout of this program.
 
     Args:
         package: The folder of `tfsat_host`.
@@ -122,7 +122,10 @@ def default_hex(package: Path = PACKAGE) -> Path:
 def _read(
     path: Path, board: str, missing: str, damaged: str, base: int = 0, most_bytes: int = 1 << 16
 ) -> bytes:
-    """The image of a board; its cures where the file is missing, and where it is damaged."""
+    """Read the HEX image of a board. Raises ImageError.
+
+    `missing` and `damaged` are the next steps that the error gives for a missing or damaged file.
+    """
     try:
         return read_hex(path, base, most_bytes)
     except OSError as error:
@@ -138,10 +141,13 @@ def _no_image(what: str, board: str, cure: str) -> ImageError:
 
 
 def read_hex(path: Path, base: int = 0, most_bytes: int = 1 << 16) -> bytes:
-    """The image in Intel HEX, as objcopy and the Arduino IDE write it, from address `base` on; gaps are 0xFF.
+    """Read an Intel HEX image, as objcopy and the Arduino IDE write it.
+
+    The image starts at address `base`; gaps are 0xFF.
 
     Raises:
-        ValueError: a record is damaged, unknown, not within `most_bytes` from `base` on, or the last one is missing.
+        ValueError: a record is damaged, unknown or not within `most_bytes` from `base` on, or the last one is
+            missing.
         OSError: the file cannot be read.
     """
     image = bytearray()

@@ -24,15 +24,15 @@ class Computer:
     """Serial ports, programs and time; a test plays one of its own."""
 
     def ports(self) -> list[PortInfo]:
-        """The serial ports that there are now."""
+        """Return the serial ports that exist now."""
         return system_ports()
 
     def connect(self, path: str) -> Transport:
-        """The port, open. Raises PortError."""
+        """Open the port. Raises PortError."""
         return SerialTransport(path)
 
     def find_program(self, name: str) -> str | None:
-        """The path of an installed program."""
+        """Find the path of an installed program; None if it is not installed."""
         return shutil.which(name)
 
     def now_s(self) -> float:
@@ -158,7 +158,7 @@ class FlashError(TfsatError):
 
 
 def find_loader(computer: Computer, program: str) -> str:
-    """The program's path. Raises FlashError with how to install it."""
+    """Return the program's path. Raises FlashError with how to install it."""
     path = computer.find_program(program)
     if path is None:
         code, use, install = _MISSING[program]
@@ -206,7 +206,7 @@ def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str,
         raise _not_started(command, error, "avrdude-failed", _INTACT, "sequencer") from error
     if code == 0:
         return
-    shown = _shown(command, output)
+    shown = _format_command(command, output)
     kind, what, cure = "avrdude-failed", f"avrdude failed with exit code {code}: {shown}", _REPLUG
     if code is None:
         what = f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: {shown}"
@@ -229,7 +229,7 @@ def run_teensy_loader(computer: Computer, command: list[str]) -> None:
         raise _not_started(command, error, "loader-failed", waits, "logger") from error
     if code == 0:
         return
-    shown = _shown(command, output)
+    shown = _format_command(command, output)
     if code is None and "Found HalfKay" not in shown:
         raise FlashError(
             what=f"No Teensy showed its bootloader within {TEENSY_TIMEOUT_S:g} s: {shown}",
@@ -270,8 +270,8 @@ class Bars:
                 self._progress(self._bar, 0)
 
 
-def _shown(command: list[str], output: list[str]) -> str:
-    """The command line and the last lines of its output."""
+def _format_command(command: list[str], output: list[str]) -> str:
+    """Format the command line and the last lines of its output."""
     lines = [line for line in "".join(output).splitlines() if line.strip()][-_LAST_LINES:]
     return "\n".join([shlex.join(command), *(lines or ["It printed nothing."])])
 

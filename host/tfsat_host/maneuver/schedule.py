@@ -17,7 +17,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from tfsat_host.config import Table, read_config
-from tfsat_host.config.table import shown
+from tfsat_host.config.table import shorten_value
 from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError
 from tfsat_host.protocol.limits import (
     FALL_US,
@@ -117,7 +117,7 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
             )
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
-                what=f"Stroke {number} moves joint {shown(stroke.joint)}; the robot has {known}.",
+                what=f"Stroke {number} moves joint {shorten_value(stroke.joint)}; the robot has {known}.",
                 next_step=f"Correct the joint's number; {limits.numbering}.",
                 stroke=number,
             )

@@ -80,10 +80,10 @@ def run_on_cluster(
             next_step=f"In tfsat's folder: python -m pip install '.[dask]'; or {_LOCALLY}.",
         )
     _check_address(address)
-    with _connected(address, answer_s) as client, client.as_current():
+    with _connect(address, answer_s) as client, client.as_current():
         _wait_for_workers(client, address, answer_s)
         futures = client.map(partial(_answer, study), range(study.chunks), pure=False)
-        return _gathered(client, address, futures, progress or (lambda _samples: None), patience_s)
+        return _collect_outcomes(client, address, futures, progress or (lambda _samples: None), patience_s)
 
 
 def _answer(study: Study, chunk: int) -> _Answer:
@@ -105,7 +105,7 @@ def _check_address(address: str) -> None:
         ) from error
 
 
-def _connected(address: str, answer_s: float) -> Client:
+def _connect(address: str, answer_s: float) -> Client:
     from distributed import Client
 
     try:
@@ -130,7 +130,7 @@ def _wait_for_workers(client: Client, address: str, answer_s: float) -> None:
         ) from error
 
 
-def _gathered(
+def _collect_outcomes(
     client: Client,
     address: str,
     futures: list[Future[_Answer]],
@@ -158,7 +158,7 @@ def _gathered(
             outcomes = _outcomes(future, address)
             parts[chunk_of.pop(future)] = outcomes
             done(len(outcomes))
-    return Outcomes.joined([parts[chunk] for chunk in range(len(futures))])
+    return Outcomes.join([parts[chunk] for chunk in range(len(futures))])
 
 
 def _outcomes(future: Future[_Answer], address: str) -> Outcomes:

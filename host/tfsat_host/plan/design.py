@@ -103,16 +103,16 @@ class Design:
             return None
         return self.optimum.reorientation_deg - self.swarm.reorientation_deg
 
-    def flown(self, candidate: Candidate) -> Candidate:
+    def round_candidate(self, candidate: Candidate) -> Candidate:
         """Return the candidate as `maneuver` commands it: displacements in whole hundredths of a degree."""
-        problem = self._facing(candidate)
+        problem = self._problem_facing(candidate)
         rounded = np.radians(problem.commanded_deg(np.abs(candidate.alpha_deg)))
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
         sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
         return _candidate(problem, rounded, sequence)
 
-    def _facing(self, candidate: Candidate) -> Problem:
-        return self.problem.facing(np.where(candidate.alpha_deg < 0.0, -1.0, 1.0))
+    def _problem_facing(self, candidate: Candidate) -> Problem:
+        return self.problem.with_directions(np.where(candidate.alpha_deg < 0.0, -1.0, 1.0))
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
         """Build the maneuver to be flown, its displacements rounded to 0.01 deg.
@@ -125,7 +125,7 @@ class Design:
         """
         if not candidate.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
-        facing = self._facing(candidate)
+        facing = self._problem_facing(candidate)
         commanded = facing.commanded_deg(np.abs(candidate.alpha_deg))
         return maneuver_of(facing, candidate.sequence, commanded, name)
 

@@ -13,7 +13,7 @@ from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.plan.design import Candidate, Design, Robust
 from tfsat_host.plan.envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.facility import load_tower
-from tfsat_host.plan.loops import written
+from tfsat_host.plan.loops import format_sequence
 from tfsat_host.plan.tower_checks import Check, check_maneuver
 from tfsat_host.quantity import Column, Table, vector
 from tfsat_host.robot import RobotModel
@@ -52,8 +52,8 @@ def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
     """
     best = found.optimum if found.robust is None else found.robust.maneuver
     chosen = found.swarm if swarm else best
-    flown = found.flown(chosen)
-    name = f"designed: {written(flown.sequence)} for {robot.name}, {flown.reorientation_deg:.3f} deg"
+    flown = found.round_candidate(chosen)
+    name = f"designed: {format_sequence(flown.sequence)} for {robot.name}, {flown.reorientation_deg:.3f} deg"
     made = Proposal(flown, found.maneuver(chosen, name))
     if not robot.has_sequencer:
         return made
@@ -102,7 +102,7 @@ def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Itera
     """Yield the report for people: swarm, optimum, the written maneuver, its checks and the next command."""
     robust = [] if found.robust is None else [("robust", found.robust.maneuver)]
     rows = [
-        {**asdict(one), "who": who, "sequence": written(one.sequence)}
+        {**asdict(one), "who": who, "sequence": format_sequence(one.sequence)}
         for who, one in (("swarm", found.swarm), ("optimum", found.optimum), *robust, ("written", made.flown))
     ]
     columns = (

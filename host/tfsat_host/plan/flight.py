@@ -236,7 +236,7 @@ def fly(
     steps = list[Step]()
     while (primitive := pilot.next(measured, planner.most - len(steps))) is not None:
         predicted = quaternion.product(measured, primitive.quaternion_xyzw)
-        attitude = quaternion.product(attitude, flown(robot, planner.table.start_rad, primitive))
+        attitude = quaternion.product(attitude, fly_primitive(robot, planner.table.start_rad, primitive))
         measured = sensing.measure(attitude)
         errors = _error(attitude, target), _error(measured, target)
         steps.append(Step(primitive, predicted, attitude, measured, *errors))
@@ -254,11 +254,11 @@ def open_loop_error_rad(
     target = _unit(target_xyzw)
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
     for primitive in planner.chain(quaternion.product(quaternion.inverse(attitude), target)).primitives:
-        attitude = quaternion.product(attitude, flown(plant, planner.table.start_rad, primitive))
+        attitude = quaternion.product(attitude, fly_primitive(plant, planner.table.start_rad, primitive))
     return _error(attitude, target)
 
 
-def flown(robot: Multibody, start_rad: FloatArray, primitive: Primitive) -> FloatArray:
+def fly_primitive(robot: Multibody, start_rad: FloatArray, primitive: Primitive) -> FloatArray:
     """Quaternion (4,) of a primitive's strokes, flown by `robot` from joint angles `start_rad` (n,)."""
     joints = [joint for joint, _ in primitive.strokes]
     return path_rotation(
@@ -321,7 +321,7 @@ def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
             next_step="Add a table [uncertainty] to the robot file (see robots/cubesat_3u.toml), or leave "
             "--model-error out.",
         )
-    stated = Uncertainty.of({key: scale * value for key, value in robot.uncertainty.stated().items()})
+    stated = Uncertainty.of({key: scale * value for key, value in robot.uncertainty.figures().items()})
     # Parameters come with a maneuver; what it is does not touch the robot.
     plan = Plan.of(robot, [PlannedStroke(joint=0, delta_rad=0.0, start_s=0.0)], 1.0)
     parameters = Parameters.of(robot, plan)

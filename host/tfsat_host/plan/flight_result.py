@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.dynamics import Multibody, TimedMove, moved, servo_moves
+from tfsat_host.dynamics import Multibody, TimedMove, history_from_moves, servo_moves
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
@@ -110,7 +110,7 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
         yield f"Reached: it is there at the start, within {tolerance}. Nothing is flown."
     else:
         yield (
-            f"{'Reached' if result['reached'] else 'NOT REACHED'}: {_shown(result['error_deg'])} deg left of "
+            f"{'Reached' if result['reached'] else 'NOT REACHED'}: {_format_angle(result['error_deg'])} deg left of "
             f"{result['start_error_deg']:.1f} deg, tolerance {tolerance}, in {result['duration_s']:.1f} s by "
             f"{result['primitives']} of {result['table_size']} primitives."
         )
@@ -122,7 +122,7 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
     if result["least_time_s"] > 0.0:
         yield _least_time_words(result)
     if result["open_loop_error_deg"] is not None:
-        yield f"Without feedback {_shown(result['open_loop_error_deg'])} deg would be left."
+        yield f"Without feedback {_format_angle(result['open_loop_error_deg'])} deg would be left."
     if not result["reached"]:
         yield _advice(result)
     if result["measured_to_deg"] > result["tolerance_deg"]:
@@ -163,10 +163,10 @@ def _advice(result: Mapping[str, Any]) -> str:
     if result["outcome"] == "within tolerance":
         return why
     met = "." if possible is None else f": --tolerance {possible:g} is met."
-    return f"{why} The smallest error on the way was {_shown(result['least_error_deg'])} deg{met}"
+    return f"{why} The smallest error on the way was {_format_angle(result['least_error_deg'])} deg{met}"
 
 
-def _shown(angle_deg: float) -> str:
+def _format_angle(angle_deg: float) -> str:
     """Format an angle with three digits; angles below 1e-9 deg are rounding and become 0."""
     return f"{angle_deg if angle_deg >= 1e-9 else 0.0:.3g}"
 
@@ -191,7 +191,9 @@ def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path:
         times.append(np.ones(1))
         numbers.append(np.zeros(1))
     t_s = np.concatenate(times).round(6)
-    history = moved(robot, moves, start_rad=np.array([servo.start_rad for servo in robot.servos]))
+    history = history_from_moves(
+        robot, moves, start_rad=np.array([servo.start_rad for servo in robot.servos])
+    )
     joints = ",".join(f"theta{joint + 1}_deg" for joint in range(robot.n_joints))
     np.savetxt(
         path,

@@ -23,7 +23,7 @@ from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import Multibody, quaternion, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.dynamics.components import batch_first
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.dynamics.stroke import Hinge, turned
+from tfsat_host.dynamics.stroke import Hinge, rotate_base
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.robot import RobotModel
 
@@ -119,7 +119,7 @@ def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
     angles[hinge.step.joint] += to - delta
     lengths = np.broadcast_to(delta, angles.shape[1:])
     steps = math.ceil(math.degrees(axis.step_rad) / _MAX_CELL_DEG)
-    cells = turned(hinge, angles.reshape(len(pose), -1), lengths.reshape(-1), steps).reshape(
+    cells = rotate_base(hinge, angles.reshape(len(pose), -1), lengths.reshape(-1), steps).reshape(
         4, *lengths.shape
     )
     for first, end in ((1, axis.up), (axis.up + 1, len(to))):

@@ -17,7 +17,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.dynamics.stroke import STEPS, Hinge, turned
+from tfsat_host.dynamics.stroke import STEPS, Hinge, rotate_base
 
 Sequence = tuple[int, ...]
 """Signed joint numbers from 1, in the order they move: +1 opens joint 1, -1 closes it."""
@@ -53,7 +53,7 @@ def classes(n_joints: int) -> tuple[Sequence, ...]:
     return tuple(s for s in sequences(n_joints) if s <= backwards(s))
 
 
-def written(sequence: Sequence) -> str:
+def format_sequence(sequence: Sequence) -> str:
     """Format the sequence for people: "+1 +2 -1 -2"."""
     return " ".join(f"{stroke:+d}" for stroke in sequence)
 
@@ -121,7 +121,7 @@ class Loops:
             for bit, other in enumerate(other for other in range(d) if other != moving):
                 angles[self._joints[other]] += self._opened[bit][:, None] * displacements[other]
             delta = np.broadcast_to(displacements[moving], (corners, batch)).reshape(-1)
-            rotation = turned(hinge, angles.reshape(len(self._start), -1), delta, self._steps)
+            rotation = rotate_base(hinge, angles.reshape(len(self._start), -1), delta, self._steps)
             outwards.append(rotation.reshape(4, corners, batch))
         there = np.concatenate(outwards, axis=1)
         return np.concatenate([there, quaternion.inverse(there)], axis=1)

@@ -44,7 +44,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.history import JointHistory, ServoMotion, history_of
-from tfsat_host.dynamics.multibody import Multibody, across, tilted
+from tfsat_host.dynamics.multibody import Multibody, across, tilt_axes
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
@@ -212,7 +212,7 @@ class Parameters:
             mass_kg=vectors[:, part["mass"]],
             com_m=self.origin_m + 1e-3 * vectors[:, part["com"]].reshape(batch, -1, 3),
             inertia_kg_m2=inertia,
-            joint_axis=tilted(self.body.joint_axis, self._sideways(tilt)),
+            joint_axis=tilt_axes(self.body.joint_axis, self._sideways(tilt)),
             joint_point_m=self.body.joint_point_m + self._sideways(shift),
         )
 
@@ -384,4 +384,4 @@ def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty
             cure = f"Give a share up to {MAX_RELATIVE:g}, such as --sigma {key}=0.05 for 5 %."
         if problem:
             raise UsageError(what=f"--sigma: {problem}.", meaning="Nothing was computed.", next_step=cure)
-    return Uncertainty.of((robot.uncertainty or Uncertainty()).stated() | dict(other))
+    return Uncertainty.of((robot.uncertainty or Uncertainty()).figures() | dict(other))

@@ -16,11 +16,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
-from tfsat_host.plan.polish import shortened
+from tfsat_host.plan.polish import shorten_chain
 from tfsat_host.plan.primitives import Primitive, PrimitiveTable
 
 # Slower than this is taken as this: a robot that cannot turn about an axis at all.
@@ -68,10 +68,12 @@ class TimeToGo:
         tilt = 2.0 * np.arctan2(np.hypot(y, z), np.hypot(needed[3], x))
         # Half the sum and half the difference of the two turns about the fast axis.
         half_sum, half_difference = np.arctan2(x, needed[3]), np.arctan2(z, y)
-        turns = np.abs(wrapped(half_sum + half_difference)) + np.abs(wrapped(half_sum - half_difference))
+        turns = np.abs(wrap_angle(half_sum + half_difference)) + np.abs(
+            wrap_angle(half_sum - half_difference)
+        )
         # The same with the tilt backwards: both turns half a turn further.
-        far = np.abs(wrapped(half_sum + half_difference + np.pi)) + np.abs(
-            wrapped(half_sum - half_difference + np.pi)
+        far = np.abs(wrap_angle(half_sum + half_difference + np.pi)) + np.abs(
+            wrap_angle(half_sum - half_difference + np.pi)
         )
         by_turns = np.minimum(turns, far) / fast + tilt / middle
         return np.asarray(np.minimum(in_parts, by_turns))
@@ -174,7 +176,7 @@ def search(
         best = _better(best, after, spent, chains, goal_rad)
         worth = spent + time_to_go.seconds(after)
         limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
-        kept = _promising(after, worth, limit, width)
+        kept = _select_promising(after, worth, limit, width)
         if not len(kept):
             break
         chains = np.column_stack([chains[kept % len(chains)], kept // len(chains)])
@@ -198,7 +200,7 @@ def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray,
     return Route(chain, float(remaining[index]), float(spent[index]))
 
 
-def _promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -> IntArray:
+def _select_promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -> IntArray:
     """Indices of the `width` best states that are worth less than `limit` and differ from one another."""
     count = min(16 * width, len(worth))
     few = np.argpartition(worth, count - 1)[:count]
@@ -225,7 +227,9 @@ _STILL_RAD = np.radians(0.005)
 _SHARE_OF_TOLERANCE = 0.25
 
 
-def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> tuple[Primitive, float]:
+def trim_primitive(
+    table: PrimitiveTable, needed: FloatArray, tolerance_rad: float
+) -> tuple[Primitive, float]:
     """Fit the displacements of a primitive to a rotation; return it and the remaining angle in rad.
 
     Args:
@@ -408,7 +412,7 @@ class Planner:
         if not self.trim or chain.remaining_rad > self.tolerance_rad:
             return chain
         for share in (self.share, 0.5 * self.share):  # from some chains the last bit of time is not found
-            found = shortened(self.table, chain.primitives, needed, share * self.tolerance_rad)
+            found = shorten_chain(self.table, chain.primitives, needed, share * self.tolerance_rad)
             if found is not None:
                 return Chain(*found)
         return chain
@@ -423,7 +427,7 @@ class Planner:
     def _trim_chain(self, chain: Chain, needed: FloatArray) -> Chain:
         """Solve for the chain's last primitive; return the chain unchanged if that leaves no less."""
         before = chain.primitives[:-1]
-        last, remaining = trimmed(self.table, remainder(before, needed), self.tolerance_rad)
+        last, remaining = trim_primitive(self.table, remainder(before, needed), self.tolerance_rad)
         return Chain((*before, last), remaining) if remaining < chain.remaining_rad else chain
 
 

@@ -29,7 +29,7 @@ _ITERATIONS = 25
 _ALMOST = 0.999
 
 
-def shortened(
+def shorten_chain(
     table: PrimitiveTable, primitives: Sequence[Primitive], needed: FloatArray, allowed_rad: float
 ) -> tuple[tuple[Primitive, ...], float] | None:
     """Minimize the chain's duration over its displacements; None if the result is no faster.
@@ -48,10 +48,10 @@ def shortened(
     scale = max(allowed_rad, np.radians(0.01))
 
     def missed(x: FloatArray) -> FloatArray:
-        return np.asarray(chain.left(x[:-3], needed)[0] / scale - x[-3:])
+        return np.asarray(chain.residual_rotation(x[:-3], needed)[0] / scale - x[-3:])
 
     def missed_slopes(x: FloatArray) -> FloatArray:
-        return np.hstack([chain.left(x[:-3], needed)[1] / scale, -np.eye(3)])
+        return np.hstack([chain.residual_rotation(x[:-3], needed)[1] / scale, -np.eye(3)])
 
     times: FloatArray = np.append(chain.seconds, np.zeros(3))
 
@@ -59,7 +59,7 @@ def shortened(
         return float(times @ x), times
 
     room = (_ALMOST * allowed_rad / scale) ** 2
-    first, _ = chain.left(chain.start, needed)
+    first, _ = chain.residual_rotation(chain.start, needed)
     result = optimize.minimize(
         duration,
         np.append(chain.start, first / scale),
@@ -119,7 +119,7 @@ class _Chain:
         start = np.concatenate([p.displacement_rad for p in different]) if different else np.empty(0)
         return cls(table, different, np.array([numbers[key] for key in keys], dtype=int), start)
 
-    def left(self, x: FloatArray, needed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def residual_rotation(self, x: FloatArray, needed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotation vector (3,) that displacements (f,) leave, and its derivatives (3, f)."""
         if self._known is not None and self._known[0] == x.tobytes():
             return self._known[1]

@@ -172,7 +172,7 @@ class Problem:
                 f"In {self.time_limit_s:g} s at {math.degrees(self.speed_rad_s):g} deg/s no joint turns by 0.01 deg.",
             )
 
-    def facing(self, directions: FloatArray) -> Problem:
+    def with_directions(self, directions: FloatArray) -> Problem:
         """Return the problem with its joints' opening directions set to the signs (d,)."""
         limit = np.where(directions > 0.0, self.sides_rad[:, 1], self.sides_rad[:, 0])
         return replace(self, directions=directions, limit_rad=limit)
@@ -186,7 +186,7 @@ class Problem:
         room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _MIN_STROKE_RAD] for side in self.sides_rad]
         for pattern in itertools.product(*room):
             if not np.array_equal(pattern, self.directions):
-                yield self.facing(np.array(pattern))
+                yield self.with_directions(np.array(pattern))
 
     def stroke_s(self, displacements_rad: FloatArray) -> FloatArray:
         """(d, ...) how long a stroke takes: at the average speed, and longer where its servo needs to speed up and slow

@@ -51,9 +51,9 @@ class Study:
 
     def deviates(self, chunk: int) -> FloatArray:
         """(s, d) standard normal deviates of a chunk; s is less than `CHUNK` in the last one only."""
-        return self.drawn(chunk)[: self.samples - chunk * CHUNK]
+        return self.draw_chunk(chunk)[: self.samples - chunk * CHUNK]
 
-    def drawn(self, chunk: int) -> FloatArray:
+    def draw_chunk(self, chunk: int) -> FloatArray:
         """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
         drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal((CHUNK, len(self.sources.names)))
@@ -84,7 +84,7 @@ class Outcomes:
         return len(self.end_s)
 
     @classmethod
-    def joined(cls, parts: list[Outcomes]) -> Outcomes:
+    def join(cls, parts: list[Outcomes]) -> Outcomes:
         """Join the outcomes of chunks, in their order."""
         return cls(
             np.concatenate([part.quaternion_xyzw for part in parts]),
@@ -115,7 +115,7 @@ def run_chunk(study: Study, chunk: int) -> Outcomes:
     The whole chunk is flown even if the study ends within it: its robots share their steps, so a sample's
     bits do not depend on how many follow.
     """
-    parameters, vectors = study.parameters, study.vectors(study.drawn(chunk))
+    parameters, vectors = study.parameters, study.vectors(study.draw_chunk(chunk))
     motion = parameters.motion(vectors)
     attitude, error_rad = final_attitudes(
         parameters.robots(vectors),
@@ -165,7 +165,7 @@ def run_locally(
     for chunk in range(study.chunks):
         parts.append(run_chunk(study, chunk))
         done(len(parts[-1]))
-    return Outcomes.joined(parts)
+    return Outcomes.join(parts)
 
 
 def _by_processes(study: Study, count: int, done: Callable[[float], None]) -> Outcomes:
@@ -175,7 +175,7 @@ def _by_processes(study: Study, count: int, done: Callable[[float], None]) -> Ou
         for future in as_completed(chunk_of):
             parts[chunk_of[future]] = future.result()
             done(len(future.result()))
-    return Outcomes.joined([parts[chunk] for chunk in range(study.chunks)])
+    return Outcomes.join([parts[chunk] for chunk in range(study.chunks)])
 
 
 def end_at_interrupt() -> None:

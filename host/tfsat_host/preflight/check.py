@@ -79,6 +79,6 @@ def not_made(reason: str, next_step: str, /, **evidence: Any) -> PreflightCheck:
     return PreflightCheck("", GoNoGo.NOT_MADE, reason, evidence, next_step)
 
 
-def judged(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> PreflightCheck:
+def judge(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> PreflightCheck:
     """NO-GO if something is wrong, named in the sentence `no` where it has {}; GO with the sentence `yes` else."""
     return no_go(no.replace("{}", "; ".join(wrong)), next_step, **evidence) if wrong else go(yes, **evidence)

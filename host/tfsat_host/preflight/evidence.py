@@ -10,7 +10,7 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
@@ -59,7 +59,7 @@ class Unreached(Exception):
         self.missing = missing
 
 
-def needed(evidence: Known | Missing) -> Known:
+def require(evidence: Known | Missing) -> Known:
     """Return the evidence that a check needs. Raises Unreached: it is missing."""
     if isinstance(evidence, Missing):
         raise Unreached(evidence)
@@ -316,7 +316,7 @@ class Sensors:
     live: LiveSamples
     si: SensorSamples
 
-    def answering(self) -> NDArray[np.intp]:
+    def responding_imus(self) -> NDArray[np.intp]:
         """Bodies from 0 whose IMU gave anything, one at least. Raises Unreached: there is none."""
         bodies = np.flatnonzero(self.live.counts.imu_valid.any(axis=0))
         if not len(bodies):
@@ -326,7 +326,7 @@ class Sensors:
 
 def sensors_of(evidence: Evidence) -> Sensors:
     """Return the live sensor samples. Raises Unreached: none were received."""
-    live = needed(needed(evidence.logger).live)
+    live = require(require(evidence.logger).live)
     return Sensors(live, SensorSamples.from_counts(live.counts))
 
 
@@ -347,13 +347,13 @@ def certificate_of_these(evidence: Evidence) -> Calibration:
     return calibration
 
 
-def believed(angles_rad: FloatArray) -> FloatArray:
+def merge_sensor_angles(angles_rad: FloatArray) -> FloatArray:
     """(3,) angle of each joint from those by each sensor, (3, 2); NaN where neither answered.
 
     Their mean. Of two that contradict each other the one that is nearer to the start pose counts, for nothing here
     shows which is right; the contradiction itself is found by a check.
     """
-    apart = np.abs(wrapped(angles_rad[:, 0] - angles_rad[:, 1]))
+    apart = np.abs(wrap_angle(angles_rad[:, 0] - angles_rad[:, 1]))
     known = np.isfinite(angles_rad)
     mean = np.where(known, angles_rad, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     nearest = np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)

@@ -12,7 +12,7 @@ from tfsat_host.evaluation.result.model import remarks as model_remarks
 from tfsat_host.evaluation.result.tables import reasons_of, tables_of
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import bullets, labelled, sentences, show_quantities, show_table
+from tfsat_host.present.terminal import bullets, sentences, show_quantities, show_table, write_labelled
 from tfsat_host.quantity import Table, plus_minus, vector
 
 
@@ -34,7 +34,7 @@ def show_evaluation(
         remarks: What else a reader should know.
         out: Where to.
     """
-    labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
+    write_labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
     bullets(reasons_of(found, verdict), out)
     out.line()
     show_quantities((one for one in key_numbers_of(found) if one.group != "Strokes"), out)
@@ -45,11 +45,11 @@ def show_evaluation(
     )
     out.line()
     log = found.log
-    labelled("Recording", f"{recording}: {log.verdict}", out)
-    labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
-    labelled("Gyros", _lag_words(found), out)
+    write_labelled("Recording", f"{recording}: {log.verdict}", out)
+    write_labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
+    write_labelled("Gyros", _lag_words(found), out)
     for label, text in sources:
-        labelled(label, text, out)
+        write_labelled(label, text, out)
     for table in tables_of(found):
         out.line()
         show_table(table, out)
@@ -62,7 +62,7 @@ def show_evaluation(
 
 
 def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output) -> None:
-    """What several drops say together, and of each other; without tables no correction is to be made."""
+    """Show the joint results of several drops; without tables, say that no joint correction is to be made."""
     if not tables:
         out.line("No correction of all drops together: that of each drop is withheld.")
         sentences(remarks, out)

@@ -63,7 +63,10 @@ def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
 
 
 def attention(status: LoggerStatusReply) -> list[str]:
-    """What must not be overlooked of a recording and its card, one text each; RAM_HOLDS_DROP is another."""
+    """Return the urgent warnings about a recording and its card, one text each.
+
+    RAM_HOLDS_DROP is another.
+    """
     drop = drop_in_danger(status)
     if drop is not None:
         return [" ".join(drop)]
@@ -72,7 +75,7 @@ def attention(status: LoggerStatusReply) -> list[str]:
 
 
 def card_words(status: LoggerStatusReply) -> str:
-    """The card, loud where no recording is possible."""
+    """Describe the card, in capitals if it allows no recording."""
     if status.card == CardState.READY:
         return f"ready, {status.card_free_mib} MiB free"
     name = status.card.name.replace("_", " ")
@@ -112,7 +115,7 @@ def _recording_words(status: LoggerStatusReply) -> str:
 
 
 def clock_words(unix_us: int) -> str:
-    """A time of day by this computer's time zone; a dash where it was never set."""
+    """Format a time of day in this computer's time zone; a dash if it was never set."""
     if not unix_us:
         return "–"
     return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"

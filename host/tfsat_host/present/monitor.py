@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.devices.logger import card_is_bad, file_was_full, state_words
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
-from tfsat_host.present.sequencer_state import SEQUENCER, explained, switch_words, with_fault
+from tfsat_host.present.sequencer_state import SEQUENCER, explain_code, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import UNKNOWN, Columns, fields, record, records
@@ -51,7 +51,7 @@ _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 
 def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
-    """One line of `--json`."""
+    """Build one line of `--json`."""
     shown: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
     shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
     if (sequencer := watched.sequencer) is not None:
@@ -61,7 +61,7 @@ def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
         reading, error = logger.reading, logger.status.error
         shown["logger"] = {
             **record(LOGGER, logger.status),
-            "error_explained": None if file_was_full(logger.status) else explained(error),
+            "error_explained": None if file_was_full(logger.status) else explain_code(error),
             "measured_rate_hz": logger.meter.rate_hz,
             "live_missed": logger.meter.missed,
             "live_gaps": logger.meter.gaps,
@@ -72,7 +72,7 @@ def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
 
 
 def one_line(t_s: float, watched: WatchedBoards) -> str:
-    """All of it, short, for what is no terminal."""
+    """Format everything in one short line, for output that is no terminal."""
     parts = [f"{t_s:.1f} s"]
     if watched.sequencer is not None:
         parts.append(_join_rows(_sequencer(watched.sequencer)))
@@ -107,14 +107,14 @@ def _joints(angles: tuple[JointReading, ...]) -> str:
 
 
 def _commanded_deg(status: SequencerStatusReply) -> list[float] | None:
-    """Of each servo; None: the servos are limp."""
+    """Return the commanded angle of each servo in deg; None if the servos are limp."""
     if not status.servos_driven:
         return None
     return [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg]
 
 
 def _error_words(code: ErrorCode) -> str:
-    """A fault or refusal for people: its name and its sentence."""
+    """Format a fault or refusal for people: its name and its sentence."""
     if code == ErrorCode.NONE:
         return "none"
     return f"{code.name.lower().replace('_', ' ')}: {REMEDIES[code][0]}"
@@ -140,12 +140,12 @@ class Picture:
         from rich.text import Text
 
         # The terminal's last line is kept free: the prompt that comes at the end must not scroll the alarms away.
-        for block in fitted(self.blocks(options.max_width), console.height - 1):
+        for block in fit_blocks(self.blocks(options.max_width), console.height - 1):
             for line in block.lines:
                 yield Text(line, style=block.style, no_wrap=True, overflow="ellipsis")
 
     def blocks(self, width: int) -> list[Block]:
-        """All of it from top to bottom, alarms first."""
+        """Build all blocks of the picture from top to bottom, alarms first."""
         blocks = [Block(ALWAYS, _wrap_text(text, width), _ALARM) for text in _alarms(self.watched)]
         if self.watched.sequencer is not None:
             blocks += _blocks(_sequencer(self.watched.sequencer), width)
@@ -183,10 +183,10 @@ def _alarms(watched: WatchedBoards) -> list[str]:
     return texts
 
 
-def fitted(blocks: list[Block], height: int) -> list[Block]:
-    """As many blocks as `height` lines hold, the most important ones, in their order.
+def fit_blocks(blocks: list[Block], height: int) -> list[Block]:
+    """Return the most important blocks that `height` lines hold, in their order.
 
-    Where even what is always shown is too much, its end is kept, and what fits from the top.
+    If even the blocks that are always shown are too long, their last line is kept, and what fits from the top.
     """
     left = height
     kept: set[int] = set()
@@ -249,7 +249,7 @@ def _head(watch: SequencerWatch | LoggerWatch, state: str) -> list[Row]:
 
 
 def _blocks(rows: list[Row], width: int) -> list[Block]:
-    """The first of a board's rows is its head."""
+    """Build a block for each of a board's rows; the first row is its head."""
     (rank, name, text), *others = rows
     return [
         Block(rank, _wrap_text(f"{name:<9}  {text}", width), _NAME),

@@ -69,7 +69,7 @@ class Output:
         return not self.json_mode and not self.yes and self._stdin.isatty()
 
     def result(self, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
-        """The result of the command, once.
+        """Write the result of the command, once.
 
         Args:
             data: The JSON object; NaN and infinity become null, as JSON has no such numbers.
@@ -86,7 +86,7 @@ class Output:
             self.line(text)
 
     def line(self, text: str = "", *, whole: bool = False) -> None:
-        """One line of the result for people; nothing with `--json`.
+        """Write one line of the result for people; nothing with `--json`.
 
         Args:
             text: A line or several.
@@ -98,10 +98,10 @@ class Output:
                 print("\n".join(_rows(_visible(text), columns)), file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
-        """A table of the result for people; nothing with `--json`. Numbers are aligned right.
+        """Write a table of the result for people; nothing with `--json`. Numbers are aligned right.
 
-        A cell may be Rich's `Text`, with its colours. No word is broken: where the table's columns are too many for the
-        terminal, each row is a block of lines.
+        A cell may be Rich's `Text`, with its colours. No word is broken: if the table's columns are too many for
+        the terminal, each row is a block of lines.
         """
         if self.json_mode:
             return
@@ -127,16 +127,16 @@ class Output:
             print("\n".join(map(str.rstrip, captured.get().splitlines())), file=self._stdout)
 
     def stream(self, data: Mapping[str, Any]) -> None:
-        """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
+        """Write a JSON object on a line of its own, for a command that has many; nothing without `--json`."""
         if self.json_mode:
             self._print_json(data)
             self._stdout.flush()
 
     @contextlib.contextmanager
     def live(self, *, diagnostic: bool = False) -> Iterator[Callable[[RenderableType], None] | None]:
-        """A view on stdout (stderr if `diagnostic`) that each call of the function draws again in its place.
+        """Open a view on stdout (stderr if `diagnostic`); each call of its function redraws it in place.
 
-        Gives None where lines are wanted instead: the stream is no terminal, or `--json`.
+        Yields None where lines are wanted instead: the stream is no terminal, or `--json`.
         """
         stream = self._stderr if diagnostic else self._stdout
         if self.json_mode or not stream.isatty():
@@ -148,11 +148,11 @@ class Output:
             yield lambda picture: view.update(picture, refresh=True)
 
     def note(self, text: str) -> None:
-        """A diagnostic, to stderr: something a person should know that is not the result."""
+        """Write a diagnostic to stderr: something a person should know that is not the result."""
         self._tell(text)
 
     def warn(self, text: str) -> None:
-        """A warning, to stderr, marked as one."""
+        """Write a warning to stderr, marked as one."""
         self._tell(text, "Warning: ", "33")
 
     def warn_each(self, texts: Iterable[str]) -> None:
@@ -254,7 +254,10 @@ class Output:
 
     @contextlib.contextmanager
     def _writing_stdout(self) -> Iterator[None]:
-        """What cannot be printed, as on a full disk, does not keep the command from the rest of its work."""
+        """Keep the first error of writing to stdout, such as a full disk, so that the command goes on.
+
+        A BrokenPipeError is raised.
+        """
         try:
             yield
         except BrokenPipeError:
@@ -264,13 +267,13 @@ class Output:
 
 
 def _rows(text: str, columns: int | None) -> list[str]:
-    """The lines of a text, wrapped if there is a width."""
+    """Split a text into lines, wrapped if there is a width."""
     rows = text.split("\n")
     return rows if columns is None else [line for row in rows for line in wrap_line(row, columns)]
 
 
 def refusal_name(code: IntEnum) -> str:
-    """A board's refusal by number and name, as people quote it."""
+    """Format a board's refusal by number and name, as people quote it."""
     return f"refusal {int(code)}, {code.name.lower()}"
 
 
@@ -290,7 +293,7 @@ def _visible(text: str) -> str:
 
 
 def _cell(value: object) -> tuple[str, bool]:
-    """The text of a cell, and whether it is a number."""
+    """Return a cell's text and whether it is a number."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "–"}[value], False
     if isinstance(value, int | float):

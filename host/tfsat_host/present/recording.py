@@ -38,7 +38,7 @@ _FILLS = {1: "more than a quarter", 2: "more than half", 3: "more than 3 quarter
 
 
 def show_recording(facts: Facts, out: Output) -> None:
-    """What `sdlog.summary.summary` gives, and under `files` what was written."""
+    """Show the facts from `sdlog.summary.summary`, and the files written, under `files`."""
     for label, text in _rows(facts):
         out.line(f"{label:<11}{text}")
     out.line()
@@ -67,7 +67,7 @@ def show_recording(facts: Facts, out: Output) -> None:
 
 
 def _rows(facts: Facts) -> Iterator[tuple[str, str]]:
-    """A label and a text each; the last ones are what the logger itself says of how it went."""
+    """Yield pairs of label and text; the last ones are the logger's own account of the recording."""
     header, footer = facts["header"], facts["footer"]
     yield "Recording", facts["session"]
     yield "Verdict", _verdict_words(facts)
@@ -98,7 +98,7 @@ def _rows(facts: Facts) -> Iterator[tuple[str, str]]:
 
 
 def _verdict_words(facts: Facts) -> str:
-    """The verdict, and what there is of the recording."""
+    """Describe the verdict and the extent of the recording."""
     if facts["verdict"] == "complete":
         return "complete: nothing is missing"
     if facts["verdict"] == "damaged":
@@ -112,7 +112,7 @@ def _verdict_words(facts: Facts) -> str:
 
 
 def event_words(event: Facts) -> str:
-    """What an event of a recording's metadata says; the bare name of one that this release does not know."""
+    """Describe an event of a recording's metadata; the bare name if this release does not know it."""
     name, arg, value = str(event["name"]), event["arg"], event["value"]
     if name == "release":
         return "RELEASE" if arg else "both switches closed again: that release was none"

@@ -51,7 +51,9 @@ _COMPARED: Columns = (
 
 
 def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
-    """The day in a few lines: robot, faults, preflight, strokes, attitude, card, verdict, and found next to true.
+    """Show the day in a few lines.
+
+    They are robot, faults, preflight, strokes, attitude, card, verdict, and found values next to true ones.
 
     Args:
         result: Of `Rehearsal.run`.
@@ -83,7 +85,7 @@ def _lines(lines: Iterable[Line], out: Output) -> None:
 
 
 def _faults(faults: Sequence[Json]) -> Iterator[Line]:
-    """A few lines each."""
+    """Yield a few lines for each fault."""
     for fault in faults:
         yield "Fault:", f"{fault['name']} ({fault['when']}): {fault['what']}"
         if fault["struck_s"] is None:
@@ -103,7 +105,7 @@ def _if_dropped(fault: Json) -> str:
 
 
 def _came_of(fault: Json) -> str:
-    """Whether it did; nothing where nothing was dropped that could have."""
+    """Format whether the outcome by design came about; empty if it was not judged, as without a drop."""
     did = fault["came_of_it"]
     if did is None:
         return ""
@@ -150,7 +152,7 @@ def _refusal_lines(result: Json) -> Iterator[Line]:
 
 
 def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
-    """What the robot did, what the logger saw of its switches, and where to look."""
+    """Yield lines on the robot's drop, the logger's record of its switches, and what to check next."""
     yield "No release:", "the recording holds none: there is nothing to evaluate, and no report."
     strokes = found["strokes_started"]
     started = (
@@ -227,7 +229,7 @@ def _show_motion(found: Json, out: Output) -> None:
 
 
 def _format_estimate(value: float | None, std: float | None, *, sign: bool = False) -> str:
-    """A number with its standard deviation; null is unknown, or withheld."""
+    """Format a number with its standard deviation; null is unknown, or withheld."""
     if value is None:
         return "unknown"
     return plus_minus(value, float("nan") if std is None else std, sign=sign)
@@ -257,7 +259,7 @@ def _show_quick_look(result: Json, out: Output) -> None:
 
 
 def _after(result: Json) -> Iterator[Line]:
-    """The card, and the sequencer after the landing."""
+    """Yield lines on the card, and on the sequencer after the landing."""
     for setback in result["setbacks"]:
         yield "On the way:", setback
     if result["verdict"]:
@@ -309,7 +311,7 @@ _DISTRIBUTIONS: Columns = (
 
 
 def show_series(result: Json, spread: Sequence[Any], table: Path, again: str, out: Output) -> None:
-    """How the numbers of many drops are distributed.
+    """Show the distributions of the numbers of many drops.
 
     Args:
         result: Of `Rehearsal.run_many`.

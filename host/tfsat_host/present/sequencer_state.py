@@ -21,7 +21,7 @@ from tfsat_host.present.stored_settings import (
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.quantity import Column, Columns, fields, nested, record
+from tfsat_host.quantity import Column, Columns, fields, json_objects, record
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class SelfReport:
 
 
 def _attention(status: SequencerStatusReply) -> Iterator[str]:
-    """What must not be overlooked, one sentence each."""
+    """Yield the urgent warnings, one text each."""
     armed = status.state == SequencerState.ARMED
     if armed and status.switches_open:
         yield (
@@ -112,7 +112,7 @@ def _times(count: int) -> str:
 
 
 def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
-    """The board's self-report. Raises what its requests raise."""
+    """Read the board's self-report, as a dict and as rows. Raises what its requests raise."""
     report = SelfReport.ask(board)
     natively = board.identity.runs_natively
     return _as_dict(report, natively=natively), _as_rows(report, natively=natively)
@@ -131,7 +131,7 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
         "stores_damaged": {store: code == ErrorCode.STORE_DAMAGED for store, code in stores.items()},
         "stores_refused": {store: code.name.lower() for store, code in stores.items()},
         "maneuver": maneuver_as_dict(report.maneuver),
-        "run": nested(RUN, report.run),
+        "run": json_objects(RUN, report.run),
         "settings": {
             **record(fields("origin generation"), report.settings),
             **settings_as_dict(report.settings.settings),
@@ -139,8 +139,8 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     }
 
 
-def explained(code: ErrorCode) -> dict[str, str | int] | None:
-    """A fault or refusal in words, for `--json`; None where there is none."""
+def explain_code(code: ErrorCode) -> dict[str, str | int] | None:
+    """Explain a fault or refusal in words, for `--json`; None if there is none."""
     if code == ErrorCode.NONE:
         return None
     what, meaning, next_step = REMEDIES[code]
@@ -148,12 +148,12 @@ def explained(code: ErrorCode) -> dict[str, str | int] | None:
 
 
 def _here(next_step: str) -> str:
-    """A remedy for a reader of `status`."""
+    """Adapt a remedy to a reader of `status`: drop the advice to run `status`."""
     return _SENDS_TO_STATUS.sub("", next_step)
 
 
 def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
-    """What each servo is commanded to hold; None where it is limp."""
+    """Return the angle that each servo is commanded to hold, in deg; None if it is limp."""
     return [
         angle_cdeg / 100 if status.servos_driven >> index & 1 else None
         for index, angle_cdeg in enumerate(status.joint_angle_cdeg)
@@ -230,8 +230,8 @@ def _cause(status: SequencerStatusReply) -> str:
 
 SEQUENCER: Columns = (
     *fields("state fault last_refusal knocks false_releases resets_while_armed"),
-    Column("fault_explained", of=lambda status: explained(status.fault)),
-    Column("last_refusal_explained", of=lambda status: explained(status.last_refusal)),
+    Column("fault_explained", of=lambda status: explain_code(status.fault)),
+    Column("last_refusal_explained", of=lambda status: explain_code(status.last_refusal)),
     Column("switches_closed", of=lambda status: switches_closed(status.switches_open)),
     Column("uptime_s", of="uptime_ms"),
 )
@@ -244,12 +244,12 @@ _STATE: Columns = (
 
 
 def switches_closed(switches_open: int) -> list[bool]:
-    """Whether each release switch is closed, from the status bits."""
+    """Return whether each release switch is closed, from the status bits."""
     return [not switches_open >> bit & 1 for bit in range(SWITCH_COUNT)]
 
 
 def switch_words(switches_open: int) -> str:
-    """The release switches for people."""
+    """Describe the state of each release switch for people."""
     return ", ".join(
         f"{number} {'closed' if closed else 'OPEN'}"
         for number, closed in enumerate(switches_closed(switches_open), 1)
@@ -257,18 +257,18 @@ def switch_words(switches_open: int) -> str:
 
 
 def open_switches(switches_open: int) -> str:
-    """Which are open, named: `release switch 2`."""
+    """Name the release switches that are open, such as `release switch 2`."""
     numbers = [str(number) for number, closed in enumerate(switches_closed(switches_open), 1) if not closed]
     return f"release switch{'es' if len(numbers) > 1 else ''} {' and '.join(numbers)}"
 
 
 def with_fault(state: str, fault: str) -> str:
-    """A state and, unless there is none, the fault in it."""
+    """Format a state and its fault, if any."""
     return state if fault == "none" else f"{state}: {fault.replace('_', ' ')}"
 
 
 def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
-    """The run in a line, and a line for each stroke."""
+    """Format the run as one row, and each stroke as one row."""
     if run is None:
         return [("  last run", "none since power was switched on")]
     rows = [
@@ -313,7 +313,7 @@ def _release_text(run: LastRun) -> str:
 
 
 def _extent(run: LastRun, state: SequencerState) -> list[str]:
-    """How far the run came, unless it came to its end."""
+    """Describe the extent of the run, unless it came to its end."""
     begun, planned = run.begun, len(run.onsets)
     missed = [f"{run.missed} of {planned} strokes MISSED"] if run.missed else []
     if state == SequencerState.RUNNING:

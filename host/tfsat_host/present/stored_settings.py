@@ -35,17 +35,17 @@ _SERVO: Columns = (
 
 
 def maneuver_as_dict(stored: StoredManeuver) -> dict[str, Any]:
-    """Every stroke, the end, and what tells one maneuver from another."""
+    """Return every stroke and the end of the maneuver, with its origin and CRC to tell it from another."""
     return record(_MANEUVER, stored)
 
 
 def maneuver_words(stored: StoredManeuver) -> str:
-    """One line."""
+    """Format the maneuver in one line."""
     return f"{', '.join(_strokes(stored))} ({stored.origin.name.lower()}, CRC {stored.crc:04x})"
 
 
 def flight_words(stored: StoredManeuver) -> str:
-    """What would fly, a line for each stroke."""
+    """Describe the maneuver that would fly, a line for each stroke."""
     count = len(stored.strokes)
     title = (
         f"This maneuver will fly: {count} stroke{'' if count == 1 else 's'}, {stored.origin.name.lower()}, "
@@ -62,18 +62,18 @@ def _strokes(stored: StoredManeuver) -> list[str]:
 
 
 def settings_as_dict(settings: ServoSettings) -> dict[str, Any]:
-    """The keys of the settings' file."""
+    """Return the settings under the keys of the settings' file."""
     servos = [{"joint": joint, **record(_SERVO, servo)} for joint, servo in enumerate(settings.servos, 1)]
     return {"frame_ms": settings.frame_us / 1000, "servos": servos}
 
 
 def origin_words(origin: Origin) -> str:
-    """Where the settings on a board come from."""
+    """Name the origin of the settings on a board."""
     return "factory settings" if origin == Origin.FACTORY else "uploaded settings"
 
 
 def servo_words(servo: ServoSetting) -> str:
-    """One line for one joint."""
+    """Format the settings of one joint's servo in one line."""
     sign = "-" if servo.reversed else "+"
     return (
         f"{servo.zero_us} us at 0°, {sign}{servo.ns_per_deg / 1000:g} us/deg, limits {limits_text(servo)} deg"

@@ -16,7 +16,7 @@ _BLOCK_GAP = 2
 def table_of(
     columns: Sequence[Text], rows: Sequence[Sequence[Text]], numeric: Sequence[bool], title: str, width: int
 ) -> Table:
-    """A table at most `width` characters wide; a block of lines for each row if its columns do not fit.
+    """Build a table at most `width` characters wide; a block of lines per row if its columns do not fit.
 
     Args:
         columns: Their names.
@@ -41,7 +41,7 @@ def table_of(
 
 
 def _blocks(columns: Sequence[Text], rows: Sequence[Sequence[Text]], title: str, width: int) -> Table:
-    """Each row as lines of a column's name and its cell, with an empty line between two rows."""
+    """Build a table of a line per cell, with its column's name, and an empty line between two rows."""
     pairs = [[name, cell] for row in rows for name, cell in zip(columns, row, strict=True)]
     widths = _widths(pairs, width - _BLOCK_GAP) or (None, None)
     table = Table(box=None, show_header=False, title=title or None, title_justify="left", pad_edge=False)
@@ -55,13 +55,16 @@ def _blocks(columns: Sequence[Text], rows: Sequence[Sequence[Text]], title: str,
 
 
 def _std_below(cell: Text) -> Text:
-    """A standard deviation on a line of its own."""
+    """Move a cell's standard deviation to a line of its own."""
     before, *std = cell.split(" ± ")
     return cell if not std else Text("\n± ").join([before, *std])
 
 
 def _widths(rows: Sequence[Sequence[Text]], room: int) -> list[int] | None:
-    """Of each column: as its longest line, or narrower; None if words would break. The first row gives way first."""
+    """Compute each column's width: its longest line, or narrower; None if words would break.
+
+    The first row is narrowed first.
+    """
 
     def widest(size: Callable[[Text], int], rows: Sequence[Sequence[Text]]) -> list[int]:
         return [max(map(size, column), default=0) for column in zip(*rows, strict=True)]
@@ -81,7 +84,7 @@ def _longest_line(cell: Text) -> int:
 
 
 def _longest_word(cell: Text) -> int:
-    """Of a line with a standard deviation, all of it."""
+    """Return the width of the cell's longest word; a line with a standard deviation counts as one word."""
     lines = cell.plain.split("\n")
     words = [word for line in lines for word in ([line] if "±" in line else line.split())]
     return max(map(cell_len, words), default=0)

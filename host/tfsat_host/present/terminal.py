@@ -45,7 +45,7 @@ def show_rows(columns: Columns, rows: Sequence[Any], out: Output, *, title: str 
 
 
 def show_quantities(quantities: Iterable[Quantity], out: Output) -> None:
-    """A line each; those of a group in one."""
+    """Show each quantity on a line; those of a group share one line."""
     for group, alike in groupby(quantities, key=lambda one: one.group):
         written = [(one, f"{one.text('unknown')} {one.unit}".rstrip()) for one in alike]
         if group:
@@ -65,8 +65,11 @@ def _text(cell: Quantity | str) -> str:
     return printable(cell.text() if isinstance(cell, Quantity) else cell)
 
 
-def labelled(label: str, text: str, out: Output) -> None:
-    """A line that begins with a label; it goes on below its text, and where that leaves no room, below the label."""
+def write_labelled(label: str, text: str, out: Output) -> None:
+    """Write a line that begins with a label.
+
+    Further lines begin below its text, or below the label if that leaves no room.
+    """
     width = _width()
     indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
     first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
@@ -75,14 +78,14 @@ def labelled(label: str, text: str, out: Output) -> None:
 
 
 def bullets(texts: Iterable[str], out: Output) -> None:
-    """One sentence or more each."""
+    """Write each text, of one sentence or more, as a bullet."""
     for text in texts:
         for line in _wrap_text(text, _width(), "  - ", "    "):
             out.line(line)
 
 
 def sentences(texts: Iterable[str], out: Output) -> None:
-    """As they are, one below the other."""
+    """Write the texts as they are, one below the other."""
     for text in texts:
         for line in _wrap_text(text, _width(), "", "  "):
             out.line(line)
@@ -125,7 +128,7 @@ class Narration:
         self._out.note(f"{text} …")
 
     def advance(self, bar: str, marks: int) -> None:
-        """The bar of this name has got so many marks more."""
+        """Advance the bar of this name by so many marks."""
         if bar != self._bar:
             self._end()
             progress = self._out.progress(f"{self._program}: {bar}", total=self._marks)

@@ -90,7 +90,10 @@ def unbreakable_chunks(words: Iterable[str]) -> list[str]:
 
 
 def _continues_command(command: str, word: str, following: str) -> bool:
-    """Whether a word belongs to the command before it: its first words, an argument, or what comes before one."""
+    """Return whether a word belongs to the command before it.
+
+    Such words are its first words, an argument, or a word before an option.
+    """
     before = command.split()
     is_action = len(before) <= 2 and _ACTION.match(word.rstrip(".,;:)")) is not None
     if len(before) == 2 and not _takes_action(before[1]):

@@ -56,7 +56,9 @@ class EstimateAndTruth:
 COMPARED: Columns = fields("name found std true unit deviations")
 
 
-def compared(found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel) -> tuple[EstimateAndTruth, ...]:
+def compare_with_truth(
+    found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel
+) -> tuple[EstimateAndTruth, ...]:
     """Reorientation, initial rates, strokes, centers of mass; in that order. Nothing of a robot that did not fall."""
     if drop.released_s is None:
         return ()

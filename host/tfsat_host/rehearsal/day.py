@@ -131,7 +131,7 @@ class Day:
         return DROPPED.timestamp() + self.robot.now_us / US_PER_S
 
 
-def begun(
+def begin_day(
     robot: EmulatedRobot, schedule: Schedule, filed: RobotModel, truth: Truth, *, bench: bool = True
 ) -> Day:
     """Simulate the day from the logger's power-up on the bench until the robot hangs in the releaser.
@@ -217,7 +217,7 @@ class Preflight:
         envelope = envelope_of(filed, schedule, until_s=tower.fall_s)
         return cls(schedule, filed, check_maneuver(schedule, filed, tower, envelope), image, despite)
 
-    def made(self, day: Day) -> PreflightOutcome:
+    def run(self, day: Day) -> PreflightOutcome:
         """Asks both boards; the logger records some seconds onto its card, and removes that again.
 
         Raises:

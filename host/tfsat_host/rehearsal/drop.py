@@ -122,7 +122,7 @@ def rehearse(
         TfsatError: without a fault and a preflight, whatever a board refuses.
     """
     for fault in faults:
-        truth = fault.flown(truth)
+        truth = fault.apply(truth)
     with EmulatedRobot(
         truth.model,
         imperfections=truth.imperfections,
@@ -131,7 +131,7 @@ def rehearse(
         hex_path=hex_path,
     ) as robot:
         progress("on the bench; the gyros' biases are taken")
-        day = days.begun(robot, schedule, filed, truth, bench=bench)
+        day = days.begin_day(robot, schedule, filed, truth, bench=bench)
 
         def at(moment: Moment) -> None:
             for fault in faults:
@@ -168,7 +168,7 @@ def _made_ready(
     if preflight is not None:
         progress("preflight")
         day.logger.set_clock(round(day.unix_s() * US_PER_S))
-        day.checked = preflight.made(day)
+        day.checked = preflight.run(day)
         if not day.checked.go and not preflight.despite:
             raise NoGo(day.checked.wrong)
     at(Moment.CHECKED)

@@ -89,7 +89,7 @@ Outcomes = Mapping[Moment, Outcome]
 """What comes of a fault by the moment at which it strikes; at a moment that is missing it cannot be."""
 
 
-def during(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
+def outcomes_between(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
     """Map all moments from `first` to `last` to the same outcome."""
     return dict.fromkeys(between(first, last), outcome)
 
@@ -165,7 +165,7 @@ class Fault:
         elif not self.vain:
             self.strike(day, self.size.value, self._random(day.seed))
 
-    def flown(self, truth: Truth) -> Truth:
+    def apply(self, truth: Truth) -> Truth:
         """Return the robot that flies instead of `truth` because of this fault."""
         if self.hidden is None or self.size is None or self.vain:
             return truth
@@ -187,7 +187,7 @@ class Fault:
         """Return the same fault at another moment, one in `outcomes`."""
         return replace(self, moment=moment, name=f"{self.name}{AT}{moment.typed}")
 
-    def sized(self, size: Size) -> Fault:
+    def resize(self, size: Size) -> Fault:
         """Return the same fault with another size."""
         return replace(self, size=size, name=f"{self.name}{OF}{size.value:g}")
 

@@ -240,10 +240,10 @@ def _fault_of_size(fault: Fault, typed: str) -> Fault:
             meaning="Nothing was flown.",
             next_step=f"Write for example {fault.name}{OF}{own.value:g}; its sign and direction follow from --seed.",
         )
-    return fault.sized(replace(own, value=value))
+    return fault.resize(replace(own, value=value))
 
 
-def listed() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[Sequence[str]]]]:
+def list_faults() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[Sequence[str]]]]:
     """List all faults, for JSON and as a table for people."""
     moments = Column(
         "moments", of=lambda fault: {when.typed: what.value for when, what in fault.outcomes.items()}

@@ -165,8 +165,8 @@ class ResultFolder:
         return False
 
     @contextmanager
-    def replaced(self) -> Iterator[None]:
-        """Inside, the files of the rehearsal before are away; whatever ends it before `sealed` puts them back.
+    def replace_files(self) -> Iterator[None]:
+        """Inside, the files of the rehearsal before are away; whatever ends it before `seal` puts them back.
 
         A file from elsewhere, or one that replaced a rehearsal's, stays.
 
@@ -184,11 +184,11 @@ class ResultFolder:
             self._before.begin()
             for path in old:
                 self._before.set_aside(path)
-            self.marked()
+            self.mark()
             yield
             self._before.forget()
         except BaseException:
-            self._settle(self.begun())
+            self._settle(self.written_paths())
             raise
 
     def stale(self) -> Iterable[Path]:
@@ -210,15 +210,17 @@ class ResultFolder:
         else:
             self._before.put_back(begun)
 
-    def begun(self) -> list[Path]:
+    def written_paths(self) -> list[Path]:
         """List the files that were written or are about to be."""
         return list(dict.fromkeys((*self.files, *self._announced)))
 
-    def marked(self) -> None:
+    def mark(self) -> None:
         """Write the mark with the names of all files so far."""
-        (self.path / REHEARSED).write_text(_text(self._name(path) for path in self.begun()), encoding="utf-8")
+        (self.path / REHEARSED).write_text(
+            _text(self._name(path) for path in self.written_paths()), encoding="utf-8"
+        )
 
-    def sealed(self) -> None:
+    def seal(self) -> None:
         """Write the mark with each file's hash.
 
         A file that is replaced from now on is not a rehearsal's.
@@ -232,11 +234,11 @@ class ResultFolder:
 
     def file(self, name: str) -> Path:
         """Return the path at which a file of that name is about to be written, and note it in `files`."""
-        path = self.announced(name)
+        path = self.announce(name)
         self.files.append(path)
         return path
 
-    def announced(self, name: str) -> Path:
+    def announce(self, name: str) -> Path:
         """Return the path at which another part is about to write a file of that name.
 
         It is to be added to `files` when written.
@@ -245,7 +247,7 @@ class ResultFolder:
         if path not in self._announced:
             self._before.copy_aside(path)
             self._announced.append(path)
-        self.marked()
+        self.mark()
         return path
 
 

@@ -18,7 +18,7 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.drop import rehearse
 from tfsat_host.rehearsal.fault import Fault
 from tfsat_host.rehearsal.faults import fault_named
-from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.sdlog import DropLog
@@ -42,7 +42,7 @@ def draw_hidden(
     stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
     truth = drawn_truth(stated, seed)
     for one in (fault_named("robot-file-uncertain"), *mismatches):
-        truth = one.flown(truth)
+        truth = one.apply(truth)
     return replace(truth, model=replace(truth.model, uncertainty=filed.uncertainty))
 
 
@@ -108,7 +108,7 @@ def hidden_drop(
     rows = flown.truth.copy()
     rows[:, 0] -= flown.released_s
     return HiddenDrop(
-        decoded(flown),
+        decode_drop(flown),
         filed,
         flown.calibration,
         schedule,

@@ -134,7 +134,10 @@ class JudgedDay:
         return given
 
     def notices(self, fault: Fault) -> tuple[Notice, ...]:
-        """Who noticed a fault that struck; of the day's only fault whatever was found wrong."""
+        """List who noticed a fault that struck.
+
+        For the day's only fault, anything that was found wrong counts.
+        """
         if fault.name not in self.drop.struck_s:
             return ()
         alone = len(self.drop.faults) == 1
@@ -157,7 +160,10 @@ class JudgedDay:
             yield Notice(PREFLIGHT, ", ".join(own or wrong), bool(own))
 
     def faults(self) -> list[dict[str, Any]]:
-        """For JSON: each fault with when it struck, what came of it and who noticed; times as in truth.json."""
+        """List each fault for JSON: when it struck, its outcome and who noticed it.
+
+        Times are as in truth.json.
+        """
         drop = self.drop
         designed = designed_for(drop)
         return [

@@ -23,7 +23,7 @@ from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, four_stroke, schedule_maneuver
 from tfsat_host.plan.design import maneuver_of
 from tfsat_host.plan.loops import Sequence as Loop
-from tfsat_host.plan.loops import classes, written
+from tfsat_host.plan.loops import classes, format_sequence
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.plan.study import end_at_interrupt, usable_cores
 from tfsat_host.protocol.limits import FALL_US, IMU_COUNT, PAUSE_MIN_US, SCHEDULE_GRID_US
@@ -169,7 +169,7 @@ def _maneuver(problem: Problem, loop: Loop, share: FloatArray) -> Maneuver:
     alpha_deg = problem.commanded_deg(np.degrees(problem.within_time(far)))
     joints = tuple(int(math.copysign(problem.joints[abs(one) - 1] + 1, one)) for one in loop)
     sizes = "/".join(f"{one:.0f}" for one in alpha_deg)
-    return maneuver_of(problem, joints, alpha_deg, f"to learn: {written(joints)} by {sizes}")
+    return maneuver_of(problem, joints, alpha_deg, f"to learn: {format_sequence(joints)} by {sizes}")
 
 
 def _refusal(what: str, cure: str) -> UsageError:

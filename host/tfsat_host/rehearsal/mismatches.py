@@ -140,7 +140,7 @@ def _as_file_allows(truth: Truth, times: float, random: Random) -> Truth:
 
     Centers of mass that are drawn anyway are left out.
     """
-    stated = (truth.model.uncertainty or Uncertainty()).stated()
+    stated = (truth.model.uncertainty or Uncertainty()).figures()
     for key, change in _OF_FILE.items():
         if stated[key]:
             truth = change(truth, times * stated[key] * _SHOWN[key], random)

@@ -53,7 +53,7 @@ class RehearsalOptions:
     imu: str | None = None
     despite_preflight: bool = False
 
-    def filed(self) -> RobotModel:
+    def nominal_robot(self) -> RobotModel:
         """Load the robot from its file.
 
         Raises:
@@ -135,7 +135,7 @@ class Rehearsal:
         return cls(
             maneuver,
             schedule or schedule_maneuver(maneuver),
-            options.filed(),
+            options.nominal_robot(),
             faults_named(faults),
             options,
             options.part(),
@@ -169,10 +169,10 @@ class Rehearsal:
         series = self.series(seed, self.options.image(notices.note))
         truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
-            drop = series.rehearsed(truth, lambda _: advance(1))
+            drop = series.rehearse(truth, lambda _: advance(1))
         truth = drop.robot
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
-        with kept.replaced():
+        with kept.replace_files():
             log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
             evaluated, refusal = _evaluate_folder(kept, drop, log)
             judged = (
@@ -305,7 +305,7 @@ def _evaluate_folder(
     """
     if log is None or drop.refused is not None:
         return None, None
-    folder.announced(reporting.PAGE)
+    folder.announce(reporting.PAGE)
     try:
         made = reporting.report([folder.path], made_at=folder.collected)
     except TfsatError as error:

@@ -17,7 +17,7 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.notices import Notices
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import records
-from tfsat_host.rehearsal.comparison import COMPARED, compared, turned_rad
+from tfsat_host.rehearsal.comparison import COMPARED, compare_with_truth, turned_rad
 from tfsat_host.rehearsal.day import DROPPED, NoGo
 from tfsat_host.rehearsal.drop import HOOK_S, Drop
 from tfsat_host.rehearsal.judgement import JudgedDay, moved_deg
@@ -80,7 +80,7 @@ def result_of(
         "evaluation_refused": None if judged.refusal is None else error_as_dict(judged.refusal),
         "compared": []
         if judged.found is None
-        else records(COMPARED, compared(judged.found, drop, truth, filed)),
+        else records(COMPARED, compare_with_truth(judged.found, drop, truth, filed)),
         "quick_look": None,
     }
     if evaluated is None and log is not None and log.release_us is not None and drop.refused is None:

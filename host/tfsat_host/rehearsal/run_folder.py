@@ -71,9 +71,11 @@ class RunFolder(ResultFolder):
         self.removed = tuple(path for path in _derived_in(self.path) if self._name(path) not in known)
         return self.removed
 
-    def begun(self) -> list[Path]:
+    def written_paths(self) -> list[Path]:
         """Also the certificate's copies, whose names tell what is in them."""
-        return list(dict.fromkeys((*super().begun(), *sorted(set(self._certificates()) - self._copies))))
+        return list(
+            dict.fromkeys((*super().written_paths(), *sorted(set(self._certificates()) - self._copies)))
+        )
 
     def _certificates(self) -> Iterator[Path]:
         return self.path.glob("calibration-emulated-recordings/certificate-*")
@@ -81,7 +83,7 @@ class RunFolder(ResultFolder):
     def write(self, maneuver: Maneuver, drop: Drop, robot: bytes, truth_text: str) -> DropLog | None:
         """Writes what the day left, decodes the card from its file and exports it; gives the log, if there is one.
 
-        Inside `replaced`.
+        Inside `replace_files`.
         """
         self.collected = drop.collected
         self.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
@@ -125,7 +127,7 @@ class RunFolder(ResultFolder):
         copy = kept_copy(certificate, read_calibration(certificate))
         if copy not in self.files:
             self.files.append(copy)
-            self.marked()
+            self.mark()
 
     def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
         """Write and sign the preflight result as `tfsat-host preflight` does."""
@@ -147,16 +149,16 @@ class RunFolder(ResultFolder):
         path.write_bytes(card)
         log = load(path)
         for name in _DECODED:
-            self.announced(name)
+            self.announce(name)
         self.files += write_decoded(log, self.path / "SD", ("csv",), force=True).files.values()
-        self.marked()
+        self.mark()
         return log
 
     def write_summary(self, result: Mapping[str, Any]) -> None:
         """Writes `summary.json`, the command's result."""
         text = json.dumps(result, indent=1, default=_plain)
         (self.path / SUMMARY).write_text(text + "\n", encoding="utf-8")
-        self.sealed()
+        self.seal()
 
 
 def _derived_in(folder: Path) -> tuple[Path, ...]:

@@ -25,7 +25,7 @@ from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.quantity import fields, record, records
 from tfsat_host.rehearsal import drop as drops
-from tfsat_host.rehearsal.comparison import EstimateAndTruth, compared
+from tfsat_host.rehearsal.comparison import EstimateAndTruth, compare_with_truth
 from tfsat_host.rehearsal.day import DROPPED, Preflight
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults import fault_named
@@ -78,7 +78,7 @@ class Series:
         seed = self.seed_of(number)
         return truth_as_filed(self.filed, seed) if self.as_filed else drawn_truth(self.filed, seed, self.part)
 
-    def rehearsed(self, truth: Truth, progress: Callable[[str], None] = lambda _: None) -> Drop:
+    def rehearse(self, truth: Truth, progress: Callable[[str], None] = lambda _: None) -> Drop:
         """Rehearse a drop of that robot. Raises TfsatError."""
         return drops.rehearse(
             self.schedule,
@@ -184,7 +184,7 @@ def _ignore_interrupts() -> None:
 def fly(series: Series, number: int) -> RehearsedDrop:
     """Fly, evaluate and compare one drop of the series with the truth."""
     truth = series.truth(number)
-    drop = series.rehearsed(truth)
+    drop = series.rehearse(truth)
     judged = _judge_drop(drop, series)
     numbers: dict[str, Any] = {}
     if judged.log is not None:
@@ -193,7 +193,7 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         numbers |= {
             "verdict": judged.verdict.level,
             "strokes_off_us": tuple(1e6 * (one.logged_s - one.scheduled_s) for one in judged.found.strokes),
-            "compared": compared(judged.found, drop, drop.robot, series.filed),
+            "compared": compare_with_truth(judged.found, drop, drop.robot, series.filed),
         }
     struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
     return RehearsedDrop(
@@ -211,7 +211,7 @@ def fly(series: Series, number: int) -> RehearsedDrop:
 def _judge_drop(drop: Drop, series: Series) -> JudgedDay:
     if drop.refused is not None or not drop.card:
         return JudgedDay(drop)
-    log = decoded(drop)
+    log = decode_drop(drop)
     try:
         found = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError as error:
@@ -219,7 +219,7 @@ def _judge_drop(drop: Drop, series: Series) -> JudgedDay:
     return JudgedDay(drop, log, found, verdict_of(found))
 
 
-def decoded(drop: Drop) -> DropLog:
+def decode_drop(drop: Drop) -> DropLog:
     """Decode the recording of a drop that has one."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "SD.bin"
@@ -328,12 +328,12 @@ def write_series(
 ) -> None:
     """Maneuver, robot, a table with a row for each drop, and the result; all or none. Raises UsageError, OSError."""
     robot = filed.path.read_bytes()  # which may lie in this very folder
-    with folder.replaced():
+    with folder.replace_files():
         folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
         folder.file(ROBOT).write_bytes(robot)
         folder.file(TABLE).write_text(_table(outcomes), encoding="utf-8")
         folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-        folder.sealed()
+        folder.seal()
 
 
 def _table(outcomes: Sequence[RehearsedDrop]) -> str:

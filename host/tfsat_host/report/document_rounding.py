@@ -17,8 +17,10 @@ _STEPS_PER_SPAN = 1e5
 _MAX_STRING_CHARACTERS = 2000
 
 
-def shortened(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The same document, its numbers rounded for the eye and its longest strings cut; NaN and infinity are None.
+def shorten_document(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document with its numbers rounded for display and its longest strings cut.
+
+    NaN and infinity become None.
 
     Raises:
         KeyError: No drops, or a drop without plots.
@@ -113,7 +115,10 @@ def _significant(value: float | None) -> float | None:
 
 
 def _clean(part: Any) -> Any:
-    """What JSON can hold: finite numbers of Python's own kinds, strings of a length that can be read."""
+    """Convert a value to what JSON can hold.
+
+    Numbers get Python's own types, NaN and infinity become None, and long strings are cut.
+    """
     if type(part) is float:  # nearly all of it, and the quickest check
         return part if math.isfinite(part) else None
     if part is None or isinstance(part, int):

@@ -102,7 +102,7 @@ RAW = LineStyle("-", 0.4, 0.45)
 
 
 def inches(millimeters: float) -> float:
-    """As matplotlib counts."""
+    """Convert millimeters to inches, matplotlib's unit."""
     return millimeters / MM_PER_INCH
 
 
@@ -249,14 +249,14 @@ def _spectrum_panel(
 
 
 def drawn_of(found: Evaluation) -> FigureData:
-    """What the figures of a drop are made of."""
+    """Collect the data from which a drop's figures are drawn."""
     return FigureData(
         charts_of(found), events_of(found), found.motion.t_s, (_SHOWN_FROM_S, found.motion.samples.until_s)
     )
 
 
 def write_figure(name: str, drawn: FigureData, file_format: str, path: Path) -> None:
-    """One of `FIGURES` in one of `FORMATS`."""
+    """Write one of `FIGURES` to a file in one of `FORMATS`."""
     mpl = load_matplotlib()
     # Whatever matplotlibrc a computer has: the figures look the same.
     with mpl.rc_context():
@@ -295,14 +295,14 @@ def draw_lines(
 
 
 def draw_raw(axes: Axes, x: FloatArray, lines: Sequence[Line]) -> None:
-    """Every sample, thin, behind what is made of it."""
+    """Draw every sample as a thin line behind the data derived from it."""
     for line in lines:
         color = COLORS[line.component]
         axes.plot(x, line.values, color=color, lw=RAW.width, alpha=RAW.alpha, zorder=1.5)
 
 
 def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple[float, float]) -> None:
-    """The axis of time, with the strokes shaded."""
+    """Format the time axis and shade the strokes."""
     for event in events:
         if event["kind"] == "stroke" and event["until_s"] is not None:
             axes.axvspan(
@@ -354,7 +354,7 @@ def legend(
 
 
 def components_of(lines: Sequence[Line], names: Sequence[str]) -> dict[int, str]:
-    """Those that occur, by name; the norm is the fourth."""
+    """Return the names of the components that occur in the lines; the norm is the fourth component."""
     there = {line.component for line in lines}
     return {
         component: "norm" if component == NORM else names[component]

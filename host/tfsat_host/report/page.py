@@ -17,7 +17,7 @@ from importlib.resources import files
 from typing import Any
 
 from tfsat_host.quantity import number, plus_minus
-from tfsat_host.report.document_rounding import shortened
+from tfsat_host.report.document_rounding import shorten_document
 
 _LIBRARIES = ("uplot.min.js", "twgl.min.js")
 _LICENCES = ("uplot.LICENSE", "twgl.LICENSE")
@@ -84,17 +84,17 @@ tfsat-host evaluate.</p>
 
 
 def render(document: Mapping[str, Any]) -> str:
-    """The page of a document (`tfsat_host.report.document.Document`), to be written as UTF-8.
+    """Render the page of a document (`tfsat_host.report.document.Document`), to be written as UTF-8.
 
-    Numbers are rounded to what a plot can show; NaN and infinity become gaps; strings beyond 2000 characters are
-    cut, and say so.
+    Numbers are rounded to what a plot can show; NaN and infinity become gaps; strings beyond 2000 characters
+    are cut, and say so.
 
     Raises:
         KeyError: A part of the document is missing.
         TypeError: The document holds something that JSON cannot.
     """
     js, css = script(), style()
-    cut = shortened(document)
+    cut = shorten_document(document)
     return _PAGE.format(
         policy=_policy(js, css),
         style=css,
@@ -127,7 +127,7 @@ def _hash_source(text: str) -> str:
 
 @cache
 def script() -> str:
-    """All JavaScript: the libraries, then our own as one strict function."""
+    """Return all JavaScript: the libraries, then our own as one strict function."""
     libraries = "\n".join(_read("vendor", name) for name in _LIBRARIES)
     own = "\n".join(_read("assets", "script", f"{name}.js") for name in _SCRIPTS)
     return f'{libraries}\n(() => {{\n"use strict";\n{own}\n}})();\n'
@@ -135,7 +135,7 @@ def script() -> str:
 
 @cache
 def style() -> str:
-    """All CSS."""
+    """Return all CSS: the library's, then our own."""
     own = [_read("assets", "style", f"{name}.css") for name in _STYLES]
     return "\n".join([_read("vendor", "uplot.min.css"), *own])
 
@@ -151,7 +151,7 @@ def _read(*path: str) -> str:
 
 
 def embeddable(document: Mapping[str, Any]) -> str:
-    """The document as ASCII for a `<script type="application/json">` element.
+    """Encode the document as ASCII for a `<script type="application/json">` element.
 
     Raises:
         ValueError: A number is not finite.
@@ -162,7 +162,7 @@ def embeddable(document: Mapping[str, Any]) -> str:
 
 
 def without_script(document: Mapping[str, Any]) -> str:
-    """Of all drops; every string of the document is escaped.
+    """Render all drops for browsers without JavaScript; every string of the document is escaped.
 
     Args:
         document: As it is embedded, see `document_rounding.shortened`.

@@ -51,7 +51,7 @@ _MESSAGES = {
 
 
 def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
-    """The recording as `decode` writes it, its quick look replaced by the evaluation.
+    """Write the recording as `decode` does, with the quick look replaced by the evaluation.
 
     Raises:
         MissingExtraError: the extra `mcap` is not installed.
@@ -101,18 +101,21 @@ def _evaluation_channels(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
 
 
 def _rows(found: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
-    """Those that hold no number are no message: Protobuf would show 0."""
+    """Yield time and values of each row, skipping rows that are not finite: Protobuf would show 0."""
     known = np.isfinite(rows).all(axis=1)
     yield from zip(_t_us(found, t_s[known]), rows[known].tolist(), strict=True)
 
 
 def _t_us(found: Evaluation, t_s: FloatArray) -> list[int]:
-    """The logger's clock of times after the release: whole microseconds, as they were recorded."""
+    """Convert times after the release to the logger's clock in whole microseconds, as they were recorded."""
     return [int(value) for value in np.rint(t_s * 1e6).astype(np.int64) + found.log.origin_us]
 
 
 def _scene(found: Evaluation, stamp: Stamp) -> Channel:
-    """One message at the release: boxes on the bodies' frames, so that a viewer shows more than axes."""
+    """Build the channel with one scene message at the release: boxes on the bodies' frames.
+
+    With them, a viewer shows more than axes.
+    """
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
     def messages() -> Messages:
@@ -141,7 +144,7 @@ def _add_box(entity: Any, low: FloatArray, high: FloatArray, color: tuple[float,
 
 
 def _words(drop: ReportedDrop, stamp: Stamp) -> Channel:
-    """The verdict at the release, then what happened as it was found."""
+    """Build the log channel: the verdict at the release, then the events in order of time."""
     kind, verdict = log_lines(), drop.verdict
     level = kind.of.INFO if verdict.level == "good" else kind.of.WARNING
     lines = [(0.0, level, text) for text in (f"{verdict.level}: {verdict.sentence}", *verdict.reasons)]

@@ -145,7 +145,7 @@ class Uncertainty:
         """
         return cls(**{name: stated[key] * unit for key, (name, unit) in UNCERTAIN.items() if key in stated})
 
-    def stated(self) -> dict[str, float]:
+    def figures(self) -> dict[str, float]:
         """Return the values as a file states them, by the keys of `UNCERTAIN`."""
         return {key: float(f"{getattr(self, name) / unit:.12g}") for key, (name, unit) in UNCERTAIN.items()}
 

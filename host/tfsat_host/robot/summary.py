@@ -130,7 +130,7 @@ def summary(robot: RobotModel) -> Json:
             }
             for sensor in robot.angle_sensors
         ],
-        "uncertainty": None if robot.uncertainty is None else robot.uncertainty.stated(),
+        "uncertainty": None if robot.uncertainty is None else robot.uncertainty.figures(),
     }
 
 

@@ -107,7 +107,7 @@ def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
 def corrections(found: Evaluation) -> Iterator[Correction]:
     """Yield the correction of each entry of the robot file that a drop changes."""
     fit, filed = found.explained.fit, found.model
-    body = fit.offsets.corrected(fit.values)
+    body = fit.offsets.correct(fit.values)
     pairs = tuple(np.array(list(_ENTRIES.values())).T)
     # A file may give products of inertia, which stand negated in the tensor.
     signs = 1e3 * np.where(np.eye(3, dtype=bool), 1.0, -1.0 if _has_products(filed) else 1.0)[pairs]
@@ -132,7 +132,7 @@ def _axes(explained: ModelComparison) -> Iterator[Correction]:
     """Yield the corrections of the hinge axes, which are estimated among the sensor errors."""
     fit, flown = explained.fit, explained.driven.flown
     filed, first = fit.offsets.body, len(fit.offsets) + len(fit.momentum_kg_m2_s)
-    tilted = filed.tilted(flown.corrected(fit.errors).tilt_rad).joint_axis
+    tilted = filed.tilt_hinges(flown.correct(fit.errors).tilt_rad).joint_axis
     for j, (old, new) in enumerate(zip(filed.joint_axis, tilted, strict=True)):
         # A turn u moves the axis a by u x a.
         slope = np.cross(across(old), old).T @ flown.tilt_errors[j]

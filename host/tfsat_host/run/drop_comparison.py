@@ -16,11 +16,11 @@ from tfsat_host.evaluation.com_fit.cross_validation import (
     LeftOut,
     combine,
     cross_validate,
+    find_trusted_drops,
     left_aside,
-    trusted,
 )
 from tfsat_host.evaluation.result.model import comparison, comparison_tables
-from tfsat_host.evaluation.verdict import Verdict, refused
+from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
@@ -41,7 +41,7 @@ class Refused:
     @property
     def verdict(self) -> Verdict:
         """What it is worth."""
-        return refused(self.error)
+        return refusal_verdict(self.error)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the refused drop as a dict for `--json`."""
@@ -83,10 +83,10 @@ def evaluate_several(
     options.check(places)
     robot = drop_evaluation.robot_of(options.robot, places)
     _refuse_copies(places)
-    return _without_copies([tried(place, options, robot, notices) for place in places])
+    return _without_copies([try_evaluation(place, options, robot, notices) for place in places])
 
 
-def tried(place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices) -> Tried:
+def try_evaluation(place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices) -> Tried:
     """Evaluate one drop; return the refusal if it fails."""
     try:
         return drop_evaluation.evaluate_run(place, options, robot, notices)
@@ -148,7 +148,7 @@ class Comparison:
     def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
         self.runs = tuple(runs)
         drops = [_fit_drop(run) for run in runs]
-        fits = [drop.fit for drop in trusted(drops)]
+        fits = [drop.fit for drop in find_trusted_drops(drops)]
         self.combined: CombinedOffsets | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
         doubt = "" if self.combined is None else self.combined.contradiction()

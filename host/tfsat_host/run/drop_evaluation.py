@@ -22,7 +22,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
-from tfsat_host.quantity import Column, Columns, nested, record, records
+from tfsat_host.quantity import Column, Columns, json_objects, record, records
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate import (
     CheckedCertificate,
@@ -111,7 +111,7 @@ class EvaluatedRun:
             "bodies": of_bodies,
             "joints": records(JOINTS, joints(found)),
             "until_s": float(found.motion.t_s[-1]),
-            "lag": nested(LAG, found.motion.lag if found.gives("rates") else None),
+            "lag": json_objects(LAG, found.motion.lag if found.gives("rates") else None),
             **fall(found),
             "notes": [*found.notes, *self.remarks],
             "calibration": self.calibration_facts,

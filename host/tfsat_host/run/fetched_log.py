@@ -186,7 +186,7 @@ def pick(listing: Listing, number: int) -> LogEntry:
     raise board_error(ErrorReply(LogReadRequest.TYPE, ErrorCode.NO_SUCH_LOG, -1))
 
 
-def wanted(logger: LoggerClient, listing: Listing, number: int | None) -> list[LogEntry]:
+def select_logs(logger: LoggerClient, listing: Listing, number: int | None) -> list[LogEntry]:
     """Return the recording of that number, or all if it is None. Raises BoardError.
 
     Of all, RAM's is included only where it holds more than the card.

@@ -61,7 +61,7 @@ class EvaluationOptions:
     session: int | None = None
     swarm: bool = False
 
-    def typed(self) -> tuple[str, ...]:
+    def as_arguments(self) -> tuple[str, ...]:
         """Format the options as they are typed for `evaluate`, for the provenance of results."""
         given = [f"--{name} {getattr(self, name)}" for name in _FILES if getattr(self, name) is not None]
         given += [f"--video-rate {self.video_rate:g}"] if self.video_rate is not None else []

@@ -160,7 +160,7 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     count = closing[-1] if closing else len(entries)
     last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
     after = (_after(folder, entry) for entry in entries[count:])
-    return (*findings, *_found(folder, last.values()), *after)
+    return (*findings, *_find_changes(folder, last.values()), *after)
 
 
 def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
@@ -203,7 +203,7 @@ def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
     return found
 
 
-def _found(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> Iterator[Finding]:
+def _find_changes(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> Iterator[Finding]:
     for file, entry in signed:
         path = folder / file.name
         if not is_inside(file.name):
@@ -270,7 +270,7 @@ def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
         record = json.loads(text)
         if record["format"] != _FORMAT:
             raise ValueError(f"its format is {record['format']!r}, this program reads {_FORMAT}")
-        entries = tuple(json_values.parsed(Entry, one) for one in record["entries"])
+        entries = tuple(json_values.parse_dataclass(Entry, one) for one in record["entries"])
         return entries, _hash_before(record["last"])
     except (KeyError, TypeError, RecursionError, OverflowError) as error:
         raise ValueError(f"{type(error).__name__} at {error}") from error

@@ -23,7 +23,7 @@ from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
 from tfsat_host.report.recording import MARKER as MCAP_MARKER
 from tfsat_host.report.recording import write_evaluated_mcap
-from tfsat_host.run.drop_comparison import Comparison, Refused, tried
+from tfsat_host.run.drop_comparison import Comparison, Refused, try_evaluation
 from tfsat_host.run.drop_evaluation import EvaluatedRun, robot_of
 from tfsat_host.run.files import AS_FOUND, EvaluationOptions, names_of, run_files
 from tfsat_host.sdlog.errors import check_extra
@@ -102,7 +102,7 @@ def report(
     files = ReportFiles.of(places, options.maneuver, wanted)
     files.check()
     robot = robot_of(options.robot, places)
-    each = [tried(place, options, robot, notices) for place in places]
+    each = [try_evaluation(place, options, robot, notices) for place in places]
     runs = [one for one in each if isinstance(one, EvaluatedRun)]
     refused = [one for one in each if isinstance(one, Refused)]
     if refused and len(places) == 1:
@@ -116,10 +116,10 @@ def report(
             meaning="No report was written.",
             next_step=f"Look at the first alone: tfsat-host evaluate {places[0]}",
         )
-    drops = [reported(files.names[run.files.recording], run) for run in runs]
+    drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)
     tables = [] if compared is None else together(drops, compared)
-    without = [lacking(one.place, one.error) for one in refused]
+    without = [explain_absence(one.place, one.error) for one in refused]
     written = files.write(drops, tables, without, notices, made_at)
     return Report(files.page, written, drops, runs, refused, compared)
 
@@ -236,7 +236,7 @@ class ReportFiles:
         return found
 
 
-def reported(name: str, run: EvaluatedRun) -> ReportedDrop:
+def report_drop(name: str, run: EvaluatedRun) -> ReportedDrop:
     """Build the report page's entry of a drop."""
     certificate = None if run.held is None else run.held.path
     files = {
@@ -252,7 +252,7 @@ def reported(name: str, run: EvaluatedRun) -> ReportedDrop:
     )
     sha256 = sha256_of(run.files.recording)
     return ReportedDrop(
-        name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.typed()
+        name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.as_arguments()
     )
 
 
@@ -264,7 +264,7 @@ def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[PageTa
     return [page_table(one) for one in compared.tables([drop.name for drop in drops])]
 
 
-def lacking(place: Path, refusal: TfsatError) -> str:
+def explain_absence(place: Path, refusal: TfsatError) -> str:
     """Why a drop is not in the page."""
     return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
 

@@ -70,7 +70,7 @@ class Footers:
     not_understood: int = 0
 
     def add(self, number: int, payload: bytes) -> None:
-        """A footer block: its number, and its payload, of which a LogFooter is the beginning."""
+        """Take a footer block's number and its payload, which begins with a LogFooter."""
         try:
             footer = LogFooter.decode(payload[: LogFooter.SIZE])
         except ProtocolError:
@@ -124,7 +124,7 @@ class BlockDecoder:
             self._events.append(slots[np.arange(slots.shape[1]) < heads["event_count"][:, None]])
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """All samples that came, by the names of `DropLog`."""
+        """Return all samples decoded, as columns by the names of `DropLog`."""
         rows = slice(0, self._rows)
         words = self._words[rows]
         imu_valid, angle_valid, switch_open, clipped, _ = np.split(self._bits[rows], _FLAG_ENDS, axis=1)

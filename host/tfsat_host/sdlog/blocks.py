@@ -80,12 +80,12 @@ def look(data: memoryview) -> BlockScan:
 
 
 def is_sound(block: bytes) -> bool:
-    """Whether the CRC at the end of a block is right."""
+    """Return whether the block's trailing CRC matches its contents."""
     return crc32(block) == _RESIDUE
 
 
 def look_at_tail(tail: bytes) -> Counter[str]:
-    """What the bytes behind the last whole block are."""
+    """Classify the bytes behind the last whole block."""
     return Counter(torn=1) if tail.startswith(MAGIC) else Counter(foreign=int(any(tail)))
 
 
@@ -142,7 +142,7 @@ class PieceList:
             )
 
     def all(self) -> RecordArray:
-        """The pieces so far, (k,) of PIECE."""
+        """Return the pieces so far, (k,) of PIECE."""
         if len(self._done) != 1:
             self._done = [np.concatenate([np.empty(0, PIECE), *self._done])]
         return self._done[0]
@@ -153,11 +153,11 @@ def as_pieces(positions: IntArray, heads: RecordArray) -> RecordArray:
     blocks = np.empty(len(positions), PIECE)
     blocks["position"], blocks["number"] = positions, heads["block_number"]
     blocks["session"], blocks["count"] = heads["session"], 1
-    return joined(blocks)
+    return merge_pieces(blocks)
 
 
-def joined(pieces: RecordArray) -> RecordArray:
-    """The same blocks in the same order as fewer pieces, where one continues the piece before it."""
+def merge_pieces(pieces: RecordArray) -> RecordArray:
+    """Merge each piece that continues the one before it, which leaves the same blocks in the same order."""
     if len(pieces) < 2:
         return pieces
     first = np.flatnonzero(np.concatenate(([True], ~_continues(pieces[:-1], pieces[1:]))))

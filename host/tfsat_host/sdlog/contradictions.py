@@ -100,7 +100,7 @@ def _name(who_am_i: int) -> str:
 
 
 def two_releases(release: Release | None) -> str | None:
-    """A sentence if the switches' edges fit two releases: nothing is lost, but t = 0 is not certain."""
+    """Return a sentence if the switches' edges fit two releases: nothing is lost, but t = 0 is uncertain."""
     if release is None or release.left_us[0] == release.left_us[1]:
         return None
     before_ms = (release.t_us - release.left_us[0]) / 1e3

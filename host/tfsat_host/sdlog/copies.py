@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import BoolArray, IntArray, RecordArray
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
-from .blocks import PIECE, joined, look
+from .blocks import PIECE, look, merge_pieces
 from .errors import changed_while_read
 from .source import CHUNK_BLOCKS, LogSource
 
@@ -28,7 +28,7 @@ _BEST = np.dtype(
 
 
 def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[RecordArray, int, int]:
-    """Of blocks with one number take the one with the most samples, then the first of the file.
+    """Take one block per number: the one with the most samples, then the first of the file.
 
     Args:
         source: The file.
@@ -53,11 +53,11 @@ def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[Recor
             duplicate += equal
             conflicting += different
     all_taken = np.concatenate(taken)
-    return joined(all_taken[np.argsort(all_taken["number"])]), duplicate, conflicting
+    return merge_pieces(all_taken[np.argsort(all_taken["number"])]), duplicate, conflicting
 
 
 def _find_contested(pieces: RecordArray) -> BoolArray:
-    """Which of the pieces, in the order of their first numbers, share a number with another."""
+    """Mark the pieces, in the order of their first numbers, that share a number with another."""
     first = pieces["number"]
     end = first + pieces["count"]
     shares = np.zeros(len(pieces), np.bool_)
@@ -67,7 +67,7 @@ def _find_contested(pieces: RecordArray) -> BoolArray:
 
 
 def _windows(pieces: RecordArray) -> Iterator[RecordArray]:
-    """The same blocks, those of _WINDOW neighbouring numbers at a time; a piece that reaches further is cut."""
+    """Yield the same blocks in windows of _WINDOW consecutive numbers, cutting pieces that reach further."""
     next_piece, cut = 0, pieces[:0]
     while next_piece < len(pieces) or len(cut):
         end = int(cut["number"][0] if len(cut) else pieces["number"][next_piece]) + _WINDOW
@@ -83,7 +83,7 @@ def _windows(pieces: RecordArray) -> Iterator[RecordArray]:
 
 
 def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[RecordArray, int, int]:
-    """The blocks to take out of a window, and how many are equal to one of them or different.
+    """Return the best block of each number in a window, and how many others are equal to it or different.
 
     The file may hold one number any number of times: of each, only the best block so far is kept.
     """
@@ -109,7 +109,7 @@ def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[Record
     taken["position"], taken["number"] = best["position"], lowest + present
     taken["count"], taken["session"] = 1, rivals["session"][0]
     same = int(best["same"].sum())
-    return joined(taken), same - len(best), int(best["found"].sum()) - same
+    return merge_pieces(taken), same - len(best), int(best["found"].sum()) - same
 
 
 def _in_file_order(pieces: RecordArray) -> Iterator[tuple[IntArray, IntArray]]:
@@ -127,7 +127,10 @@ def _in_file_order(pieces: RecordArray) -> Iterator[tuple[IntArray, IntArray]]:
 def _read(
     source: LogSource, positions: IntArray, numbers: IntArray
 ) -> tuple[NDArray[np.int16], NDArray[np.uint32]]:
-    """What decides between blocks: how many samples each has, and its CRC. Neighbours are read together."""
+    """Read the sample count and CRC of each block, which decide between copies.
+
+    Adjacent blocks are read together.
+    """
     data = memoryview(bytearray(len(positions) * BLOCK_BYTES))
     cuts = [0, *(np.flatnonzero(np.diff(positions) != 1) + 1).tolist(), len(positions)]
     for begin, end in pairwise(cuts):

@@ -199,13 +199,13 @@ class DropLog:
         return int(self.sample_index[-1] - self.sample_index[0]) / self.duration_s
 
     def event_rows(self) -> list[tuple[int, float, str, int, int, int]]:
-        """Of each event, by time: `EVENT_COLUMNS`."""
+        """Return a row of `EVENT_COLUMNS` for each event, by time."""
         return [
             (one.t_us, self.seconds(one.t_us), one.name, one.index, one.arg, one.value) for one in self.events
         ]
 
     def seconds(self, time_us: int) -> float:
-        """A time of the logger's clock on the scale of `t_s`."""
+        """Convert a time of the logger's clock to the scale of `t_s`."""
         return (time_us - self.origin_us) / 1e6
 
     def _imu_columns(self, columns: slice | int, scale: float) -> FloatArray:
@@ -244,7 +244,7 @@ class CountColumn:
     valid: BoolArray
 
     def values(self, rows: slice | NDArray[np.intp]) -> FloatArray:
-        """In physical units, whether valid or not."""
+        """Convert the counts of these rows to physical units, whether valid or not."""
         return np.asarray(self.counts[rows] * np.float64(self.scale) + self.offset)
 
 

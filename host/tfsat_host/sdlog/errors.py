@@ -38,7 +38,7 @@ class MissingExtraError(TfsatError):
 
 
 def unreadable(path: Path, error: OSError) -> LogError:
-    """The system refused to read."""
+    """Return the error for a file that the operating system refused to read."""
     return LogError(
         f"{path} cannot be read: {error.strerror or error}.",
         "Check the permissions; if it is on the card, copy the whole card to an image first "
@@ -48,7 +48,7 @@ def unreadable(path: Path, error: OSError) -> LogError:
 
 
 def not_seekable(path: Path) -> LogError:
-    """A pipe, a socket or an endless device."""
+    """Return the error for a pipe, a socket or an endless device."""
     return LogError(
         f"{path} is not a file that can be read from any place: it is a pipe or a stream.",
         "Save it to a file first, and decode that: cat ... >SD.bin; tfsat-host decode SD.bin",
@@ -57,7 +57,7 @@ def not_seekable(path: Path) -> LogError:
 
 
 def changed_while_read(path: Path) -> LogError:
-    """The file got shorter or its blocks changed between two looks."""
+    """Return the error for a file that got shorter or whose blocks changed between two reads."""
     return LogError(
         f"{path} changed while it was read.",
         "Wait until the copy from the card has ended, then run the same command again.",

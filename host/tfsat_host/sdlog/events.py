@@ -58,8 +58,8 @@ class Exchange:
     who_am_i: int
 
 
-def completed(header: LogHeader, events: Iterable[DropEvent]) -> LogHeader:
-    """The header with the parts of those IMUs that answered only after the recording began."""
+def complete_header(header: LogHeader, events: Iterable[DropEvent]) -> LogHeader:
+    """Add to the header the parts of those IMUs that answered only after the recording began."""
     who_am_i = bytearray(header.who_am_i)
     for event in events:
         if event.name == "sensor_recovered" and event.index < len(who_am_i) and 0 < event.value <= 0xFF:

@@ -132,7 +132,7 @@ def drop_struct(log: DropLog) -> dict[str, Any]:
 
 
 def _struct_array(items: Any) -> Any:
-    """A 1 by k structured object array, which savemat writes as a struct array: drop.imu(1)."""
+    """Build a 1 by k structured object array, which savemat writes as a struct array: drop.imu(1)."""
     array = np.empty((1, len(items)), [(name, object) for name in items[0]])
     for i, item in enumerate(items):
         array[0, i] = tuple(item.values())
@@ -148,7 +148,10 @@ def _events(log: DropLog) -> dict[str, Any]:
 
 
 def _info(log: DropLog) -> dict[str, Any]:
-    """What the recording is; MATLAB has no null, so what is missing is left out. All of it: `metadata_json`."""
+    """Return the recording's metadata for MATLAB, without missing values: MATLAB has no null.
+
+    The complete metadata is in `metadata_json`.
+    """
     facts = metadata(log)
     return _as_matlab({name: facts[name] for name in _INFO_FIELDS}) | {
         "doubts": np.array(facts["doubts"], object),

@@ -92,15 +92,15 @@ class Channel:
     def of(
         cls, stamp: Stamp, topic: str, kind: Kind, rows: Callable[[], Rows], quality: str = "", **fixed: str
     ) -> Channel:
-        """One message a row.
+        """Build a channel with one message per row.
 
         Args:
-            stamp: Writes its time.
-            topic: Its name.
-            kind: Of the messages.
-            rows: Gives them.
+            stamp: Writes a message's time.
+            topic: The channel's name.
+            kind: Kind of the messages.
+            rows: Gives the rows.
             quality: What a reader should know of the numbers.
-            fixed: What is the same in all messages.
+            fixed: Fields that are the same in all messages.
         """
 
         def messages() -> Messages:
@@ -117,21 +117,21 @@ class Channel:
 
 
 def frame_transforms() -> Kind:
-    """One frame in another: translation and quaternion."""
+    """Return the message kind for one frame in another: translation and quaternion."""
     from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 
     return Kind(FrameTransform, (*places_in("translation"), *places_in("rotation", "xyzw")))
 
 
 def log_lines() -> Kind:
-    """A line of text: level, text, who says it."""
+    """Return the message kind for a line of text: level, text, who says it."""
     from foxglove_schemas_protobuf.Log_pb2 import Log
 
     return Kind(Log, ("level", "message", "name"))
 
 
 def places_in(vector: str, axes: str = "xyz") -> tuple[str, ...]:
-    """Those of the components of a vector."""
+    """Return the field paths of a vector's components."""
     return tuple(f"{vector}.{axis}" for axis in axes)
 
 
@@ -222,7 +222,7 @@ def write_mcap(
 
 
 def _number_messages(number: int, messages: Iterator[tuple[int, bytes]]) -> Iterator[tuple[int, int, bytes]]:
-    """The messages of one channel with its number."""
+    """Yield the messages of one channel together with the channel's number."""
     for t_us, data in messages:
         yield t_us, number, data
 
@@ -234,7 +234,7 @@ def _stamp(message: Any, t_us: int, offset_us: int) -> None:
 
 
 def _texts(log: DropLog, frames: BodyFrames, offset_us: int) -> dict[str, str]:
-    """The metadata; what is no text as JSON."""
+    """Return the metadata as text; values that are not strings are written as JSON."""
     facts = metadata(log) | {
         "clock": "unix" if offset_us else "since power-up",
         "quick_look": list(frames.notes),
@@ -243,7 +243,10 @@ def _texts(log: DropLog, frames: BodyFrames, offset_us: int) -> dict[str, str]:
 
 
 def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channel]:
-    """All topics of a recording. A reading that was not valid is no message: Protobuf would show it as 0."""
+    """Yield the channels of all topics of a recording.
+
+    A reading that was not valid gives no message: Protobuf would show it as 0.
+    """
     kinds, lines = kinds_of("tfsat/drop_log.proto", _MESSAGES), log_lines()
     columns, channel = physical_columns(log), partial(Channel.of, stamp)
     yield channel("/log", lines, partial(_log_lines, log, frames, lines.of))
@@ -270,7 +273,7 @@ def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channe
 def _samples(
     log: DropLog, valid: BoolArray, values: Callable[[NDArray[np.intp]], Iterable[NDArray[Any]]]
 ) -> Rows:
-    """What a sensor gave, at the samples at which it answered, some thousand at once."""
+    """Yield a sensor's values at the samples at which it answered, some thousand samples at a time."""
     for start in range(0, len(log), _CHUNK_ROWS):
         rows = start + np.flatnonzero(valid[start : start + _CHUNK_ROWS])
         columns = (column.tolist() for column in values(rows))

@@ -43,17 +43,17 @@ Text = NDArray[np.uint8]
 
 
 def header_line(log: DropLog) -> bytes:
-    """The first line of the samples' file: the column names."""
+    """Format the column names as the first line of the samples' file."""
     return _line([*_INDEX_COLUMNS, *(column.name for column in physical_columns(log)), *flag_columns(log)])
 
 
 def events_header_line() -> bytes:
-    """The first line of the events' file."""
+    """Format the first line of the events' file."""
     return _line(EVENT_COLUMNS)
 
 
 def first_row(log: DropLog) -> bytes:
-    """The first sample's row of the samples' file."""
+    """Format the first sample's row of the samples' file."""
     physical = [_texts(column) for column in physical_columns(log)]
     return _rows(log, slice(0, 1), physical, list(flag_columns(log).values()))
 
@@ -106,7 +106,10 @@ def _rows(
 
 
 def _texts(column: CountColumn) -> Callable[[slice], Text]:
-    """What gives a column's texts, (m, width), of some rows: each count that occurs is formatted once."""
+    """Return a function that gives a column's texts, (m, width), for a slice of rows.
+
+    Each count that occurs is formatted once.
+    """
     least = int(column.counts.min())
     occurs = np.zeros(int(column.counts.max()) - least + 1, bool)
     occurs[column.counts.astype(np.intp) - least] = True
@@ -202,9 +205,10 @@ def write_events_parquet(log: DropLog, path: Path) -> None:
 def _writer(
     log: DropLog, path: Path, schema: Any, dictionaries: list[str], encodings: dict[str, str]
 ) -> Iterator[Any]:
-    """A writer of the columns, which adds the metadata at its end.
+    """Open a Parquet writer of the columns, which adds the metadata at its end.
 
-    Without Arrow's own copy of the schema: Parquet's types are enough, and the metadata would be there twice.
+    Arrow's own copy of the schema is left out: Parquet's types are enough, and the metadata would be there
+    twice.
     """
     from pyarrow import parquet
 

@@ -14,7 +14,9 @@ from .export_tables import METADATA_KEY, first_row, write_events_csv
 
 
 def is_of_recording(path: Path, log: DropLog) -> bool | None:
-    """Whether an exported file is of this recording; None: it does not tell, or its library is not installed.
+    """Return whether an exported file belongs to this recording.
+
+    None if the file does not tell, or its library is not installed.
 
     Args:
         path: A file that `decode` wrote.

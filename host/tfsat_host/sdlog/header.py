@@ -52,7 +52,7 @@ class HeaderChoice:
         self._reason = ""
 
     def add(self, number: int, time_us: int, payload: bytes) -> None:
-        """A header block: its number, its time, and its payload, of which a LogHeader is the beginning."""
+        """Take a header block's number, time and payload, which begins with a LogHeader."""
         lasting = payload[: WALL_CLOCK.start] + payload[WALL_CLOCK.stop :]
         if self._header is None and lasting != self._refused:
             self._header, absurd = _understand(payload[: LogHeader.SIZE])
@@ -84,7 +84,7 @@ class HeaderChoice:
 
 
 def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
-    """The header, or None and what is wrong with it."""
+    """Decode and check a header; return it, or None with the reason why it was rejected."""
     try:
         header = LogHeader.decode(payload)
     except ProtocolError as error:
@@ -94,14 +94,20 @@ def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
 
 
 def parts_of(who_am_i: Sequence[int]) -> tuple[ImuPart, ...]:
-    """What each IMU is; one that did not answer is what most others are, for they are bought together."""
+    """Return the part of each IMU; one that did not answer is taken to be the most common part.
+
+    The IMUs of a robot are bought together.
+    """
     known = Counter(one for one in who_am_i if one in IMU_PARTS)
     likely = known.most_common(1)[0][0] if known else MPU_6050
     return tuple(IMU_PARTS.get(one, IMU_PARTS[likely]) for one in who_am_i)
 
 
 def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
-    """Of each IMU: counts a °C, and °C at 0. Its part has them, and for an MPU-6050 the header."""
+    """Return each IMU's temperature scale: counts per °C, and °C at a count of 0.
+
+    The scale is that of the IMU's part; for an MPU-6050 it is in the header.
+    """
     own = (header.temperature_lsb_per_c, header.temperature_offset_c)
     return [
         own if part.who_am_i == MPU_6050 else (part.temperature_lsb_per_c, part.temperature_offset_c)

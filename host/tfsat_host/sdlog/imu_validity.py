@@ -109,7 +109,7 @@ def invalidate_repeated(
 
 
 def _still(imu: NDArray[np.int16], imu_valid: BoolArray, begin: int, end: int) -> tuple[IntArray, IntArray]:
-    """Every second row whose reading the next two repeat, and of which IMU: (k,), (k,)."""
+    """Find every second row whose reading the next two repeat, and the IMU of each: (k,), (k,)."""
     probes = imu[begin : end + 1 : _PROBE_EVERY].view(_READING)["probe"][:, :, 0]
     found = np.flatnonzero(probes[1:] == probes[:-1])
     rows, which = np.divmod(found, imu.shape[1])
@@ -130,7 +130,7 @@ def _join_runs(runs: IntArray) -> IntArray:
 
 
 def _judge(runs: IntArray, imu: NDArray[np.int16], index: IntArray, t_us: IntArray, valid: BoolArray) -> None:
-    """Of one IMU: clear the validity in the runs of equal readings that are no measurements."""
+    """Clear one IMU's validity in the runs of equal readings that are no measurements."""
     if not len(runs):
         return
     first, last = runs.T

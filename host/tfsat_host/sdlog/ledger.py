@@ -70,11 +70,11 @@ class Ledger:
         self.blocks_absent, self.last_number = int(absent[-1]), int(numbers[-1])
 
     def gaps(self, t_us: IntArray, footer: LogFooter | None, starts_with: int) -> tuple[Gap, ...]:
-        """Every gap.
+        """Return all gaps of the recording.
 
         Args:
             t_us: (n,) sample times.
-            footer: If there is one.
+            footer: The footer, if there is one.
             starts_with: Number of the block that the file itself begins with; 0 if that is none of the recording's.
         """
         gaps = [_gap(t_us, *each) for breaks in self._breaks for each in breaks.tolist()]
@@ -109,7 +109,7 @@ class Ledger:
 
 
 def _gap(t_us: IntArray, row: int, after_sample: int, samples: int, dropped: int, blocks: int) -> Gap:
-    """The gap before row `row`: samples lost, those of them that the logger dropped, and blocks lost."""
+    """Build the gap before row `row` from samples lost, those that the logger dropped, and blocks lost."""
     samples = max(samples, 0)
     return Gap(
         after_sample=after_sample,

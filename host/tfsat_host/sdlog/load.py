@@ -22,7 +22,7 @@ from .blocks import LATEST_TIME_US, BlockScan, PieceList, as_pieces, look, look_
 from .contradictions import block_doubts, exchange_doubts, release_doubts, steps_of_time
 from .droplog import DropLog, Verdict
 from .errors import LogError, changed_while_read
-from .events import completed, find_exchanges, read_events
+from .events import complete_header, find_exchanges, read_events
 from .imu_validity import invalidate_by_events, invalidate_exchanged, invalidate_repeated
 from .recordings import Assembly, Census, assemble
 from .release import find_release
@@ -97,7 +97,7 @@ def _read(source: LogSource, session: int | None, progress: Progress | None) -> 
 
 
 def _read_in_order(source: LogSource, assembly: Assembly) -> BlockDecoder:
-    """The second pass, over the recording's blocks by number; their CRCs are checked once more."""
+    """Decode the recording's blocks by number in a second pass, which checks their CRCs once more."""
     total = int(assembly.pieces["count"].sum())
     builder = BlockDecoder(total)
     buffer = memoryview(bytearray(min(total, CHUNK_BLOCKS) * BLOCK_BYTES))
@@ -118,7 +118,7 @@ def _read_in_order(source: LogSource, assembly: Assembly) -> BlockDecoder:
 
 
 def _chunks(pieces: RecordArray) -> Iterator[list[tuple[int, int, int]]]:
-    """The pieces again as (position, number, count), up to CHUNK_BLOCKS blocks of them at a time."""
+    """Yield the pieces as lists of (position, number, count), up to CHUNK_BLOCKS blocks per list."""
     parts: list[tuple[int, int, int]] = []
     room = CHUNK_BLOCKS
     for piece in pieces:
@@ -146,7 +146,7 @@ def _drop_log(path: Path, assembly: Assembly, records: BlockDecoder) -> DropLog:
     not_advancing, late_rows = steps_of_time(t_us, index, header.rate_hz)
     events = read_events(records.events())
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
-    header = completed(header, believed)
+    header = complete_header(header, believed)
     exchanges = find_exchanges(header, believed)
     invalidate_exchanged(exchanges, t_us, imu_valid)
     invalidate_by_events(believed, t_us, imu_valid)

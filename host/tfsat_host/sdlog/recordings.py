@@ -130,7 +130,7 @@ class Census:
             self._add(data, heads.take(own), where[own])
 
     def recordings(self, sessions: Iterable[int], unbroken: frozenset[int]) -> tuple[Recording, ...]:
-        """What was counted, in the order of `sessions`."""
+        """Return the recordings counted, in the order of `sessions`."""
         return tuple(
             Recording(
                 session=session,
@@ -211,11 +211,11 @@ def assemble(
 
 
 def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, ChosenBy]:
-    """The session to decode, and what decided.
+    """Choose the session to decode, and return the criterion that decided.
 
-    The time of day does where every unbroken recording has one. Otherwise the place: a recording is
-    written from the start of its file, over what an older one left there. One without a header cannot be decoded and
-    is taken only if none has one.
+    The time of day decides if every unbroken recording has one, otherwise the place: a recording is written
+    from the start of its file, over what an older one left there. One without a header cannot be decoded and is
+    taken only if none has one.
 
     Args:
         recordings: By their place in the file; at least one.
@@ -235,7 +235,7 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
 
 
 def _unbroken_sessions(pieces: RecordArray) -> frozenset[int]:
-    """The sessions of which every block from number 0 to the last one is there.
+    """Return the sessions of which every block from number 0 to the last one is there.
 
     Args:
         pieces: All usable blocks; (k,) of PIECE.
@@ -253,7 +253,7 @@ def _unbroken_sessions(pieces: RecordArray) -> frozenset[int]:
 
 
 def _sessions_by_position(pieces: RecordArray) -> tuple[int, ...]:
-    """The ids of all recordings, by the median position of their blocks."""
+    """Return the ids of all recordings, by the median position of their blocks."""
     if (pieces["session"] == pieces["session"][0]).all():
         return (int(pieces["session"][0]),)
     ordered = pieces[np.lexsort((pieces["position"], pieces["session"]))]

@@ -26,7 +26,7 @@ from .release_rule import (
     RuledRelease,
     Span,
     SwitchEdge,
-    reconciled,
+    reconcile_releases,
     recorded_releases,
     releases_by_rule,
     state_at_start,
@@ -75,9 +75,10 @@ class Release:
 def find_release(
     events: Sequence[DropEvent], t_us: IntArray, switch_open: BoolArray, gaps: Sequence[Gap] = ()
 ) -> Release | None:
-    """The last release before the first stroke, else before the landing, else of all; None without one.
+    """Find the last release before the first stroke, else before the landing, else of all.
 
-    A release that the logger revoked is none. One that it recorded itself is certain, whatever edges are lost.
+    None if there is no release. A release that the logger revoked is none. One that it recorded itself is
+    certain, whatever edges are lost.
 
     Args:
         events: By time.
@@ -103,7 +104,7 @@ def find_release(
     by_edges = [release.at_us for release in ruled if not _is_false(release, events)]
     before_start = [(-_NEVER_US, first_us) for gap in gaps if gap.start_us is None]
     recorded, revoked = recorded_releases(events)
-    releases, certain = reconciled(by_edges, recorded, revoked, missing + before_start)
+    releases, certain = reconcile_releases(by_edges, recorded, revoked, missing + before_start)
     latest_us, chosen = _choose(releases, events, period_us)
     if chosen is None:
         return None
@@ -129,9 +130,10 @@ def find_release(
 
 
 def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
-    """Whether both switches closed again before the landing, which ends what they mean, and before a stroke.
+    """Return whether both switches closed again before the landing and before any stroke.
 
-    Strokes that were flown count from it, whatever became of the robot.
+    Closed switches mean nothing after the landing. Strokes that were flown count from the release, whatever
+    became of the robot.
     """
     landings = (event.t_us for event in events if event.name == "landing" and event.t_us > release.at_us)
     landed_us = next(landings, release.at_us + LANDING_LATEST_US)
@@ -144,7 +146,7 @@ def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
 def _choose(
     releases: list[int], events: Sequence[DropEvent], tolerance_us: int
 ) -> tuple[int | None, int | None]:
-    """Until when the release must have been, None if unknown; and the release."""
+    """Return the latest time that the release can have, None if unknown, and the release chosen."""
     stroke_us = next((event.t_us for event in events if event.name == "stroke"), None)
     landing_us = next((event.t_us for event in events if event.name == "landing"), None)
     if stroke_us is None:
@@ -159,20 +161,23 @@ def _choose(
 
 
 def _last_before(recorded: Sequence[int], latest_us: int | None) -> int | None:
-    """The logger's own choice: its last release before `latest_us`, else the first after it."""
+    """Return the logger's own choice: its last release before `latest_us`, else the first after it."""
     before = [time_us for time_us in recorded if latest_us is None or time_us <= latest_us]
     return next(iter([*before[-1:], *recorded]), None)
 
 
 def _usual_step_us(t_us: IntArray) -> int:
-    """The median time between samples; of a long recording, at some of them."""
+    """Return the median time between samples; a long recording is subsampled."""
     every = len(t_us) // _STEPS_LOOKED_AT + 1
     before = np.arange(0, len(t_us) - 1, every)
     return int(np.median(t_us[before + 1] - t_us[before])) if len(before) else 0
 
 
 def _window(release_us: int, edges: Sequence[SwitchEdge], start: int, missing: Sequence[Span]) -> Span:
-    """From when to when missing edges would change the release: from one known quiet debounce to the next."""
+    """Return the interval in which missing edges would change the release.
+
+    It reaches from one known quiet debounce to the next.
+    """
     times = [edge[0] for edge in edges]
     states = list(accumulate(edges, _state_after, initial=start))
     busy = sorted([*((time_us, time_us) for time_us in times), *missing])

@@ -61,7 +61,9 @@ class RuledRelease:
 
 
 def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[RuledRelease]:
-    """All releases by the rule, false ones included; watched for again when both have been closed.
+    """Find all releases by the rule, false ones included.
+
+    The rule watches for a release again once both switches have been closed.
 
     Args:
         edges: By time.
@@ -110,7 +112,7 @@ def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> li
 
 
 def recorded_releases(events: Iterable[DropEvent]) -> tuple[list[int], list[int]]:
-    """The logger's own `release` events: when those were that it never revoked, and those that it revoked.
+    """Return the times of the logger's own `release` events: those never revoked, and those revoked.
 
     An event that revokes a release, because both switches closed again, has that release's time.
     """
@@ -120,7 +122,7 @@ def recorded_releases(events: Iterable[DropEvent]) -> tuple[list[int], list[int]
     return sorted(recorded), sorted(revoked)
 
 
-def reconciled(
+def reconcile_releases(
     by_edges: Sequence[int],
     recorded: Sequence[int],
     revoked: Sequence[int],
@@ -176,9 +178,10 @@ Span = tuple[int, int]
 def switch_edges(
     events: Sequence[DropEvent], t_us: IntArray, switch_open: BoolArray, period_us: int
 ) -> tuple[list[SwitchEdge], list[Span]]:
-    """All edges by time, and between when edges may be missing that the logger was too slow for or that are lost.
+    """Return all edges by time, and the spans in which edges may be missing.
 
-    An edge that only the samples show is dated at the first sample after it.
+    Edges are missing if the logger was too slow for them or if they are lost. An edge that only the samples
+    show is dated at the first sample after it.
 
     Args:
         events: By time.
@@ -240,9 +243,10 @@ def _find_unrecorded_changes(
 
 
 def _rows_at_changes(t_us: IntArray, switch_open: BoolArray) -> IntArray:
-    """The samples on both sides of each change of a switch, few of millions; all of them where time goes back.
+    """Return the samples on both sides of each change of a switch; all samples if time goes back.
 
-    With those around recorded edges they hold all that the samples know of the switches.
+    These are few of millions. With the samples around recorded edges they hold all that the samples tell about
+    the switches.
     """
     changes = [np.zeros(1, np.int64)]
     for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
@@ -258,7 +262,7 @@ def _rows_at_changes(t_us: IntArray, switch_open: BoolArray) -> IntArray:
 
 
 def _rows_around(edge_us: IntArray, t_us: IntArray, period_us: int) -> IntArray:
-    """The samples around each edge, and a period before and after it."""
+    """Return the samples around each edge, and around one period before and after it."""
     moments = np.concatenate((edge_us - period_us, edge_us, edge_us + period_us))
     rows = (np.searchsorted(t_us, moments)[:, None] + np.arange(-2, 3)).ravel()
     return rows[(rows >= 0) & (rows < len(t_us))]

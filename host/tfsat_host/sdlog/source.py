@@ -98,13 +98,13 @@ class LogSource:
         return self.read_into(memoryview(bytearray(count * BLOCK_BYTES)), position * BLOCK_BYTES)
 
     def tail(self) -> bytes:
-        """The bytes behind the last whole block."""
+        """Read the bytes behind the last whole block."""
         whole = self.block_count * BLOCK_BYTES
         size = self.size_bytes - self._begin - whole
         return bytes(self.read_into(memoryview(bytearray(size)), whole))
 
     def _next_written(self, block: int) -> int:
-        """The first block from `block` on that is no hole, as far as the system knows."""
+        """Return the first block from `block` on that lies in no hole of the file, as far as the system knows."""
         if not hasattr(os, "SEEK_DATA") or block >= self.block_count:
             return block
         try:
@@ -136,10 +136,10 @@ class LogSource:
 
 
 def find_shift(source: LogSource) -> int:
-    """How many bytes behind a multiple of BLOCK_BYTES the first undamaged block begins; 0 if there is none.
+    """Return the byte offset of the first undamaged block modulo BLOCK_BYTES; 0 if none is shifted.
 
-    So do the blocks of an image with something before it, or with its start cut off. Slower than a look at the
-    sectors, so it is for files where that found nothing.
+    The blocks of an image are shifted if something stands before it or its start is cut off. This is slower
+    than a look at the sectors, so it is for files where that found nothing.
 
     Raises:
         LogError: the file cannot be read.

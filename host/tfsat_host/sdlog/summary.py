@@ -19,7 +19,7 @@ Json = dict[str, Any]
 
 
 def metadata(log: DropLog) -> Json:
-    """All that `DropLog` knows besides its columns; bytes as hexadecimal text, but for the schema."""
+    """Return all that `DropLog` holds besides its columns; bytes as hexadecimal text, except the schema."""
     return {
         "source": printable(log.path.name),
         "session": f"{log.session:08x}",
@@ -50,7 +50,7 @@ def metadata(log: DropLog) -> Json:
 
 
 def _late_samples(log: DropLog) -> Json:
-    """How often the sampling timer's ticks passed without a sample, how many did, and the longest time."""
+    """Count the late samples and the sampling timer's ticks missed, and find the longest step."""
     rows = log.late_rows
     if not len(rows):
         return {"count": 0, "ticks_missed": 0, "longest_us": None, "longest_s": None}
@@ -75,7 +75,7 @@ def _plain(record: Any) -> Json:
 
 
 def summary(log: DropLog) -> Json:
-    """The metadata, and per sensor how many samples were valid, invalid and clipped."""
+    """Return the metadata, and per sensor the number of samples valid, invalid and clipped."""
     return metadata(log) | {
         "sensors": _sensor_rows(log),
         "clipping": _clipping_facts(log),
@@ -84,7 +84,7 @@ def summary(log: DropLog) -> Json:
 
 
 def _sensor_rows(log: DropLog) -> list[Json]:
-    """One row a sensor: name, samples valid, invalid and clipped (None for angle sensors)."""
+    """Return a row per sensor: name, samples valid, invalid and clipped (None for angle sensors)."""
     rows: list[Json] = []
     for i in range(log.imu_valid.shape[1]):
         clipped = int(np.count_nonzero(log.clipped[:, i] & log.imu_valid[:, i]))
@@ -96,9 +96,9 @@ def _sensor_rows(log: DropLog) -> list[Json]:
 
 
 def _clipping_facts(log: DropLog) -> Json | None:
-    """When IMUs were at their full scale, and how many such samples lie in the fall; None if never.
+    """Return when IMUs were at full scale and how many such samples lie in the fall; None if never.
 
-    The landing clips: that is no fault. In the fall a clipped value is a lower bound of the truth.
+    Clipping at the landing is no fault. In the fall a clipped value is a lower bound of the truth.
     """
     clipped = (log.clipped & log.imu_valid).any(axis=1)
     if not clipped.any():
@@ -125,14 +125,17 @@ MAX_SINGLE_MISSES = 0.01
 
 
 def single_misses(valid: BoolArray) -> bool:
-    """Whether the readings that a sensor missed, if any, are few and each stands between two that it gave."""
+    """Return whether a sensor's missed readings, if any, are few and isolated.
+
+    Isolated means that each stands between two readings that the sensor gave.
+    """
     missed = ~valid
     in_row = missed[1:] & missed[:-1]
     return not in_row.any() and float(np.mean(missed)) <= MAX_SINGLE_MISSES
 
 
 def grave_warnings(log: DropLog) -> list[str]:
-    """Of `warnings`, those on more than single readings."""
+    """Return those of `warnings` that concern more than single readings."""
     valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
     rows = zip(_sensor_rows(log), valid.T, strict=True)
     light = {_missed_line(log, row) for row, given in rows if single_misses(given)}

@@ -31,16 +31,16 @@ class Watch:
         self.told: list[tuple[int, int]] = []
         self.rests: list[int] = []
         self.states: set[SequencerState] = set()
-        self.on_rest: Callable[[int], None] = self.rests.append
+        self.rest_action: Callable[[int], None] = self.rests.append
 
     def pause(self, duration_s: float) -> None:
         self._pause(duration_s)
 
-    def shown(self, stop: int, angle_cdeg: int) -> None:
+    def on_angle(self, stop: int, angle_cdeg: int) -> None:
         self.told.append((stop, angle_cdeg))
 
-    def rested(self, stop: int) -> None:
-        self.on_rest(stop)
+    def on_rest(self, stop: int) -> None:
+        self.rest_action(stop)
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_it_rests_at_each_stop_and_is_let_go_only_at_the_end(
         still = path[path[:, 0] > path[-1, 0] - 0.2]
         rested.append((still[-1, 1], float(np.ptp(still[:, 1])), sequencer.status().state))
 
-    watch.on_rest = look
+    watch.rest_action = look
     start_us = robot.now_us
     assert sequencer.tour(TOUR, go_on, watch) == JogEnd(True, 1000)
     assert watch.rests == [0, 1, 2, 3]
@@ -102,7 +102,7 @@ def test_whoever_watches_can_end_it(robot: EmulatedRobot, sequencer: JogClient, 
         if rested == stop:
             raise ZeroDivisionError
 
-    watch.on_rest = fail
+    watch.rest_action = fail
     with pytest.raises(ZeroDivisionError):
         sequencer.tour(TOUR, go_on, watch)
     assert watch.told[-1] == (stop, TOUR.stops_cdeg[stop])
@@ -134,7 +134,7 @@ def test_a_watch_that_takes_too_long_finds_the_joint_let_go(
     robot: EmulatedRobot, sequencer: JogClient
 ) -> None:
     watch = Watch(sequencer.wait)
-    watch.on_rest = lambda _stop: robot.advance(1_200_000)
+    watch.rest_action = lambda _stop: robot.advance(1_200_000)
     with pytest.raises(JogError, match="This computer was away for") as caught:
         sequencer.tour(TOUR, go_on, watch)
     assert caught.value.next_step.endswith("then bring it to 0 deg by hand and type the same command again.")
@@ -168,7 +168,7 @@ def test_a_lost_order_to_go_on_is_repeated_only_after_asking_whether_the_joint_i
         watch.rests.append(stop)
         board.ignores_orders = 3
 
-    watch.on_rest = lose_the_next
+    watch.rest_action = lose_the_next
     with pytest.raises(JogError, match="was commanded to 1 deg only after 4 s; 30 deg was asked for"):
         client.tour(JogTour(1, (100, 3000), 0.0), go_on, watch)
     assert watch.rests == [0]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 
 
@@ -41,7 +41,7 @@ def test_how_they_grow_with_a_small_turn_is_their_numerical_derivative(
         after, before = (
             (Rotation.from_rotvec(sign * step * axis) * attitude).as_euler("ZYX") for sign in (1.0, -1.0)
         )
-        columns.append(wrapped(after - before) / (2.0 * step))
+        columns.append(wrap_angle(after - before) / (2.0 * step))
     near_lock = 1.0 / np.cos(zyx[1])
     found = euler_zyx_by_turn(attitude.as_matrix())
     assert found == pytest.approx(np.column_stack(columns), abs=1e-8 * near_lock**3)

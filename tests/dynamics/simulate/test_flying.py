@@ -13,10 +13,10 @@ from tests.dynamics.random_robots import random_robot
 from tests.dynamics.simulate.maneuvers import maneuver
 from tfsat_host.dynamics import (
     JointHistory,
-    sampled,
+    history_from_samples,
 )
 from tfsat_host.dynamics.motion_files import body_attitudes, body_rates_rad_s
-from tfsat_host.dynamics.simulation import Simulation, fly, held, robot_limits
+from tfsat_host.dynamics.simulation import Simulation, clip_history, fly, robot_limits
 from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot
 
@@ -103,7 +103,7 @@ def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_p
 def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) -> None:
     robot = five_bodies(tmp_path)
     t_s = np.linspace(0.0, 1.0, 21)
-    history = sampled(t_s, np.sin(np.outer(t_s, [3.0, 4.0, 5.0, 6.0])))
+    history = history_from_samples(t_s, np.sin(np.outer(t_s, [3.0, 4.0, 5.0, 6.0])))
     flight = fly(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=2e-3).flight
     attitudes, rates = body_attitudes(flight), body_rates_rad_s(flight)
     at = len(flight.t_s) // 2
@@ -117,18 +117,18 @@ def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:
     robot = load_robot()
     strokes = flown(robot, *THERE, until_s=2.5)
     flight = strokes.flight
-    again = fly(robot, sampled(flight.t_s, flight.angles_rad), until_s=2.5)
+    again = fly(robot, history_from_samples(flight.t_s, flight.angles_rad), until_s=2.5)
     assert apart_deg(final(again), final(strokes)) < 1e-3
 
 
 def test_joints_are_held_before_and_after_a_history() -> None:
     history = JointHistory(np.array([1.0, 2.0]), np.array([[[1.0]], [[0.5]]]))
-    longer = held(history, 0.0, 3.0)
+    longer = clip_history(history, 0.0, 3.0)
     assert longer.breaks_s.tolist() == [0.0, 1.0, 2.0, 3.0]
     t_s = np.array([0.0, 0.9, 1.5, 2.1, 3.0])
     assert longer.angles_rad(t_s)[:, 0] == pytest.approx([0.5, 0.5, 1.0, 1.5, 1.5])
     assert longer.rates_rad_s(t_s)[:, 0] == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.0])
-    assert held(history, 1.0, 2.0).breaks_s.tolist() == [1.0, 2.0]
+    assert clip_history(history, 1.0, 2.0).breaks_s.tolist() == [1.0, 2.0]
 
 
 def test_a_robots_own_joints_bound_its_maneuvers(tmp_path: Path) -> None:
@@ -163,7 +163,7 @@ def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> No
 def test_a_history_is_flown_until_any_time_in_it() -> None:
     robot = load_robot()
     t_s = np.linspace(0.0, 2.0, 41)
-    history = sampled(t_s, np.outer(np.sin(2.0 * t_s), [0.6, 0.9, 0.3]))
+    history = history_from_samples(t_s, np.outer(np.sin(2.0 * t_s), [0.6, 0.9, 0.3]))
     whole = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
     for until_s in (0.35, 2.0, 2.4):
         part = fly(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)

@@ -263,7 +263,7 @@ def test_joints_that_may_turn_to_both_sides_are_searched_on_both(drop_tower: Rob
 
 def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> None:
     found = design(drop_tower)
-    flown, maneuver = found.flown(found.optimum), found.maneuver(found.optimum)
+    flown, maneuver = found.round_candidate(found.optimum), found.maneuver(found.optimum)
     joints, deltas = (
         [s.joint - 1 for s in maneuver.strokes],
         np.radians([s.angle_deg for s in maneuver.strokes]),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, path_rotation
 from tfsat_host.dynamics.stroke import STEPS
-from tfsat_host.plan.loops import Loops, backwards, best_sequence, classes, sequences, written
+from tfsat_host.plan.loops import Loops, backwards, best_sequence, classes, format_sequence, sequences
 from tfsat_host.robot import RobotModel
 
 ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])
@@ -83,5 +83,5 @@ def test_a_class_holds_a_sequence_and_the_one_that_undoes_it() -> None:
 
 
 def test_a_sequence_is_written_as_people_read_it() -> None:
-    assert written((3, 2, 1, -2, -3, -1)) == "+3 +2 +1 -2 -3 -1"  # the paper's example
+    assert format_sequence((3, 2, 1, -2, -3, -1)) == "+3 +2 +1 -2 -3 -1"  # the paper's example
     assert (3, 2, 1, -2, -3, -1) in sequences(3)

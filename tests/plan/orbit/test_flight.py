@@ -7,7 +7,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.plan.flight import AttitudeSensor, Flight, drawn_robot, flown, fly, open_loop_error_rad
+from tfsat_host.plan.flight import (
+    AttitudeSensor,
+    Flight,
+    drawn_robot,
+    fly,
+    fly_primitive,
+    open_loop_error_rad,
+)
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.primitives import PrimitiveTable
 from tfsat_host.robot import RobotModel
@@ -133,6 +140,6 @@ def test_backwards_undoes_a_primitive_on_any_robot(cubesat: RobotModel, table: P
     plant = drawn_robot(cubesat, 3.0, 1)
     for index in (0, 1000, len(table) - 1):
         primitive = table.primitive(index)
-        there = flown(plant, table.start_rad, primitive)
-        back = flown(plant, table.start_rad, primitive.backwards)
+        there = fly_primitive(plant, table.start_rad, primitive)
+        back = fly_primitive(plant, table.start_rad, primitive.backwards)
         assert quaternion.angle(quaternion.product(there, back)) < 1e-9

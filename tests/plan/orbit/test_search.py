@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.flight import unit_quaternion
-from tfsat_host.plan.planner import Planner, Route, TimeToGo, lookup, remainder, search, trimmed
+from tfsat_host.plan.planner import Planner, Route, TimeToGo, lookup, remainder, search, trim_primitive
 from tfsat_host.plan.polish import least_time
 from tfsat_host.plan.primitives import PrimitiveTable
 
@@ -77,7 +77,7 @@ def test_a_trimmed_primitive_leaves_nothing_and_stays_within_limits(nimble_table
     for index in rng.choice(inside, 5):
         wanted = nimble_table.rotation[:, index]
         needed = quaternion.product(wanted, quaternion.exponential(np.radians(rng.uniform(-0.5, 0.5, 3))))
-        primitive, remaining = trimmed(nimble_table, needed, 1e-7)
+        primitive, remaining = trim_primitive(nimble_table, needed, 1e-7)
         assert np.degrees(remaining) < 1e-4
         left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
         assert quaternion.angle(left) == pytest.approx(remaining, abs=1e-12)

@@ -12,7 +12,7 @@ from tests.dynamics.chain_driver import Robot
 from tests.dynamics.reference import free_attitude
 from tests.plan.sensitivity.studies import EXACT, RATE_RAD_S, parameters_of, stated_by
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics import TimedMove, moved
+from tfsat_host.dynamics import TimedMove, history_from_moves
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.spread import derivatives, linear_spread
 from tfsat_host.robot import RobotModel
@@ -41,7 +41,7 @@ def _reference_vector_deg(robot: RobotModel, changed: Robot, ends_deg: FloatArra
         delta = np.radians(end_deg) - angle[stroke.joint]
         moves.append(TimedMove(stroke.joint, delta, stroke.start_s, stroke.start_s + abs(delta) / RATE_RAD_S))
         angle[stroke.joint] += delta
-    history = moved(robot, moves, end_s=_UNTIL_S)
+    history = history_from_moves(robot, moves, end_s=_UNTIL_S)
 
     def joints(t_s: float) -> tuple[FloatArray, FloatArray]:
         return history.angles_rad(np.array(t_s)), history.rates_rad_s(np.array(t_s))

@@ -13,7 +13,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import (
     Multibody,
     TimedMove,
-    moved,
+    history_from_moves,
     path_rotation,
     propagate,
     quaternion,
@@ -61,7 +61,7 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
             timed.append(TimedMove(stroke.joint, size, moves.start_s[k, i], moves.end_s[k, i]))
             angle[stroke.joint] = reached
         late += bool((moves.end_s[:-1, i] > moves.start_s[1:, i]).any())
-        history = moved(unbound, timed, end_s=max(2.5, float(moves.end_s[:, i].max())))
+        history = history_from_moves(unbound, timed, end_s=max(2.5, float(moves.end_s[:, i].max())))
         flight = propagate(alone, history, initial_rate_rad_s=rate, step_s=5e-3, order=6)
         assert _apart_deg(flight.quaternion_xyzw[-1], together[:, i]) < 1e-4
     assert late, "no sample has two joints in motion at once"

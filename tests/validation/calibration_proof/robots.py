@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.calibration.emulated_day import CalibrationDay, calibration_day
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
@@ -69,7 +69,7 @@ def recorded_day(seed: int) -> CalibrationDay:
 def leaning_day(seed: int) -> CalibrationDay:
     """The same with hinges that lean as its file says that they may."""
     truth, filed = draw_as_built(seed), design(seed)
-    built = fault_named(LEANING).flown(Truth(seed, filed, truth, np.zeros(3)))
+    built = fault_named(LEANING).apply(Truth(seed, filed, truth, np.zeros(3)))
     return replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=filed)
 
 
@@ -112,5 +112,5 @@ def _zero_errors(day: CalibrationDay, found: Solution, joint: int) -> Errors:
     for k, column in enumerate((2 * joint, 2 * joint + 1)):
         straight = day.model.angle_sensors[column].zero_offset_rad + truth.angle_zero_rad[column]
         shown = straight + harmonics(np.array([straight]))[0] @ truth.angle_nonlinearity_rad[column]
-        error.append(float(wrapped(np.array([sensors.zero_rad[k] - shown]))[0]))
+        error.append(float(wrap_angle(np.array([sensors.zero_rad[k] - shown]))[0]))
     return Errors(np.rad2deg(error), np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))))

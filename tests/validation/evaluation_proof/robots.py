@@ -56,7 +56,7 @@ def robot_of(seed: int) -> Robot:
     offsets = np.random.default_rng([seed, 9]).uniform(-COM_WITHIN_M, COM_WITHIN_M, (3, 3))
     built = Truth(seed, with_com_offsets(model, offsets), truth, np.zeros(3))
     for mismatch in BUILT_WITH:
-        built = fault_named(mismatch).flown(built)
+        built = fault_named(mismatch).apply(built)
     truth = built.imperfections
     day = replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=model)
     kept = tuple(one for one in day.evidence if one.step.kind in PAPER_STEPS)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.validation.paper_numbers.numbers import GIVEN, Row, row
-from tfsat_host.dynamics.history import TimedMove, moved
+from tfsat_host.dynamics.history import TimedMove, history_from_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.com_fit.momentum import cutoff_hz
@@ -80,7 +80,7 @@ def flown_deg(robot: RobotModel, rate_deg_s: tuple[float, ...]) -> float:
         TimedMove(k % 2, np.radians(size), start_s, start_s + abs(size) / 170.0)
         for k, (start_s, size) in enumerate(zip(starts_s, sizes_deg, strict=True))
     ]
-    history = moved(robot, moves, start_rad=np.radians([HUNG_DEG, 0.0, 0.0]), end_s=FALL_S)
+    history = history_from_moves(robot, moves, start_rad=np.radians([HUNG_DEG, 0.0, 0.0]), end_s=FALL_S)
     flight = propagate(
         Multibody.of(robot, BODY_1), history, initial_rate_rad_s=np.radians(rate_deg_s), step_s=0.005, order=6
     )

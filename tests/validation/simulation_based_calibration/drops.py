@@ -118,7 +118,7 @@ def _axes(found: Evaluation, flown: RobotModel) -> Errors:
     """Tilts about the two directions across each axis, deg."""
     fit, driven = found.explained.fit, found.explained.driven.flown
     first = len(fit.offsets) + 3
-    tilt = driven.corrected(fit.errors).tilt_rad.ravel()
+    tilt = driven.correct(fit.errors).tilt_rad.ravel()
     by_errors = driven.tilt_errors.reshape(len(tilt), -1)
     std = np.sqrt(np.diag(by_errors @ fit.covariance[first:, first:] @ by_errors.T))
     true = [across(a) @ np.cross(a, b) for a, b in zip(found.model.joint_axis, flown.joint_axis, strict=True)]

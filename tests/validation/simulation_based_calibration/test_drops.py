@@ -34,7 +34,7 @@ PRINTED = 5e-3
 def test_the_true_parameters_make_the_true_robot() -> None:
     flown = draw_hidden(FILED, 3).model
     offsets = model_offsets(FILED)
-    made, true = offsets.corrected(true_offsets(offsets, flown)), Multibody.of(flown)
+    made, true = offsets.correct(true_offsets(offsets, flown)), Multibody.of(flown)
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_point_m"):
         np.testing.assert_allclose(
             getattr(made, name), getattr(true, name), rtol=1e-9, atol=1e-12, err_msg=name

@@ -118,7 +118,7 @@ class Calibration:
         """When the robot last hit the ground, as far as is known."""
         return self.landings[-1].at if self.landings else None
 
-    def widened(self, factor: float) -> Calibration:
+    def widen(self, factor: float) -> Calibration:
         """Scale all standard deviations of gyros and angle sensors by `factor`."""
         square = factor**2
         return replace(
@@ -255,7 +255,7 @@ def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in shortcomings))
 
 
-def summarized(shortcomings: Sequence[Shortcoming]) -> str:
+def summarize_shortcomings(shortcomings: Sequence[Shortcoming]) -> str:
     """Summarize shortcomings in a few words; empty if there are none."""
     parts = []
     for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):

@@ -26,7 +26,7 @@ from tfsat_host.calibration.certificate.tables import (
 )
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config
-from tfsat_host.config.table import shown
+from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 
 FORMAT: Final = 1
@@ -125,7 +125,7 @@ def _read_drawn_steps(top: Table, key: str) -> list[str]:
     wanted = f"a list of some of {', '.join(DRAWABLE)}"
     names = top.value(key, wanted)
     if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
-        top.fail(key, f"{shown(names)} is not {wanted}")
+        top.fail(key, f"{shorten_value(names)} is not {wanted}")
     return names
 
 
@@ -140,7 +140,7 @@ def _each(
     """Build a reader of a list of tables, by the number of each one's body or joint."""
 
     def by_number(top: Table, key: str) -> tuple[Any, ...]:
-        return tuple(read(entry) for entry in top.numbered(key, of, count, whole=whole).values())
+        return tuple(read(entry) for entry in top.tables_by_number(key, of, count, whole=whole).values())
 
     return by_number
 

@@ -22,7 +22,7 @@ from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.calibration.steps.step import AXES
 from tfsat_host.config import Table
-from tfsat_host.config.table import shown
+from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting
 
@@ -96,7 +96,7 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
         elif (stated := table.value(name, str(item))) != item:
             table.fail(
                 name,
-                f"{shown(stated)} is not {item!r}, which this program writes and reads",
+                f"{shorten_value(stated)} is not {item!r}, which this program writes and reads",
                 f"Convert the values to {item!r} and name that here, or move this file away: "
                 "a step of tfsat-host calibrate writes it again from its recordings.",
             )

@@ -54,7 +54,7 @@ class GyroCalibration:
         """(n, 3) in sensor axes, without bias, of rates (n, 3) in body axes."""
         return np.asarray(self.scale * (rates_rad_s @ self.rotation))
 
-    def corrected(self, parameters: FloatArray) -> GyroCalibration:
+    def add_errors(self, parameters: FloatArray) -> GyroCalibration:
         """Apply corrections (9,) to bias, rotation vector and scale, in the order of `covariance`."""
         from scipy.spatial.transform import Rotation  # half the time that reading a certificate takes
 

@@ -8,7 +8,7 @@ from datetime import datetime
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
@@ -42,7 +42,9 @@ class JointSensors:
         """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
         columns = [
             self.direction[k]
-            * wrapped(shown_rad[:, k] - self.zero_rad[k] - self.bend_curve(k, shown_rad[:, k]) @ self.bend[k])
+            * wrap_angle(
+                shown_rad[:, k] - self.zero_rad[k] - self.bend_curve(k, shown_rad[:, k]) @ self.bend[k]
+            )
             for k in range(2)
         ]
         return np.column_stack(columns)

@@ -92,7 +92,7 @@ class LoggedTour:
         rested: Callable[[Counts], None],
     ) -> None:
         self.samples: list[LiveSample] = []
-        self.shown = shown
+        self.on_angle = shown
         self._read, self._scales, self._rested = read, scales, rested
         self._silent_s = 0.0
 
@@ -108,7 +108,7 @@ class LoggedTour:
                 next_step="Check the logger's cable, then type the same command again.",
             )
 
-    def rested(self, _stop: int) -> None:
+    def on_rest(self, _stop: int) -> None:
         """Gives the rest to its judge, once what the logger has sent is in."""
         before = len(self.samples)
         while len(self.samples) == before:
@@ -165,7 +165,7 @@ class Visits:
             f"its zero point is wrong: tfsat-host calibrate zero --joint {joint}",
         )
 
-    def rested(self, so_far: Counts) -> None:
+    def add_rest(self, so_far: Counts) -> None:
         """Takes the end of a rest into account; not of the first, in which the servo takes hold of the joint.
 
         Args:

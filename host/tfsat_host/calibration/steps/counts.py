@@ -124,7 +124,7 @@ class Counts:
         return replace(self, **columns, samples_lost=0)
 
     @classmethod
-    def joined(cls, parts: Sequence[Counts]) -> Counts:
+    def join(cls, parts: Sequence[Counts]) -> Counts:
         """Parts that came one after the other; for a look at them, not for keeping: gaps are not counted."""
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS

@@ -53,7 +53,7 @@ def same_certificate(args: argparse.Namespace) -> str:
     return out + (" --emulated" if args.emulated else "")
 
 
-def turned(args: argparse.Namespace) -> tuple[Axis, float] | None:
+def read_turn(args: argparse.Namespace) -> tuple[Axis, float] | None:
     """Axis and angle in deg of a turn by hand. Raises UsageError."""
     words = getattr(args, "turn", None)
     if words is None:
@@ -84,7 +84,7 @@ _COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [
 _OF_BOTH_BOARDS = ("scale", "servo")
 
 
-def resuming(args: argparse.Namespace) -> str:
+def resume_command(args: argparse.Namespace) -> str:
     """Return the command that resumes after the steps already kept."""
     # That sensors were moved is in the certificate with the first step: once more, it would end what followed.
     repeated = [name for name in _REPEATED if name != "anew" or args.quantity == "zero"]
@@ -139,18 +139,18 @@ def commands_as_typed(
         if session is None:
             raise
         what, kept = "Interrupted.", session.kept_words
-        raise Interrupted(what=what, meaning=kept, next_step=resuming(args)) from None
+        raise Interrupted(what=what, meaning=kept, next_step=resume_command(args)) from None
     except NotConfirmed:  # what it names is complete
         if session is None:
             raise
         what, kept = "Ended before all steps were done.", session.kept_words
-        raise TfsatError(what=what, meaning=kept, next_step=resuming(args)) from None
+        raise TfsatError(what=what, meaning=kept, next_step=resume_command(args)) from None
     except TfsatError as error:
         error.next_step = as_typed_here(error.next_step, args)
         if isinstance(error, NotKeptError):
-            error.next_step = f"Make room, or see that it may be written; then: {resuming(args)}"
+            error.next_step = f"Make room, or see that it may be written; then: {resume_command(args)}"
         elif session is not None and session.kept:
-            error.next_step += f"\nTo go on behind the steps that are kept: {resuming(args)}"
+            error.next_step += f"\nTo go on behind the steps that are kept: {resume_command(args)}"
         if session is not None and session.kept:
             error.meaning = f"{error.meaning}\n{session.kept_words}"
         raise

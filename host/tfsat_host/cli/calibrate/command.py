@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tfsat_host.cli.calibrate.arguments import turned
+from tfsat_host.cli.calibrate.arguments import read_turn
 from tfsat_host.cli.usage import JOINT, OUTPUT, add_actions, add_options, device
 from tfsat_host.present.output import Output
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
@@ -88,4 +88,4 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     if args.quantity == "bias" and args.log is not None:
         return flow.take_from_log(args, out)
-    return flow.measure(args, turned(args), out)
+    return flow.measure(args, read_turn(args), out)

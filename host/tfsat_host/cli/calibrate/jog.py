@@ -83,7 +83,7 @@ def measure_servo(
     servo, plan = settings.of(joint), servo_plan(settings.of(joint))
     tour = JogTour(joint, (plan[0], *plan), HOLD_S)  # at first the servo only takes hold of the joint
     visits = Visits(tour.stops_cdeg, servo, sensors, model)
-    evidence = drive(tour, servo_step(joint), bench, out, visits.check_start, visits.rested)
+    evidence = drive(tour, servo_step(joint), bench, out, visits.check_start, visits.add_rest)
     setting = (servo.zero_us, servo.ns_per_deg, servo.reversed)
     return replace(evidence, visits=visits.known, servo_setting=setting)
 

@@ -187,7 +187,7 @@ class Terminal:
         self.record = read
         self._steps, self._model, self._args, self._out = steps, model, args, out
 
-    def refused(self, error: CalibrationError) -> None:
+    def on_refused(self, error: CalibrationError) -> None:
         """Asks whether to repeat it; raises the error where there is no terminal."""
         if not self._out.can_ask:
             raise error
@@ -195,14 +195,14 @@ class Terminal:
         self._out.error(error)
         self._out.ask("Enter repeats the step, q ends: ", meaning="This step was not accepted.", accept=("",))
 
-    def accepted(self, step: Evidence, calibration: Calibration) -> None:
+    def on_accepted(self, step: Evidence, calibration: Calibration) -> None:
         """Says what was found."""
         from tfsat_host.calibration.findings import found_lines
 
         for line in () if self._out.json_mode else found_lines(step, calibration, self._model):
             self._out.note(f"  Accepted: {line}.")
 
-    def resumed(self, number: int, step: Evidence) -> None:
+    def on_resumed(self, number: int, step: Evidence) -> None:
         """Says that it was kept before."""
         taken = f"{step.taken.astimezone():%H:%M}"
         self._out.note(f"{number} of {self._steps}: {title(step.step)}: kept from {taken}.")
@@ -217,7 +217,7 @@ def give_result(
     out: Output,
 ) -> None:
     """Print the command's result, from the steps kept and the calibration before it began."""
-    from tfsat_host.calibration.certificate.certificate import commands_of, summarized
+    from tfsat_host.calibration.certificate.certificate import commands_of, summarize_shortcomings
     from tfsat_host.calibration.findings import outcome
     from tfsat_host.present.terminal import show
 
@@ -228,7 +228,7 @@ def give_result(
     lines = ["Nothing is missing for a drop."]
     if shortcomings := calibration.shortcomings():
         after = as_typed_here(commands_of(shortcomings)[0], args)
-        lines = [f"For a drop: {summarized(shortcomings)}.", f"Next: {after}"]
+        lines = [f"For a drop: {summarize_shortcomings(shortcomings)}.", f"Next: {after}"]
     if calibration.subject.emulated:
         lines.append(OF_EMULATED)
     lines.append(f"Written to {campaign.certificate}.")

@@ -11,7 +11,7 @@ from tfsat_host.calibration.servos.visits import at_stops, require_zero, servo_p
 from tfsat_host.calibration.session import RESUME_WITHIN, recent
 from tfsat_host.calibration.steps.step import servo as servo_step
 from tfsat_host.cli.boards import warn_of_misfit
-from tfsat_host.cli.calibrate.arguments import commands_as_typed, resuming
+from tfsat_host.cli.calibrate.arguments import commands_as_typed, resume_command
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jog import measure_servo
@@ -87,7 +87,7 @@ def _upload(
                 f"By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
             )
         except NotConfirmed as error:
-            error.next_step = f"To go on from the measurement: {resuming(args)}"
+            error.next_step = f"To go on from the measurement: {resume_command(args)}"
             raise
     done = bench.jog.write_settings(after)
     at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"

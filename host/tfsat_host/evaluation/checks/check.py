@@ -80,7 +80,7 @@ class Check:
         """Return the check with a cause and a next step if it failed, else unchanged."""
         return replace(self, cause=cause, next_step=next_step) if self.failed else self
 
-    def compared(self, causes: tuple[Cause, ...], cause: str, next_step: str) -> Check:
+    def attach_causes(self, causes: tuple[Cause, ...], cause: str, next_step: str) -> Check:
         """Return the check with the causes compared, the likely cause and the next step if it failed."""
         return replace(self.caused_by(cause, next_step), causes=causes) if self.failed else self
 
@@ -92,7 +92,7 @@ class Kind(NamedTuple):
     unit: str
     protects: tuple[str, ...]
 
-    def judged(self, value: float, threshold: float, sentence: str) -> Check:
+    def judge(self, value: float, threshold: float, sentence: str) -> Check:
         """Failed if the value is above the threshold, or no number; its cause is then unknown as yet."""
         if value <= threshold:
             return Check(self.name, "passed", value, threshold, self.unit, sentence, protects=self.protects)

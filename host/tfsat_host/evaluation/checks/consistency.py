@@ -138,7 +138,7 @@ class Consistency:
     @cached_property
     def sensed_angles(self) -> tuple[FloatArray, ...]:
         """(2, n) of each joint by its sensors."""
-        return tuple(self.sensed(joint, self.shown_rad) for joint in range(self.joints))
+        return tuple(self.sensor_angles(joint, self.shown_rad) for joint in range(self.joints))
 
     @cached_property
     def rotations(self) -> tuple[FloatArray, ...]:
@@ -200,7 +200,7 @@ class Consistency:
     def tilt_jacobian(self) -> FloatArray:
         """(size, 6) the residual by tilts of the joints' axes, about the two directions across each."""
         tilts = _TILT_STEP_RAD * np.eye(2 * self.joints).reshape(-1, self.joints, 2)
-        axes = [self.model.joint_axis, *Multibody.of(self.model).tilted(tilts).joint_axis]
+        axes = [self.model.joint_axis, *Multibody.of(self.model).tilt_hinges(tilts).joint_axis]
         found, *ends = (
             replace(
                 self, model=replace(self.model, joint_axis=axis), tilt_rad=np.zeros_like(self.tilt_rad)
@@ -226,7 +226,7 @@ class Consistency:
         sensed[joint][sensor] = angle_rad
         return self.residual_with_angles(sensed)
 
-    def sensed(self, joint: int, shown_rad: FloatArray) -> FloatArray:
+    def sensor_angles(self, joint: int, shown_rad: FloatArray) -> FloatArray:
         """(2, n) angle of a joint by each of its sensors, of all (n, 6); NaN without a calibrated zero."""
         sensors = self.calibration.joints[joint]
         angles = sensors.each(shown_rad[:, self.sensors(joint)]).T
@@ -298,7 +298,7 @@ def consistency_of(
     rested = np.full((len(calibration.gyros), 3), np.nan) if rest is None else rest.reading_rad_s
     return Consistency(
         samples.t_s[fall],
-        lag.removed(samples.t_s, late)[fall],
+        lag.remove(samples.t_s, late)[fall],
         late[fall],
         samples.sensor_angle_rad[fall],
         rested,
@@ -310,7 +310,7 @@ def consistency_of(
         rest,
         low_pass,
         calibration,
-        replace(model, joint_axis=Multibody.of(model).tilted(tilt).joint_axis),
+        replace(model, joint_axis=Multibody.of(model).tilt_hinges(tilt).joint_axis),
         tilt,
     )
 
@@ -321,5 +321,5 @@ def _readings(motion: Motion, lag: Lag, body: int, gyro: GyroCalibration) -> Flo
     A straight line would miss a stroke that begins or ends in the hole, and blame a sensor for it.
     """
     own = motion.samples.rate_rad_s[:, body]
-    others = lag.applied(motion.t_s, motion.fused.body_rates()[:, body])
+    others = lag.apply(motion.t_s, motion.fused.body_rates()[:, body])
     return np.asarray(gyro.readings(np.where(np.isfinite(own), own, others)) + gyro.bias_rad_s)

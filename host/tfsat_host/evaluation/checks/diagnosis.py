@@ -11,10 +11,16 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.checks.check import NATS, Cause, Check, Kind
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.evidence import TestedHypothesis, in_words, of_no_kind, ranked, tried
+from tfsat_host.evaluation.checks.evidence import (
+    TestedHypothesis,
+    in_words,
+    of_no_kind,
+    rank_causes,
+    try_hypotheses,
+)
 from tfsat_host.evaluation.checks.gross_faults import gross_faults
 from tfsat_host.evaluation.checks.model_rows import ModelRows
-from tfsat_host.evaluation.checks.sensors import AS_STATED, LITTLE_STATED, WEIGHT, measured
+from tfsat_host.evaluation.checks.sensors import AS_STATED, LITTLE_STATED, WEIGHT, is_measured
 from tfsat_host.evaluation.checks.small_faults import (
     AXIS,
     NO_SENSORS,
@@ -42,16 +48,16 @@ EVIDENCE_THRESHOLD_NATS = float(np.log(100.0))
 
 def evidence_check(whole: WholeResidual) -> Check:
     """Check that no cause is so likely that robot file or certificate must be wrong, whatever else passed."""
-    if not measured(whole.data.calibration):
+    if not is_measured(whole.data.calibration):
         return AS_FILED.not_possible(LITTLE_STATED)
     sound, _ = of_no_kind(whole)
-    best = max(tried(whole, stated_faults(whole)), key=lambda one: one.log_evidence)
+    best = max(try_hypotheses(whole, stated_faults(whole)), key=lambda one: one.log_evidence)
     value = best.log_evidence - sound.log_evidence
     sentence = (
         f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
         "well as that all is as filed and certified."
     )
-    return AS_FILED.judged(value, EVIDENCE_THRESHOLD_NATS, sentence)
+    return AS_FILED.judge(value, EVIDENCE_THRESHOLD_NATS, sentence)
 
 
 def whole_residual(
@@ -79,16 +85,16 @@ def diagnose(whole: WholeResidual) -> tuple[Cause, ...]:
         here = _linear_at(whole.data, tilt)
         now = _small(here)
         small = [max(pair, key=lambda one: one.log_evidence) for pair in zip(small, now, strict=True)]
-    return ranked([*of_no_kind(whole), *small, *tried(whole, gross_faults(whole))])
+    return rank_causes([*of_no_kind(whole), *small, *try_hypotheses(whole, gross_faults(whole))])
 
 
-def explained(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
+def explain_checks(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
     """Return the checks, each failed one with its compared causes.
 
     A sensor's fault affects everything that the sensors measure, and the check protects that.
     """
     causes = diagnose(whole)
-    found = [check.compared(causes, *in_words(causes)) for check in checks]
+    found = [check.attach_causes(causes, *in_words(causes)) for check in checks]
     kind = causes[0].kind
     if kind in NO_SENSORS:
         return found
@@ -97,22 +103,22 @@ def explained(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
 
 
 def _small(whole: WholeResidual) -> list[TestedHypothesis]:
-    return tried(whole, [*stated_faults(whole), *passing_faults(whole)])
+    return try_hypotheses(whole, [*stated_faults(whole), *passing_faults(whole)])
 
 
 def _axes_found(whole: WholeResidual, with_one: TestedHypothesis) -> FloatArray:
     """(3, 2) tilts of the joints' axes, if one hypothesis is true."""
     std = WORSE * axis_std_rad(whole.data)
-    tilts = std * whole.whitened(whole.by_tilts)
+    tilts = std * whole.whiten(whole.by_tilts)
     # The hypothesis that the axes lean has no other numbers than these.
     columns = tilts if with_one.kind == AXIS else np.concatenate([tilts, with_one.columns], axis=1)
     normal = np.eye(columns.shape[1]) + columns.T @ columns
-    found = np.linalg.solve(normal, columns.T @ whole.whitened(whole.residual))
+    found = np.linalg.solve(normal, columns.T @ whole.whiten(whole.residual))
     return np.asarray(-std * found[: whole.by_tilts.shape[1]].reshape(-1, 2))
 
 
 def _linear_at(filed: Consistency, tilt_rad: FloatArray) -> WholeResidual:
     """Build the sensors' residual for joint axes tilted by `tilt_rad` from those of the robot file."""
-    axes = Multibody.of(filed.model).tilted(tilt_rad).joint_axis
+    axes = Multibody.of(filed.model).tilt_hinges(tilt_rad).joint_axis
     data = replace(filed, model=replace(filed.model, joint_axis=axes), tilt_rad=tilt_rad)
     return WholeResidual(data, stated_errors(data), None)

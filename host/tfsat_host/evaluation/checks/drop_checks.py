@@ -6,7 +6,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.consistency import consistency_of
-from tfsat_host.evaluation.checks.diagnosis import evidence_check, explained, whole_residual
+from tfsat_host.evaluation.checks.diagnosis import evidence_check, explain_checks, whole_residual
 from tfsat_host.evaluation.checks.momentum import momentum_checks
 from tfsat_host.evaluation.checks.recording import completeness_checks
 from tfsat_host.evaluation.checks.rest import BIAS, noise_check, rest_checks
@@ -70,5 +70,5 @@ def checks_of(
     momentum = momentum_checks(motion, fit, model.base)
     contradictory = [*biases, *sensors, *filed, *momentum, evidence_check(whole)]
     if diagnosed and any(check.failed for check in contradictory):
-        contradictory = explained(contradictory, whole)
+        contradictory = explain_checks(contradictory, whole)
     return (*complete, *own, *contradictory)

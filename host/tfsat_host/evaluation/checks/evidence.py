@@ -62,15 +62,15 @@ class TestedHypothesis(NamedTuple):
     columns: FloatArray
 
 
-def tried(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
+def try_hypotheses(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
     """Compute the evidence of each hypothesis."""
-    as_it_is = whole.whitened(whole.residual)
+    as_it_is = whole.whiten(whole.residual)
     found: list[TestedHypothesis] = []
     chosen = list(hypotheses)
     widths = np.cumsum([0, *(one.columns.shape[1] for one in chosen)])
-    columns = whole.whitened(np.concatenate([one.columns for one in chosen], axis=1))
+    columns = whole.whiten(np.concatenate([one.columns for one in chosen], axis=1))
     for first, last, one in zip(widths, widths[1:], chosen, strict=False):
-        left = as_it_is if one.left is None else whole.whitened(one.left)
+        left = as_it_is if one.left is None else whole.whiten(one.left)
         found.append(_try_hypothesis(one, left, columns[:, first:last]))
     return found
 
@@ -100,7 +100,7 @@ def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> T
 
 def of_no_kind(whole: WholeResidual) -> list[TestedHypothesis]:
     """Compute the evidence of two special hypotheses: nothing is wrong, and everything is."""
-    left = whole.whitened(whole.residual)
+    left = whole.whiten(whole.residual)
     return [_try_no_error(left), _try_any_error(left)]
 
 
@@ -118,7 +118,7 @@ def _try_any_error(left: FloatArray) -> TestedHypothesis:
     )
 
 
-def ranked(found: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
+def rank_causes(found: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
     """Kinds of causes, the likeliest first."""
     kinds: dict[str, list[TestedHypothesis]] = {}
     for one in found:

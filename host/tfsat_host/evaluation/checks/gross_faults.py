@@ -11,7 +11,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.checks.consistency import Consistency, sensor_name
 from tfsat_host.evaluation.checks.evidence import Hypothesis
-from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed, late
+from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed_words, late
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
 from tfsat_host.evaluation.motion.gyro_signal import sheet_lag
 
@@ -34,9 +34,9 @@ def gross_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
     data = whole.data
     none = np.zeros((whole.size, 0))
     for kind, left, cause, next_step in _put_right(data):
-        yield Hypothesis(kind, none, fixed(cause), next_step, whole.with_sensors(left))
+        yield Hypothesis(kind, none, fixed_words(cause), next_step, whole.with_sensors(left))
     for left, cause, next_step in _other_low_passes(whole):
-        yield Hypothesis("low-pass", none, fixed(cause), next_step, left)
+        yield Hypothesis("low-pass", none, fixed_words(cause), next_step, left)
     yield from _reversed_sensors(whole)
     yield from _late_sensors(whole)
     yield from _one_left_out(whole)
@@ -134,9 +134,9 @@ def _reversed_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
     """
     data = whole.data
     for joint, sensor in np.ndindex(data.joints, 2):
-        cause = fixed(f"{sensor_name(joint, sensor)}: its direction is reversed")
+        cause = fixed_words(f"{sensor_name(joint, sensor)}: its direction is reversed")
         step = f"Compare its direction {ROBOT}; then tfsat-host calibrate zero --joint {joint + 1}"
-        in_counts = data.sensed(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
+        in_counts = data.sensor_angles(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
         offset = np.zeros((whole.size, 1))
         offset[data.along(joint, sensor)] = _ANYWHERE_RAD
         for angle in (in_counts, -data.sensed_angles[joint][sensor]):
@@ -154,7 +154,7 @@ def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
         shown[:, columns] = shown[:, columns[::-1]]
         sensed = list(data.sensed_angles)
         for joint, _ in (first, second):
-            sensed[joint] = data.sensed(joint, shown)
+            sensed[joint] = data.sensor_angles(joint, shown)
         cause = f"{sensor_name(*first)} and {sensor_name(*second)} exchanged"
         step = f"Compare the cables of the angle sensors {ROBOT}"
         yield "exchanged sensors", data.residual_with_angles(sensed), cause, step
@@ -207,7 +207,7 @@ def _late(whole: WholeResidual, name: str, shifted: Shifted, column: FloatArray)
     for _ in range(_STEPS):
         slope = (shifted(late_s + _DIFFERENCE_S) - left) / _DIFFERENCE_S
         column[:sensors, 0] = slope
-        white, direction = (whole.whitened(whole.stacked(one)) for one in (left[:, None], slope[:, None]))
+        white, direction = (whole.whiten(whole.stack(one)) for one in (left[:, None], slope[:, None]))
         length = float((direction**2).sum())
         if length == 0.0:
             break
@@ -224,7 +224,7 @@ def _other_low_passes(whole: WholeResidual) -> Iterator[tuple[FloatArray, str, s
         if setting == data.low_pass.dlpf_cfg:
             continue
         other = replace(data.low_pass, dlpf_cfg=setting)
-        gyro, rest = sheet_lag(other).removed(data.t_s, data.lagging_rad_s), data.rest_rad_s
+        gyro, rest = sheet_lag(other).remove(data.t_s, data.lagging_rad_s), data.rest_rad_s
         left = whole.with_sensors(
             angles + sum(data.gyro_part(b, gyro[:, b], rest[b]) for b in range(data.bodies))
         )
@@ -253,20 +253,20 @@ def _one_left_out(whole: WholeResidual) -> Iterator[Hypothesis]:
                 parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
         cause = _lies_with(data.t_s, f"gyro of body {body + 1}", data.lagging_rad_s[:, body])
         for columns in (_anyhow(whole, parts), by_blocks(whole, body)):
-            yield Hypothesis("one sensor", columns, fixed(cause), LOOK)
+            yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK)
     for joint, sensor in np.ndindex(data.joints, 2):
         left = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
         shown = data.shown_rad[:, data.sensors(joint)[sensor], None]
         cause = _lies_with(data.t_s, sensor_name(joint, sensor), shown)
         columns = _anyhow(whole, [data.along(joint, sensor)])
-        yield Hypothesis("one sensor", columns, fixed(cause), LOOK, whole.with_sensors(left))
+        yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK, whole.with_sensors(left))
     if whole.model is not None:
         bounded = ", ".join(whole.model.fit.bounded)
         cause = "unknown; it lies with the robot file, all sensors agree"
         if bounded:
             cause = f"the robot file: {bounded} would have to be off by more than its bound"
         yield Hypothesis(
-            "robot file", _anyhow(whole, [of_model]), fixed(cause), f"Weigh the bodies, compare {ROBOT}"
+            "robot file", _anyhow(whole, [of_model]), fixed_words(cause), f"Weigh the bodies, compare {ROBOT}"
         )
 
 

@@ -44,7 +44,7 @@ class ModelRows:
     @classmethod
     def of(cls, motion: Motion, fit: ModelFit) -> ModelRows:
         """Build the model's rows of one drop."""
-        return cls(motion, fit, flown_of(motion).corrected(fit.errors))
+        return cls(motion, fit, flown_of(motion).correct(fit.errors))
 
     @cached_property
     def t_s(self) -> FloatArray:
@@ -107,7 +107,7 @@ class ModelRows:
     @cached_property
     def _rates_by_angles(self) -> FloatArray:
         solved, fusion = self.motion.solved, self.motion.fusion
-        body = fusion.body.tilted(fusion.prior.tilt_of(solved.errors))
+        body = fusion.body.tilt_hinges(fusion.prior.tilt_of(solved.errors))
         return rates_by_angles(body, solved.angles_rad, solved.fused, self.motion.fusion.noise)[0]
 
     @cached_property

@@ -64,7 +64,7 @@ def _constant(left: _Left) -> Check:
         f"{left.t_s[worst]:.1f} s."
     )
     limit = expected * rms_limit(left.rate_rad_s.size)
-    return CONSTANT.judged(float(np.rad2deg(rms)), float(np.rad2deg(limit)), sentence)
+    return CONSTANT.judge(float(np.rad2deg(rms)), float(np.rad2deg(limit)), sentence)
 
 
 def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
@@ -88,4 +88,4 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
         f"Between before and after the maneuver the momentum changes by {np.rad2deg(value):.3f} deg/s of the base "
         "more than the model explains."
     )
-    return BEFORE_AFTER.judged(float(np.rad2deg(value)), float(np.rad2deg(limit)), sentence)
+    return BEFORE_AFTER.judge(float(np.rad2deg(value)), float(np.rad2deg(limit)), sentence)

@@ -44,7 +44,7 @@ def _check_full_scale(log: DropLog, fall: BoolArray) -> Check:
         if count.any()
         else "No IMU was at full scale in the fall."
     )
-    return _FULL_SCALE.judged(float(count.sum()), 0.0, sentence).caused_by(
+    return _FULL_SCALE.judge(float(count.sum()), 0.0, sentence).caused_by(
         f"a knock, or a range that is too small, at the IMU of body {bodies}",
         "Compare the ranges with the strokes' rates: tfsat-host logger-settings",
     )
@@ -71,7 +71,7 @@ def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
         if missing[worst] > 0.0
         else "All sensors answered throughout the fall."
     )
-    check = _ANSWERS.judged(float(missing[worst]), 100.0 * MISSING_SHARE, sentence)
+    check = _ANSWERS.judge(float(missing[worst]), 100.0 * MISSING_SHARE, sentence)
     return check.caused_by(f"{name}: cable, connector or bus", "Watch the sensor live: tfsat-host monitor")
 
 
@@ -85,7 +85,7 @@ def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
     sentence = f"The longest time without any gyro is {1e3 * hole_s:.1f} ms, at {from_s:.2f} s."
     if hole_s > MAX_HOLE_S:
         sentence += f" {_cost(motion, from_s, from_s + hole_s)}"
-    check = _HOLES.judged(1e3 * hole_s, 1e3 * MAX_HOLE_S, sentence)
+    check = _HOLES.judge(1e3 * hole_s, 1e3 * MAX_HOLE_S, sentence)
     within = fall & (log.t_s > from_s + _NEXT_S) & (log.t_s < from_s + hole_s - _NEXT_S)
     if within.any():
         return check.caused_by(
@@ -174,7 +174,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
             f"Another maneuver was flown than the file says. The file: {filed}. Flown, by the stroke line and the "
             f"angle sensors: {flown}. Single strokes are compared with the file."
         )
-    return MANEUVER.judged(float(len(wrong)), 0.0, sentence).caused_by(
+    return MANEUVER.judge(float(len(wrong)), 0.0, sentence).caused_by(
         "the file is not the one that was uploaded last, or the cables of two servos are exchanged",
         "Evaluate again with the file that was uploaded: --maneuver FILE",
     )

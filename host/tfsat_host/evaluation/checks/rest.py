@@ -55,7 +55,7 @@ def _gravity(rest: RestBeforeRelease) -> Check:
     sentence = (
         f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of {len(found)} bodies."
     )
-    return GRAVITY.judged(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
+    return GRAVITY.judge(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
         f"accelerometer of body {worst.body}: its range or its scale is not the header's, or it is defective",
         "Compare the accelerometers live, the robot at rest: tfsat-host monitor",
     )
@@ -83,9 +83,7 @@ def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
             "its axes are exchanged or reversed"
         )
     step = "Compare the IMU's mounting with the robot file: tfsat-host robot"
-    return DOWN.judged(float(np.rad2deg(off[body])), float(np.rad2deg(limit)), sentence).caused_by(
-        cause, step
-    )
+    return DOWN.judge(float(np.rad2deg(off[body])), float(np.rad2deg(limit)), sentence).caused_by(cause, step)
 
 
 def _directions(
@@ -130,7 +128,7 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
         f"At rest the gyro of body {body + 1} shows {off_deg:+.3f} deg/s about its {'xyz'[axis]} "
         f"relative to {against}."
     )
-    return BIAS.judged(float(abs(off_deg)), float(np.rad2deg(limits[worst])), sentence)
+    return BIAS.judge(float(abs(off_deg)), float(np.rad2deg(limits[worst])), sentence)
 
 
 def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
@@ -145,7 +143,7 @@ def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
         f"The gyro of body {body + 1} is the noisiest: {value:.4f} {NOISE.unit}, "
         f"{ratio[body]:.1f} times its data sheet's."
     )
-    return NOISE.judged(value, float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ)), sentence).caused_by(
+    return NOISE.judge(value, float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ)), sentence).caused_by(
         f"gyro of body {body + 1}: its supply or its cable is disturbed, or the robot was shaken before the release",
         "Watch the rates at rest: tfsat-host monitor",
     )
@@ -183,7 +181,7 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
             f"Wrong start pose: just before {stood} instead of {pose}. The strokes began elsewhere than the maneuver "
             "means."
         )
-    return START_POSE.judged(value, TOLERANCE_DEG, sentence).caused_by(
+    return START_POSE.judge(value, TOLERANCE_DEG, sentence).caused_by(
         f"servo of joint {worst + 1}: it turns the other way, did not hold its joint, or was not calibrated; or the "
         "zero point of the joint's angle sensors is another one",
         f"Without a drop: tfsat-host jog --joint {worst + 1} --from 0 --to 5 shows which way it turns; "

@@ -51,18 +51,18 @@ def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]
             f"Off the axis of joint {joint + 1} the {kind.name} differ by {rms:.3f} deg/s rms, "
             f"{value:.2g} times what their stated errors allow."
         )
-        yield kind.judged(value, rms_limit(count), sentence)
+        yield kind.judge(value, rms_limit(count), sentence)
 
 
 def stated_check(motion: Motion, calibration: Calibration) -> Check:
     """Check the fusion's corrections of gyros and angle sensors against what their certificate states."""
-    if not measured(calibration):
+    if not is_measured(calibration):
         return AS_STATED.not_possible(LITTLE_STATED)
     # The many errors that are as stated must not hide the few that are not.
     found = map(_by_stated, motion.solved.stated[:2])
     value, limit = max(found, key=lambda one: one[0] / one[1])
     sentence = f"Gyros and angle sensors are off by {value:.2f} times what their certificate states."
-    return AS_STATED.judged(value, limit, sentence)
+    return AS_STATED.judge(value, limit, sentence)
 
 
 def axes_check(motion: Motion, calibration: Calibration) -> Check:
@@ -70,11 +70,11 @@ def axes_check(motion: Motion, calibration: Calibration) -> Check:
 
     The sensors measure these axes, and a failure here is no fault of a sensor.
     """
-    if not measured(calibration):
+    if not is_measured(calibration):
         return AXES.not_possible(LITTLE_STATED)
     value, limit = _by_stated(motion.solved.stated[2])
     sentence = f"The joints' axes lean by {value:.2f} times what the robot file states."
-    return AXES.judged(value, limit, sentence).caused_by(
+    return AXES.judge(value, limit, sentence).caused_by(
         "the robot file: the axis of a joint leans by more than it states",
         "Measure the hinges, and compare their axes: tfsat-host robot",
     )
@@ -101,13 +101,13 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
         f"From hanging to falling the gyros' biases change by {np.rad2deg(np.sqrt((change**2).mean())):.2f} deg/s rms, "
         f"{value:.2g} times what they may feel of their weight."
     )
-    return WEIGHT.judged(value, rms_limit(len(change)), sentence).caused_by(
+    return WEIGHT.judge(value, rms_limit(len(change)), sentence).caused_by(
         f"g-sensitivity: the gyros feel forces {value:.2g} times as much as their data sheet says",
         "Turn the robot over on the bench and compare the biases: tfsat-host monitor; replace such a gyro",
     )
 
 
-def measured(calibration: Calibration) -> bool:
+def is_measured(calibration: Calibration) -> bool:
     """Return whether all sensors have measured errors, not only those of their data sheets."""
     return _zeros_calibrated(calibration) and all(gyro.axes for gyro in calibration.gyros)
 
@@ -137,7 +137,7 @@ def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
         worst = int((np.abs(apart) / std).argmax())
         at_s = data.t_s[data.block.edges[both][worst]]
         sentence = f"The two {kind.name} differ by {apart[worst]:+.3f} deg at {at_s:.1f} s."
-        yield kind.judged(float(abs(apart[worst])), float(z_limit(len(apart)) * std[worst]), sentence)
+        yield kind.judge(float(abs(apart[worst])), float(z_limit(len(apart)) * std[worst]), sentence)
 
 
 def sensed_checks(
@@ -160,7 +160,7 @@ def sensed_checks(
             f"The {kind.name} differ by {value:.2g} times what their stated errors allow; "
             f"from the angle fused of both a sensor is off by {greatest:.3f} deg at most."
         )
-        yield kind.judged(value, rms_limit(count), sentence)
+        yield kind.judge(value, rms_limit(count), sentence)
 
 
 def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
@@ -180,7 +180,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
             information = float(weighted @ turned[rows])
             off = 100.0 * float(weighted @ data.residual[rows]) / information
             sentence = f"The gyros at joint {joint + 1} show {off:+.2f} % more than its angle sensors."
-            yield kind.judged(abs(off), 100.0 * z_limit(data.joints) / information**0.5, sentence)
+            yield kind.judge(abs(off), 100.0 * z_limit(data.joints) / information**0.5, sentence)
 
 
 def lag_check(motion: Motion, calibration: Calibration) -> Check:
@@ -199,7 +199,7 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
         f"The gyros are {1e3 * delay_s:.2f} ms behind the angle sensors; "
         f"their low-pass accounts for {1e3 * lag.expected_s:.2f} ms."
     )
-    return LAG.judged(1e3 * abs(delay_s - lag.expected_s), 1e3 * LAG_STDS * DELAY_STD_S, sentence)
+    return LAG.judge(1e3 * abs(delay_s - lag.expected_s), 1e3 * LAG_STDS * DELAY_STD_S, sentence)
 
 
 def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) -> Check:
@@ -222,7 +222,7 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
         "deg in the base's attitude."
     )
     limit = z_limit(3 * len(others)) * (angle / ratio if ratio > 0.0 else std)
-    return ATTITUDES.judged(float(np.rad2deg(angle)), float(np.rad2deg(limit)), sentence)
+    return ATTITUDES.judge(float(np.rad2deg(angle)), float(np.rad2deg(limit)), sentence)
 
 
 def _apart(

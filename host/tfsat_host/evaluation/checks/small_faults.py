@@ -67,7 +67,7 @@ def _robot_files(whole: WholeResidual) -> Iterator[Hypothesis]:
     for kind, chosen in groups.items():
         if not any(chosen):
             continue
-        columns = WORSE * whole.stacked(None, whole.model.by_offsets[:, chosen])
+        columns = WORSE * whole.stack(None, whole.model.by_offsets[:, chosen])
         names = np.array(offsets.names)[chosen]
         units, stds = np.array(offsets.units)[chosen], WORSE * offsets.prior_std[chosen]
         what = f"the CoM of {names[0].split(' CoM')[0]}" if kind == "CoM" else f"the {kind}"
@@ -109,7 +109,7 @@ def _changed_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
         gyro, since = f"gyro of body {body + 1}:", f" since {taken:%Y-%m-%d %H:%M} UTC" if taken else ""
 
         def bias(numbers: FloatArray, gyro: str = gyro, since: str = since) -> str:
-            off = listed(np.rad2deg(_BIAS_RAD_S * numbers))
+            off = list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))
             return f"{gyro} stale calibration, its bias has changed by {off} deg/s{since}"
 
         def mounting(numbers: FloatArray, gyro: str = gyro) -> str:
@@ -119,7 +119,7 @@ def _changed_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
         def scale(numbers: FloatArray, gyro: str = gyro) -> str:
             # The Jacobian is taken at the rates as shown, which are off by the same factor.
             off = _SCALE * numbers / (1.0 - _SCALE * numbers)
-            return f"{gyro} its scale factor is {listed(100.0 * off)} % off the calibrated one"
+            return f"{gyro} its scale factor is {list_numbers(100.0 * off)} % off the calibrated one"
 
         # A wrong range scales the whole reading, its bias too.
         ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
@@ -131,7 +131,7 @@ def _changed_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
             yield Hypothesis("gyro scale", _SCALE * free, scale, "tfsat-host calibrate scale")
 
 
-def listed(numbers: FloatArray) -> str:
+def list_numbers(numbers: FloatArray) -> str:
     """Three of them."""
     # Adding zero takes the sign off a zero.
     return "/".join(f"{round(float(number), 2) + 0.0:+.2f}" for number in numbers) + " (x/y/z)"
@@ -177,9 +177,9 @@ def _bad_certificates(whole: WholeResidual) -> Iterator[Hypothesis]:
     """Yield the fault that gyros and angle sensors are off by more than their certificate states."""
     gyros = whole.data.calibration.gyros
     parts = [whole.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
-    columns = WORSE * np.concatenate([*parts, whole.stacked(whole.stated.by_sensors)], axis=1)
+    columns = WORSE * np.concatenate([*parts, whole.stack(whole.stated.by_sensors)], axis=1)
     cause = "the certificate: its gyros and angle sensors are off by several times what it states"
-    yield Hypothesis("certificate", columns, fixed(cause), "Calibrate again: tfsat-host calibrate show")
+    yield Hypothesis("certificate", columns, fixed_words(cause), "Calibrate again: tfsat-host calibrate show")
 
 
 def _since(columns: FloatArray, blocks: int) -> FloatArray:
@@ -209,7 +209,7 @@ def _step(gyro: str, at_s: float, columns: FloatArray) -> Hypothesis:
     when = "at the release" if at_s < _RELEASE_S else f"at {at_s:.1f} s"
 
     def words(numbers: FloatArray) -> str:
-        return f"{gyro}: its bias jumped by {listed(np.rad2deg(_BIAS_RAD_S * numbers))} deg/s {when}"
+        return f"{gyro}: its bias jumped by {list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))} deg/s {when}"
 
     return Hypothesis("bias step", columns, words, "Leave this gyro out: it did not bear the drop")
 
@@ -263,7 +263,9 @@ def _cut_off(whole: WholeResidual) -> Iterator[Hypothesis]:
             "less"
         )
         columns = _CUT_OFF_RAD_S * whole.by_gyro(body, np.array(lacking))
-        yield Hypothesis("saturation", columns, fixed(cause), "Set a wider range: tfsat-host logger-settings")
+        yield Hypothesis(
+            "saturation", columns, fixed_words(cause), "Set a wider range: tfsat-host logger-settings"
+        )
 
 
 def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
@@ -293,12 +295,12 @@ def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
         cause = f"a push from outside at {t_s[at]:.1f} s: something touched the robot"
         yield Hypothesis(
             "push",
-            whole.stacked(None, pushed),
-            fixed(cause),
+            whole.stack(None, pushed),
+            fixed_words(cause),
             "Look at the video, and at what hangs on the robot in the fall",
         )
 
 
-def fixed(cause: str) -> Words:
+def fixed_words(cause: str) -> Words:
     """Build the words of a cause that does not depend on the fault's numbers."""
     return lambda _: cause

@@ -52,7 +52,7 @@ class WholeResidual:
     def _model_size(self) -> int:
         return len(self.model.residual) if self.model else 0
 
-    def stacked(self, of_sensors: FloatArray | None, of_model: FloatArray | None = None) -> FloatArray:
+    def stack(self, of_sensors: FloatArray | None, of_model: FloatArray | None = None) -> FloatArray:
         """(size, q) of columns of either part; None: zeros."""
         q = (
             of_sensors.shape[1]
@@ -79,7 +79,7 @@ class WholeResidual:
             return of_sensors
         every = np.zeros((*rates_rad_s.shape[:2], self.data.bodies, 3))
         every[:, :, body] = rates_rad_s
-        return self.stacked(of_sensors, self.model.by_gyros(every))
+        return self.stack(of_sensors, self.model.by_gyros(every))
 
     @cached_property
     def by_gyros(self) -> ByGyros:
@@ -106,7 +106,7 @@ class WholeResidual:
         prior = self.model.motion.fusion.prior
         known = prior.tilt > 0.0
         unit = np.where(known, prior.tilt, 1.0)
-        return self.stacked(self.data.tilt_jacobian, known * self.model.by_errors[:, prior.tilts] / unit)
+        return self.stack(self.data.tilt_jacobian, known * self.model.by_errors[:, prior.tilts] / unit)
 
     @cached_property
     def whitening(self) -> FloatArray:
@@ -115,8 +115,8 @@ class WholeResidual:
         parts = [
             self.by_gyros.as_stated(self.data, _AS_CERTIFIED),
             self.by_tilts * axis_std_rad(self.data),
-            self.stacked(stated.by_sensors),
-            self.stacked(stated.by_fallback),
+            self.stack(stated.by_sensors),
+            self.stack(stated.by_fallback),
         ]
         if model is None:
             parts.append(stated.by_starts * np.pi)
@@ -127,8 +127,8 @@ class WholeResidual:
                 axis=1,
             )
             parts += [
-                self.stacked(stated.by_starts * prior.start, by_errors[:, prior.starts]),
-                self.stacked(None, others),
+                self.stack(stated.by_starts * prior.start, by_errors[:, prior.starts]),
+                self.stack(None, others),
             ]
         design = np.concatenate(parts, axis=1)
         covariance = design @ design.T
@@ -138,6 +138,6 @@ class WholeResidual:
             covariance[self.data.size :, self.data.size :] += model.noise
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance[np.ix_(self.known, self.known)])))
 
-    def whitened(self, rows: FloatArray) -> FloatArray:
+    def whiten(self, rows: FloatArray) -> FloatArray:
         """(k, ...) of vectors (size, ...)."""
         return np.asarray(self.whitening @ rows[self.known])

@@ -48,7 +48,7 @@ class ModelFit:
         errors: (r,) what the sensors' errors are found to be, from what they were taken for.
         excess: Variance of the solution by what is left over, against what the sensors' noise makes: 1 if the model
             explains all.
-        widening: What the data's variances were multiplied with: the excess, and what `widened` was asked for.
+        widening: What the data's variances were multiplied with: the excess, and what `widen_fit` was asked for.
         steps: Of Gauss and Newton.
         converged: They came to an end; else the values are where they were broken off, and mean little.
         at_bound: (p,) the offset stopped at its bound.
@@ -127,7 +127,7 @@ def fit_model(offsets: Offsets, flown: FallSamples, before: ModelFit | None = No
     return _fit(offsets, flown, system, place, excess, excess)
 
 
-def widened(fit: ModelFit, misfit: float) -> ModelFit:
+def widen_fit(fit: ModelFit, misfit: float) -> ModelFit:
     """Refit the same drop with the data's standard deviations scaled by `misfit`.
 
     The prior stays as it was, so that it weighs more, and the values move towards it.
@@ -193,7 +193,7 @@ def _converge(
     share, before = 1.0, np.inf
     for _ in range(_STEPS):
         system = system or _System.of(offsets, place, flown)
-        moved = system.solved(offsets, place, widening)
+        moved = system.solve(offsets, place, widening)
         length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
         share = 1.0 if arrived else share if length < _SHORTER * before else 0.5 * share
@@ -249,7 +249,7 @@ class _System(NamedTuple):
 
     @classmethod
     def of(cls, offsets: Offsets, place: Place, flown: FallSamples) -> _System:
-        flown = flown.corrected(place.errors)
+        flown = flown.correct(place.errors)
         found = derivatives(offsets, place.values, flown, place.momentum)
         inertia = locked_inertia(offsets.body, flown.angles_rad[:1])
         unit = float(np.trace(inertia[0])) / 3.0 * np.deg2rad(1.0)
@@ -284,7 +284,7 @@ class _System(NamedTuple):
             self.momentum_unit,
         )
 
-    def solved(self, offsets: Offsets, place: Place, widening: float) -> FloatArray:
+    def solve(self, offsets: Offsets, place: Place, widening: float) -> FloatArray:
         """Solve for the step of offsets, momentum and errors, within the offsets' bounds."""
         p = len(offsets)
         right = self.design.T @ self.target / widening

@@ -189,7 +189,7 @@ def _birge_ratio(chi_square: float, freedom: float) -> float:
     return float(np.sqrt(max(chi_square / freedom, 1.0)))
 
 
-def trusted(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
+def find_trusted_drops(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
     """Return the drops that nothing speaks against."""
     return tuple(drop for drop in drops if not drop.against)
 
@@ -206,7 +206,7 @@ def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
 def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tuple[LeftOut, ...]:
     """Leaves out each drop in turn.
 
-    Only `trusted` drops correct others; a drop that has none is not judged.
+    Only the drops of `find_trusted_drops` correct others; a drop that has none is not judged.
 
     Args:
         drops: Two or more, of one robot.
@@ -220,13 +220,13 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
     found = []
     for drop in drops:
         _require_same(drop.fit.offsets, drops[0].fit.offsets)
-        fits = [other.fit for other in trusted(drops) if other is not drop]
+        fits = [other.fit for other in find_trusted_drops(drops) if other is not drop]
         if not fits:
             continue
         others = combine(fits)
         offsets, none = drop.fit.offsets, np.zeros(len(others.values))
         objective = averaged_momentum(
-            offsets.applied(np.stack([none, others.values])), drop.flown, size
+            offsets.apply(np.stack([none, others.values])), drop.flown, size
         ).objective
         found.append(
             LeftOut(

@@ -40,7 +40,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.slopes import MovingBodies, momentum_slopes
 from tfsat_host.evaluation.motion.attitude import integrate_rates
-from tfsat_host.evaluation.motion.gyro_signal import smoothed
+from tfsat_host.evaluation.motion.gyro_signal import smooth_rates
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of
 from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution
@@ -85,7 +85,7 @@ class FallSamples:
     missed: FloatArray
     own: OwnGyros
 
-    def corrected(self, errors: FloatArray) -> FallSamples:
+    def correct(self, errors: FloatArray) -> FallSamples:
         """Return the drop with the sensors' errors (r,) removed to first order.
 
         The readings of each body's own gyro stay as they are.
@@ -172,14 +172,14 @@ def _by_unit_errors(by_errors: FloatArray, root: FloatArray) -> FloatArray:
 def _corrected_gyro_rates(motion: Motion, solved: FusionSolution) -> FloatArray:
     """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
     rates = solved.fused.body_rates()
-    late = [solved.lag.applied(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
+    late = [solved.lag.apply(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
     answered = motion.samples.answered[..., None]
     return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
 
 
 def momentum_of(body: Multibody, flown: FallSamples) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
-    robot = body.tilted(flown.tilt_rad)
+    robot = body.tilt_hinges(flown.tilt_rad)
     return angular_momentum(robot, flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s)
 
 
@@ -214,7 +214,7 @@ class Derivatives:
 
 def residual_rate(body: Multibody, flown: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    inertia, joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
+    inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     return np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0])
 
@@ -224,20 +224,20 @@ def derivatives(
 ) -> Derivatives:
     """Compute the derivatives at offsets `vector` (p,) and momentum (3,), inertial axes.
 
-    They are taken at smoothed rates, for the base those that the model predicts: see `smoothed`.
+    They are taken at smoothed rates, for the base those that the model predicts: see `smooth_rates`.
     """
-    body = offsets.corrected(vector)
-    inertia, of_joints = inertia_and_joint_momentum(body.tilted(flown.tilt_rad), flown.angles_rad)
+    body = offsets.correct(vector)
+    inertia, of_joints = inertia_and_joint_momentum(body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
     left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     inverse = np.linalg.inv(inertia)
     rate = np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0], dtype=np.float64)
     flown = replace(
         flown,
-        base_rate_rad_s=smoothed(flown.base_rate_rad_s - rate),
-        joint_rate_rad_s=smoothed(flown.joint_rate_rad_s),
+        base_rate_rad_s=smooth_rates(flown.base_rate_rad_s - rate),
+        joint_rate_rad_s=smooth_rates(flown.joint_rate_rad_s),
     )
     moving = MovingBodies.of(
-        body.tilted(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
+        body.tilt_hinges(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
     )
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)

@@ -106,14 +106,14 @@ class Offsets:
         """Those that are sought, without the nuisance parameters."""
         return replace(self, parameters=self.parameters[: self.sought])
 
-    def applied(self, vectors: FloatArray) -> Multibody:
+    def apply(self, vectors: FloatArray) -> Multibody:
         """Build one robot for each of the vectors (..., p), in units.
 
         The batch axes lead, with one more for samples.
         """
         return self._with(vectors, sampled=True)
 
-    def corrected(self, vector: FloatArray) -> Multibody:
+    def correct(self, vector: FloatArray) -> Multibody:
         """Build the robot corrected by one vector (p,) of offsets."""
         return self._with(vector, sampled=False)
 

@@ -39,14 +39,14 @@ class MomentumPolynomial:
 
     coefficients: FloatArray
 
-    def strayed(self, vectors: FloatArray) -> FloatArray:
+    def momentum_change(self, vectors: FloatArray) -> FloatArray:
         """(N, 3, k) hbar(t_j) - hbar(t_0) with offsets (N, p), in their units."""
         flat = self.coefficients.reshape(len(self.coefficients), -1)
         return np.asarray((powers(vectors) @ flat).reshape(len(vectors), *self.coefficients.shape[1:]))
 
     def objective(self, vectors: FloatArray) -> FloatArray:
         """(N,) J with offsets (N, p), kg m^2/s."""
-        x, y, z = np.moveaxis(self.strayed(vectors), 1, 0)
+        x, y, z = np.moveaxis(self.momentum_change(vectors), 1, 0)
         return np.asarray(np.sqrt(x**2 + y**2 + z**2).sum(axis=-1))
 
 
@@ -146,7 +146,7 @@ def momentum_polynomial(offsets: Offsets, flown: FallSamples, size: int = PAPER_
     unit = offsets.bounds * np.eye(p)
     rows, columns = np.triu_indices(p, 1)
     places = np.concatenate([np.zeros((1, p)), unit, -unit, unit[rows] + unit[columns]])
-    averages = averaged_momentum(offsets.applied(places), flown, size).values
+    averages = averaged_momentum(offsets.apply(places), flown, size).values
     strayed = (averages - averages[:, :1]).swapaxes(1, 2)
     found = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
     return MomentumPolynomial(np.asarray(found, dtype=np.float64).reshape(strayed.shape))
@@ -187,7 +187,7 @@ def swarm_fit(
         best.position,
         best.value,
         float(before),
-        float(averaged_momentum(fit.offsets.corrected(fit.values), flown, size).objective),
+        float(averaged_momentum(fit.offsets.correct(fit.values), flown, size).objective),
         _bottom(polynomial, best.position, offsets.bounds),
         np.stack([one.position for one in found]),
         np.array([one.value for one in found]),

@@ -12,13 +12,13 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widened
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widen_fit
 from tfsat_host.evaluation.com_fit.momentum import (
     Derivatives,
     FallSamples,
@@ -52,7 +52,7 @@ def initial_momentum(body: Multibody, flown: FallSamples, quiet: BoolArray) -> F
     return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
 
 
-def predicted(body: Multibody, flown: FallSamples, momentum: FloatArray) -> Prediction:
+def predict(body: Multibody, flown: FallSamples, momentum: FloatArray) -> Prediction:
     """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
 
     Args:
@@ -60,7 +60,7 @@ def predicted(body: Multibody, flown: FallSamples, momentum: FloatArray) -> Pred
         flown: Joint angles and rates that drive it.
         momentum: (3,) H, inertial axes.
     """
-    body = body.tilted(flown.tilt_rad)
+    body = body.tilt_hinges(flown.tilt_rad)
     inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
     joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
     driven = -(inverse @ joints)[..., 0]
@@ -150,13 +150,13 @@ def attitude_error(
     shown = flown.own.rate_rad_s[:, body]
     joint_part = np.einsum("nij,nj->ni", flown.own.gyro_map[:, body, :, 3:], flown.joint_rate_rad_s)
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
-    seen = lag.applied(flown.t_s, exact)
+    seen = lag.apply(flown.t_s, exact)
     ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
     by_turn = euler_zyx_by_turn(theirs.as_matrix())
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
     difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
-    return AttitudeError(flown.t_s, wrapped(difference), shown - seen, std, spread[-1])
+    return AttitudeError(flown.t_s, wrap_angle(difference), shown - seen, std, spread[-1])
 
 
 def difference_covariance(
@@ -283,7 +283,7 @@ class ModelInput:
 
     def with_offsets(self, values: FloatArray) -> Sides:
         """Compare the measurement with the model at given offsets (p,), such as none, or those of other drops."""
-        momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
+        momentum = initial_momentum(self.offsets.correct(values), self.flown, self.quiet)
         found = derivatives(self.offsets, values, self.flown, momentum)
         return self._compare_sides(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
 
@@ -298,8 +298,8 @@ class ModelInput:
     def _compare_sides(
         self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool
     ) -> Sides:
-        body, turned = self.offsets.corrected(values), self.rotation[:, BODY_1]
-        prediction = predicted(body, self.flown, initial_momentum(body, self.flown, self.quiet))
+        body, turned = self.offsets.correct(values), self.rotation[:, BODY_1]
+        prediction = predict(body, self.flown, initial_momentum(body, self.flown, self.quiet))
         covariance = difference_covariance(
             self.flown, turned, BODY_1, found, errors, self.quiet, fitted=fitted
         )
@@ -386,7 +386,7 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
     """
 
     def driven_by(flown: FallSamples, lag: Lag) -> ModelInput:
-        rotation, _ = poses(offsets.body.tilted(flown.tilt_rad), flown.angles_rad)
+        rotation, _ = poses(offsets.body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
         return ModelInput(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
 
     def sensed_by(fit: ModelFit) -> tuple[ModelInput, Sides, float]:
@@ -406,6 +406,6 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         fit = fit_model(offsets, flown, fit)
         sensed, after, misfit = sensed_by(fit)
     if misfit > 1.0:
-        stated, fit = fit, widened(fit, misfit)
+        stated, fit = fit, widen_fit(fit, misfit)
         after = sensed.with_fit(replace(fit, covariance=stated.covariance))
     return ModelComparison(driven, fit, driven.with_offsets(np.zeros(len(offsets))), after)

@@ -73,7 +73,7 @@ class MovingBodies(NamedTuple):
             velocity - np.einsum("n,mni->mi", share, velocity)[:, None],
         )
 
-    def shifted(self, body: int, of: int) -> FloatArray:
+    def shift_momentum(self, body: int, of: int) -> FloatArray:
         """(m, 3, 3) momentum by a shift of a body's center of mass in the axes of body `of`.
 
         Of a shift d it is m (R d x v + r x (w x R d)) = m (w r^T - r.w 1 - [v]) R d, where [v] a = v x a.
@@ -128,10 +128,12 @@ def _slopes(
         changes = np.stack([offsets.inertia_slope(one, vector) for one in parameters], axis=-1)
         return turn @ np.tensordot(own_rate, changes, ((1,), (1,)))
     if kind == "com":
-        by_point = moving.shifted(of, of)
+        by_point = moving.shift_momentum(of, of)
     else:
         step = next(step for step in offsets.body.steps if step.joint == of)
         beyond = offsets.body.moved_by(of)
-        shifts = [moving.shifted(far, step.parent) - moving.shifted(far, step.child) for far in beyond]
+        shifts = [
+            moving.shift_momentum(far, step.parent) - moving.shift_momentum(far, step.child) for far in beyond
+        ]
         by_point = np.sum(shifts, axis=0)
     return by_point @ np.stack([one.shape for one in parameters], axis=-1)

@@ -169,7 +169,7 @@ def gyro_errors(
     n, bodies = shown.shape[:2]
     errors = np.zeros((n, bodies, 3, len(prior)))
     # An error in proportion to the rate lags as the rate does.
-    by_own = lag.removed(t_s, by_parameters)
+    by_own = lag.remove(t_s, by_parameters)
     for body in range(bodies):
         own = slice(9 * body, 9 * body + 9)
         errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]

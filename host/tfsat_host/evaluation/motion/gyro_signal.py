@@ -120,12 +120,12 @@ class Lag:
     measured: bool
     implausible_s: float | None = None
 
-    def removed(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
+    def remove(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
         """(n, ...) what was to be shown at each time, of what was shown."""
         first = derivative(t_s, shown)
         return np.asarray(shown + self.delay_s * first + self.second_s2 * derivative(t_s, first))
 
-    def applied(self, t_s: FloatArray, exact: FloatArray) -> FloatArray:
+    def apply(self, t_s: FloatArray, exact: FloatArray) -> FloatArray:
         """(n, k) what the gyros show of rates (n, k): one pole and a pure delay with these moments.
 
         With the time constant T and the delay D, d = T + D and e = (d^2 - T^2) / 2.
@@ -154,7 +154,7 @@ SMOOTHED_SAMPLES = 25
 """A servo's ramp is a dozen."""
 
 
-def smoothed(rates: FloatArray) -> FloatArray:
+def smooth_rates(rates: FloatArray) -> FloatArray:
     """(n, ...) rates for derivatives by errors and offsets: cubics through 25 neighbours.
 
     With a sample's own noise in them, that noise times itself would be taken for information, and pull what is fitted.

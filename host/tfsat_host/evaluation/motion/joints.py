@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import block_diag
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.motion.gyro_signal import derivative
@@ -65,7 +65,7 @@ class SensedJoint:
         unknown.
         """
         angle = sensors.each(shown_rad)
-        distrusted = _distrusted(sensors, angle, held_rad, turned_rad)
+        distrusted = _find_distrusted(sensors, angle, held_rad, turned_rad)
         if distrusted is not None:
             angle[:, distrusted] = np.nan
         noise = np.array([sample_noise_rad(angle[:, k]) for k in range(2)])
@@ -88,7 +88,7 @@ class SensedJoint:
         return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
 
 
-def _distrusted(
+def _find_distrusted(
     sensors: JointSensors, angle_rad: FloatArray, held_rad: float, turned_rad: FloatArray
 ) -> int | None:
     """Choose, of two sensors that contradict each other, the one that moved against the gyros.
@@ -98,7 +98,7 @@ def _distrusted(
     both = np.isfinite(angle_rad).all(axis=1)
     if not both.any():
         return None
-    apart = wrapped(angle_rad[both, 1] - angle_rad[both, 0])
+    apart = wrap_angle(angle_rad[both, 1] - angle_rad[both, 0])
     zeros = np.trace(sensors.zero_covariance) + np.trace(sensors.bend_covariance)
     limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
     if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
@@ -110,7 +110,7 @@ def _distrusted(
         first, second = high - low
         if abs(second - first) > 0.5 * limit:
             return int(second > first)
-    return int(np.abs(wrapped(angle_rad[both][0] - held_rad)).argmax())
+    return int(np.abs(wrap_angle(angle_rad[both][0] - held_rad)).argmax())
 
 
 class Squares(NamedTuple):
@@ -232,7 +232,7 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
         angle = joint.mean_rad
         known = np.isfinite(angle)
         if known.sum() > SMOOTHED:
-            smooth = smoothed(np.interp(t_s, t_s[known], angle[known]))
+            smooth = smooth_savitzky_golay(np.interp(t_s, t_s[known], angle[known]))
             rates[:, j] = derivative(t_s, smooth)
             stds[j] = sample_noise_rad(angle)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
@@ -240,7 +240,7 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
     return Slopes(rates, variances, stds)
 
 
-def smoothed(values: FloatArray) -> FloatArray:
+def smooth_savitzky_golay(values: FloatArray) -> FloatArray:
     """(n,) each of n > SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
 
     The first and the last few share the cubic of the first and the last window.
@@ -328,7 +328,7 @@ class JointMotion:
 
 
 def _disagreement(sensed: SensedJoint, k: int, angle_rad: FloatArray) -> SensorDisagreement:
-    off = wrapped(sensed.sensors.each(sensed.shown_rad)[:, k] - angle_rad)
+    off = wrap_angle(sensed.sensors.each(sensed.shown_rad)[:, k] - angle_rad)
     off = off[np.isfinite(off)]
     if not len(off):
         return SensorDisagreement(k + 1, *[float("nan")] * 4)

@@ -93,7 +93,7 @@ def motion_of(
         for sensors, servo in zip(calibration.joints, model.servos, strict=True)
     )
     fusion = SensorFusion.of(samples, sensed, calibration, model, densities, low_pass)
-    solved = fusion.solved()
+    solved = fusion.solve()
     left = fusion.smoothing_rad(solved.fused)
     joints = tuple(
         JointMotion.of(

@@ -15,7 +15,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.motion.gyro_signal import smoothed
+from tfsat_host.evaluation.motion.gyro_signal import smooth_rates
 from tfsat_host.evaluation.motion.samples import Blocks
 
 
@@ -157,7 +157,7 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: FusedRates) 
         fused: The rates.
     """
     rotation, _ = poses(body, angles_rad)
-    rates, joint_rate = smoothed(fused.body_rates()), smoothed(fused.joint_rate_rad_s)
+    rates, joint_rate = smooth_rates(fused.body_rates()), smooth_rates(fused.joint_rate_rad_s)
     out = np.zeros((*rates.shape, 2 * body.n_joints))
     for step in body.steps:
         parent, child = rotation[:, step.parent], rotation[:, step.child]

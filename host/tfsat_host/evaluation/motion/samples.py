@@ -139,7 +139,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         )
     first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s], side="right")
     part = rows_of(log, slice(int(first), int(last)))
-    answered = part.imu_valid & ~_saturated(part)
+    answered = part.imu_valid & ~_find_saturated(part)
     kept = np.flatnonzero(answered.any(axis=1))
     _require_no_hole(part.t_s[kept], until_s)
     counts = Counts.from_log(part)
@@ -160,7 +160,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
     )
 
 
-def _saturated(log: DropLog) -> BoolArray:
+def _find_saturated(log: DropLog) -> BoolArray:
     """(n, 4) the gyro was at full scale so lately or so soon that its low-pass still holds what was cut off."""
     memory_s = SATURATED_DELAYS * LowPass.of(log.header).gyro_delay_s
     out = log.clipped.copy()
@@ -275,7 +275,7 @@ class Readings:
 
     def without(self, parameters: FloatArray) -> tuple[GyroCalibration, ...]:
         """Return the gyros with the errors (4, 9) of their parameters removed."""
-        return tuple(gyro.corrected(off) for gyro, off in zip(self.gyros, parameters, strict=True))
+        return tuple(gyro.add_errors(off) for gyro, off in zip(self.gyros, parameters, strict=True))
 
     def rates(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
         """(n, 4, 3) rates in body axes by such gyros."""

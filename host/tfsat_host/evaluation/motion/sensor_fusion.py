@@ -148,18 +148,20 @@ class SensorFusion:
         held = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])
         geometry = _geometry(t, joints, held)
-        rates = np.where(readings.usable[..., None], sheet.removed(t, shown), np.nan)
+        rates = np.where(readings.usable[..., None], sheet.remove(t, shown), np.nan)
         fused = fuse(body, geometry, rates, noise, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
         # Mountings that were never measured have the tilts of the axes in them.
-        axis_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad if _calibrated(samples) else 0.0
+        axis_std_rad = (
+            (model.uncertainty or ASSUMED).joint_axis_rad if _has_calibrated_gyros(samples) else 0.0
+        )
         started = np.where(answered, np.pi, UNSENSED_STD_RAD)
         prior = Prior.of(samples, sheet, axis_std_rad, started, walks)
         start = np.where(answered, 0.0, held)
         return cls(samples, joints, body, readings, noise, slopes, sheet, start, geometry, prior)
 
-    def solved(self) -> FusionSolution:
+    def solve(self) -> FusionSolution:
         """Solve the fusion; an implausible delay or implausible errors of the gyros keep their prior values."""
         free = np.ones(len(self.prior), bool)
         found = self._gauss_newton(free)
@@ -170,12 +172,12 @@ class SensorFusion:
             free[self.prior.moments] = False
             found = self._gauss_newton(free)
         gyros, tilts = np.r_[self.prior.gyro], np.r_[self.prior.tilts]
-        stated = (self._squares(found, gyros), self._certified(found), self._squares(found, tilts))
+        stated = (self._squares(found, gyros), self._certificate_prior(found), self._squares(found, tilts))
         contradicted = bool(stated[0].sum > chdtri(stated[0].determined, _CHANCE_LEAST))
         if contradicted:
             free[gyros] = free[tilts] = False
             found = self._gauss_newton(free)
-        measured = implausible_s is None and self._moved()
+        measured = implausible_s is None and self._has_moving_joint()
         lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
         return replace(found, lag=lag, contradicted=contradicted, stated=stated)
 
@@ -184,7 +186,7 @@ class SensorFusion:
         after = found.jacobians.covariance[np.ix_(errors, errors)]
         return Squares.of(found.errors[errors], np.eye(len(errors)), after)
 
-    def _certified(self, found: FusionSolution) -> Squares:
+    def _certificate_prior(self, found: FusionSolution) -> Squares:
         """Compute the chi-square of all that the certificate states, except biases."""
         root, own = self.prior.gyro_root, self.prior.gyro
         before, after = root @ root.T, root @ found.jacobians.covariance[own, own] @ root.T
@@ -198,7 +200,7 @@ class SensorFusion:
     def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
         """Return the solution with further lasting errors (r,) subtracted."""
         total, angles = solved.errors + errors, solved.angles_rad + solved.jacobians.angles @ errors
-        return self._integrated(total, angles, solved.jacobians.covariance)
+        return self._integrate(total, angles, solved.jacobians.covariance)
 
     def smoothing_rad(self, fused: FusedRates) -> FloatArray:
         """(n, 3) standard deviation of the angle sensors' smoothed noise, where a joint's rate is theirs."""
@@ -208,9 +210,9 @@ class SensorFusion:
     def least_excess(self) -> float:
         """Of what neighbouring gyros leave over, by the low-pass and by how well their mountings are known."""
         ramps = (self.sheet.delay_s / _RAMP_S) ** 2
-        return max(_EXCESS if _calibrated(self.samples) else _EXCESS_UNCALIBRATED, ramps)
+        return max(_EXCESS if _has_calibrated_gyros(self.samples) else _EXCESS_UNCALIBRATED, ramps)
 
-    def _moved(self) -> bool:
+    def _has_moving_joint(self) -> bool:
         """Return whether a joint with angle sensors moved far enough to measure the lag."""
         ranges = [np.nanmax(j.mean_rad) - np.nanmin(j.mean_rad) for j in self.joints if j.answered]
         return bool(max(ranges, default=0.0) > MIN_STROKE_RAD)
@@ -240,9 +242,9 @@ class SensorFusion:
             sensors = squares
             if change_rad < _CLOSE_RAD:
                 break
-        return replace(self._integrated(errors, angles, covariance), sensors=sensors)
+        return replace(self._integrate(errors, angles, covariance), sensors=sensors)
 
-    def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> FusionSolution:
+    def _integrate(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> FusionSolution:
         """Compute the solution with the given errors, starting from joint angles near its own."""
         here = self._at(errors, angles)
         for _ in range(_MAX_STEPS):
@@ -260,8 +262,8 @@ class SensorFusion:
         t, lag = self.samples.t_s, self.prior.lag_of(self.sheet, errors)
         gyros = self.readings.without(self.prior.parameters_of(errors))
         shown = self.prior.as_late(t, self.readings.rates(gyros), errors)
-        rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
-        body = self.body.tilted(self.prior.tilt_of(errors))
+        rates = np.where(self.readings.usable[..., None], lag.remove(t, shown), np.nan)
+        body = self.body.tilt_hinges(self.prior.tilt_of(errors))
         fused = fuse(body, angles, rates, self.noise, self.slopes.rate_rad_s, self.slopes.variance)
         turned = turned_from(t, fused.joint_rate_rad_s) + self.prior.own_angles(errors)
         return _Step(body, gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
@@ -276,7 +278,7 @@ class SensorFusion:
         )
 
 
-def _calibrated(samples: Samples) -> bool:
+def _has_calibrated_gyros(samples: Samples) -> bool:
     """Return whether the gyros' mountings were measured."""
     variance = np.diagonal(samples.parameter_covariance, axis1=1, axis2=2)[:, 3:6]
     return bool(variance.mean() < _CALIBRATED_RAD**2)

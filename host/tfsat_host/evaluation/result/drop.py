@@ -12,7 +12,17 @@ from tfsat_host.evaluation.evaluation import Evaluation, Turn
 from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.strokes import JointRest
-from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, nested, number, plus_minus, record
+from tfsat_host.quantity import (
+    UNKNOWN,
+    Column,
+    Columns,
+    Table,
+    fields,
+    json_objects,
+    number,
+    plus_minus,
+    record,
+)
 
 
 def _quaternion(turn: Turn) -> Any:
@@ -231,16 +241,16 @@ def fall(found: Evaluation) -> dict[str, Any]:
     clocks, instants = found.clocks, found.instants
     return {
         "clocks": {
-            "sequencer": nested(CLOCK, clocks.sequencer if clocks else None),
-            "video": nested(CLOCK, clocks.video if clocks else None),
+            "sequencer": json_objects(CLOCK, clocks.sequencer if clocks else None),
+            "video": json_objects(CLOCK, clocks.video if clocks else None),
         },
         "rest": {"duration_s": found.rest.duration_s},
-        "release": {"std_s": instants.release_std_s, "felt": nested(_INSTANT, instants.release)},
-        "landing": {"logged_s": instants.landing_logged_s, "felt": nested(_INSTANT, instants.landing)},
-        "micro_gravity": nested(
+        "release": {"std_s": instants.release_std_s, "felt": json_objects(_INSTANT, instants.release)},
+        "landing": {"logged_s": instants.landing_logged_s, "felt": json_objects(_INSTANT, instants.landing)},
+        "micro_gravity": json_objects(
             _MICRO_GRAVITY, found.micro_gravity if found.gives("micro-gravity") else None
         ),
-        "release_velocity": nested(_RELEASE_VELOCITY, found.release_velocity),
+        "release_velocity": json_objects(_RELEASE_VELOCITY, found.release_velocity),
         "fall_findings": [*instants.findings, *found.micro_gravity.findings],
     }
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.model import distance_words, given, worth_of
+from tfsat_host.evaluation.result.model import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -27,7 +27,9 @@ def key_numbers_of(found: Evaluation) -> list[Quantity]:
         _reorientation(found),
         _error("Attitude error, model as filed", found.explained.before.error, given=found.gives()),
         _error(
-            "Attitude error, model corrected", found.explained.after.error, given=np.isfinite(given(found))
+            "Attitude error, model corrected",
+            found.explained.after.error,
+            given=np.isfinite(withholding_factor(found)),
         ),
         _largest_correction(found),
         *_initial_rates(found),
@@ -65,7 +67,7 @@ def _largest_correction(found: Evaluation) -> Quantity:
     fit = found.explained.fit
     greatest = int(np.abs(fit.values[: fit.offsets.sought]).argmax())
     worth = worth_of(found)
-    if np.isnan(given(found)):
+    if np.isnan(withholding_factor(found)):
         return Quantity(_NONE, unit="mm", label=_CORRECTION, note=f"{_WITHHELD}: change nothing by it")
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
     if worth != "to be made":

@@ -14,7 +14,7 @@ from tfsat_host.evaluation.com_fit.identifiability import couplings
 from tfsat_host.evaluation.com_fit.offsets import COM_BODIES
 from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.quantity import Column, Columns, Table, fields, nested, number, record, records
+from tfsat_host.quantity import Column, Columns, Table, fields, json_objects, number, record, records
 
 NOT_CALLED_FOR = 0.05
 """A correction as great as this one comes of noise alone in more than this share of drops: none is called for."""
@@ -91,13 +91,13 @@ OFFSETS: Columns = (
 )
 
 
-def given(found: Evaluation) -> float:
+def withholding_factor(found: Evaluation) -> float:
     """1, or NaN where the correction is not given; to multiply its numbers with."""
     return 1.0 if found.gives("offsets") and found.gives() else np.nan
 
 
 def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
-    """Return the offsets of a fit; `times` is the factor returned by `given`."""
+    """Return the offsets of a fit; `times` is the factor of `withholding_factor`."""
     found = fit.offsets
     numbers = (times * fit.values, times * fit.std, found.prior_std, found.bounds, fit.at_bound)
     return [
@@ -146,7 +146,7 @@ def model(found: Evaluation) -> dict[str, Any]:
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
     centers = slice(fit.offsets.sought)
-    times = given(found)
+    times = withholding_factor(found)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
     if not found.gives():
         errors["before"] = dict.fromkeys(errors["before"])
@@ -169,22 +169,22 @@ def model(found: Evaluation) -> dict[str, Any]:
         },
         "momentum_kg_m2_s": times * fit.momentum_kg_m2_s,
         "excess_variance": times * fit.excess,
-        "identifiability": nested(_IDENTIFIABILITY, found.identifiability if found.gives() else None),
+        "identifiability": json_objects(_IDENTIFIABILITY, found.identifiability if found.gives() else None),
         "trades": records(_TRADE, couplings(fit, explained.driven.flown) if found.gives() else ()),
-        "swarm": nested(_SWARM, found.swarm if found.gives() else None),
+        "swarm": json_objects(_SWARM, found.swarm if found.gives() else None),
     }
 
 
 def offset_table(found: Evaluation) -> Table:
     """Build the table of offsets with their standard deviations, and those of the paper's swarm."""
     fit, swarm = found.explained.fit, found.swarm
-    rows, columns = offsets(fit, given(found)), OFFSETS
+    rows, columns = offsets(fit, withholding_factor(found)), OFFSETS
     if swarm is not None:
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
         columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
-    if np.isnan(given(found)):
+    if np.isnan(withholding_factor(found)):
         return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(found)))
     sentences = [*correction_sentences(found), *_stuck(rows), *found.identifiability.sentences()]
     held = len(fit.offsets) - fit.offsets.sought
@@ -202,7 +202,7 @@ def remarks(found: Evaluation) -> list[str]:
     """Format sentences on the couplings of single offsets and on the swarm's result, where there are any."""
     fit, swarm = found.explained.fit, found.swarm
     sentences: list[str] = []
-    if np.isnan(given(found)):
+    if np.isnan(withholding_factor(found)):
         return sentences
     trades = couplings(fit, found.explained.driven.flown)
     if any(trade.determined for trade in trades):
@@ -289,7 +289,11 @@ def error_table(found: Evaluation) -> Table:
         columns,
         [
             *([_Side("as filed", found.explained.before.error)] if found.gives() else []),
-            *([] if np.isnan(given(found)) else [_Side("corrected", found.explained.after.error)]),
+            *(
+                []
+                if np.isnan(withholding_factor(found))
+                else [_Side("corrected", found.explained.after.error)]
+            ),
         ],
         "Measured less predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
@@ -328,7 +332,7 @@ def comparison(
                 free.names, free.units, combined.values.tolist(), combined.std.tolist(), strict=True
             )
         ],
-        "agreement": nested(_AGREEMENT, combined),
+        "agreement": json_objects(_AGREEMENT, combined),
         "remarks": list(remarks),
         "cross_validation": records(LEFT_OUT, left_out),
     }

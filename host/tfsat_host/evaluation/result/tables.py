@@ -46,7 +46,7 @@ def _with_unit(attribute: str) -> Callable[[Check], str]:
     return text
 
 
-def _advised(check: Check) -> str:
+def _format_advice(check: Check) -> str:
     """Format a check's sentence, for a failed one with the likely cause and the next step."""
     cause = f"Likely cause: {check.cause.rstrip('.')}." if check.cause else ""
     return " ".join(part for part in (check.sentence, cause, check.next_step) if part)
@@ -57,7 +57,7 @@ CHECKS: Columns = (
     Column("verdict", "verdict"),
     Column("value", "found", words=_with_unit("value")),
     Column("threshold", "at most", words=_with_unit("threshold")),
-    Column("sentence", "what it says", words=_advised),
+    Column("sentence", "what it says", words=_format_advice),
     *fields("unit cause next_step"),
 )
 
@@ -111,7 +111,7 @@ def reasons_of(found: Evaluation, verdict: Verdict) -> tuple[str, ...]:
     failed = {check.sentence: check for check in found.failed_checks}
     possible = sum(check.verdict != "not possible" for check in found.checks)
     if len(found.failed_checks) <= NEARLY_ALL * possible:
-        return tuple(_explained(failed[text]) if text in failed else text for text in verdict.reasons)
+        return tuple(_explain_check(failed[text]) if text in failed else text for text in verdict.reasons)
     everything = (
         f"{len(found.failed_checks)} of {possible} checks failed at once, which no single sensor brings about: most "
         "likely the calibration, the robot file or the order of the bodies is not this robot's."
@@ -119,7 +119,7 @@ def reasons_of(found: Evaluation, verdict: Verdict) -> tuple[str, ...]:
     return (everything, *(text for text in verdict.reasons if text not in failed))
 
 
-def _explained(check: Check) -> str:
+def _explain_check(check: Check) -> str:
     """Format a check's finding, likely cause and next step."""
     parts = [f"{check.name}: {check.sentence}"]
     parts += [f"Likely cause: {check.cause}"] if check.cause else []
@@ -151,7 +151,8 @@ def calibration_table(found: Evaluation) -> Table:
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
         rows.append([name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", taken(name)])
     rows += [
-        [*_mounting(gyro, found), taken(f"misalignment of body {gyro.body}")] for gyro in calibration.gyros
+        [*_misalignment_row(gyro, found), taken(f"misalignment of body {gyro.body}")]
+        for gyro in calibration.gyros
     ]
     rows += [[*_scale(gyro), taken("scale factor", f"of body {gyro.body}")] for gyro in calibration.gyros]
     for joint in calibration.joints:
@@ -189,7 +190,7 @@ class _Taken:
         return ", ".join([utc(earliest), *remarks])
 
 
-def _mounting(gyro: GyroCalibration, found: Evaluation) -> list[str]:
+def _misalignment_row(gyro: GyroCalibration, found: Evaluation) -> list[str]:
     """Format the angle between the sensor's mounting and its design."""
     turn = gyro.rotation @ found.model.imus[gyro.body - 1].sensor_to_body.T
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))

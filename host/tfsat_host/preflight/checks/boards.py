@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, first_defect
 from tfsat_host.preflight.check import GoNoGo, PreflightCheck, go, no_go, not_made
-from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, needed
+from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, require
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
@@ -24,7 +24,7 @@ def check_protocol(evidence: Evidence) -> PreflightCheck:
         return not_made(reasons, " ".join(dict.fromkeys(missing.next_step for _, missing in unreached)))
     ours = ".".join(map(str, FIRMWARE_VERSION))
     for board in boards:
-        identity = needed(board.identity)
+        identity = require(board.identity)
         if identity.speaks_this_protocol and identity.firmware == ours:
             continue
         other = "another protocol than" if not identity.speaks_this_protocol else "another version than"
@@ -87,7 +87,7 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
 
 def check_state(evidence: Evidence) -> PreflightCheck:
     """Check that the sequencer is safe, without a latched fault or EEPROM damage, from beginning to end."""
-    answers = needed(evidence.sequencer)
+    answers = require(evidence.sequencer)
     for status in (answers.status, answers.later):
         state = status.state.name.lower()
         if status.fault != ErrorCode.NONE:
@@ -124,7 +124,7 @@ _RESTARTS = {
 
 def check_restarts(evidence: Evidence) -> PreflightCheck:
     """Neither a weak supply nor a hang made it start, and neither board restarted during the preflight."""
-    sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
+    sequencer, logger = require(evidence.sequencer), require(evidence.logger)
     status = sequencer.later
     cause, since_s = status.reset_cause.name.lower(), status.uptime_ms / 1000
     numbers = {
@@ -165,7 +165,7 @@ def check_battery(_evidence: Evidence) -> PreflightCheck:
 
 def check_switches(evidence: Evidence) -> PreflightCheck:
     """Check that both release switches are closed, for both boards, from beginning to end."""
-    sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
+    sequencer, logger = require(evidence.sequencer), require(evidence.logger)
     opened = {
         "sequencer": sequencer.status.switches_open | sequencer.later.switches_open,
         "logger": logger.status.switches_open | logger.later.switches_open,

@@ -9,11 +9,11 @@ from tfsat_host.calibration.certificate.certificate import (
     commands_of,
     of_another_robot,
     quantities,
-    summarized,
+    summarize_shortcomings,
 )
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.preflight.check import PreflightCheck, go, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, needed
+from tfsat_host.preflight.evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import DropPhase
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LoggerStatusReply
@@ -26,7 +26,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
     calibration = evidence.calibration
     if isinstance(calibration, Missing):
         return no_go(calibration.reason, calibration.next_step)
-    logger = needed(evidence.logger)
+    logger = require(evidence.logger)
     if evidence.origin is None:
         return not_made("Whose sensors these are the logger did not answer.", "tfsat-host status")
     subject, last = calibration.subject, calibration.last_landing
@@ -50,7 +50,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
     if shortcomings:
         commands = commands_of(shortcomings)
         return no_go(
-            f"It does not hold for the next drop: {summarized(shortcomings)}.",
+            f"It does not hold for the next drop: {summarize_shortcomings(shortcomings)}.",
             ", ".join(commands)
             if len(commands) <= _NAMED
             else f"tfsat-host calibrate show names all {len(commands)} commands; the first is: {commands[0]}",

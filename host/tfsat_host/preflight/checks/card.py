@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
+from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
 from tfsat_host.preflight.evidence import (
     Evidence,
     Failed,
@@ -10,7 +10,7 @@ from tfsat_host.preflight.evidence import (
     RunningRecording,
     Trial,
     Unreached,
-    needed,
+    require,
 )
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.remedies import REMEDIES
@@ -43,7 +43,7 @@ def check_card(evidence: Evidence) -> PreflightCheck:
     The logger accesses its card only when it has to write. A card that was taken out since is found by the
     recording made for `check_writing`, so the state afterwards counts.
     """
-    answers = needed(evidence.logger)
+    answers = require(evidence.logger)
     status, card = answers.status, answers.later.card
     numbers = {"card": card.name.lower(), "logger_state": status.state.name.lower()}
     error = _CARD_REMEDIES.get(card)
@@ -65,8 +65,8 @@ def check_card(evidence: Evidence) -> PreflightCheck:
 
 def check_ram(evidence: Evidence) -> PreflightCheck:
     """RAM holds no drop that no card has: a new recording would be refused, or end it."""
-    holds = needed(evidence.logger).status.ram_holds_drop
-    return judged(
+    holds = require(evidence.logger).status.ram_holds_drop
+    return judge(
         ["a drop"] if holds else [],
         "The logger's RAM holds {} that no card has.",
         "Keep the power on. tfsat-host log fetch ram",
@@ -77,13 +77,13 @@ def check_ram(evidence: Evidence) -> PreflightCheck:
 
 def check_room(evidence: Evidence) -> PreflightCheck:
     """Room for the day's recordings, each as large as the settings let it become."""
-    answers = needed(evidence.logger)
+    answers = require(evidence.logger)
     free_mib, card, each_mib = answers.status.card_free_mib, answers.later.card, answers.settings.file_mib
     if card not in (CardState.READY, CardState.FULL):
         return not_made("There is no card whose room could be counted.", "See card.")
     needed_mib = each_mib * evidence.recordings
     need = f"{free_mib} MiB are free; {evidence.recordings} recordings of {each_mib} MiB need {needed_mib}"
-    return judged(
+    return judge(
         [need] if card == CardState.FULL or free_mib < needed_mib else [],
         "{} MiB.",
         "tfsat-host log fetch all, then log erase all; or put in another card. For fewer drops: --drops N",
@@ -97,7 +97,7 @@ def check_room(evidence: Evidence) -> PreflightCheck:
 
 def check_writing(evidence: Evidence) -> PreflightCheck:
     """Check that a real recording reached the card whole, and that the card kept up with it."""
-    answers = needed(evidence.logger)
+    answers = require(evidence.logger)
     if isinstance(answers.card, Failed):
         return no_go(answers.card.reason, answers.card.next_step)
     if isinstance(answers.card, Missing):
@@ -116,7 +116,7 @@ def _of_trial(trial: Trial) -> PreflightCheck:
     if trial.verdict != "complete" and not wrong:
         wrong.append(f"what was read back is {trial.verdict}")
     recording = f"A recording of {trial.duration_s:.1f} s"
-    return judged(
+    return judge(
         wrong,
         f"{recording}: {{}}.",
         _NEW_CARD,
@@ -133,7 +133,7 @@ def _of_running(running: RunningRecording) -> PreflightCheck:
     wrong = _slow(running.samples_dropped, 0, running.ring_peak_blocks, running.ring_blocks)
     if running.blocks < MIN_SHARE_WRITTEN * expected:
         wrong.append(f"the card took {running.blocks} blocks, {expected:.0f} were due")
-    return judged(
+    return judge(
         wrong,
         f"The running recording, watched for {running.watched_s:.1f} s: {{}}.",
         _NEW_CARD,

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
-from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, needed
+from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.servo_settings import find_misfit
 
@@ -21,7 +21,7 @@ Row = tuple[int, int, int]
 
 def check_maneuver(evidence: Evidence) -> PreflightCheck:
     """Check that every stroke read back from the sequencer equals the file's: joint, angle, start, speed."""
-    answers, schedule = needed(evidence.sequencer), needed(evidence.schedule)
+    answers, schedule = require(evidence.sequencer), require(evidence.schedule)
     stored = answers.maneuver
     if isinstance(stored, Missing):
         return no_go(stored.reason, stored.next_step)
@@ -69,13 +69,13 @@ def _stroke(row: Row) -> dict[str, float]:
 
 def check_servos(evidence: Evidence) -> PreflightCheck:
     """Check that the stored maneuver stays within the joint limits of the servo settings on the board."""
-    answers = needed(evidence.sequencer)
+    answers = require(evidence.sequencer)
     if isinstance(answers.maneuver, Missing):
         return not_made("What would fly cannot be read.", answers.maneuver.next_step)
     settings = answers.settings.settings
     origin = answers.settings.origin.name.lower()
     misfit = find_misfit(answers.maneuver.moves, settings)
-    return judged(
+    return judge(
         [] if misfit is None else [misfit],
         "The stored maneuver does not fit the servo settings: {}.",
         "Upload a smaller maneuver, or correct the joint's limits with tfsat-host upload-servos.",
@@ -105,9 +105,9 @@ def _of_facility(
     mine: Callable[[FacilityCheck], bool],
     words: Callable[[Sequence[FacilityCheck]], str] = lambda checks: checks[0].sentence,
 ) -> PreflightCheck:
-    checks = [one for one in needed(evidence.facility) if mine(one)]
+    checks = [one for one in require(evidence.facility) if mine(one)]
     failed = [f"{one.name}: {one.sentence}" for one in checks if not one.passed]
-    return judged(
+    return judge(
         [" ".join(failed)] if failed else [],
         "{}",
         "tfsat-host envelope --file maneuver.toml shows all of it; tfsat-host design makes one that fits.",

@@ -8,21 +8,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.dynamics import Multibody, poses
-from tfsat_host.preflight.check import PreflightCheck, judged, not_made
+from tfsat_host.preflight.check import PreflightCheck, judge, not_made
 from tfsat_host.preflight.evidence import (
     Evidence,
     Sensors,
-    believed,
     certificate_of_these,
     joint_angles,
-    needed,
+    merge_sensor_angles,
+    require,
     sensors_of,
 )
 from tfsat_host.protocol.imus import IMU_PARTS
@@ -41,7 +41,7 @@ MAX_GRAVITY_DIFFERENCE_DEG = 12.0
 
 def check_imus(evidence: Evidence) -> PreflightCheck:
     """Check that each IMU is a known part, answered with a measurement at every sample, and did not clip."""
-    who = needed(evidence.logger).later.who_am_i
+    who = require(evidence.logger).later.who_am_i
     counts = sensors_of(evidence).live.counts
     wrong = []
     for body in range(IMU_COUNT):
@@ -54,7 +54,7 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
             wrong.append(f"{that} gave nothing in {100 * (1 - valid.mean()):.2g} % of the samples")
         elif counts.clipped[:, body].any():
             wrong.append(f"{that} is at the end of its range")
-    return judged(
+    return judge(
         wrong,
         "Of the IMUs {}.",
         "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
@@ -73,7 +73,7 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
     No gyro scatters or drifts, no accelerometer shakes, and each reads 1 g.
     """
     sensors = sensors_of(evidence)
-    bodies = sensors.answering()
+    bodies = sensors.responding_imus()
     rates = sensors.si.rate_rad_s[:, bodies]
     forces_g = sensors.si.accel_m_s2[:, bodies] / STANDARD_GRAVITY_M_S2
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
@@ -94,7 +94,7 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
             wrong.append(f"body {body} is shaken by {shake[k]:.2f} g")
         elif not GRAVITY_G[0] <= weight[k] <= GRAVITY_G[1]:
             wrong.append(f"the accelerometer of body {body} reads {weight[k]:.2f} g, not 1 g")
-    return judged(
+    return judge(
         wrong,
         "Not still, or not sound: {}.",
         "Let the robot hang without touching it, then run this preflight again. If one body alone stays so, replace "
@@ -111,7 +111,7 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
 def check_biases(evidence: Evidence) -> PreflightCheck:
     """Check that each gyro's reading at rest is within its data sheet."""
     sensors = sensors_of(evidence)
-    bodies = sensors.answering()
+    bodies = sensors.responding_imus()
     biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
     worst = np.abs(biases_deg_s).max(axis=1)
     beyond = [
@@ -119,7 +119,7 @@ def check_biases(evidence: Evidence) -> PreflightCheck:
         for body, one in zip(bodies + 1, worst, strict=True)
         if one > MAX_BIAS_DEG_S
     ]
-    return judged(
+    return judge(
         beyond,
         f"At rest a gyro reads more than {MAX_BIAS_DEG_S:g} deg/s: {{}}.",
         "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
@@ -138,7 +138,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     bodies = np.flatnonzero(sensors.live.counts.imu_valid.any(axis=0))
     if len(bodies) < 2:
         return not_made("Fewer than two IMUs answered.", "See gyros-present.")
-    angles = believed(joint_angles(sensors, evidence))
+    angles = merge_sensor_angles(joint_angles(sensors, evidence))
     # A joint whose sensors are silent counts as closed.
     to_base = poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
     rates, warmer_c, down = _calibrate_rates(sensors, calibration, bodies, to_base)
@@ -154,7 +154,7 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
             wrong.append(
                 f"the IMU of body {body} sees gravity {tilt[k]:.0f} deg away from where the others do"
             )
-    return judged(
+    return judge(
         wrong,
         "Calibrated, {}.",
         "Are two IMUs' plugs exchanged, was one replaced or moved? If not: tfsat-host calibrate bias, "
@@ -197,7 +197,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
     sensors = sensors_of(evidence)
     angles = joint_angles(sensors, evidence)
     valid = sensors.live.counts.angle_valid
-    apart = np.abs(wrapped(angles[:, 0] - angles[:, 1]))
+    apart = np.abs(wrap_angle(angles[:, 0] - angles[:, 1]))
     frozen = _frozen(sensors, evidence)
     wrong = []
     for row, joint in enumerate(range(1, len(angles) + 1)):
@@ -209,7 +209,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
         if np.isfinite(apart[row]) and apart[row] > MAX_DISAGREEMENT_RAD:
             first, second = np.rad2deg(angles[row])
             wrong.append(f"the two of joint {joint} show {first:+.1f} and {second:+.1f} deg")
-    return judged(
+    return judge(
         wrong,
         "Of the angle sensors {}.",
         "tfsat-host monitor shows them: check wire and magnet. One whose magnet had slipped needs "
@@ -224,7 +224,7 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
 
 def check_start_pose(evidence: Evidence) -> PreflightCheck:
     """Check that each joint is at the start pose that ARM demands, by its calibrated sensors."""
-    degrees = np.rad2deg(believed(joint_angles(sensors_of(evidence), evidence)))
+    degrees = np.rad2deg(merge_sensor_angles(joint_angles(sensors_of(evidence), evidence)))
     if not np.isfinite(degrees).all():
         return not_made("A joint has no sensor that answers.", "See joint-sensors.")
     away = [
@@ -232,7 +232,7 @@ def check_start_pose(evidence: Evidence) -> PreflightCheck:
         for joint, angle in enumerate(degrees, 1)
         if abs(angle) > START_POSE_DEG
     ]
-    return judged(
+    return judge(
         [", ".join(away)] if away else [],
         f"The start pose is 0 ± {START_POSE_DEG:g} deg, but {{}}.",
         "Bring the joint to 0 deg by hand or with tfsat-host jog, then run this preflight again.",

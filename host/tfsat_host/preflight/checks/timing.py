@@ -7,8 +7,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, Pace, needed, sensors_of
+from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, Pace, require, sensors_of
 from tfsat_host.units import US_PER_S
 
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
@@ -42,7 +42,7 @@ def check_clock(evidence: Evidence) -> PreflightCheck:
             "Set this computer's clock, then the logger's: " + _SET,
             **numbers,
         )
-    logger = needed(evidence.logger)
+    logger = require(evidence.logger)
     if not logger.status.unix_us:
         return no_go("The logger's clock was not set since its power came on.", _SET, **numbers, logger=None)
     apart_s = logger.status.unix_us / US_PER_S - logger.computer_unix_s
@@ -71,7 +71,7 @@ def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
 
 def check_paces(evidence: Evidence) -> PreflightCheck:
     """Neither board's clock runs fast or slow by more than half a percent, over this preflight."""
-    paces = {"sequencer": needed(evidence.sequencer).pace, "logger": needed(evidence.logger).pace}
+    paces = {"sequencer": require(evidence.sequencer).pace, "logger": require(evidence.logger).pace}
     wrong, numbers = [], {}
     for board, pace in paces.items():
         if pace is None:
@@ -87,7 +87,7 @@ def check_paces(evidence: Evidence) -> PreflightCheck:
             )
         if abs(off) - doubt > MAX_CLOCK_RATE_ERROR:
             wrong.append(f"the {board}'s runs {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
-    return judged(
+    return judge(
         wrong,
         f"Of the boards' clocks {{}} ({100 * MAX_CLOCK_RATE_ERROR:g} % is allowed).",
         "Replace that board: strokes and samples would come at other times than they are noted.",
@@ -105,7 +105,7 @@ def _off(pace: Pace) -> tuple[float, float]:
 
 def check_sampling(evidence: Evidence) -> PreflightCheck:
     """Rate as set, times even, no tick left out; by live samples on the logger's clock."""
-    logger, live = needed(evidence.logger), sensors_of(evidence).live
+    logger, live = require(evidence.logger), sensors_of(evidence).live
     wanted_hz, t_us = logger.settings.rate_hz, live.counts.t_us
     steps_us = np.diff(t_us)[np.diff(live.index) == 1]
     if len(steps_us) < 2 or t_us[-1] <= t_us[0]:
@@ -120,7 +120,7 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
         wrong.append(f"{late} ticks of its timer passed without a sample")
     if jitter_us > MAX_JITTER_US:
         wrong.append(f"samples come {jitter_us:.0f} us early or late ({MAX_JITTER_US:g} are allowed)")
-    return judged(
+    return judge(
         wrong,
         "The logger does not keep its time: {}.",
         "An IMU that answers slowly holds it up: tfsat-host status, and check wires and pull-ups of the buses; "
@@ -137,7 +137,7 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
 
 def check_ranges(evidence: Evidence) -> PreflightCheck:
     """Rate and ranges of the settings in force hold the fastest stroke."""
-    settings = needed(evidence.logger).settings
+    settings = require(evidence.logger).settings
     fastest = max((math.degrees(servo.max_rate_rad_s) for servo in evidence.robot.servos), default=0.0)
     needed_deg_s = RANGE_OVER_RATE * fastest
     wrong = []
@@ -145,7 +145,7 @@ def check_ranges(evidence: Evidence) -> PreflightCheck:
         wrong.append(f"gyros up to {settings.gyro_range_deg_s} deg/s; joints reach {fastest:.0f}")
     if settings.rate_hz < MIN_RATE_HZ:
         wrong.append(f"{settings.rate_hz} Hz; a stroke needs {MIN_RATE_HZ}")
-    return judged(
+    return judge(
         wrong,
         "The logger's settings do not hold the maneuver: {}.",
         "tfsat-host logger-settings set --factory, or name better ones",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError, Sides
@@ -21,7 +21,7 @@ from tfsat_host.report.contents.chart import (
     Line,
     Side,
     lines_of,
-    padded,
+    pad_rows,
     spectrum_chart,
 )
 
@@ -49,17 +49,17 @@ class EulerAngles:
 
 
 def euler_angles(found: Evaluation) -> EulerAngles:
-    """Of body 1."""
+    """Compute the measured and predicted Euler angles of body 1, with standard deviations."""
     moved = found.motion.bodies[BODY_1]
     measured = moved.attitude.as_matrix()
-    driven = settled(found)
+    driven = driven_samples(found)
     start = measured[driven][0]
     carried = found.explained.driven.rotation[:, BODY_1]
 
     def by_model(sides: Sides) -> FloatArray:
         base = sides.prediction.attitude @ carried
         turned = start @ (base[0].T @ base)
-        return padded(driven, continuous(euler_zyx_rad(turned)))
+        return pad_rows(driven, continuous(euler_zyx_rad(turned)))
 
     covariance = np.stack([moved.covariance(index) for index in range(len(moved.t_s))])
     by_turn = euler_zyx_by_turn(measured)
@@ -71,7 +71,7 @@ def euler_angles(found: Evaluation) -> EulerAngles:
     )
 
 
-def settled(found: Evaluation) -> BoolArray:
+def driven_samples(found: Evaluation) -> BoolArray:
     """(k,) those samples from the release on that the models were driven with."""
     fall = found.motion.t_s[found.motion.samples.fall]
     return np.asarray(fall >= found.explained.driven.flown.t_s[0])
@@ -86,9 +86,13 @@ def euler_chart(found: Evaluation) -> Chart:
     """z-y-x Euler angles over the drop's times."""
     angles, fall = euler_angles(found), found.motion.samples.fall
     sides: list[Side] = [
-        ("measured", np.rad2deg(padded(fall, angles.measured_rad)), np.rad2deg(padded(fall, angles.std_rad))),
-        ("before", np.rad2deg(padded(fall, angles.before_rad)), None),
-        ("after", np.rad2deg(padded(fall, angles.after_rad)), None),
+        (
+            "measured",
+            np.rad2deg(pad_rows(fall, angles.measured_rad)),
+            np.rad2deg(pad_rows(fall, angles.std_rad)),
+        ),
+        ("before", np.rad2deg(pad_rows(fall, angles.before_rad)), None),
+        ("after", np.rad2deg(pad_rows(fall, angles.after_rad)), None),
     ]
     return Chart(
         "euler",
@@ -103,10 +107,14 @@ def euler_chart(found: Evaluation) -> Chart:
 
 
 def _beside_error_deg(found: Evaluation, angles: EulerAngles, *, last: bool = False) -> float:
-    """How far measured less predicted curves are from the attitude error: at most, or at the end."""
+    """Compute how far the differences of Euler angles deviate from the attitude error, in deg.
+
+    The differences are those of the measured and the predicted curves. The result is the greatest deviation, or
+    with `last` the final one.
+    """
     driven = np.isfinite(angles.before_rad[:, 0])
     apart = (angles.measured_rad - angles.before_rad)[driven] - found.explained.before.error.euler_zyx_rad
-    size = np.rad2deg(np.abs(wrapped(apart)))
+    size = np.rad2deg(np.abs(wrap_angle(apart)))
     return float(size[-1].max() if last else size.max())
 
 
@@ -118,7 +126,7 @@ def attitude_error_chart(found: Evaluation) -> Chart:
         "after": found.explained.after.error,
     }
     sides: list[Side] = [
-        (kind, padded(rows, np.rad2deg(error.euler_zyx_rad)), padded(rows, np.rad2deg(error.std_rad)))
+        (kind, pad_rows(rows, np.rad2deg(error.euler_zyx_rad)), pad_rows(rows, np.rad2deg(error.std_rad)))
         for kind, error in errors.items()
     ]
     lines = lines_of([f"δφ{AXES[axis]}" for axis in ZYX], sides, ZYX)
@@ -136,7 +144,7 @@ def attitude_error_chart(found: Evaluation) -> Chart:
 
 
 def attitude_spectrum_chart(found: Evaluation) -> Chart:
-    """Of measured less predicted Euler angles."""
+    """Build the chart with the spectrum of the attitude error: measured less predicted Euler angles."""
     sides = found.explained.before.error, found.explained.after.error
     before, after = (np.rad2deg(error.euler_zyx_rad) for error in sides)
     return spectrum_chart(

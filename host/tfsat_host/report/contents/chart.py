@@ -76,7 +76,7 @@ class Chart:
     band: tuple[float, float] | None = None
 
     def of_kind(self, *kinds: Kind) -> tuple[Line, ...]:
-        """Those lines only."""
+        """Return the lines of these kinds only."""
         return tuple(line for line in self.lines if line.kind in kinds)
 
 
@@ -87,13 +87,13 @@ def lines_of(
     *,
     by_side: bool = False,
 ) -> list[Line]:
-    """A line for each of the k columns and each side, column by column or side by side.
+    """Build a line for each of the k columns and each side, ordered by column or by side.
 
     Args:
-        names: Of the columns.
-        sides: Their values.
-        components: Their colors.
-        by_side: In which order.
+        names: Names of the columns.
+        sides: The values of each side.
+        components: Color indices of the columns.
+        by_side: Order the lines by side instead of by column.
     """
     columns = list(enumerate(names))
     pairs = product(sides, columns) if by_side else ((side, one) for one, side in product(columns, sides))
@@ -149,7 +149,7 @@ def spectrum_chart(
 
 
 def plot_of(chart: Chart) -> Plot:
-    """The same as a part of the document."""
+    """Convert a chart to a plot of the document."""
     return Plot(
         id=chart.id,
         title=chart.title,
@@ -174,13 +174,13 @@ def plot_of(chart: Chart) -> Plot:
 
 
 def numbers(values: FloatArray) -> list[float | None]:
-    """As JSON has them: None for what is no number."""
+    """Convert values to a list for JSON, with None for NaN and infinity."""
     found = values.astype(object)
     found[~np.isfinite(values)] = None
     return list(found.tolist())
 
 
-def padded(rows: BoolArray, values: FloatArray) -> FloatArray:
+def pad_rows(rows: BoolArray, values: FloatArray) -> FloatArray:
     """(n, ...) with `values` (m, ...) where m of the n rows are True, NaN elsewhere."""
     whole = np.full((len(rows), *values.shape[1:]), np.nan)
     whole[rows] = values

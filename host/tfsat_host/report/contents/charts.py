@@ -19,7 +19,7 @@ from tfsat_host.evaluation.com_fit.prediction import BODY_1
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
-from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, Side, lines_of, padded, spectrum_chart
+from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, Side, lines_of, pad_rows, spectrum_chart
 from tfsat_host.sdlog.droplog import rows_of
 from tfsat_host.units import STANDARD_GRAVITY_M_S2, s_from_us
 
@@ -35,7 +35,7 @@ _NAMES = [f"ω{axis}" for axis in AXES]
 
 
 def charts_of(found: Evaluation) -> dict[str, Chart]:
-    """By id."""
+    """Build all charts of an evaluation, by id."""
     drawn = (
         euler_chart(found),
         rate_chart(found),
@@ -55,9 +55,9 @@ def charts_of(found: Evaluation) -> dict[str, Chart]:
 
 
 def rate_chart(found: Evaluation) -> Chart:
-    """Of body 1, by its own gyro."""
+    """Build the chart of the angular rate of body 1, as its own gyro measured it."""
     moved, fall = found.motion.bodies[BODY_1], found.motion.samples.fall
-    rates = np.rad2deg(padded(fall, moved.rate_rad_s))
+    rates = np.rad2deg(pad_rows(fall, moved.rate_rad_s))
     lag = found.motion.lag
     how = "measured against the angle sensors" if lag.measured else "by the data sheet"
     return Chart(
@@ -71,7 +71,7 @@ def rate_chart(found: Evaluation) -> Chart:
 
 
 def rate_spectrum_chart(found: Evaluation) -> Chart:
-    """Of measured less predicted rate of body 1."""
+    """Build the chart with the spectrum of body 1's rate error: measured less predicted."""
     sides = found.explained.before.error, found.explained.after.error
     before, after = (np.rad2deg(error.rate_rad_s) for error in sides)
     return spectrum_chart(
@@ -84,12 +84,12 @@ def rate_spectrum_chart(found: Evaluation) -> Chart:
 
 
 def unexplained_chart(found: Evaluation) -> Chart:
-    """What constant momentum does not explain of the base's rate."""
+    """Build the chart of the base's rate residual that constant momentum does not explain."""
     explained, flown = found.explained, found.explained.driven.flown
     rows = found.motion.t_s >= flown.t_s[0]
     before = residual_rate(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
     values = (before, explained.fit.residual_rad_s)
-    filed, corrected = (np.rad2deg(padded(rows, rates)) for rates in values)
+    filed, corrected = (np.rad2deg(pad_rows(rows, rates)) for rates in values)
     sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
     return Chart(
         "unexplained",
@@ -103,18 +103,18 @@ def unexplained_chart(found: Evaluation) -> Chart:
 
 
 def bodies_of(found: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
-    """The model as its file has it, and corrected."""
+    """Return the multibody model as filed and as corrected."""
     explained = found.explained
     offsets = explained.driven.offsets
-    return ("before", offsets.body), ("after", offsets.corrected(explained.fit.values))
+    return ("before", offsets.body), ("after", offsets.correct(explained.fit.values))
 
 
 def momentum_chart(found: Evaluation) -> Chart:
-    """As it is, every sample."""
+    """Build the chart of the angular momentum, every sample without averaging."""
     flown = found.explained.driven.flown
     rows = found.motion.t_s >= flown.t_s[0]
     sides: list[Side] = [
-        (kind, padded(rows, PER_KG_M2_S * inertial_momentum(body, flown)), None)
+        (kind, pad_rows(rows, PER_KG_M2_S * inertial_momentum(body, flown)), None)
         for kind, body in bodies_of(found)
     ]
     return Chart(
@@ -127,10 +127,10 @@ def momentum_chart(found: Evaluation) -> Chart:
 
 
 def averaged_momentum_chart(found: Evaluation) -> Chart:
-    """By the paper's moving average."""
+    """Build the chart of the angular momentum by the paper's moving average."""
     averages = dict(averages_of(found))
     sides: list[Side] = [
-        (kind, padded(np.isin(found.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
+        (kind, pad_rows(np.isin(found.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
         for kind, average in averages.items()
     ]
     cutoff = averages["before"].cutoff_hz
@@ -147,14 +147,17 @@ def averaged_momentum_chart(found: Evaluation) -> Chart:
 
 
 def averages_of(found: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...]:
-    """The momentum by either model, averaged as in the paper or over what there is."""
+    """Compute the momentum by either model, averaged over the paper's window.
+
+    A shorter record is averaged over all its samples.
+    """
     flown = found.explained.driven.flown
     size = min(PAPER_SIZE, len(flown.t_s))
     return tuple((kind, averaged_momentum(body, flown, size)) for kind, body in bodies_of(found))
 
 
 def momentum_spectrum_chart(found: Evaluation) -> Chart:
-    """Of every sample."""
+    """Build the chart with the momentum's spectrum, computed from every sample."""
     flown = found.explained.driven.flown
     before, after = (PER_KG_M2_S * inertial_momentum(body, flown) for _, body in bodies_of(found))
     return spectrum_chart(
@@ -167,7 +170,7 @@ def momentum_spectrum_chart(found: Evaluation) -> Chart:
 
 
 def joint_chart(found: Evaluation) -> Chart:
-    """Of all joints over the drop's times."""
+    """Build the chart of all joint angles over the drop's times, measured and commanded."""
     lines = [
         Line(
             f"joint {joint.joint}",
@@ -209,7 +212,7 @@ def commanded_rad(found: Evaluation) -> FloatArray | None:
 
 
 def gyro_residual_chart(found: Evaluation) -> Chart:
-    """The residual of each gyro against the motion that fits all of them."""
+    """Build the chart of each gyro's residual against the motion that fits all of them best."""
     left = np.rad2deg(found.motion.fused.residual_rad_s)
     left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
     averaged = np.stack([_moving_average(body) for body in left.swapaxes(0, 1)], axis=1)
@@ -224,7 +227,7 @@ def gyro_residual_chart(found: Evaluation) -> Chart:
 
 
 def force_chart(found: Evaluation) -> Chart:
-    """What the accelerometers feel beyond their zero-g output."""
+    """Build the chart of the specific force, the accelerometers' readings less their zero-g output."""
     return Chart(
         "forces",
         "Micro-gravity",
@@ -252,7 +255,7 @@ def specific_force_g(found: Evaluation) -> FloatArray:
 
 
 def _norms(vectors: FloatArray) -> tuple[Line, ...]:
-    """Of (n, bodies, 3), a line for each body."""
+    """Build a line for each body from the norms of (n, bodies, 3) vectors."""
     norms = np.linalg.norm(vectors, axis=2)
     return tuple(Line(f"body {body + 1}", norm, body, "measured") for body, norm in enumerate(norms.T))
 
@@ -268,7 +271,7 @@ def _moving_average(values: FloatArray) -> FloatArray:
 
 
 def window_chart(found: Evaluation) -> Chart:
-    """What the spectra show of a pure sine."""
+    """Build the chart of the spectral leakage of the windows: the spectrum they show for a pure sine."""
     t_s = found.explained.driven.flown.t_s
     shares = {window: leakage(t_s, window, SHOWN_HZ) for window in WINDOWS}
     lines = [

@@ -51,7 +51,7 @@ class Source:
 
     @classmethod
     def of(cls, what: str, path: Path) -> Source:
-        """A file as it is now."""
+        """Build the source of a file, with its hash as it is now."""
         return cls(what, path, sha256_of(path))
 
 
@@ -87,13 +87,13 @@ def document_of(
     tables: Sequence[PageTable] = (),
     lacking: Sequence[str] = (),
 ) -> Document:
-    """All drops in one document.
+    """Build one document of all drops.
 
     Args:
         drops: One or more; their names differ.
-        made_at: With its time zone; it is in the document.
-        tables: Of all drops together.
-        lacking: Which drops were asked for and are not here, and why; a sentence or more each.
+        made_at: Creation time with its time zone; shown in the document.
+        tables: Tables about all drops together.
+        lacking: Drops that were asked for and are missing, and why; a sentence or more each.
     """
     robots = dict.fromkeys(drop.evaluation.model.name for drop in drops)
     kind = "EMULATED " if any(drop.evaluation.log.is_emulated for drop in drops) else ""
@@ -129,14 +129,14 @@ def _drop(drop: ReportedDrop) -> Drop:
 
 
 def _notes(drop: ReportedDrop) -> list[str]:
-    """What could not be used, and what was assumed: what the verdict does not say already."""
+    """Collect a drop's notes on unusable data and assumptions that its verdict does not give already."""
     found, velocity = drop.evaluation, drop.evaluation.release_velocity
     notes = [*found.notes, *found.micro_gravity.notes, *(velocity.notes if velocity else ()), *drop.remarks]
     return [note for note in dict.fromkeys(notes) if note not in drop.verdict.reasons]
 
 
 def table(shown: quantity.Table) -> PageTable:
-    """As the page shows it."""
+    """Convert a table to the form that the page shows."""
     columns = shown.shown
     made = PageTable(
         title=shown.title,
@@ -150,7 +150,7 @@ def table(shown: quantity.Table) -> PageTable:
 
 
 def key_number(one: Quantity) -> KeyNumber:
-    """As the page shows it; what is not finite is None."""
+    """Convert a quantity to a key number of the page, with None for values that are not finite."""
     made = KeyNumber(
         label=one.label,
         value=_finite(one.value),
@@ -215,7 +215,10 @@ def _logger(found: Evaluation) -> str:
 
 
 def _measurement_time_text(found: Evaluation) -> str:
-    """When its quantities were measured: the file's own date is that of its last change."""
+    """Format the time when the calibration's quantities were measured.
+
+    The file's own date is that of its last change.
+    """
     taken = sorted(one.taken for one in quantities(found.calibration) if one.taken is not None)
     if not taken:
         return "nothing in it was ever measured"

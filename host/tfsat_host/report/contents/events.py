@@ -26,7 +26,7 @@ _BOUNCE_US = 5_000
 
 
 def events_of(found: Evaluation) -> list[Event]:
-    """By time."""
+    """Return the events of a drop, sorted by time."""
     first, last = -BEFORE_S, found.motion.samples.until_s + AFTER_S
     near = [event for event in _all(found) if first <= event["t_s"] <= last]
     return sorted(near, key=lambda event: event["t_s"])[:_AT_MOST]
@@ -48,7 +48,7 @@ def _all(found: Evaluation) -> Iterator[Event]:
 
 
 def _strokes(found: Evaluation) -> Iterator[Event]:
-    """As flown; without a schedule, the edges of the stroke line."""
+    """Yield the strokes as flown; without a schedule, the edges of the stroke line."""
     for stroke in found.strokes:
         begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
         turned = f"{number(np.rad2deg(stroke.size_rad), '+.1f')} deg" if stroke.moved else "did not move"
@@ -69,7 +69,7 @@ def _landing_events(found: Evaluation) -> Iterator[Event]:
 
 
 def _switches(found: Evaluation) -> Iterator[Event]:
-    """A contact bounces: of edges that follow each other at once the last one counts."""
+    """Yield the release switches' edges, keeping the last edge of each bounce."""
     log = found.log
     for index in range(SWITCH_COUNT):
         edges = [event for event in log.events if event.name == "switch_edge" and event.index == index]

@@ -14,8 +14,8 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.report.contents.attitude import settled
-from tfsat_host.report.contents.chart import numbers, padded
+from tfsat_host.report.contents.attitude import driven_samples
+from tfsat_host.report.contents.chart import numbers, pad_rows
 from tfsat_host.report.document import Replay, ReplayBody
 from tfsat_host.robot import RobotModel
 
@@ -42,17 +42,17 @@ class BodyPoses:
 
 
 def body_poses(found: Evaluation) -> BodyPoses:
-    """Of one drop."""
+    """Compute the poses of the bodies during one drop, measured and predicted."""
     moved = found.motion.bodies[found.model.base]
     angles = found.motion.angles_rad[found.motion.samples.fall]
     attitude = moved.attitude.as_matrix()
-    driven = settled(found)
+    driven = driven_samples(found)
     offsets, sides = found.explained.driven.offsets, found.explained.before
     predicted = attitude[driven][0] @ sides.prediction.attitude
     ghost = _place_bodies(offsets.body, found.model, angles[driven], predicted)
-    corrected = offsets.corrected(found.explained.fit.values)
+    corrected = offsets.correct(found.explained.fit.values)
     return BodyPoses(
-        moved.t_s, _place_bodies(corrected, found.model, angles, attitude), padded(driven, ghost)
+        moved.t_s, _place_bodies(corrected, found.model, angles, attitude), pad_rows(driven, ghost)
     )
 
 

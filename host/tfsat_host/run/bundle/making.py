@@ -248,7 +248,7 @@ def recompute(folder: Path, name: str, used: EvaluationInputs) -> RecomputedEval
                 for what in _SOURCES
                 if what in used.files
             ),
-            options.typed(),
+            options.as_arguments(),
         )
         page = render(_relative(document_of([drop], done.recorded or _NO_TIME), roots))
         held = None if certificate is None else _relative(str(certificate), roots)

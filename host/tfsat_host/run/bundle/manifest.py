@@ -146,7 +146,7 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
             raise ValueError("it is no list of files")
         if values["format"] != FORMAT:
             raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
-        return json_values.parsed(Manifest, values, optional=("doubts",))  # older bundles have none
+        return json_values.parse_dataclass(Manifest, values, optional=("doubts",))  # older bundles have none
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise BundleError(
             what=f"The manifest of {source} cannot be understood: {_why(error)}.",

@@ -140,7 +140,7 @@ def read(folder: Path) -> Contents:
     return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
 
 
-def listing(folder: Path) -> dict[str, Any]:
+def list_drops(folder: Path) -> dict[str, Any]:
     """List all drops and the changes to each since it was added, for `--json`. Raises as `read` does."""
     contents = read(folder)
     return {
@@ -151,7 +151,7 @@ def listing(folder: Path) -> dict[str, Any]:
     }
 
 
-def following(folder: Path) -> dict[str, Any]:
+def next_drop(folder: Path) -> dict[str, Any]:
     """Return the number and folder of the next drop, for `--json`. Raises as `read` does."""
     contents = read(folder)
     number = contents.next_number

@@ -113,7 +113,7 @@ def parse_index(text: str) -> tuple[DropEntry, ...]:
         index = json.loads(text)
         if index["made_by"] != MADE_BY or index["format"] != FORMAT:
             raise ValueError(f"it is of {index['made_by']!r}, format {index['format']!r}")
-        found = (json_values.parsed(DropEntry, one, _OPTIONAL) for one in index["drops"])
+        found = (json_values.parse_dataclass(DropEntry, one, _OPTIONAL) for one in index["drops"])
         drops = tuple(sorted(found, key=lambda drop: drop.number))
     for one, other in pairwise(drops):
         if one.number == other.number:
@@ -134,7 +134,7 @@ def format_drop(drop: DropEntry) -> str:
 def parse_drop(text: str) -> DropEntry:
     """Parse a drop's own copy of its entry. Raises ValueError: it is none, or damaged."""
     with _as_value_error():
-        return json_values.parsed(DropEntry, json.loads(text), _OPTIONAL)
+        return json_values.parse_dataclass(DropEntry, json.loads(text), _OPTIONAL)
 
 
 @contextmanager

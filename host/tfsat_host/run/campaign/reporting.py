@@ -22,7 +22,7 @@ from tfsat_host.run.campaign.entries import DropEntry
 from tfsat_host.run.drop_comparison import DROPS, Comparison, row_of
 from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.files import EMULATED, EvaluationOptions
-from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, reported, together
+from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, explain_absence, report_drop, together
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
@@ -242,7 +242,9 @@ def _write(
 ) -> None:
     """Write the report page of the drops that can be evaluated, with a comparison per robot."""
     drops = {
-        drop.number: reported(_name(drop, one), one) for drop, one in tried if isinstance(one, EvaluatedRun)
+        drop.number: report_drop(_name(drop, one), one)
+        for drop, one in tried
+        if isinstance(one, EvaluatedRun)
     }
     tables: list[PageTable] = []
     for robot in robots:
@@ -251,7 +253,7 @@ def _write(
             for table in of_them:
                 table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
             tables += of_them
-    without = [lacking(Path(drop.folder), one) for drop, one in tried if isinstance(one, TfsatError)]
+    without = [explain_absence(Path(drop.folder), one) for drop, one in tried if isinstance(one, TfsatError)]
     files.write(list(drops.values()), tables, without, notices)
 
 
