@@ -75,7 +75,7 @@ def parse_dataclass(kind: type[T], values: Any, optional: Container[str] = ()) -
         ValueError, TypeError: a field has a wrong value or type.
     """
     hints = get_type_hints(kind, include_extras=True)
-    names = [one.name for one in fields(kind) if one.name not in optional or one.name in values]  # type: ignore[arg-type]
+    names = [field.name for field in fields(kind) if field.name not in optional or field.name in values]  # type: ignore[arg-type]
     return kind(**{name: _field(hints[name], values[name], name) for name in names})
 
 
@@ -88,11 +88,11 @@ def _field(kind: Any, value: Any, name: str) -> Any:
     if origin is tuple:
         if not isinstance(value, list):
             raise ValueError(f"its {name} is no list")
-        return tuple(_field(args[0], one, name) for one in value)
+        return tuple(_field(args[0], element, name) for element in value)
     if origin is Mapping:
         if not isinstance(value, dict):
             raise ValueError(f"its {name} is no table")
-        return {key: _field(args[1], one, key) for key, one in value.items()}
+        return {key: _field(args[1], element, key) for key, element in value.items()}
     if isinstance(kind, type) and is_dataclass(kind):
         return parse_dataclass(kind, value)
     return _READERS[kind](value)
@@ -129,7 +129,7 @@ def error_as_dict(error: TfsatError) -> dict[str, Any]:
 
     `code` is a stable name where the error has one, `number` that of a board's refusal.
     """
-    shown: dict[str, Any] = {
+    document: dict[str, Any] = {
         "what": error.what,
         "meaning": error.meaning,
         "next_step": error.next_step,
@@ -137,5 +137,5 @@ def error_as_dict(error: TfsatError) -> dict[str, Any]:
     }
     code = getattr(error, "code", None)
     if isinstance(code, IntEnum):
-        return {**shown, "code": code.name.lower(), "number": int(code)}
-    return shown if code is None else {**shown, "code": str(code)}
+        return {**document, "code": code.name.lower(), "number": int(code)}
+    return document if code is None else {**document, "code": str(code)}

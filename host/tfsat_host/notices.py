@@ -62,7 +62,7 @@ def printable(text: object) -> str:
 
 
 def recordings_lines(
-    facts: Mapping[str, Any], file: object, command: str = "decode", done: str = "Decoded"
+    facts: Mapping[str, Any], file: object, command: str = "decode", verb: str = "Decoded"
 ) -> Iterator[str]:
     """Yield lines that list a file's several recordings, the one taken and how to get another.
 
@@ -70,17 +70,20 @@ def recordings_lines(
         facts: The facts of the recording taken, by `sdlog.summary.metadata`.
         file: The file's name.
         command: The command that asks.
-        done: The verb for what it did with that recording.
+        verb: The verb for what it did with that recording.
     """
     recordings, others = facts["recordings"], len(facts["other_sessions"])
     if not others:
         return
-    yield f"{file} holds {others + 1} recordings. {done}: {facts['session']}, {_CHOSEN[facts['chosen_by']]}."
-    for one in recordings[:_LISTED]:
-        started = "-" if one["started_unix_us"] is None else utc(one["started_unix_us"])
-        state = "parts of it" if not one["is_unbroken"] else "whole" if one["has_end"] else "without an end"
+    yield f"{file} holds {others + 1} recordings. {verb}: {facts['session']}, {_CHOSEN[facts['chosen_by']]}."
+    for entry in recordings[:_LISTED]:
+        started = "-" if entry["started_unix_us"] is None else utc(entry["started_unix_us"])
+        state = (
+            "parts of it" if not entry["is_unbroken"] else "whole" if entry["has_end"] else "without an end"
+        )
         yield (
-            f"  {one['session']}  {started:<23}  about {one['samples']} samples in {one['blocks']} blocks, {state}"
+            f"  {entry['session']}  {started:<23}  about {entry['samples']} samples in "
+            f"{entry['blocks']} blocks, {state}"
         )
     if others + 1 > min(len(recordings), _LISTED):
         yield f"  … and {others + 1 - min(len(recordings), _LISTED)} more (--json names them)."

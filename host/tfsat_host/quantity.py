@@ -123,7 +123,9 @@ class Column:
         factor = _ratio(unit_of(self.key), self.shown_in)
         std = self.std_of(row)
         if hasattr(value, "__len__"):
-            return vector([factor * one for one in value], None if std is None else factor * std, self.form)
+            return vector(
+                [factor * element for element in value], None if std is None else factor * std, self.form
+            )
         if self.std and std is None:
             std = math.nan
         return Quantity(
@@ -219,11 +221,11 @@ def decimals_of(std: float) -> int:
     return min(max(1 - math.floor(math.log10(std)), 0), _MAX_DECIMALS)
 
 
-def _ratio(source: str, wanted: str) -> float:
+def _ratio(source: str, target_unit: str) -> float:
     """Return the factor from the source unit to the wanted one; 1 if either is empty."""
-    if source == wanted or not source or not wanted:
+    if source == target_unit or not source or not target_unit:
         return 1.0
-    return _FACTORS[wanted] / _FACTORS[source]
+    return _FACTORS[target_unit] / _FACTORS[source]
 
 
 def record(columns: Columns, row: Any) -> dict[str, Any]:
@@ -231,15 +233,15 @@ def record(columns: Columns, row: Any) -> dict[str, Any]:
 
     NaN stays; arrays become lists, choices their names in small letters.
     """
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for column in columns:
         if not column.key:
             continue
         value = column.value(row)
-        found[column.key] = json_objects(column.columns, value) if column.columns else _plain(value)
+        entries[column.key] = json_objects(column.columns, value) if column.columns else _plain(value)
         if column.std:
-            found[f"{column.key}_std"] = _plain(column.std_of(row))
-    return found
+            entries[f"{column.key}_std"] = _plain(column.std_of(row))
+    return entries
 
 
 def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:

@@ -286,16 +286,16 @@ def _servo(entry: Table, place: str, notices: list[str]) -> ServoSetting:
 
 def _whole(entry: Table, place: str, key: str, notices: list[str], *shape: int) -> list[int]:
     """Numbers in what the board resolves, to the nearest whole (half to even), with a notice of what was rounded."""
-    scale, unit, wanted = _RESOLVED[key]
-    found = []
-    for value in entry.numbers(key, *shape, wanted=wanted):
+    scale, unit, expected_format = _RESOLVED[key]
+    whole_numbers = []
+    for value in entry.numbers(key, *shape, requirement=expected_format):
         if abs(value) > _MAX_VALUE:
-            entry.fail(key, f"{value:g} is beyond every servo", f"Give `{key}` {wanted}.")
+            entry.fail(key, f"{value:g} is beyond every servo", f"Give `{key}` {expected_format}.")
         exactly = exact(value) * scale
-        found.append(round(exactly))
-        if found[-1] != exactly:
+        whole_numbers.append(round(exactly))
+        if whole_numbers[-1] != exactly:
             notices.append(
-                f"{place}{key} was rounded from {value} to {found[-1] / scale:g} {unit}: "
+                f"{place}{key} was rounded from {value} to {whole_numbers[-1] / scale:g} {unit}: "
                 f"the board resolves {1 / scale:g} {unit}."
             )
-    return found
+    return whole_numbers

@@ -51,7 +51,7 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
         CalibrationError: why not, what it means, and what to do.
     """
     step, valid = evidence.step, evidence.counts.angle_valid
-    before = solve((one for one in earlier if one.step.kind in (StepKind.REST, StepKind.ZERO)), model)
+    before = solve((entry for entry in earlier if entry.step.kind in (StepKind.REST, StepKind.ZERO)), model)
     recording = evidence.recording
     if step.kind == StepKind.REST:
         estimate_biases(recording)
@@ -83,8 +83,8 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
 
 def _by_each(recording: SensorSamples, sensors: JointSensors, model: RobotModel) -> FloatArray:
     """(n, 2) a joint's angle by each sensor, unwrapped; without a zero from where the recording begins."""
-    shown = recording.sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
-    return sensors.from_start(np.unwrap(sensors.each(shown), axis=0))
+    readings_rad = recording.sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
+    return sensors.from_start(np.unwrap(sensors.each(readings_rad), axis=0))
 
 
 def _check_closed(recording: SensorSamples, before: Solution, model: RobotModel) -> None:
@@ -210,10 +210,10 @@ def _check_sensors_agree(joint: int, by_each_rad: FloatArray) -> None:
 
 def _check_bodies(step: Step, rms: FloatArray) -> None:
     """Refuses where others moved than should have, by the rms rate (4,) of each body."""
-    joint, moved, held = step.moving_joint, set(step.moved), set(step.held)
-    fastest = max(float(rms[body - 1]) for body in moved | held)
+    joint, moved, held_bodies = step.moving_joint, set(step.moved), set(step.held)
+    fastest = max(float(rms[body - 1]) for body in moved | held_bodies)
     slowest = min(step.moved, key=lambda body: float(rms[body - 1]))
-    moving = {body for body in moved | held if rms[body - 1] > _MOVES_FRACTION * fastest}
+    moving = {body for body in moved | held_bodies if rms[body - 1] > _MOVES_FRACTION * fastest}
     missing, extra = sorted(moved - moving), sorted(moving - moved)
     if fastest < MIN_RMS_RAD_S[step.kind] or (
         moving == moved and rms[slowest - 1] < MIN_RMS_RAD_S[step.kind]
@@ -236,11 +236,11 @@ def _check_bodies(step: Step, rms: FloatArray) -> None:
             next_step="Exchange their cables (or their address jumpers) and begin again: tfsat-host calibrate bias, "
             f"then misalignment --joint 1. If their cables are right, move body {missing[0]}, not body {extra[0]}.",
         )
-    if moving == held:
+    if moving == held_bodies:
         raise CalibrationError(
-            what=f"The wrong side moved: {bodies(held)} turned, and {bodies(moved)} was held.",
+            what=f"The wrong side moved: {bodies(held_bodies)} turned, and {bodies(moved)} was held.",
             meaning="Nothing was kept: the gyros of the side that is asked for measured no rotation.",
-            next_step=f"Hold {bodies(held)} on the bench and move {bodies(moved)}, {_AGAIN} "
+            next_step=f"Hold {bodies(held_bodies)} on the bench and move {bodies(moved)}, {_AGAIN} "
             "If you did so, the cables of the gyros' two buses are exchanged.",
         )
     if missing:

@@ -142,7 +142,7 @@ def _joint_angles(
     for sensors in calibration.joints:
         columns = sensor_columns(model, sensors.joint)
         answered = counts.angle_valid[:, columns].all(axis=1)
-        shown = samples.sensor_angle_rad[:, columns]
-        angles.append(np.where(answered, sensors.angle(shown), np.nan))
-        stds.append(np.where(answered, np.sqrt(sensors.angle_variance(shown)), np.nan))
+        readings_rad = samples.sensor_angle_rad[:, columns]
+        angles.append(np.where(answered, sensors.angle(readings_rad), np.nan))
+        stds.append(np.where(answered, np.sqrt(sensors.angle_variance(readings_rad)), np.nan))
     return np.column_stack(angles), np.column_stack(stds)

@@ -72,7 +72,7 @@ def estimate_biases(still: SensorSamples) -> tuple[BiasEstimate, ...]:
     return tuple(_estimate(still, body) for body in range(1, 5))
 
 
-def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken: datetime) -> GyroCalibration:
+def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken_at: datetime) -> GyroCalibration:
     """Return the gyro's calibration with a new bias."""
     covariance = gyro.covariance.copy()
     covariance[:3, :3] = bias.covariance
@@ -82,7 +82,7 @@ def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken: datetime) -> Gyr
         covariance=covariance,
         noise_rad_s=bias.noise_rad_s,
         temperature_c=bias.temperature_c,
-        bias_taken=taken,
+        bias_taken=taken_at,
     )
 
 
@@ -206,10 +206,10 @@ def _mean_rates_by_second(log: DropLog, rows: slice, seconds: int) -> tuple[Floa
 
 def _mean_and_std(counts: NDArray[np.int16]) -> tuple[FloatArray, FloatArray]:
     """(seconds, 4, 3) each, of (seconds, n, 4, 3); exact: sums of 16-bit numbers and their squares."""
-    whole = counts.astype(np.int64)
+    wide_counts = counts.astype(np.int64)
     n = counts.shape[1]
-    mean = whole.sum(axis=1) / n
-    variance = (whole * whole).sum(axis=1) / n - mean**2
+    mean = wide_counts.sum(axis=1) / n
+    variance = (wide_counts * wide_counts).sum(axis=1) / n - mean**2
     return mean, np.sqrt(np.maximum(variance, 0.0))
 
 
@@ -228,7 +228,7 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
 
     In each no gyro's mean drifts, from one of its seconds to another, by more than `DRIFT_RAD_S`.
     """
-    found: list[tuple[int, int]] = []
+    stretches: list[tuple[int, int]] = []
     begin, low, high = 0, np.empty(0), np.empty(0)
     for second in range(len(quiet) + 1):
         if second < len(quiet) and quiet[second]:
@@ -238,14 +238,14 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
                 low = high = rates[second]
             if (high - low <= DRIFT_RAD_S).all():
                 continue
-            found.append((begin, second - begin))
+            stretches.append((begin, second - begin))
             begin = _first_that_agrees(rates, begin, second)
             low, high = rates[begin : second + 1].min(axis=0), rates[begin : second + 1].max(axis=0)
             continue
         if second > begin:
-            found.append((begin, second - begin))
+            stretches.append((begin, second - begin))
         begin = second + 1
-    return found
+    return stretches
 
 
 def _first_that_agrees(rates: FloatArray, begin: int, second: int) -> int:
@@ -288,5 +288,7 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
             meaning="Whether its biases are older than a landing could never be known; nothing was kept.",
             next_step="Take them on the bench: tfsat-host calibrate bias",
         )
-    taken = datetime.fromtimestamp(0, UTC) + timedelta(microseconds=log.unix_offset_us + int(counts.t_us[0]))
-    return Evidence(rest(), counts, taken, origin)
+    taken_at = datetime.fromtimestamp(0, UTC) + timedelta(
+        microseconds=log.unix_offset_us + int(counts.t_us[0])
+    )
+    return Evidence(rest(), counts, taken_at, origin)

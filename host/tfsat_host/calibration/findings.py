@@ -94,9 +94,9 @@ def scale_rows(gyros: Sequence[GyroCalibration], moved: Evidence, model: RobotMo
 
 def bend_rows(calibration: Calibration, steps: Iterable[Evidence]) -> list[Row]:
     """Amplitudes of sin, cos, sin 2 and cos 2 of the angle shown, of both sensors of each joint that was swept."""
-    joints = {one.step.joint for one in steps if one.step.kind == StepKind.SWEEP}
+    joints = {evidence.step.joint for evidence in steps if evidence.step.kind == StepKind.SWEEP}
     rows = []
-    for sensors in (one for one in calibration.joints if one.joint in joints):
+    for sensors in (sensor_pair for sensor_pair in calibration.joints if sensor_pair.joint in joints):
         stds = np.sqrt(np.diag(sensors.bend_covariance)).reshape(2, 4)
         for number, (bend, std) in enumerate(zip(sensors.bend, stds, strict=True), 1):
             of = {"joint": sensors.joint, "sensor": number}
@@ -106,11 +106,11 @@ def bend_rows(calibration: Calibration, steps: Iterable[Evidence]) -> list[Row]:
 
 def largest_bends_deg(bends: Iterable[Row]) -> dict[int, list[float]]:
     """Compute the largest possible error of each sensor due to its bend, deg, by joint."""
-    found: dict[int, list[float]] = {}
+    bends_deg: dict[int, list[float]] = {}
     for row in bends:
         bend = row["bend_deg"]
-        found.setdefault(row["joint"], []).append(float(np.hypot(*bend[:2]) + np.hypot(*bend[2:])))
-    return found
+        bends_deg.setdefault(row["joint"], []).append(float(np.hypot(*bend[:2]) + np.hypot(*bend[2:])))
+    return bends_deg
 
 
 def found_rows(
@@ -121,12 +121,12 @@ def found_rows(
     if kind == StepKind.REST:
         return [bias_row(gyro) for gyro in now.gyros]
     if kind == StepKind.ZERO:
-        joints = {one.step.joint for one in steps}
-        known = [None] * len(now.joints) if before is None else before.joints
-        pairs = zip(now.joints, known, strict=True)
-        return [zero_row(one, old) for one, old in pairs if joints & {None, one.joint}]
+        joints = {evidence.step.joint for evidence in steps}
+        earlier_joints = [None] * len(now.joints) if before is None else before.joints
+        pairs = zip(now.joints, earlier_joints, strict=True)
+        return [zero_row(sensors, old) for sensors, old in pairs if joints & {None, sensors.joint}]
     rows_of = axis_rows if kind == StepKind.SWING else scale_rows
-    return [row for one in steps for row in rows_of(now.gyros, one, model)]
+    return [row for evidence in steps for row in rows_of(now.gyros, evidence, model)]
 
 
 def outcome(
@@ -142,19 +142,19 @@ def outcome(
         model: The robot.
     """
     key, title, kinds, columns = _TABLES[quantity]
-    counted = [one for one in steps if one.step.kind in kinds]
+    counted = [evidence for evidence in steps if evidence.step.kind in kinds]
     joint = f" {counted[0].step.joint}" if quantity == "misalignment" else ""
     table = Table(f"{title}{joint}", columns, found_rows(counted, before, now, model))
     bends = bend_rows(now, steps) if quantity == "scale" else []
-    keys = {one.step.key for one in steps}
-    found: dict[str, Any] = {
+    keys = {evidence.step.key for evidence in steps}
+    result: dict[str, Any] = {
         key: records(columns, table.rows),
         **({"sensors": bends} if quantity == "scale" else {}),
         "emulated": now.subject.emulated,
         "steps": [
-            {"key": one.step, "file": one.file, "sha256": one.sha256, "taken": one.taken.isoformat()}
-            for one in now.papers
-            if one.step in keys
+            {"key": paper.step, "file": paper.file, "sha256": paper.sha256, "taken": paper.taken.isoformat()}
+            for paper in now.papers
+            if paper.step in keys
         ],
         "missing": records(_MISSING, now.shortcomings()),
     }
@@ -163,7 +163,7 @@ def outcome(
         "it off."
         for joint, (first, second) in largest_bends_deg(bends).items()
     )
-    return found, (table, *bent)
+    return result, (table, *bent)
 
 
 def found_lines(step: Evidence, calibration: Calibration, model: RobotModel) -> list[str]:
@@ -243,7 +243,9 @@ def value_text(row: Mapping[str, Any]) -> str:
     """Value, standard deviation and unit of such a row; of several the largest deviation."""
     if row["value"] is None:
         return UNKNOWN
-    values, stds = ([one] if isinstance(one, float) else one for one in (row["value"], row["std"]))
+    values, stds = (
+        [numbers] if isinstance(numbers, float) else numbers for numbers in (row["value"], row["std"])
+    )
     slope = f"{row['slope_deg_per_us']:+.4f} deg/us, backlash " if "is" in row else ""
     return f"{slope}{vector(values, stds)} {'' if row['unit'] == '1' else row['unit']}".rstrip()
 
@@ -265,7 +267,7 @@ _LINES: Final[dict[StepKind, Callable[[Row], str]]] = {
 }
 _MISSING = (
     *fields("name reason"),
-    Column("command", of=lambda one: f"tfsat-host calibrate {one.command}"),
+    Column("command", of=lambda gap: f"tfsat-host calibrate {gap.command}"),
 )
 _BODY = Column("body", "gyro", words=lambda row: f"body {row['body']}")
 _TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {

@@ -110,8 +110,10 @@ def spans_two_axes(responses: Sequence[Response]) -> bool:
 def wahba(responses: Sequence[Response]) -> FloatArray:
     """(3, 3) the rotation that turns the readings' directions nearest to the axes."""
     attitude = sum(np.outer(response.axis_body, response.reading / response.length) for response in responses)
-    left, _, right = np.linalg.svd(attitude)
-    return np.asarray(left @ np.diag([1.0, 1.0, np.linalg.det(left) * np.linalg.det(right)]) @ right)
+    left_vectors, _, right = np.linalg.svd(attitude)
+    return np.asarray(
+        left_vectors @ np.diag([1.0, 1.0, np.linalg.det(left_vectors) * np.linalg.det(right)]) @ right
+    )
 
 
 class _Prior(NamedTuple):
@@ -145,24 +147,30 @@ def _linearize(
     normal, right = np.diag(1.0 / std**2), left_of_prior / std
     misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
-        found = prior.find_hinge(response.axis_body)
-        axis = response.axis_body if found is None else response.axis_body + found[1] @ leans[found[0]]
+        hinge_lean = prior.find_hinge(response.axis_body)
+        axis = (
+            response.axis_body
+            if hinge_lean is None
+            else response.axis_body + hinge_lean[1] @ leans[hinge_lean[0]]
+        )
         axis = rotation.T @ axis
         # M exp(d): the axis is then at axis + axis x d.
         jacobian = np.zeros((3, len(std)))
         jacobian[:, :6] = np.hstack([scale[:, None] * np.cross(np.eye(3), axis), np.diag(axis)])
-        if found is not None:
-            jacobian[:, 6 + 2 * found[0] : 8 + 2 * found[0]] = scale[:, None] * (rotation.T @ found[1])
+        if hinge_lean is not None:
+            jacobian[:, 6 + 2 * hinge_lean[0] : 8 + 2 * hinge_lean[0]] = scale[:, None] * (
+                rotation.T @ hinge_lean[1]
+            )
         expected = scale * axis
         if not response.has_length:
             size = np.linalg.norm(expected)
             expected = expected / size
             jacobian = across(expected) / size @ jacobian
-        left = response.reading - expected
+        residual = response.reading - expected
         weight = np.linalg.pinv(response.covariance, rcond=1e-9, hermitian=True)
         normal += jacobian.T @ weight @ jacobian
-        right += jacobian.T @ weight @ left
-        misfit += float(left @ weight @ left)
+        right += jacobian.T @ weight @ residual
+        misfit += float(residual @ weight @ residual)
     return normal, right, misfit
 
 
@@ -175,28 +183,33 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     weighed = _weigh_by_age(responses)
     hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    found = solve_mounting(weighed, nominal, hinges, lean_std_rad)
-    ratio = found.misfit / max(1, found.degrees_of_freedom)
+    mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
+    ratio = mounting_fit.misfit / max(1, mounting_fit.degrees_of_freedom)
     if ratio > 1.0:
-        weighed = [replace(one, covariance=ratio * one.covariance) for one in weighed]
-        found = solve_mounting(weighed, nominal, hinges, lean_std_rad)
+        weighed = [replace(response, covariance=ratio * response.covariance) for response in weighed]
+        mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
     covariance = gyro.covariance.copy()
-    covariance[3:, 3:] = found.covariance
-    if responses and not any(one.fresh for one in responses):
+    covariance[3:, 3:] = mounting_fit.covariance
+    if responses and not any(response.fresh for response in responses):
         covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
-    changed = replace(gyro, rotation=found.rotation, scale=found.scale, covariance=covariance)
+    changed = replace(gyro, rotation=mounting_fit.rotation, scale=mounting_fit.scale, covariance=covariance)
     along: dict[str, list[Response]] = {
-        axis: [one for one in responses if abs(one.axis_body[i]) > _ALONG] for i, axis in enumerate(AXES)
+        axis: [response for response in responses if abs(response.axis_body[i]) > _ALONG]
+        for i, axis in enumerate(AXES)
     }
     # Directions alone may seem to determine a scale factor where a sensor sits askew, but only with joints as square as
     # in the robot file.
     lengths = {
-        axis: [one for one in along[axis] if one.has_length]
+        axis: [response for response in along[axis] if response.has_length]
         for i, axis in enumerate(AXES)
         if changed.scale_about(i)[1] < SCALE_KNOWN
     }
     axes, scaled = (
-        {axis: max(one.taken for one in found) for axis, found in times.items() if found}
+        {
+            axis: max(response.taken for response in axis_responses)
+            for axis, axis_responses in times.items()
+            if axis_responses
+        }
         for times in (along, lengths)
     )
     return replace(changed, axes=axes, scaled=scaled)
@@ -207,13 +220,13 @@ def _weigh_by_age(responses: Sequence[Response]) -> list[Response]:
 
     Without newer responses all are returned unchanged.
     """
-    new = [one for one in responses if one.fresh]
+    new = [response for response in responses if response.fresh]
     if not new:
         return list(responses)
     # A landing turns a sensor once: as many old directions as there are, they determine no more of it than one.
     old = len(responses) - len(new)
     doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(new) else LANDING_TILT_STD_RAD * old**0.5
-    return [one if one.fresh else _add_doubt(one, doubt_rad) for one in responses]
+    return [response if response.fresh else _add_doubt(response, doubt_rad) for response in responses]
 
 
 def _add_doubt(response: Response, doubt_rad: float) -> Response:
@@ -253,8 +266,8 @@ def check_sense(step: Step, responses: Sequence[Response], model: RobotModel) ->
     if len(responses) < 2:  # one gyro alone may as well be mounted the other way round
         return
     off = [
-        angle_between(one.reading, model.imus[body - 1].sensor_to_body.T @ one.axis_body)
-        for body, one in zip(step.moved, responses, strict=True)
+        angle_between(response.reading, model.imus[body - 1].sensor_to_body.T @ response.axis_body)
+        for body, response in zip(step.moved, responses, strict=True)
     ]
     if min(off) > np.pi - MAX_MISALIGNMENT_RAD:
         raise CalibrationError(
@@ -275,9 +288,9 @@ def check_turn_axis(recording: SensorSamples, step: Step, gyros: Sequence[GyroCa
     axis = turn_axis(step)
     readings = [recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s for gyro in gyros]
     expected = [gyro.readings(axis) for gyro in gyros]
-    together = np.median([one @ due for one, due in zip(readings, expected, strict=True)], axis=0)
-    found = [direction(one, axis, together).reading for one in readings]
-    off = [angle_between(one, due) for one, due in zip(found, expected, strict=True)]
+    together = np.median([rates @ due for rates, due in zip(readings, expected, strict=True)], axis=0)
+    directions = [direction(rates, axis, together).reading for rates in readings]
+    off = [angle_between(measured_axis, due) for measured_axis, due in zip(directions, expected, strict=True)]
     wrong = [index for index, angle in enumerate(off) if angle > MAX_TURN_MISALIGNMENT_RAD]
     if len(wrong) > len(gyros) // 2:
         raise CalibrationError(
@@ -287,7 +300,7 @@ def check_turn_axis(recording: SensorSamples, step: Step, gyros: Sequence[GyroCa
             f"this command again.",
         )
     if wrong:
-        raise _mounted_otherwise(gyros[wrong[0]].body, axis, found[wrong[0]], expected[wrong[0]])
+        raise _mounted_otherwise(gyros[wrong[0]].body, axis, directions[wrong[0]], expected[wrong[0]])
 
 
 def _mounted_otherwise(
@@ -343,13 +356,13 @@ def describe_mounting(rotation: FloatArray, nominal: FloatArray) -> str:
     lies_along = [
         ("-" if best[row, column] < 0 else "") + AXES[row] for column, row in enumerate(rows.tolist())
     ]
-    shown = ", ".join(lies_along)
+    axes_text = ", ".join(lies_along)
     moved = [AXES[column] for column in range(3) if rows[column] != column]
     if len(moved) == 2:
-        return f"looks mounted with {moved[0]} and {moved[1]} exchanged (its x, y, z lie along {shown})"
+        return f"looks mounted with {moved[0]} and {moved[1]} exchanged (its x, y, z lie along {axes_text})"
     if np.array_equal(best, np.eye(3)):
         return ""
-    return f"looks turned: its x, y, z lie along {shown} of where they should"
+    return f"looks turned: its x, y, z lie along {axes_text} of where they should"
 
 
 @cache
@@ -364,7 +377,9 @@ def _check_angles_between(body: int, responses: Sequence[Response], model: Robot
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)
-        doubt = 3.0 * np.sqrt(sum(np.trace(one.covariance) / one.length**2 for one in (first, second)))
+        doubt = 3.0 * np.sqrt(
+            sum(np.trace(response.covariance) / response.length**2 for response in (first, second))
+        )
         parallel = abs(first.axis_body @ second.axis_body) > _PARALLEL
         if abs(measured - on_robot) > (MAX_DIFFERENCE_RAD if parallel else most_skew_rad) + doubt:
             joints = (2, 3) if body == 4 else (1, 2)

@@ -113,7 +113,7 @@ def stops_deg(step: Step) -> tuple[float, ...]:
     return ()
 
 
-def progress_of(step: Step, counts: Counts, known: SensorKnowledge, model: RobotModel) -> StepProgress:
+def progress_of(step: Step, counts: Counts, calibration: SensorKnowledge, model: RobotModel) -> StepProgress:
     """Compute a step's progress from all samples so far, at least one.
 
     Rests are counted as the fit will find them, but only where the joint (or the robot) has come to another
@@ -122,19 +122,19 @@ def progress_of(step: Step, counts: Counts, known: SensorKnowledge, model: Robot
     recording = SensorSamples.from_counts(counts)
     elapsed_s = float(recording.t_s[-1] - recording.t_s[0])
     longest_s = DURATION_S.get(step.kind, MAX_DURATION_S)
-    angles = joint_angles(recording.sensor_angle_rad, known.joints, model)
-    wanted = stops_deg(step)
+    angles = joint_angles(recording.sensor_angle_rad, calibration.joints, model)
+    targets_deg = stops_deg(step)
     rests = 0
-    if wanted and elapsed_s > MIN_DURATION_S:
-        rests = min(_rests(step, recording, known, model), len(wanted))
+    if targets_deg and elapsed_s > MIN_DURATION_S:
+        rests = min(_rests(step, recording, calibration, model), len(targets_deg))
     return StepProgress(
         elapsed_s,
         max(0.0, longest_s - elapsed_s),
-        _levels(step, recording, known.gyros),
+        _levels(step, recording, calibration.gyros),
         tuple(np.rad2deg(angles[-1]).tolist()),
         rests,
-        wanted,
-        elapsed_s >= longest_s or (len(wanted) > 0 and rests == len(wanted)),
+        targets_deg,
+        elapsed_s >= longest_s or (len(targets_deg) > 0 and rests == len(targets_deg)),
     )
 
 
@@ -153,12 +153,12 @@ class Watch:
         self,
         step: Step,
         scales: LiveReply,
-        known: SensorKnowledge,
+        calibration: SensorKnowledge,
         model: RobotModel,
         show: Callable[[StepProgress], None],
     ) -> None:
         self._scales = scales
-        self._look = partial(progress_of, step, known=known, model=model)
+        self._look = partial(progress_of, step, calibration=calibration, model=model)
         self._show = show
         self._fresh: list[LiveSample] = []
         self._parts: list[Counts] = []
@@ -194,15 +194,15 @@ def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibratio
     )
 
 
-def _rests(step: Step, recording: SensorSamples, known: SensorKnowledge, model: RobotModel) -> int:
+def _rests(step: Step, recording: SensorSamples, calibration: SensorKnowledge, model: RobotModel) -> int:
     """Count the rests so far of the moved body that has the fewest."""
     t_s, place, share, apart_rad = recording.t_s, None, SWEEP_SHARE, _NEW_PLACE_RAD
     if step.kind == StepKind.TURN:
-        biases = np.array([gyro.bias_rad_s for gyro in known.gyros])
+        biases = np.array([gyro.bias_rad_s for gyro in calibration.gyros])
         readings = list((recording.rate_rad_s - biases).swapaxes(0, 1))
         share, apart_rad = TURN_SHARE, abs(np.deg2rad(step.angle_deg)) / 2
     else:
-        motion = Motion(step, recording, known.gyros, known.joints, model)
+        motion = Motion(step, recording, calibration.gyros, calibration.joints, model)
         readings = [motion.readings(body) for body in step.moved]
         place = motion.angle_rad[:, step.moving_joint - 1]
     counts = []

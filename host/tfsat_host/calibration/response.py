@@ -76,8 +76,8 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
     """
     axis = main_line(rate_rad_s)
     axis *= np.sign((rate_rad_s @ axis) @ along_rad_s) or 1.0
-    done = np.cumsum((rate_rad_s**2).sum(axis=1))
-    ends = np.searchsorted(done, done[-1] * np.arange(1, _BATCHES) / _BATCHES)
+    cumulative_squares = np.cumsum((rate_rad_s**2).sum(axis=1))
+    ends = np.searchsorted(cumulative_squares, cumulative_squares[-1] * np.arange(1, _BATCHES) / _BATCHES)
     lines = np.array([main_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
     lines *= np.sign(lines @ axis)[:, None]
     covariance = few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
@@ -142,9 +142,9 @@ def length_between_rests(
     times = rest_means(t_s, rests)
     columns = np.column_stack([angles_rad, times - times.mean(), np.ones(len(rests))])
     solution, *_ = np.linalg.lstsq(columns, means, rcond=None)
-    left = means - columns @ solution
-    freedom = len(left) - 3
-    squares = float(left @ left)
+    residuals = means - columns @ solution
+    freedom = len(residuals) - 3
+    squares = float(residuals @ residuals)
     if expected_rad > 0.0:
         freedom += EXPERIENCE
         squares += EXPERIENCE * (float(solution[0]) * expected_rad) ** 2
@@ -159,18 +159,20 @@ def axis_response(motion: Motion, body: int) -> Response:
     and the residual motion of the held body if that body's gyro is not calibrated itself.
     """
     readings = motion.readings(body)
-    found = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
-    gyro, held = motion.gyros[body - 1], motion.gyros[motion.held - 1]
+    response = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
+    gyro, held_gyro = motion.gyros[body - 1], motion.gyros[motion.held - 1]
     to_reading = gyro.scale[:, None] * gyro.rotation.T
     # The held body's motion is taken off by a mounting that is not exact.
-    held_rates = held.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
+    held_rates = held_gyro.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
     share = (held_rates**2).sum() / (readings**2).sum()
-    left = share * np.trace(held.covariance[3:6, 3:6]) / 3.0
+    residual_variance = share * np.trace(held_gyro.covariance[3:6, 3:6]) / 3.0
     covariance = (
-        found.covariance + to_reading @ motion.axis_covariance(body) @ to_reading.T + left * np.eye(3)
+        response.covariance
+        + to_reading @ motion.axis_covariance(body) @ to_reading.T
+        + residual_variance * np.eye(3)
     )
-    project = across(found.reading)
-    return Response(found.axis_body, found.reading, project @ covariance @ project, False)
+    project = across(response.reading)
+    return Response(response.axis_body, response.reading, project @ covariance @ project, False)
 
 
 def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -> Response:
@@ -183,8 +185,8 @@ def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -
     """
     axis = turn_axis(step)
     readings = recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s
-    found = direction(readings, axis, readings @ gyro.readings(axis))
-    along = readings @ found.reading
+    response = direction(readings, axis, readings @ gyro.readings(axis))
+    along = readings @ response.reading
     rests = find_rests(recording.t_s, along, TURN_SHARE)
     if len(rests) <= _MIN_SWEEPS:
         raise CalibrationError(
@@ -196,8 +198,8 @@ def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -
     angles = np.deg2rad(step.angle_deg) * (np.arange(len(rests)) % 2)
     _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0), rests), angles, step)
     length, std = length_between_rests(recording.t_s, along, rests, angles, PLACING_STD_RAD)
-    tilted = found.covariance + TILT_STD_RAD**2 * across(found.reading)
-    return with_length(Response(axis, found.reading, tilted, False), length, std)
+    tilted = response.covariance + TILT_STD_RAD**2 * across(response.reading)
+    return with_length(Response(axis, response.reading, tilted, False), length, std)
 
 
 def turn_axis(step: Step) -> FloatArray:
@@ -209,13 +211,13 @@ def turn_axis(step: Step) -> FloatArray:
 
 def _check_angles(turned_rad: FloatArray, known_rad: FloatArray, step: Step) -> None:
     """Refuses legs that were others than asked for, by the angles (k,) at the rests."""
-    legs, asked = np.diff(turned_rad), np.diff(known_rad)
-    wrong = np.abs(legs / asked - 1.0) > ANGLE_TOLERANCE
+    legs, expected_legs = np.diff(turned_rad), np.diff(known_rad)
+    wrong = np.abs(legs / expected_legs - 1.0) > ANGLE_TOLERANCE
     if wrong.any():
         first = int(np.argmax(wrong))
         raise CalibrationError(
             what=f"Turn {first + 1} was one of {np.rad2deg(legs[first]):+.0f} deg, not of "
-            f"{np.rad2deg(asked[first]):+.0f} deg.",
+            f"{np.rad2deg(expected_legs[first]):+.0f} deg.",
             meaning="The scale factor would be wrong by as much.",
             next_step=f"Turn it by {step.angle_deg:g} deg, counter-clockwise as seen against the {step.axis} axis, "
             "then back, from edge to edge, and run this command again.",

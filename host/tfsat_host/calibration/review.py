@@ -60,18 +60,18 @@ def in_future(row: Row) -> bool:
 
 
 def _quantity_rows(calibration: Calibration, model: RobotModel, options: str, now: datetime) -> list[Row]:
-    states = {one.name: one.reason for one in calibration.shortcomings()}
+    states = {gap.name: gap.reason for gap in calibration.shortcomings()}
     values = value_rows(calibration, model)
     return [
         {
-            "quantity": one.name,
-            "state": states.get(one.name, "valid"),
-            **(_UNKNOWN if one.taken is None else values[one.name]),
-            "taken": None if one.taken is None else one.taken.isoformat(),
-            "age_s": None if one.taken is None else (now - one.taken).total_seconds(),
-            "command": f"tfsat-host calibrate {one.command}{options}",
+            "quantity": quantity.name,
+            "state": states.get(quantity.name, "valid"),
+            **(_UNKNOWN if quantity.taken is None else values[quantity.name]),
+            "taken": None if quantity.taken is None else quantity.taken.isoformat(),
+            "age_s": None if quantity.taken is None else (now - quantity.taken).total_seconds(),
+            "command": f"tfsat-host calibrate {quantity.command}{options}",
         }
-        for one in quantities(calibration)
+        for quantity in quantities(calibration)
     ]
 
 
@@ -93,9 +93,10 @@ def landing_words(calibration: Calibration, now: datetime) -> str:
             "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
         )
     *earlier, last = calibration.landings
-    more = f" ({len(earlier)} earlier)" if earlier else ""
+    earlier_note = f" ({len(earlier)} earlier)" if earlier else ""
     return (
-        f"Last landing: {last.at:%Y-%m-%d %H:%M:%S} UTC, {age_words(now - last.at)}, by {last.told_by}{more}."
+        f"Last landing: {last.at:%Y-%m-%d %H:%M:%S} UTC, {age_words(now - last.at)}, by "
+        f"{last.told_by}{earlier_note}."
     )
 
 

@@ -21,7 +21,7 @@ RESUME_WITHIN = timedelta(hours=1)
 class Operator(Protocol):
     """Who has the steps done and recorded, and is informed of them: a person at a terminal, or a program."""
 
-    def record(self, step: Step, known: SensorKnowledge) -> Evidence:
+    def record(self, step: Step, calibration: SensorKnowledge) -> Evidence:
         """Has a step done and reads the sensors meanwhile, with what is known of them."""
 
     def on_refused(self, error: CalibrationError) -> None:
@@ -79,10 +79,10 @@ class Session:
     @property
     def kept_words(self) -> str:
         """How many steps are kept, a sentence."""
-        kept, total = len(self.kept), len(self.steps)
-        if not kept:
+        n_kept, total = len(self.kept), len(self.steps)
+        if not n_kept:
             return f"None of {total} steps was accepted; what was calibrated before is unchanged."
-        return f"{kept} of {total} steps {'is' if kept == 1 else 'are'} kept in {self._campaign.certificate}."
+        return f"{n_kept} of {total} steps {'is' if n_kept == 1 else 'are'} kept in {self._campaign.certificate}."
 
     def _record_until_accepted(self, step: Step) -> Evidence:
         anew = step.kind == StepKind.ZERO and not self._compare

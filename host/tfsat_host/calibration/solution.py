@@ -46,16 +46,16 @@ class Baseline:
     """
 
     def __init__(self, evidence: Iterable[Evidence], model: RobotModel) -> None:
-        by_time = sorted(evidence, key=lambda one: one.taken)
+        by_time = sorted(evidence, key=lambda entry: entry.taken)
         self._rests = [
-            (one, estimate_biases(one.recording)) for one in by_time if one.step.kind == StepKind.REST
+            (entry, estimate_biases(entry.recording)) for entry in by_time if entry.step.kind == StepKind.REST
         ]
-        zeros = [one for one in by_time if one.step.kind == StepKind.ZERO]
+        zeros = [entry for entry in by_time if entry.step.kind == StepKind.ZERO]
         self._zeros = [
             [
-                (one, estimate_zero(one.recording, one.counts.angle_valid, sensors, model))
-                for one in zeros
-                if one.step.joint in (None, sensors.joint)
+                (entry, estimate_zero(entry.recording, entry.counts.angle_valid, sensors, model))
+                for entry in zeros
+                if entry.step.joint in (None, sensors.joint)
             ]
             for sensors in (sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
         ]
@@ -67,8 +67,8 @@ class Baseline:
         rest = _at(self._rests, at)
         if rest is None:
             return tuple(gyros)
-        one, biases = rest
-        return tuple(with_bias(gyro, bias, one.taken) for gyro, bias in zip(gyros, biases, strict=True))
+        evidence, biases = rest
+        return tuple(with_bias(gyro, bias, evidence.taken) for gyro, bias in zip(gyros, biases, strict=True))
 
     def joints(self, joints: Sequence[JointSensors], at: datetime | None = None) -> tuple[JointSensors, ...]:
         """Return the angle sensors with the zero points in force at `at`; the newest ones if it is None."""
@@ -80,20 +80,20 @@ class Baseline:
 
     def used(self, at: Iterable[datetime]) -> list[Evidence]:
         """Return the evidence behind the newest values and those in force at these times."""
-        found = [
-            one[0]
+        evidence = [
+            pair[0]
             for when in (None, *at)
-            for one in (_at(self._rests, when), *(_at(zeros, when) for zeros in self._zeros))
-            if one is not None
+            for pair in (_at(self._rests, when), *(_at(zeros, when) for zeros in self._zeros))
+            if pair is not None
         ]
-        return list({one.taken: one for one in found}.values())
+        return list({entry.taken: entry for entry in evidence}.values())
 
 
 def _at(
     by_time: Sequence[tuple[Evidence, Estimate]], at: datetime | None
 ) -> tuple[Evidence, Estimate] | None:
     """Find the last estimate not after `at`, or the first if there is none; the newest if `at` is None."""
-    before = [one for one in by_time if at is None or one[0].taken <= at]
+    before = [pair for pair in by_time if at is None or pair[0].taken <= at]
     return before[-1] if before else by_time[0] if by_time else None
 
 
@@ -139,27 +139,35 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
     Raises:
         CalibrationError: what the recordings say cannot all be true.
     """
-    given = list(evidence)
-    baseline = Baseline(given, model)
+    entries = list(evidence)
+    baseline = Baseline(entries, model)
     gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
     joints = tuple(sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
-    moving = [one for one in newest(given).values() if one.step.kind not in (StepKind.REST, StepKind.ZERO)]
-    by_hand = [one for one in moving if one.step.kind != StepKind.SERVO]
+    moving = [
+        entry for entry in newest(entries).values() if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
+    ]
+    by_hand = [entry for entry in moving if entry.step.kind != StepKind.SERVO]
     for _ in range(_PASSES if by_hand else 0):
         responses = _Responses(last_landing)
-        for one in by_hand:
-            responses.add(one, baseline.gyros(gyros, one.taken), baseline.joints(joints, one.taken), model)
+        for entry in by_hand:
+            responses.add(
+                entry, baseline.gyros(gyros, entry.taken), baseline.joints(joints, entry.taken), model
+            )
         joints = tuple(responses.bent(sensors, model) for sensors in joints)
         for gyro in gyros:
             fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
             check_mounting(gyro.body, fresh, model)
         gyros = tuple(with_mounting(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
-    used = [*moving, *baseline.used(one.taken for one in moving)]
+    used_evidence = [*moving, *baseline.used(entry.taken for entry in moving)]
     return Solution(
         baseline.gyros(gyros),
         baseline.joints(joints),
-        tuple((one, baseline.joints(joints, one.taken)) for one in moving if one.step.kind == StepKind.SERVO),
-        tuple(sorted(used, key=lambda one: one.taken)),
+        tuple(
+            (entry, baseline.joints(joints, entry.taken))
+            for entry in moving
+            if entry.step.kind == StepKind.SERVO
+        ),
+        tuple(sorted(used_evidence, key=lambda entry: entry.taken)),
     )
 
 
@@ -177,31 +185,31 @@ class _Responses:
 
     def add(
         self,
-        one: Evidence,
+        evidence: Evidence,
         gyros: Sequence[GyroCalibration],
         joints: Sequence[JointSensors],
         model: RobotModel,
     ) -> None:
         """Adds the responses of a swing or a turn; those of a sweep, `bent` adds."""
-        if one.step.kind == StepKind.TURN:
-            check_turn_axis(one.recording, one.step, gyros)
+        if evidence.step.kind == StepKind.TURN:
+            check_turn_axis(evidence.recording, evidence.step, gyros)
             for gyro in gyros:
-                turned = turn_response(one.recording, one.step, gyro)
-                self.of_body(gyro.body).append(self._with_date(turned, one))
+                turned = turn_response(evidence.recording, evidence.step, gyro)
+                self.of_body(gyro.body).append(self._with_date(turned, evidence))
             return
-        motion = Motion(one.step, one.recording, gyros, joints, model)
-        found = [self._with_date(axis_response(motion, body), one) for body in one.step.moved]
-        check_sense(one.step, found, model)
-        for body, response in zip(one.step.moved, found, strict=True):
-            if one.step.kind == StepKind.SWING:
+        motion = Motion(evidence.step, evidence.recording, gyros, joints, model)
+        responses = [self._with_date(axis_response(motion, body), evidence) for body in evidence.step.moved]
+        check_sense(evidence.step, responses, model)
+        for body, response in zip(evidence.step.moved, responses, strict=True):
+            if evidence.step.kind == StepKind.SWING:
                 self.of_body(body).append(response)
             else:
                 rests = rests_of_sweep(motion, body, response)
-                self._sweeps.setdefault(one.step.moving_joint, []).append((response, rests))
+                self._sweeps.setdefault(evidence.step.moving_joint, []).append((response, rests))
 
-    def _with_date(self, response: Response, one: Evidence) -> Response:
-        fresh = self._last_landing is None or one.taken > self._last_landing
-        return replace(response, taken=one.taken, fresh=fresh)
+    def _with_date(self, response: Response, evidence: Evidence) -> Response:
+        fresh = self._last_landing is None or evidence.taken > self._last_landing
+        return replace(response, taken=evidence.taken, fresh=fresh)
 
     def bent(self, joint: JointSensors, model: RobotModel) -> JointSensors:
         """Adds the lengths of a joint's sweeps; gives its sensors with their bend."""
@@ -215,18 +223,18 @@ class _Responses:
             joint.joint, [rests for _, rests in sweeps], tolerances, [_length(turn) for turn in turns]
         )
         for (response, rests), turn in zip(sweeps, turns, strict=True):
-            found = self.of_body(rests.body)
+            responses = self.of_body(rests.body)
             if turn is not None:  # its length is in the fit now
-                found.remove(turn)
-                found.append(without_length(turn))
-            found.append(with_length(response, *lengths[rests.body]))
-        taken = min(response.taken for response, _ in sweeps)
-        return replace(joint, bend=bend, bend_covariance=covariance, bend_taken=taken)
+                responses.remove(turn)
+                responses.append(without_length(turn))
+            responses.append(with_length(response, *lengths[rests.body]))
+        taken_at = min(response.taken for response, _ in sweeps)
+        return replace(joint, bend=bend, bend_covariance=covariance, bend_taken=taken_at)
 
     def _turn_about(self, response: Response, body: int) -> Response | None:
         """Find the body's response to a turn about the same axis."""
-        found = (one for one in self.of_body(body) if one.has_length)
-        return next((one for one in found if one.axis_body @ response.axis_body > 0.99), None)
+        turns = (candidate for candidate in self.of_body(body) if candidate.has_length)
+        return next((turn for turn in turns if turn.axis_body @ response.axis_body > 0.99), None)
 
 
 def _length(turn: Response | None) -> tuple[float, float] | None:

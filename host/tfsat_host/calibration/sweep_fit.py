@@ -80,18 +80,18 @@ def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
             next_step="Move the joint to 30, 60, 90 deg and back in the same steps, resting a second at each, and "
             "run this command again.",
         )
-    shown = rest_means(np.unwrap(motion.sensors_shown(), axis=0), rests)
+    rest_angles_rad = rest_means(np.unwrap(motion.sensors_shown(), axis=0), rests)
     direction = motion.joints[joint - 1].direction
-    curves = np.stack([direction[k] * harmonics(shown[:, k]) for k in range(2)], axis=1)
+    curves = np.stack([direction[k] * harmonics(rest_angles_rad[:, k]) for k in range(2)], axis=1)
     weight = 1.0 / len(motion.step.moved)
-    return Rests(body, turned, times - times.mean(), direction * shown, curves, weight)
+    return Rests(body, turned, times - times.mean(), direction * rest_angles_rad, curves, weight)
 
 
 def fit_sweeps(
     joint: int,
     sweeps: Sequence[Rests],
     nonlinearity_rad: FloatArray,
-    known: Sequence[tuple[float, float] | None],
+    known_lengths: Sequence[tuple[float, float] | None],
 ) -> tuple[dict[int, tuple[float, float]], FloatArray, FloatArray]:
     """Lengths of the responses and the sensors' bend.
 
@@ -99,7 +99,7 @@ def fit_sweeps(
         joint: 1 to 3.
         sweeps: Of one or several gyros; a body may come in one sweep only.
         nonlinearity_rad: (2,) standard deviation of each amplitude of each sensor.
-        known: For each of `sweeps` the length that a turn by hand gave, with its deviation, or None.
+        known_lengths: For each of `sweeps` the length that a turn by hand gave, with its deviation, or None.
 
     Returns:
         Body to length of its response (reading per rate) and standard deviation; (2, 4) amplitudes, rad; and their
@@ -109,7 +109,7 @@ def fit_sweeps(
         CalibrationError: the sensors bend much more than the robot file says.
     """
     design, target, of_mean, weights = _equations(sweeps)
-    prior, prior_target = _priors(nonlinearity_rad, known, design.shape[1])
+    prior, prior_target = _priors(nonlinearity_rad, known_lengths, design.shape[1])
     solution, covariance = _fit_weighted(design, target, of_mean, weights, prior, prior_target)
     bend = solution[-8:].reshape(2, 4)
     # All four of a sensor together: over a joint's range they can seldom be separated.
@@ -145,12 +145,12 @@ def _fit_weighted(
         scaled = design / std[:, None]
         covariance = np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
         solution = covariance @ (scaled.T @ (target / std) + prior_target)
-        left = target - design @ solution
+        residuals = target - design @ solution
         # Each equation takes its leverage off its own class's degrees of freedom.
         leverage = np.einsum("ni,ij,nj->n", scaled, covariance, scaled)
         classes = (of_mean, ~of_mean)
         freedom = np.array([max(3.0, float((weights * (1.0 - leverage))[rows].sum())) for rows in classes])
-        squares = np.array([float((weights * left**2)[rows].sum()) for rows in classes])
+        squares = np.array([float((weights * residuals**2)[rows].sum()) for rows in classes])
         deviations = np.sqrt(squares / freedom)
     # Only what was estimated from few numbers is widened, not the prior.
     std = np.where(of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
@@ -186,12 +186,12 @@ def _equations(
 
 
 def _priors(
-    nonlinearity_rad: FloatArray, known: Sequence[tuple[float, float] | None], n: int
+    nonlinearity_rad: FloatArray, known_lengths: Sequence[tuple[float, float] | None], n: int
 ) -> tuple[FloatArray, FloatArray]:
     """Normal matrix (n, n) and right side (n,) of what is known before."""
     normal, right = np.zeros((n, n)), np.zeros(n)
     normal[-8:, -8:] = np.diag(1.0 / np.repeat(nonlinearity_rad, 4) ** 2)
-    for index, length in enumerate(known):
+    for index, length in enumerate(known_lengths):
         if length is not None:
             g, std = 1.0 / length[0], length[1] / length[0] ** 2
             normal[4 * index, 4 * index] += 1.0 / std**2

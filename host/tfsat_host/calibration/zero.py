@@ -40,12 +40,12 @@ class ZeroEstimate:
 
 
 def estimate_zero(
-    held: SensorSamples, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
+    samples: SensorSamples, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
 ) -> ZeroEstimate:
     """Estimate the zero points of one joint.
 
     Args:
-        held: A recording in which the attachment was on.
+        samples: A recording in which the attachment was on.
         valid: (n, 6) samples at which an angle sensor answered.
         before: Previous calibration; if its zero was measured, the two sensors must agree by it.
         model: For the sensors' places in the log.
@@ -55,14 +55,14 @@ def estimate_zero(
     """
     columns = sensor_columns(model, before.joint)
     check_answers(valid[:, columns], before.joint, most_silent=0.01)
-    shown = held.sensor_angle_rad[:, columns]
-    centre = np.angle(np.exp(1j * shown).mean(axis=0))
+    readings_rad = samples.sensor_angle_rad[:, columns]
+    centre = np.angle(np.exp(1j * readings_rad).mean(axis=0))
     # About its circular mean a sensor's angle has no wrap: a mean of what is left is a mean.
-    left = wrap_angle(shown - centre)
-    _check_still(left, before.joint)
-    mean, covariance = mean_and_covariance(left)
-    noise = left.std(axis=0)
-    steps = _step_deviation(noise, held.angle_step_rad)
+    deviations = wrap_angle(readings_rad - centre)
+    _check_still(deviations, before.joint)
+    mean, covariance = mean_and_covariance(deviations)
+    noise = deviations.std(axis=0)
+    steps = _step_deviation(noise, samples.angle_step_rad)
     zero = wrap_angle(centre + mean)
     by_each = before.each(zero[None, :])[0]
     if before.zero_taken is not None:
@@ -70,14 +70,14 @@ def estimate_zero(
     return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise)
 
 
-def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken: datetime) -> JointSensors:
+def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken_at: datetime) -> JointSensors:
     """Return the sensors' calibration with a new zero."""
     return replace(
         sensors,
         zero_rad=zero.zero_rad,
         zero_covariance=zero.covariance,
         noise_rad=zero.noise_rad,
-        zero_taken=taken,
+        zero_taken=taken_at,
     )
 
 

@@ -61,7 +61,7 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
                 certificate=args.calibration,
             )
         except TfsatError as error:
-            error.next_step = _TYPED.sub(lambda found: found[0] + device_option(args), error.next_step)
+            error.next_step = _TYPED.sub(lambda match: match[0] + device_option(args), error.next_step)
             raise
         out.result(
             {

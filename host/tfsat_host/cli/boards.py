@@ -54,7 +54,7 @@ def explain_board_errors(board: SequencerClient | LoggerClient, args: argparse.N
         if error.code == ErrorCode.WRONG_STATE:
             error.what, error.next_step = _wrong_state(board)
             error.meaning, error.next_step = _drop_in_danger(board) or (error.meaning, error.next_step)
-        error.next_step = _DEVICE_COMMAND.sub(lambda found: found[0] + device_option(args), error.next_step)
+        error.next_step = _DEVICE_COMMAND.sub(lambda match: match[0] + device_option(args), error.next_step)
         raise
 
 

@@ -45,29 +45,32 @@ def run(args: argparse.Namespace, out: Output) -> int:
         )
     options = options_of(args)
     replace(options, facility=None).check(args.runs)  # it is bundled without --laser, too
-    made = bundle(args.runs[0], options, args.out, force=args.force, notices=out)
+    archive = bundle(args.runs[0], options, args.out, force=args.force, notices=out)
     result = {
-        "bundle": str(made.target),
-        "recording": made.recording,
-        "bytes": made.target.stat().st_size,
-        "manifest_sha256": made.manifest_sha256,
-        **made.manifest.as_dict(),
+        "bundle": str(archive.target),
+        "recording": archive.recording,
+        "bytes": archive.target.stat().st_size,
+        "manifest_sha256": archive.manifest_sha256,
+        **archive.manifest.as_dict(),
     }
-    out.result(result, lambda: _show(made, out))
-    return DataLossError.exit_code if made.lost else 0
+    out.result(result, lambda: _show(archive, out))
+    return DataLossError.exit_code if archive.lost else 0
 
 
-def _show(made: WrittenBundle, out: Output) -> None:
+def _show(archive: WrittenBundle, out: Output) -> None:
     from tfsat_host.notices import printable
     from tfsat_host.run.bundle.contents import MADE_AGAIN
 
-    manifest, target = made.manifest, made.target
+    manifest, target = archive.manifest, archive.target
     size = sum(file.bytes for file in manifest.files.values())
     out.line(f"Written   {printable(target)}: {len(manifest.files)} files, {size / 1e6:.1f} MB.")
-    out.line(f"Manifest  SHA-256 {made.manifest_sha256}: for the logbook, it vouches for every file.")
-    out.line(f"Recording {printable(manifest.evaluated.recording)}, {made.recording}.")
-    for one in manifest.missing:
-        out.line(f"{'LOST     ' if one.lost else 'Missing  '} {printable(one.what)}: {printable(one.why)}")
+    out.line(f"Manifest  SHA-256 {archive.manifest_sha256}: for the logbook, it vouches for every file.")
+    out.line(f"Recording {printable(manifest.evaluated.recording)}, {archive.recording}.")
+    for missing_part in manifest.missing:
+        out.line(
+            f"{'LOST     ' if missing_part.lost else 'Missing  '} {printable(missing_part.what)}: "
+            f"{printable(missing_part.why)}"
+        )
     for sentence in manifest.record:
         out.line(f"CHANGED   {printable(sentence)}")
     for sentence in manifest.doubts:

@@ -50,8 +50,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         case "init":
             campaign.init(args.dir)
             add = f"The first drop comes in by: tfsat-host campaign add {shlex.quote(str(args.dir))} RUN"
-            made = {"campaign": str(args.dir), "index": str(args.dir / campaign.INDEX)}
-            out.result(made, f"Campaign  {args.dir}. {add}")
+            result = {"campaign": str(args.dir), "index": str(args.dir / campaign.INDEX)}
+            out.result(result, f"Campaign  {args.dir}. {add}")
         case "add":
             from tfsat_host.run.campaign.adding import add as add_run
 
@@ -92,31 +92,39 @@ def _show_list(drops: Sequence[dict[str, Any]], out: Output) -> None:
         show_rows(LISTED, drops, out)
     else:
         out.line("No drops yet.")
-    for number, sentence in ((drop["number"], one) for drop in drops for one in drop["changes"]):
+    for number, sentence in ((drop["number"], change) for drop in drops for change in drop["changes"]):
         out.line(f"CHANGED   drop {number}: {printable(sentence)}")
 
 
 def _report(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.campaign.reporting import report
 
-    made = report(args.dir, args.robot, args.out, force=args.force, notices=out)
-    out.result({"campaign": str(args.dir), **made.as_dict()}, lambda: _show_report(made, out))
-    return _warn_and_exit_code(made.findings, out) or (0 if made.good else DataLossError.exit_code)
+    campaign_report = report(args.dir, args.robot, args.out, force=args.force, notices=out)
+    out.result(
+        {"campaign": str(args.dir), **campaign_report.as_dict()}, lambda: _show_report(campaign_report, out)
+    )
+    return _warn_and_exit_code(campaign_report.findings, out) or (
+        0 if campaign_report.good else DataLossError.exit_code
+    )
 
 
-def _show_report(made: CampaignReport, out: Output) -> None:
+def _show_report(campaign_report: CampaignReport, out: Output) -> None:
     """Print the drops, why some are left out, each robot's combined results, and the report's path."""
     from tfsat_host.present.evaluation import show_comparison
     from tfsat_host.run.campaign.reporting import DROPS_OF_ALL
 
-    show_rows(DROPS_OF_ALL, made.rows(), out, title="All drops")
-    for sentence in made.sentences():
+    show_rows(DROPS_OF_ALL, campaign_report.rows(), out, title="All drops")
+    for sentence in campaign_report.sentences():
         out.line(printable(sentence))
-    for robot in made.robots:
+    for robot in campaign_report.robots:
         if robot.compared is not None:
             out.line(f"The drops of the {robot.name} together:")
             show_comparison(robot.tables(), robot.compared.remarks, out)
-    out.line("No report was written." if made.page is None else f"Written  {printable(made.page)}")
+    out.line(
+        "No report was written."
+        if campaign_report.page is None
+        else f"Written  {printable(campaign_report.page)}"
+    )
 
 
 def _warn_and_exit_code(sentences: Sequence[str], out: Output) -> int:

@@ -64,7 +64,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Builds the whole parser, every command's arguments included, and prints the script."""
     script = completion_script(args.shell)
-    out.result({"shell": args.shell, "script": script}, lambda: out.line(script, whole=True))
+    out.result({"shell": args.shell, "script": script}, lambda: out.line(script, no_wrap=True))
     return 0
 
 

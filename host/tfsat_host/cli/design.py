@@ -86,15 +86,17 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.plan.design_result import document, lines, propose, warnings
 
     with out.progress("Designing the maneuver", total=1.0) as advance:
-        found = design(robot, _settings(args), advance)
-    made = propose(found, robot, swarm=args.swarm)
-    file = OutputFile(path, _MARKER, lambda place: write_maneuver(made.maneuver, place))
+        best_design = design(robot, _settings(args), advance)
+    proposal = propose(best_design, robot, swarm=args.swarm)
+    file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.maneuver, place))
     write_all([file], force=args.force)
     option = "" if args.robot is None else f" --robot {args.robot}"
-    for warning in () if args.json else warnings(found, made):
+    for warning in () if args.json else warnings(best_design, proposal):
         out.warn(warning)
-    out.result(document(found, made, path), lambda: show(lines(found, made, path, option), out))
-    return DataLossError.exit_code if made.failed else 0
+    out.result(
+        document(best_design, proposal, path), lambda: show(lines(best_design, proposal, path, option), out)
+    )
+    return DataLossError.exit_code if proposal.failed else 0
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:
@@ -105,10 +107,10 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
     for name in ("inertia", "own_best", "best_of_all"):
         pair = getattr(args, name)
         swarm[name] = None if pair is None else coefficient(name, pair)
-    asked = {"joints": args.joints, "speed_deg_s": args.speed, "time_limit_s": args.time_limit}
-    asked |= {"robust": args.robust, "limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
+    settings = {"joints": args.joints, "speed_deg_s": args.speed, "time_limit_s": args.time_limit}
+    settings |= {"robust": args.robust, "limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
     return DesignSettings(
-        **_given_options(asked), alternating=args.alternating, swarm=SwarmSettings(**_given_options(swarm))
+        **_given_options(settings), alternating=args.alternating, swarm=SwarmSettings(**_given_options(swarm))
     )
 
 

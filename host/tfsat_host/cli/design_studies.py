@@ -51,27 +51,27 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     room = grid.room_rad(robot, args.joints, args.limit)
     slow = args.grid < _SLOW_BELOW_DEG
     with out.progress("Computing the loops") if slow else nullcontext():
-        found = grid.distribution(Multibody.of(robot), room, args.grid, start_rad=start)
-        result = grid_result.document(found, robot, args.speed)
+        distribution = grid.distribution(Multibody.of(robot), room, args.grid, start_rad=start)
+        result = grid_result.document(distribution, robot, args.speed)
     for path, marker in files:
         with out.progress(f"Writing {path}") if slow or path == args.figure else nullcontext():
-            write_all([grid_result.output_file(found, robot, path, marker)], force=args.force)
+            write_all([grid_result.output_file(distribution, robot, path, marker)], force=args.force)
     result["files"] = [str(path) for path, _ in files]
     out.result(result, lambda: show(grid_result.lines(result), out))
     return 0
 
 
 def _check_options(args: argparse.Namespace) -> None:
-    given = [
+    options = [
         f"--{option}"
         for option in _SEARCH_ONLY.split()
         if (value := getattr(args, option.replace("-", "_"))) not in (None, False)
         and not (option == "seed" and value == _DEFAULT_SEED)
     ]
     what = cure = ""
-    if given:
-        unused = "it" if len(given) == 1 else "them"
-        what = f"{', '.join(given)}: a grid has no use for {unused}, nothing is searched."
+    if options:
+        unused = "it" if len(options) == 1 else "them"
+        what = f"{', '.join(options)}: a grid has no use for {unused}, nothing is searched."
         cure = f"tfsat-host design --grid {args.grid:g}, with --joints, --limit or --speed as you like."
     elif not (math.isfinite(args.grid) and args.grid > 0.0):
         what, cure = f"A grid step of {args.grid:g} deg is not above zero.", "tfsat-host design --grid 5"
@@ -102,72 +102,75 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
     from tfsat_host.rehearsal.learning import learn
     from tfsat_host.robot import load_robot
 
-    given = [f"--{one.replace('_', '-')}" for one in _USELESS.split() if getattr(args, one) is not None]
-    if given:
+    options = [
+        f"--{option.replace('_', '-')}" for option in _USELESS.split() if getattr(args, option) is not None
+    ]
+    if options:
         raise UsageError(
-            what=f"{', '.join(given)}: --learn compares maneuvers that use the whole fall.",
+            what=f"{', '.join(options)}: --learn compares maneuvers that use the whole fall.",
             meaning="Nothing was designed.",
             next_step=f"tfsat-host design --learn {args.learn}",
         )
     second = path.with_name(f"{path.stem}-2{path.suffix}")
-    for one in (path, second):
-        check_may_write(one, marker=_MARKER, force=args.force)
+    for target in (path, second):
+        check_may_write(target, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
     with out.progress("Flying and evaluating maneuvers", total=1.0) as advance:
-        found = learn(robot, args.learn, advance)
-    best, other = found.lessons[0], _other(found)
+        search = learn(robot, args.learn, advance)
+    best, other = search.lessons[0], _other(search)
     files = [OutputFile(path, _MARKER, lambda place: write_maneuver(best.maneuver, place))]
     if other is not best:
         files.append(OutputFile(second, _MARKER, lambda place: write_maneuver(other.maneuver, place)))
     write_all(files, force=args.force)
-    out.result(_document(found, [one.path for one in files]), lambda: show(_lines(found, files), out))
+    out.result(_document(search, [file.path for file in files]), lambda: show(_lines(search, files), out))
     return 0
 
 
-def _other(found: Learnt) -> Lesson:
+def _other(search: Learnt) -> Lesson:
     """Return the member of the best pair that is not the best single maneuver."""
-    return next((one for one in found.pair if one is not found.lessons[0]), found.lessons[0])
+    return next((lesson for lesson in search.pair if lesson is not search.lessons[0]), search.lessons[0])
 
 
-def _choices(found: Learnt) -> dict[str, tuple[Lesson, ...]]:
-    first, second = found.pair
+def _choices(search: Learnt) -> dict[str, tuple[Lesson, ...]]:
+    first, second = search.pair
     return {
-        f"{found.usual.name}": (found.usual,),
-        **{one.name: (one,) for one in found.lessons[:_SHOWN]},
-        f"{found.usual.name}, twice": (found.usual, found.usual),
+        f"{search.usual.name}": (search.usual,),
+        **{lesson.name: (lesson,) for lesson in search.lessons[:_SHOWN]},
+        f"{search.usual.name}, twice": (search.usual, search.usual),
         f"{first.name} and {second.name}": (first, second),
     }
 
 
-def _document(found: Learnt, files: list[Path]) -> dict[str, Any]:
+def _document(search: Learnt, files: list[Path]) -> dict[str, Any]:
     return {
-        "wanted": found.wanted,
-        "unit": found.unit,
-        "names": list(found.names),
+        "wanted": search.wanted,
+        "unit": search.unit,
+        "names": list(search.names),
         "maneuvers": [
-            {"name": name, "drops": len(of), "std": found.std(*of), "rms_std": found.rms(*of)}
-            for name, of in _choices(found).items()
+            {"name": name, "drops": len(of), "std": search.std(*of), "rms_std": search.rms(*of)}
+            for name, of in _choices(search).items()
         ],
-        "compared": len(found.lessons),
-        "files": [str(one) for one in files],
+        "compared": len(search.lessons),
+        "files": [str(path) for path in files],
     }
 
 
-def _lines(found: Learnt, files: list[OutputFile]) -> list[str | Table]:
-    usual = found.rms(found.usual)
+def _lines(search: Learnt, files: list[OutputFile]) -> list[str | Table]:
+    usual = search.rms(search.usual)
     columns = (
         Column("name", "drops with"),
-        Column("rms", f"± of {found.wanted}, rms", "", form=".3f"),
+        Column("rms", f"± of {search.wanted}, rms", "", form=".3f"),
         Column("share", "of 59/70's", form=".2f"),
     )
     rows = [
-        {"name": name, "rms": found.rms(*of), "share": found.rms(*of) / usual}
-        for name, of in _choices(found).items()
+        {"name": name, "rms": search.rms(*of), "share": search.rms(*of) / usual}
+        for name, of in _choices(search).items()
     ]
-    listed = ", ".join(str(one.path) for one in files)
+    listed = ", ".join(str(file.path) for file in files)
     return [
         Table("", columns, rows),
-        f"The ± (in {found.unit}) is what a drop leaves of {len(found.names)} numbers if the robot is as uncertain as "
-        f"its file says; {len(found.lessons)} maneuvers were flown and compared.",
+        f"The ± (in {search.unit}) is what a drop leaves of {len(search.names)} numbers if the robot is "
+        "as uncertain as "
+        f"its file says; {len(search.lessons)} maneuvers were flown and compared.",
         f"Written: {listed}. Next: tfsat-host envelope --file {files[0].path}",
     ]

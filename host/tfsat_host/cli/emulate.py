@@ -67,8 +67,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         _announce(args, folder, out)
         if args.for_s is not None:
             server.stop_after(args.for_s)
-        typed = TypedLines(server, partial(_reply, out), standard_input())
-        serve(server, control, typed, lambda lag_s: out.warn(_LATE.format(lag_s)))
+        typed_lines = TypedLines(server, partial(_reply, out), standard_input())
+        serve(server, control, typed_lines, lambda lag_s: out.warn(_LATE.format(lag_s)))
     return 0
 
 
@@ -87,10 +87,10 @@ def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Outpu
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
-    drawn = draw_as_built if args.as_built else draw
+    draw_imperfections = draw_as_built if args.as_built else draw
     return EmulatedRobot(
         model,
-        imperfections=drawn(DEFAULT_SEED if args.seed is None else args.seed),
+        imperfections=draw_imperfections(DEFAULT_SEED if args.seed is None else args.seed),
         seed=args.seed,
         hex_path=sequencer_hex(out.note) if args.sequencer == "avr" else None,
         eeprom=before.eeprom,

@@ -57,45 +57,49 @@ def run(args: argparse.Namespace, out: Output) -> int:
             check_may_write(path, marker=marker, force=args.force)
     if len(args.runs) > 1:
         return _run_several(args, out)
-    done = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
-    result = {**MADE_BY_EVALUATE, **done.as_dict()}
-    out.result(result, lambda: _show(done, out))
+    evaluated_run = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
+    result = {**MADE_BY_EVALUATE, **evaluated_run.as_dict()}
+    out.result(result, lambda: _show(evaluated_run, out))
     _write(args, result, out)
     if robot_file is not None:
         from tfsat_host.run.corrected_robot import corrected_robot
 
-        text, shown = corrected_robot(done.found, done.recorded), printable(robot_file)
+        text, path_text = corrected_robot(evaluated_run.found, evaluated_run.recorded), printable(robot_file)
         write_text(robot_file, CORRECTED_MARKER, text, force=args.force)
-        out.note(f"Robot written to {shown}. The next drop by it: tfsat-host simulate 59 70 --robot {shown}")
-    return DataLossError.exit_code if done.verdict.level != "good" else 0
+        out.note(
+            f"Robot written to {path_text}. The next drop by it: tfsat-host simulate 59 70 --robot {path_text}"
+        )
+    return DataLossError.exit_code if evaluated_run.verdict.level != "good" else 0
 
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
     tried = evaluate_several(args.runs, options_of(args), out)
-    done = [one for one in tried if not isinstance(one, Refused)]
-    compared = Comparison.of(done)
+    evaluated_runs = [attempt for attempt in tried if not isinstance(attempt, Refused)]
+    compared = Comparison.of(evaluated_runs)
     comparison = None if compared is None else compared.as_dict()
-    result = {**MADE_BY_EVALUATE, "drops": [one.as_dict() for one in tried], "comparison": comparison}
+    result = {**MADE_BY_EVALUATE, "drops": [attempt.as_dict() for attempt in tried], "comparison": comparison}
     out.result(result, lambda: _show_several(tried, compared, out))
     _write(args, result, out)
-    if len(done) < len(tried):
+    if len(evaluated_runs) < len(tried):
         return TfsatError.exit_code
-    doubtful = any(one.verdict.level != "good" for one in done) or (compared is not None and compared.doubts)
+    doubtful = any(run.verdict.level != "good" for run in evaluated_runs) or (
+        compared is not None and compared.doubts
+    )
     return DataLossError.exit_code if doubtful else 0
 
 
 def _show(run: EvaluatedRun, out: Output) -> None:
     from tfsat_host.present.evaluation import show_evaluation
 
-    held = "none"
+    calibration = "none"
     when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
     if run.held is not None:
-        held = f"{run.held.path}, which {'does not hold as it is' if run.held.objections else 'holds'}"
+        calibration = f"{run.held.path}, which {'does not hold as it is' if run.held.objections else 'holds'}"
     recording = f"{run.files.recording}, {run.found.log.session:08x}, released {when}"
     maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
-    sources = (("Calibrated", held), ("Maneuver", maneuver))
+    sources = (("Calibrated", calibration), ("Maneuver", maneuver))
     show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out)
 
 
@@ -103,15 +107,15 @@ def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Outp
     from tfsat_host.present.evaluation import show_comparison
     from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
 
-    for one in tried:
-        out.line(f"== {printable(one.place)}")
-        if isinstance(one, Refused):
-            out.line(f"Verdict     FAILED. {printable(one.verdict.sentence)}")
-            bullets(one.verdict.reasons, out)
+    for attempt in tried:
+        out.line(f"== {printable(attempt.place)}")
+        if isinstance(attempt, Refused):
+            out.line(f"Verdict     FAILED. {printable(attempt.verdict.sentence)}")
+            bullets(attempt.verdict.reasons, out)
         else:
-            _show(one, out)
+            _show(attempt, out)
         out.line()
-    rows = [row_of(one.place, None if isinstance(one, Refused) else one) for one in tried]
+    rows = [row_of(attempt.place, None if isinstance(attempt, Refused) else attempt) for attempt in tried]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
         names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]

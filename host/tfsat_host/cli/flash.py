@@ -95,8 +95,8 @@ def _typed_as_given(args: argparse.Namespace) -> Iterator[None]:
     """Commands that an error recommends name the port and image that this one named."""
     image = f" --hex {shlex.quote(str(args.hex))}" if args.hex is not None else ""
 
-    def typed(found: re.Match[str]) -> str:
-        return found[0] + (image if " flash " in found[0] else "") + device_option(args)
+    def typed(match: re.Match[str]) -> str:
+        return match[0] + (image if " flash " in match[0] else "") + device_option(args)
 
     try:
         yield

@@ -53,8 +53,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
             out.note("The emulated robot starts with each command: all its joints are at 0 deg now.")
         if not out.yes:
             out.ask("Type JOG to move it: ", meaning="Nothing was moved.", accept=("jog",))
-        with stop_wish(before_suspension=True) as stopped, _progress(jog, out) as shown:
-            end = sequencer.run(jog, args.hold_s, stopped, shown)
+        with stop_wish(before_suspension=True) as stopped, _progress(jog, out) as show_angle:
+            end = sequencer.run(jog, args.hold_s, stopped, show_angle)
         if end.held:
             _show(sequencer, jog, args, out)
             return 0

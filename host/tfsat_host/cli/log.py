@@ -45,12 +45,12 @@ def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.logger_recordings import LoggerRecordings, ram_warning
 
     with open_logger(args, out) as logger:
-        found = LoggerRecordings.of(logger)
-    out.result(found.as_dict(), lambda: found.show(out))
-    if found.status.ram_holds_drop:
+        recordings = LoggerRecordings.of(logger)
+    out.result(recordings.as_dict(), lambda: recordings.show(out))
+    if recordings.status.ram_holds_drop:
         out.warn(ram_warning(device_option(args)))
-    if found.card_error is not None:
-        out.warn(f"The card's recordings cannot be listed. {found.card_error.what}")
+    if recordings.card_error is not None:
+        out.warn(f"The card's recordings cannot be listed. {recordings.card_error.what}")
     return 0
 
 

@@ -60,15 +60,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.devices.logger_settings import check
 
     sets = args.action == "set"
-    wanted = _wanted_settings(args) if sets else {}
+    changes = _wanted_settings(args) if sets else {}
     with offering_emulated(), open_logger(args, out) as logger:
         before = stored = logger.settings()
-        settings = replace(before.settings, **wanted)
-        if wanted:
+        settings = replace(before.settings, **changes)
+        if changes:
             check(settings)
         if sets and args.clock:
             logger.set_clock(time.time_ns() // 1000)
-        if wanted:
+        if changes:
             stored = logger.write_settings(settings)
         result = {
             "origin": stored.origin.name.lower(),
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     def show() -> None:
         _show(stored, before.settings, out)
-        if wanted:
+        if changes:
             out.line("Stored, read back and identical.")
         if sets and args.clock:
             out.line("The logger's time of day is this computer's, until its power goes.")

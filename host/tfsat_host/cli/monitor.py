@@ -111,7 +111,7 @@ def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
                 warned.add(board)
                 out.warn(watched.lost[board].what)
             if t_s >= due_s and watched.any_left:
-                out.line(one_line(t_s, watched), whole=True)
+                out.line(one_line(t_s, watched), no_wrap=True)
                 sys.stdout.flush()  # a reader of the pipe sees it now
                 due_s += LINE_S
 

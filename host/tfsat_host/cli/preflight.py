@@ -56,15 +56,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
         sequencer_image=args.sequencer_image,
         logger_image=args.logger_image,
     )
-    evidence, left = evidence_of(args, files, out)
+    evidence, leftovers = evidence_of(args, files, out)
     emulated = runs_natively(evidence)
     checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
-    result = result_of(evidence, checks, files.hashes(evidence.calibration_file), left)
+    result = result_of(evidence, checks, files.hashes(evidence.calibration_file), leftovers)
     written = write_result(files.folder, result, evidence.now)
-    shown = {**result, "file": str(written.file), "signed": written.sha256}
-    out.result(shown, lambda: show(checks, evidence, written, args, out, emulated=emulated))
-    if left:
-        out.warn(left)
+    document = {**result, "file": str(written.file), "signed": written.sha256}
+    out.result(document, lambda: show(checks, evidence, written, args, out, emulated=emulated))
+    if leftovers:
+        out.warn(leftovers)
     if written.error is not None:
         raise written.error
     return 0 if may_drop(checks) else RefusedError.exit_code

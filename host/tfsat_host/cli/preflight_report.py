@@ -55,16 +55,16 @@ def transports(
         # It came to power with this command: no one could have set its clock.
         LoggerClient.connect(links["logger"]).set_clock(time.time_ns() // 1000)
         return {**links}
-    found: dict[BoardName, Transport | TfsatError] = {}
+    by_board: dict[BoardName, Transport | TfsatError] = {}
     named: dict[BoardName, str | None] = {"sequencer": args.port, "logger": args.logger_port}
     for board, port in named.items():
         try:
             if board == "logger" and port is None and args.port is not None:
                 _require_named_logger()
-            found[board] = stack.enter_context(closing(open_port(board, port, out)))
+            by_board[board] = stack.enter_context(closing(open_port(board, port, out)))
         except TfsatError as error:
-            found[board] = error
-    return found
+            by_board[board] = error
+    return by_board
 
 
 def _require_named_logger() -> None:
@@ -142,27 +142,29 @@ def show(
     emulated: bool,
 ) -> None:
     """Print the table of checks, the reasons with what to do, and the verdict last."""
-    out.table(("check", "", "what was found"), [(one.name, _word(one), text) for one, text in _once(checks)])
-    wrong = [one for one in checks if one.blocks and not one.follows]
-    waiting = sum(one.blocks and one.follows for one in checks)
+    out.table(
+        ("check", "", "what was found"), [(check.name, _word(check), text) for check, text in _once(checks)]
+    )
+    wrong = [check for check in checks if check.blocks and not check.follows]
+    waiting = sum(check.blocks and check.follows for check in checks)
     # What was found wrong first: what could not be made often follows from it.
-    wrong.sort(key=lambda one: one.verdict == GoNoGo.NOT_MADE)
-    for step in dict.fromkeys(one.next_step for one in wrong):
-        names = ", ".join(one.name for one in wrong if one.next_step == step)
+    wrong.sort(key=lambda check: check.verdict == GoNoGo.NOT_MADE)
+    for step in dict.fromkeys(check.next_step for check in wrong):
+        names = ", ".join(check.name for check in wrong if check.next_step == step)
         for line in textwrap.wrap(f"{names}: {step}", _WIDTH, subsequent_indent="    "):
             out.line(f"  {line}")
     signed = f"signed {written.sha256[:12]}" if written.sha256 else "NOT SIGNED"
     out.line(f"Result: {written.file} ({signed})")
     no_real = " The robot is an emulated one: this says nothing of a real one." if emulated else ""
     if may_drop(checks):
-        optional = [one.name for one in checks if one.verdict == GoNoGo.NOT_MADE]
+        optional = [check.name for check in checks if check.verdict == GoNoGo.NOT_MADE]
         without = f" Not looked at, by design: {', '.join(optional)}." if optional else ""
         out.line(f"GO: {len(checks) - len(optional)} checks.{without}{no_real}")
         if not args.emulated:
             out.line(f"Next: {_next(evidence, args)}")
         return
-    more = f" {waiting} more could not be made for that reason." if waiting else ""
-    out.line(f"NO-GO: {', '.join(one.name for one in wrong)}.{more}{no_real}")
+    waiting_text = f" {waiting} more could not be made for that reason." if waiting else ""
+    out.line(f"NO-GO: {', '.join(check.name for check in wrong)}.{waiting_text}{no_real}")
     devices = f"{device_option(args)}{logger_port(args, '--logger-port')}"
     out.line(f"Then again: tfsat-host preflight {shlex.quote(str(args.run))}{devices}")
 
@@ -173,10 +175,10 @@ def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, st
     A sentence that an earlier check already has is replaced by a reference to where to look.
     """
     first: dict[str, str] = {}
-    for one in checks:
-        name = first.setdefault(one.sentence, one.name)
-        see = one.next_step if one.follows else ""
-        yield one, f"{one.sentence} {see}".strip() if name == one.name else see or f"{SEE}{name}."
+    for check in checks:
+        name = first.setdefault(check.sentence, check.name)
+        see = check.next_step if check.follows else ""
+        yield check, f"{check.sentence} {see}".strip() if name == check.name else see or f"{SEE}{name}."
 
 
 def _next(evidence: Evidence, args: argparse.Namespace) -> str:
@@ -216,14 +218,14 @@ def typed_here(
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
     of_certificate = command_options(file, emulated=args.emulated)
 
-    def calibrating(found: re.Match[str]) -> str:
-        port = "" if args.emulated or found["quantity"] == "show" else at_logger
-        return found[0] + of_certificate + port
+    def calibrating(match: re.Match[str]) -> str:
+        port = "" if args.emulated or match["quantity"] == "show" else at_logger
+        return match[0] + of_certificate + port
 
     def here(step: str) -> str:
         step = _CALIBRATE.sub(calibrating, step)
-        step = _LOGGER.sub(lambda found: found[0] + at_logger, step)
-        step = _SEQUENCER.sub(lambda found: found[0] + at_sequencer, step)
+        step = _LOGGER.sub(lambda match: match[0] + at_logger, step)
+        step = _SEQUENCER.sub(lambda match: match[0] + at_sequencer, step)
         return step.replace(_MANEUVER, f"--file {shlex.quote(str(maneuver))}")
 
     return tuple(replace(check, next_step=here(check.next_step)) for check in checks)

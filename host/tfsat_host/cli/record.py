@@ -48,10 +48,10 @@ def _start(args: argparse.Namespace, out: Output) -> int:
             f"IMU {body} does not answer: the rates of body {body} are not recorded." for body in silent
         )
         session = f"{started.session:08x}"
-        held = ask_sequencer(out.note, logger_named=args.port is not None)
-        if held is not None:
-            note_held(held, started.session, "record start", out.note)
-        crc = None if held is None else f"{held.stored.crc:04x}"
+        held_maneuver = ask_sequencer(out.note, logger_named=args.port is not None)
+        if held_maneuver is not None:
+            note_held(held_maneuver, started.session, "record start", out.note)
+        crc = None if held_maneuver is None else f"{held_maneuver.stored.crc:04x}"
         holds = "" if crc is None else f" The sequencer holds maneuver {crc}."
         out.result(
             {
@@ -104,7 +104,9 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
         with out.progress("waiting until the card holds the recording's end"):
             stopped = logger.stop_recording()
         session, lost = f"{stopped.session:08x}", stopped.samples_dropped
-        on_card = (one.number for one in logger.logs() if one.session == stopped.session and one.number)
+        on_card = (
+            entry.number for entry in logger.logs() if entry.session == stopped.session and entry.number
+        )
         number = next(on_card, None)
         file_full = logger.status().error == ErrorCode.CARD_FULL
         out.result(

@@ -75,11 +75,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     rehearsal = Rehearsal.of(maneuver, options, args.fault, schedule)
     if args.runs > 1:
         return _series(rehearsal, args, out)
-    done = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
-    out.result(done.result, lambda: show(done.result, args.out, STILL_DEG, out))
-    for warning in done.result["warnings"]:
+    outcome = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
+    out.result(outcome.result, lambda: show(outcome.result, args.out, STILL_DEG, out))
+    for warning in outcome.result["warnings"]:
         out.warn(warning)
-    return done.exit_code
+    return outcome.exit_code
 
 
 def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
@@ -87,18 +87,20 @@ def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.present.rehearsal import show_series
 
     with stop_wish() as stop:
-        done = rehearsal.run_many(args.out, args.runs, args.seed, force=args.force, notices=out, stop=stop)
-    if done is None:
+        series = rehearsal.run_many(args.out, args.runs, args.seed, force=args.force, notices=out, stop=stop)
+    if series is None:
         raise Interrupted(
             what=f"Interrupted after 0 of {args.runs} drops.",
             meaning="Nothing is known, and nothing was written.",
             next_step="Run the same command again.",
         )
-    out.result(done.result, lambda: show_series(done.result, done.spread, done.table, done.again, out))
-    if done.result["runs"] < args.runs:
+    out.result(
+        series.result, lambda: show_series(series.result, series.spread, series.table, series.again, out)
+    )
+    if series.result["runs"] < args.runs:
         raise Interrupted(
-            what=f"Interrupted after {done.result['runs']} of {args.runs} drops.",
-            meaning=f"These are whole, and in {done.table}; nothing is known of the others.",
+            what=f"Interrupted after {series.result['runs']} of {args.runs} drops.",
+            meaning=f"These are whole, and in {series.table}; nothing is known of the others.",
             next_step=f"For all of them run the same command again; {args.out} is then replaced.",
         )
-    return done.exit_code
+    return series.exit_code

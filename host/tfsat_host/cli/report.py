@@ -39,31 +39,33 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop, draws, writes."""
     from tfsat_host.run.reporting import ReportOptions, report
 
-    wanted = ReportOptions(args.out, args.figures, args.mcap, args.force)
-    made = report(args.runs, options_of(args), wanted, out)
+    report_options = ReportOptions(args.out, args.figures, args.mcap, args.force)
+    drop_report = report(args.runs, options_of(args), report_options, out)
     result = {
-        "report": str(made.page),
-        "files": [str(path) for path in made.files],
+        "report": str(drop_report.page),
+        "files": [str(path) for path in drop_report.files],
         "drops": [
-            {"name": drop.name, "run": str(one.place), "verdict": one.verdict.as_dict()}
-            for drop, one in zip(made.drops, made.runs, strict=True)
+            {"name": drop.name, "run": str(evaluated_run.place), "verdict": evaluated_run.verdict.as_dict()}
+            for drop, evaluated_run in zip(drop_report.drops, drop_report.runs, strict=True)
         ],
-        "refused": [{"run": str(one.place), "what": one.error.what} for one in made.refused],
+        "refused": [
+            {"run": str(refusal.place), "what": refusal.error.what} for refusal in drop_report.refused
+        ],
     }
-    out.result(result, lambda: _show(made, out))
-    doubts = () if made.compared is None else made.compared.doubts
+    out.result(result, lambda: _show(drop_report, out))
+    doubts = () if drop_report.compared is None else drop_report.compared.doubts
     for sentence in doubts:
         out.warn(sentence)
-    if made.refused:
+    if drop_report.refused:
         return TfsatError.exit_code
-    doubtful = doubts or any(one.verdict.level != "good" for one in made.runs)
+    doubtful = doubts or any(evaluated_run.verdict.level != "good" for evaluated_run in drop_report.runs)
     return DataLossError.exit_code if doubtful else 0
 
 
-def _show(made: Report, out: Output) -> None:
+def _show(drop_report: Report, out: Output) -> None:
     from tfsat_host.notices import printable
 
-    for drop in made.drops:
+    for drop in drop_report.drops:
         out.line(f"{printable(drop.name)}: {drop.verdict.level.upper()}. {printable(drop.verdict.sentence)}")
-    for path in made.files:
+    for path in drop_report.files:
         out.line(f"Written  {printable(path)}")

@@ -37,25 +37,25 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Unpacks, computes, compares."""
     from tfsat_host.run.bundle.reproducing import reproduce
 
-    done = reproduce(args.bundle, args.out, out)
-    result = {"bundle": str(args.bundle), **done.as_dict()}
-    out.result(result, lambda: _show(result, done.compared, out))
-    return 0 if done.same and not done.incomplete else DataLossError.exit_code
+    reproduction = reproduce(args.bundle, args.out, out)
+    result = {"bundle": str(args.bundle), **reproduction.as_dict()}
+    out.result(result, lambda: _show(result, reproduction.compared, out))
+    return 0 if reproduction.same and not reproduction.incomplete else DataLossError.exit_code
 
 
 def _show(result: dict[str, Any], compared: Sequence[ComparedPart], out: Output) -> None:
     """Part by part, then what is missing, lost, changed or doubtful, and the verdict last."""
     out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
     out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")
-    for one in compared:
-        word = "NOT DONE" if one.lacking else "not done" if one.differs is None else "same"
-        word = "REFUSED" if one.refused else word
-        word = f"{len(one.differs)} DIFFER" if one.differs else word
-        out.line(f"{one.what.capitalize()}: {word}. {printable(one.sentence)}")
-        if one.differs:
-            show_rows(DIFFERENCES, one.differs[:_SHOWN], out)
-            if len(one.differs) > _SHOWN:
-                out.line(f"… and {len(one.differs) - _SHOWN} more: --json has all.")
+    for part in compared:
+        word = "NOT DONE" if part.lacking else "not done" if part.differs is None else "same"
+        word = "REFUSED" if part.refused else word
+        word = f"{len(part.differs)} DIFFER" if part.differs else word
+        out.line(f"{part.what.capitalize()}: {word}. {printable(part.sentence)}")
+        if part.differs:
+            show_rows(DIFFERENCES, part.differs[:_SHOWN], out)
+            if len(part.differs) > _SHOWN:
+                out.line(f"… and {len(part.differs) - _SHOWN} more: --json has all.")
     for missing in result["missing"]:
         out.line(
             f"{'LOST' if missing['lost'] else 'Missing'} when bundled: {printable(missing['what'])}: "
@@ -84,7 +84,7 @@ def _briefly(result: dict[str, Any]) -> str:
         "LOST": sum(missing["lost"] for missing in result["missing"]),
         "CHANGED": len(result["record"]),
         "DOUBTFUL": len(result["doubts"]),
-        "NOT COMPUTED": sum(one["lacking"] for one in result["compared"]),
+        "NOT COMPUTED": sum(part["lacking"] for part in result["compared"]),
     }
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count) + " (above)"
 
@@ -95,7 +95,7 @@ def _value(value: object) -> str:
 
 DIFFERENCES: Columns = (
     Column("key", "what"),
-    Column("bundled", "bundled", words=lambda one: _value(one.bundled)),
-    Column("recomputed", "recomputed", words=lambda one: _value(one.recomputed)),
+    Column("bundled", "bundled", words=lambda difference: _value(difference.bundled)),
+    Column("recomputed", "recomputed", words=lambda difference: _value(difference.recomputed)),
     Column("relative", "relative", form=".1e"),
 )

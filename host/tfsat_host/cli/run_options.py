@@ -28,4 +28,4 @@ what else is known of the drop:
 
 def options_of(args: argparse.Namespace) -> EvaluationOptions:
     """Return the evaluation options, without RUN, from the arguments of a parser with `RUNS`."""
-    return EvaluationOptions(**{one.name: getattr(args, one.name) for one in fields(EvaluationOptions)})
+    return EvaluationOptions(**{field.name: getattr(args, field.name) for field in fields(EvaluationOptions)})

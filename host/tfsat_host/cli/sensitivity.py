@@ -65,21 +65,21 @@ def run(args: argparse.Namespace, out: Output) -> int:
     parameters = Parameters.of(robot, Plan.of_schedule(robot, schedule), rate)
     if args.out is not None:
         study_result.check_samples_file(args.out, force=args.force)
-    found = derivatives(parameters)
+    linearization = derivatives(parameters)
     study = Study(parameters, error_sources(parameters, stated), args.samples, args.seed)
     for notice in notices:
         out.warn(notice)
     begun_s = time.perf_counter()
     outcomes = run_study(study, out, workers=args.workers, address=args.dask)
     seconds = time.perf_counter() - begun_s
-    error_deg = math.degrees(max(found.error_rad, outcomes.error_rad))
-    linear = linear_spread(found, study.sources)
-    spread = summary(study, outcomes, found.quaternion_xyzw, limits)
+    error_deg = math.degrees(max(linearization.error_rad, outcomes.error_rad))
+    linear = linear_spread(linearization, study.sources)
+    spread = summary(study, outcomes, linearization.quaternion_xyzw, limits)
     late = study_result.notices(linear, spread, args.samples, error_deg)
     for notice in late:
         out.warn(notice)
     result = {
-        **study_result.document(study, found, linear, spread),
+        **study_result.document(study, linearization, linear, spread),
         "robot": robot.name,
         "base": robot.body_names[robot.base],
         "schedule": schedule.as_rows(),
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         "files": {} if args.out is None else {"csv": str(args.out)},
     }
     if args.out is not None:
-        study_result.write_samples(study, outcomes, found.quaternion_xyzw, args.out, force=args.force)
+        study_result.write_samples(study, outcomes, linearization.quaternion_xyzw, args.out, force=args.force)
     out.result(result, lambda: show(study_result.lines(result), out))
     return 0
 

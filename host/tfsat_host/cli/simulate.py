@@ -88,7 +88,7 @@ def _motion(
     from tfsat_host.maneuver import Maneuver
 
     if args.history is not None:
-        if any(one is not None for one in (args.a_deg, args.file, args.speed)):
+        if any(option is not None for option in (args.a_deg, args.file, args.speed)):
             raise _refusal(
                 "--history was given together with a maneuver: both are motions of the joints.",
                 f"tfsat-host simulate --history {args.history}",

@@ -42,15 +42,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
             answers[board] = state, rows
     if not answers:
         raise most_telling([error for _, error in errors])
-    shown: dict[str, Any] = dict.fromkeys(BOARDS)
+    board_states: dict[str, Any] = dict.fromkeys(BOARDS)
     for missed, reason in errors:
         out.note(reason.what)
         if missed is not None and not absent(reason):
-            shown[missed] = {"error": error_as_dict(reason)}
-    shown |= {board: state for board, (state, _) in answers.items()}
-    _stand_against_arming(shown, answers)
-    out.result(shown, lambda: _show([row for _, rows in answers.values() for row in rows], out))
-    _warn(shown["logger"], args, out)
+            board_states[missed] = {"error": error_as_dict(reason)}
+    board_states |= {board: state for board, (state, _) in answers.items()}
+    _stand_against_arming(board_states, answers)
+    out.result(board_states, lambda: _show([row for _, rows in answers.values() for row in rows], out))
+    _warn(board_states["logger"], args, out)
     return 0
 
 
@@ -66,7 +66,7 @@ def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) 
 
 
 def _stand_against_arming(
-    shown: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
+    board_states: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
 ) -> None:
     """Show the logger's reason to refuse arming in the sequencer's arming row.
 
@@ -74,7 +74,7 @@ def _stand_against_arming(
     """
     from tfsat_host.present.sequencer_state import NOTHING_AGAINST_IT
 
-    refusal = (shown["logger"] or {}).get("arm_refusal")
+    refusal = (board_states["logger"] or {}).get("arm_refusal")
     if refusal is None or "sequencer" not in answers:
         return
     state, rows = answers["sequencer"]

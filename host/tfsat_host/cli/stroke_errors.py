@@ -94,9 +94,9 @@ def read_servo_maps(path: Path) -> tuple[ServoMap, ...]:
     return read_calibration(path).servo_maps
 
 
-def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings) -> Expectation:
+def expect(schedule: Schedule, servo_maps: ServoMaps | None, settings: ServoSettings) -> Expectation:
     """Predict each stroke's error for a schedule on a board with these settings."""
-    if known is None:
+    if servo_maps is None:
         return Expectation()
     from tfsat_host.calibration.servos.servo_map import expected_stroke_errors
 
@@ -110,33 +110,33 @@ def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings)
             "error_deg": round(degrees(error.error_rad), 4),
             "std_deg": round(degrees(error.std_rad), 4),
         }
-        for error in expected_stroke_errors(moves, known.maps, settings)
+        for error in expected_stroke_errors(moves, servo_maps.maps, settings)
     ]
-    return Expectation(rows or None, (*_without_map(joints, known), *_off(joints, known, settings)))
+    return Expectation(rows or None, (*_without_map(joints, servo_maps), *_off(joints, servo_maps, settings)))
 
 
-def _without_map(joints: Sequence[int], known: ServoMaps) -> list[str]:
-    mapped = {servo_map.joint for servo_map in known.maps}
+def _without_map(joints: Sequence[int], servo_maps: ServoMaps) -> list[str]:
+    mapped = {servo_map.joint for servo_map in servo_maps.maps}
     return [
-        f"{known.path} has no servo map of joint {joint}: how far its strokes will miss is not known. "
+        f"{servo_maps.path} has no servo map of joint {joint}: how far its strokes will miss is not known. "
         f"To measure it: tfsat-host calibrate servo --joint {joint}"
         for joint in joints
         if joint not in mapped
     ]
 
 
-def _off(joints: Sequence[int], known: ServoMaps, settings: ServoSettings) -> list[str]:
+def _off(joints: Sequence[int], servo_maps: ServoMaps, settings: ServoSettings) -> list[str]:
     """Return a notice for each joint whose settings on the board differ from its servo map's."""
     from tfsat_host.calibration.servos.servo_map import matching_setting, setting_error_rad
     from tfsat_host.present.stored_settings import servo_words
 
     notices = []
-    for servo_map in known.maps:
+    for servo_map in servo_maps.maps:
         setting = settings.of(servo_map.joint)
         off_rad = setting_error_rad(servo_map, setting)
         if servo_map.joint in joints and off_rad is not None:
             notices.append(
-                f"The servo settings on the board are not those of {known.path} for joint {servo_map.joint}: they "
+                f"The servo settings on the board are not those of {servo_maps.path} for joint {servo_map.joint}: they "
                 f"are up to {abs(degrees(off_rad)):.1f} deg off, and the errors that are shown are those with them. "
                 f"By the calibration: {servo_words(matching_setting(servo_map, setting))}. "
                 "tfsat-host upload-servos FILE stores them; the maneuver stays as it is."

@@ -20,7 +20,7 @@ def refuse_command(word: str, argv: Sequence[str], commands: Iterable[str]) -> N
         meaning=_NOTHING_DONE,
         next_step="tfsat-host --help lists all commands."
         if nearest is None
-        else f"Did you mean: tfsat-host {shlex.join(nearest if one == word else one for one in argv)}",
+        else f"Did you mean: tfsat-host {shlex.join(nearest if argument == word else argument for argument in argv)}",
     )
 
 
@@ -29,17 +29,17 @@ def refuse_unknown_options(parser: argparse.ArgumentParser, argv: Sequence[str])
 
     argparse would first complain of its value, which it takes for something else.
     """
-    known = set(parser._option_string_actions)
+    options = set(parser._option_string_actions)
     for word in argv:
         chosen = _actions_of(parser).get(word)
         if chosen is not None:
-            parser, known = chosen, known | set(chosen._option_string_actions)
+            parser, options = chosen, options | set(chosen._option_string_actions)
     if "--" in argv:
         argv = argv[: list(argv).index("--")]
     for word in argv:
         option = word.partition("=")[0]
-        if option.startswith("--") and option not in known:
-            nearest = _find_nearest(option, known)
+        if option.startswith("--") and option not in options:
+            nearest = _find_nearest(option, options)
             raise UsageError(
                 what=f"{parser.prog} has no option {option}.",
                 meaning=_NOTHING_DONE,
@@ -63,8 +63,10 @@ def refuse_missing_action(parser: argparse.ArgumentParser) -> None:
     """Raise UsageError with a command's actions, a line each, if it has any."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            width = max(len(one.dest) for one in action._choices_actions)
-            lines = [f"{parser.prog} {one.dest:{width}}  {one.help}" for one in action._choices_actions]
+            width = max(len(choice.dest) for choice in action._choices_actions)
+            lines = [
+                f"{parser.prog} {choice.dest:{width}}  {choice.help}" for choice in action._choices_actions
+            ]
             kind = str(action.metavar or action.dest).lower()
             raise UsageError(
                 what=f"{parser.prog} needs {'an' if kind[0] in 'aeiou' else 'a'} {kind}.",
@@ -81,7 +83,7 @@ def _actions_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentP
     return {}
 
 
-def _find_nearest(word: str, known: Iterable[str]) -> str | None:
+def _find_nearest(word: str, candidates: Iterable[str]) -> str | None:
     from difflib import get_close_matches  # only a word that does not exist waits for it
 
-    return next(iter(get_close_matches(word, list(known), 1)), None)
+    return next(iter(get_close_matches(word, list(candidates), 1)), None)

@@ -84,15 +84,15 @@ def _upload(
             error.next_step += device_option(args)
             raise
         with out.progress(f"uploading to {sequencer.port}"):
-            done = sequencer.upload(schedule)
-        keep_upload(maneuver, sequencer.identity.serial, done.stored.crc, out.note)
+            upload = sequencer.upload(schedule)
+        keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)
         uploaded: dict[str, object] = {
             "verified": True,
-            "written": done.written,
+            "written": upload.written,
             "identity": sequencer.identity.describe(),
             "device": sequencer.device(),
-            "maneuver_crc": f"{done.stored.crc:04x}",
-            "generation": done.stored.generation,
+            "maneuver_crc": f"{upload.stored.crc:04x}",
+            "generation": upload.stored.generation,
         }
         return uploaded, settings
 

@@ -99,18 +99,18 @@ def _upload(
             unchanged = "Nothing was sent; the board keeps its settings."
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
-            done = sequencer.write_settings(settings)
+            upload = sequencer.write_settings(settings)
         fits = warn_of_misfit(sequencer, settings, device_option(args), out)
         result = {
-            **_as_dict(done.stored),
+            **_as_dict(upload.stored),
             "before": settings_as_dict(before.settings),
             "verified": True,
-            "written": done.written,
+            "written": upload.written,
             "maneuver_fits": fits,
             "device": sequencer.device(),
             "notices": notices,
         }
-        already = "" if done.written else " (they were there already)"
+        already = "" if upload.written else " (they were there already)"
         out.result(result, f"Stored, read back and identical{already}: {sequencer.identity.describe()}.")
     return 0
 

@@ -230,19 +230,19 @@ def add_options(parser: argparse.ArgumentParser, usage: str, **kinds: Any) -> No
     either: argparse._MutuallyExclusiveGroup | None = None
     for lines in filter(None, re.split(r"\n(?! )", (rows if described else about).strip("\n"))):
         row = re.sub(r"\n +", " ", lines)
-        found = _ROW.fullmatch(row)
-        if found is None:
+        match = _ROW.fullmatch(row)
+        if match is None:
             place = parser if row == "options:" else parser.add_argument_group(row.removesuffix(":"))
             either = None
             continue
-        if found["mark"] not in ("| ", "! "):
+        if match["mark"] not in ("| ", "! "):
             either = None
         elif either is None:
-            either = place.add_mutually_exclusive_group(required=found["mark"] == "! ")
-        name, keywords = _argument(found["name"], found["values"].split(), kinds)
-        if found["mark"] == "* ":
+            either = place.add_mutually_exclusive_group(required=match["mark"] == "! ")
+        name, keywords = _argument(match["name"], match["values"].split(), kinds)
+        if match["mark"] == "* ":
             keywords["required"] = True
-        (either or place).add_argument(name, help=found["text"].strip(), **keywords)
+        (either or place).add_argument(name, help=match["text"].strip(), **keywords)
 
 
 def _argument(name: str, values: list[str], kinds: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
@@ -250,20 +250,25 @@ def _argument(name: str, values: list[str], kinds: Mapping[str, Any]) -> tuple[s
     is_option = name.startswith("-")
     stem = re.sub(r"\.\.\.$", "s", name.strip("-[]")).replace("-", "_").lower()
     kind = kinds.get(stem, {})
-    given = dict(kind) if isinstance(kind, Mapping) else {"type": kind}
+    overrides = dict(kind) if isinstance(kind, Mapping) else {"type": kind}
     words = values if is_option or values else [name]
     keywords: dict[str, Any] = {}
     if not words:
-        keywords = {} if "choices" in given else {"action": "store_true"}
+        keywords = {} if "choices" in overrides else {"action": "store_true"}
     elif words[0].startswith("{"):
-        read = given.get("type", str)
-        keywords["choices"] = tuple(read(one) for one in words[0][1:-1].split(","))
+        read = overrides.get("type", str)
+        keywords["choices"] = tuple(read(choice) for choice in words[0][1:-1].split(","))
     else:
-        shown = [word[1:-1] if word.startswith("[") else word.removesuffix("...") for word in words]
-        keywords = {"metavar": shown[0] if len(shown) == 1 else tuple(shown), "type": _KINDS.get(shown[0])}
-        if len(shown) > 1 or shown != words:
-            keywords["nargs"] = len(shown) if len(shown) > 1 else "?" if words[0].startswith("[") else "+"
-    return name if is_option else given.pop("dest", stem), {**keywords, **given}
+        metavars = [word[1:-1] if word.startswith("[") else word.removesuffix("...") for word in words]
+        keywords = {
+            "metavar": metavars[0] if len(metavars) == 1 else tuple(metavars),
+            "type": _KINDS.get(metavars[0]),
+        }
+        if len(metavars) > 1 or metavars != words:
+            keywords["nargs"] = (
+                len(metavars) if len(metavars) > 1 else "?" if words[0].startswith("[") else "+"
+            )
+    return name if is_option else overrides.pop("dest", stem), {**keywords, **overrides}
 
 
 def add_actions(

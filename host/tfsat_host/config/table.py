@@ -110,10 +110,10 @@ class Table:
         """Return whether the table has this entry."""
         return key in self._values
 
-    def value(self, key: str, wanted: str) -> object:
-        """Return the parsed entry; `wanted` says in words what it should be, for the error if it is missing."""
+    def value(self, key: str, requirement: str) -> object:
+        """Return the parsed entry; `requirement` says in words what it should be, for the error if it is missing."""
         if key not in self._values:
-            self.fail(key, "is missing", self._cure(f"Add `{key}`: {wanted}."), Fault.MISSING_KEY)
+            self.fail(key, "is missing", self._cure(f"Add `{key}`: {requirement}."), Fault.MISSING_KEY)
         return self._values[key]
 
     def number(
@@ -125,7 +125,7 @@ class Table:
         least: float = -math.inf,
         most: float = math.inf,
         finite: bool = True,
-        wanted: str = "",
+        requirement: str = "",
     ) -> float:
         """Return a number within limits; `default` if the entry is missing.
 
@@ -137,30 +137,34 @@ class Table:
             ("of at most", most, math.inf),
         )
         limited = " and".join(f" {words} {limit:g}" for words, limit, none in limits if limit != none)
-        wanted = wanted or f"a{' finite' * (finite and not limited)} number{limited}"
+        requirement = requirement or f"a{' finite' * (finite and not limited)} number{limited}"
         if default is not None and not self.has(key):
             return default
-        number = _number(self.value(key, wanted))
+        number = _number(self.value(key, requirement))
         if number is None or (
             finite and not (math.isfinite(number) and above < number and least <= number <= most)
         ):
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return number
 
-    def integer(self, key: str, least: float = -math.inf, most: float = math.inf, wanted: str = "") -> int:
+    def integer(
+        self, key: str, least: float = -math.inf, most: float = math.inf, requirement: str = ""
+    ) -> int:
         """Return an integer from `least` to `most`."""
-        wanted = wanted or f"a whole number{'' if math.isinf(least) else f' from {least} to {most}'}"
-        value = self.value(key, wanted)
+        requirement = (
+            requirement or f"a whole number{'' if math.isinf(least) else f' from {least} to {most}'}"
+        )
+        value = self.value(key, requirement)
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return value
 
     def choice(self, key: str, choices: Sequence[_Choice]) -> _Choice:
         """Return the entry if it is one of `choices`, else raise the kind's error."""
-        wanted = " or ".join(shorten_value(choice) for choice in choices) or "one of none"
-        value = self.value(key, wanted)
+        requirement = " or ".join(shorten_value(choice) for choice in choices) or "one of none"
+        value = self.value(key, requirement)
         if not any(type(value) is type(choice) and value == choice for choice in choices):
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return cast(_Choice, value)
 
     def text(self, key: str, default: str | None = None, *, empty: bool = False) -> str:
@@ -179,40 +183,44 @@ class Table:
             )
         return value
 
-    def flag(self, key: str, wanted: str = "true or false") -> bool:
+    def flag(self, key: str, requirement: str = "true or false") -> bool:
         """True or false."""
-        value = self.value(key, wanted)
+        value = self.value(key, requirement)
         if not isinstance(value, bool):
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return value
 
     def time(self, key: str) -> datetime:
         """Return a time in UTC; the entry must state its time zone."""
-        wanted = "a time with its zone, such as 2026-07-01T09:30:00Z"
-        value = self.value(key, wanted)
+        requirement = "a time with its zone, such as 2026-07-01T09:30:00Z"
+        value = self.value(key, requirement)
         if not isinstance(value, datetime) or value.tzinfo is None:
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return value.astimezone(UTC)
 
-    def numbers(self, key: str, *shape: int, wanted: str = "") -> list[float]:
+    def numbers(self, key: str, *shape: int, requirement: str = "") -> list[float]:
         """Finite numbers in rows, as many as `shape` says, row by row; -1: one at least."""
-        wanted = wanted or f"{' x '.join('n' if size < 0 else str(size) for size in shape)} finite numbers"
-        numbers = _flat(self.value(key, wanted), shape)
+        requirement = (
+            requirement or f"{' x '.join('n' if size < 0 else str(size) for size in shape)} finite numbers"
+        )
+        numbers = _flat(self.value(key, requirement), shape)
         if numbers is None:
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return numbers
 
-    def array(self, key: str, *shape: int, wanted: str = "") -> NDArray[np.float64]:
+    def array(self, key: str, *shape: int, requirement: str = "") -> NDArray[np.float64]:
         """Return the numbers as `numbers` reads them, as an array of that shape."""
         import numpy as np  # an upload must not wait for it
 
-        return np.reshape(np.array(self.numbers(key, *shape, wanted=wanted), dtype=np.float64), shape)
+        return np.reshape(
+            np.array(self.numbers(key, *shape, requirement=requirement), dtype=np.float64), shape
+        )
 
-    def table(self, key: str, keys: str = "", wanted: str = "a table of named values") -> Table:
+    def table(self, key: str, keys: str = "", requirement: str = "a table of named values") -> Table:
         """Return a table inside this one that holds no entries but `keys`; without `keys`, any."""
-        value = self.value(key, wanted)
+        value = self.value(key, requirement)
         if not isinstance(value, dict):
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return self._inside((key,), value, keys)
 
     def tables(self, key: str, keys: str = "", *, needed: bool = False) -> list[Table]:
@@ -220,10 +228,10 @@ class Table:
 
         Unless they are `needed`, there may be none.
         """
-        wanted = f"tables, each below its own line [[{key}]]"
-        value = self.value(key, wanted) if needed or self.has(key) else []
+        requirement = f"tables, each below its own line [[{key}]]"
+        value = self.value(key, requirement) if needed or self.has(key) else []
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
-            self._wrong(key, wanted)
+            self._wrong(key, requirement)
         return [self._inside((key, index), item, keys) for index, item in enumerate(value)]
 
     def tables_by_number(
@@ -234,24 +242,24 @@ class Table:
         keys: str = "",
         *,
         code: StrEnum = Fault.WRONG_TYPE,
-        whole: bool = True,
+        require_all: bool = True,
     ) -> dict[int, Table]:
         """Return all `[[key]]` tables by the number in their entry `of`, sorted: each of 1 to `count` once.
 
-        Without `whole`, some may be missing. `code` is the error code for a missing or duplicate number.
+        Without `require_all`, some may be missing. `code` is the error code for a missing or duplicate number.
         """
-        found: dict[int, Table] = {}
+        tables: dict[int, Table] = {}
         for table in self.tables(key, keys):
             number = table.integer(of, 1, count)
-            if number in found:
+            if number in tables:
                 table.fail(of, f"{of} {number} is described twice", "Keep one of them.", code)
-            found[number] = table
+            tables[number] = table
             table._known_as = (len(table._path), f"{'' if key == of else f'{key} of '}{of} {number}")
-        missing = [str(number) for number in range(1, count + 1) if whole and number not in found]
+        missing = [str(number) for number in range(1, count + 1) if require_all and number not in tables]
         if missing:
             cure = self._cure(f"Describe each of {of} 1 to {count} below its own line [[{key}]].")
             self.fail(key, f"there is no [[{key}]] of {of} {' and '.join(missing)}", cure, code)
-        return dict(sorted(found.items()))
+        return dict(sorted(tables.items()))
 
     def _inside(self, path: Path, values: Mapping[str, object], keys: str) -> Table:
         table = Table(self._kind, self.source, self.file_text, (*self._path, *path), values)
@@ -260,12 +268,14 @@ class Table:
             table.only(keys)
         return table
 
-    def _wrong(self, key: str, wanted: str) -> NoReturn:
+    def _wrong(self, key: str, requirement: str) -> NoReturn:
         value = self._values[key]
         problem = (
-            f"is beyond {MAX_NUMBER:g}: no number here is so large" if _is_huge(value) else f"is not {wanted}"
+            f"is beyond {MAX_NUMBER:g}: no number here is so large"
+            if _is_huge(value)
+            else f"is not {requirement}"
         )
-        self.fail(key, f"{shorten_value(value)} {problem}", self._cure(f"Give `{key}` {wanted}."))
+        self.fail(key, f"{shorten_value(value)} {problem}", self._cure(f"Give `{key}` {requirement}."))
 
     def _cure(self, cure: str) -> str:
         return "" if self._kind.computed else cure
@@ -303,13 +313,13 @@ def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:
         return None if number is None or not math.isfinite(number) else [number]
     if not isinstance(value, list) or not value or len(value) != (shape[0] if shape[0] >= 0 else len(value)):
         return None
-    found: list[float] = []
+    numbers: list[float] = []
     for item in value:
         row = _flat(item, shape[1:])
         if row is None:
             return None
-        found += row
-    return found
+        numbers += row
+    return numbers
 
 
 def shorten_value(value: object) -> str:

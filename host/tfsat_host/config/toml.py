@@ -81,10 +81,10 @@ def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
             raise kind.refusal(f"{source} is a {name}, no {kind.name}.", Fault.FORMAT)
     if kind.format is not None:
         key, number = kind.format
-        found = top.value(key, str(number))
-        if type(found) is not int or found != number:
+        format_number = top.value(key, str(number))
+        if type(format_number) is not int or format_number != number:
             cure = f"Use the tfsat-host that made the file; this one reads the line `{key} = {number}`."
-            top.fail(key, f"{shorten_value(found)} is not {number}", cure, Fault.FORMAT)
+            top.fail(key, f"{shorten_value(format_number)} is not {number}", cure, Fault.FORMAT)
     return top
 
 
@@ -93,8 +93,8 @@ def _problem(text: str, error: ValueError | RecursionError) -> str:
         return f"is not valid TOML: {error}"
     if isinstance(error, RecursionError):
         return "is nested too deeply: its brackets lie hundreds deep in one another"
-    found = _LONG_NUMBER.search(text)
-    where = f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
+    match = _LONG_NUMBER.search(text)
+    where = f" (at line {text.count(chr(10), 0, match.start()) + 1})" if match else ""
     return f"has a number of thousands of digits{where}"
 
 
@@ -157,9 +157,9 @@ def _blocks(name: str, values: Mapping[str, object], comments: _Comments) -> Ite
     yield lines
     for header, items in tables.items():
         for item in items:
-            first, *more = _blocks(header.strip("[]"), item, comments)
+            first, *rest = _blocks(header.strip("[]"), item, comments)
             yield [header, *first]
-            yield from more
+            yield from rest
 
 
 def _text(value: object) -> str:

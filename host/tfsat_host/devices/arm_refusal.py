@@ -49,10 +49,12 @@ def arm_refusal(
         return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit}.")
     if status.switches_open:
         return _refusal(ErrorCode.SWITCH_OPEN, detail=status.switches_open)
-    held = joints_off_start_pose(status.joint_angle_cdeg) if status.state == SequencerState.DONE else []
-    if held:
+    held_joints = (
+        joints_off_start_pose(status.joint_angle_cdeg) if status.state == SequencerState.DONE else []
+    )
+    if held_joints:
         return _not_at_start_pose(
-            held,
+            held_joints,
             "is held",
             "tfsat-host disarm lets the servos go. Then bring the joint to 0 deg by hand or with tfsat-host jog, "
             "and arm again.",
@@ -99,12 +101,12 @@ def _fault_latched(fault: ErrorCode) -> BoardError:
 
 def store_defects(stores_damaged: int) -> dict[str, ErrorCode]:
     """Return why ARM is refused for each store, by its name in STORES; NONE for a sound store."""
-    found = dict.fromkeys(STORES, ErrorCode.NONE)
+    defects = dict.fromkeys(STORES, ErrorCode.NONE)
     for pair, code in enumerate(_WORDS):
         for index, store in enumerate(STORES):
             if stores_damaged >> (2 * pair + index) & 1:
-                found[store] = code
-    return found
+                defects[store] = code
+    return defects
 
 
 def first_defect(stores_damaged: int) -> ErrorCode:
@@ -117,7 +119,7 @@ def describe_defects(stores_damaged: int) -> str:
     defects = store_defects(stores_damaged)
     sentences = []
     for code in dict.fromkeys(code for code in defects.values() if code):
-        names = [STORES[store] for store, found in defects.items() if found == code]
+        names = [STORES[store] for store, defect in defects.items() if defect == code]
         singular, plural, what = _WORDS[code]
         verb = plural if names != [STORES["maneuver"]] else singular
         subject = " and ".join(names)

@@ -266,8 +266,8 @@ class Client:
     def _await(self, request_type: int) -> bytes | None:
         """Wait for the reply and return its payload, or None on timeout."""
         deadline = self.transport.now_s() + ATTEMPT_TIMEOUT_S
-        while (left := deadline - self.transport.now_s()) > 0:
-            for frame in self._receive(left):
+        while (remaining_s := deadline - self.transport.now_s()) > 0:
+            for frame in self._receive(remaining_s):
                 if frame.sequence != self._sequence:
                     continue
                 if frame.type == request_type | REPLY_BIT:
@@ -297,8 +297,8 @@ class Client:
     def live_samples(self, timeout_s: float) -> list[LiveSample]:
         """Live samples that have arrived, waiting up to `timeout_s` for the first. Raises PortError."""
         deadline = self.transport.now_s() + timeout_s
-        while not self._live and (left := deadline - self.transport.now_s()) > 0:
-            self._receive(left)  # a read may end in the middle of a frame
+        while not self._live and (remaining_s := deadline - self.transport.now_s()) > 0:
+            self._receive(remaining_s)  # a read may end in the middle of a frame
         samples = list(self._live)
         self._live.clear()
         return samples
@@ -306,16 +306,16 @@ class Client:
     def log_pieces(self, timeout_s: float) -> list[LogPiece]:
         """Pieces of the recording that LOG_READ asked for last, waiting up to `timeout_s`. Raises PortError."""
         deadline = self.transport.now_s() + timeout_s
-        while not self._log_pieces and (left := deadline - self.transport.now_s()) > 0:
-            self._receive(left)
+        while not self._log_pieces and (remaining_s := deadline - self.transport.now_s()) > 0:
+            self._receive(remaining_s)
         pieces, self._log_pieces = self._log_pieces, []
         return pieces
 
     def wait(self, duration_s: float) -> None:
         """Lets time pass on the transport's clock; live samples are kept. Raises PortError."""
         deadline = self.transport.now_s() + duration_s
-        while (left := deadline - self.transport.now_s()) > 0:
-            self._receive(left)
+        while (remaining_s := deadline - self.transport.now_s()) > 0:
+            self._receive(remaining_s)
 
     def identify(self, expected: Board | None = None) -> BoardIdentity:
         """Asks who answers and insists on `expected` (None: any board), whatever protocol it speaks.
@@ -328,11 +328,11 @@ class Client:
         """
         identity = BoardIdentity.from_reply(self.request(msg.HelloRequest(), msg.HelloReply))
         if expected is not None and identity.board != expected:
-            name, wanted = identity.board.name.lower(), expected.name.lower()
+            name, expected_name = identity.board.name.lower(), expected.name.lower()
             raise WrongBoard(
-                what=f"The board at {self.transport.name} is the {name}; this command is for the {wanted}.",
+                what=f"The board at {self.transport.name} is the {name}; this command is for the {expected_name}.",
                 meaning="Nothing was sent to it but the question who it is.",
-                next_step=f"Give the {wanted}'s port with --port; tfsat-host ports lists them.",
+                next_step=f"Give the {expected_name}'s port with --port; tfsat-host ports lists them.",
                 code=PortProblem.OTHER_BOARD,
             )
         return identity

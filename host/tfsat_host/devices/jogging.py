@@ -184,7 +184,7 @@ class JogClient(SequencerClient):
                 )
 
     def run(
-        self, jog: Jog, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]
+        self, jog: Jog, hold_s: float, stopped: Callable[[], bool], show_angle: Callable[[int], None]
     ) -> JogEnd:
         """Moves the joint, holds it, and lets it go; afterwards the board is safe.
 
@@ -192,7 +192,7 @@ class JogClient(SequencerClient):
             jog: The way; `check` it first.
             hold_s: How long to hold the joint at the way's end.
             stopped: Asked several times a second whether to let go now. A KeyboardInterrupt ends the jog as well.
-            shown: Gets the angle that the servo is commanded to, 0.01 deg.
+            show_angle: Gets the angle that the servo is commanded to, 0.01 deg.
 
         Raises:
             BoardRefusal: the board was not safe.
@@ -204,7 +204,7 @@ class JogClient(SequencerClient):
 
         def moves() -> bool:
             motion.begin()
-            return motion.move_and_hold(hold_s, stopped, shown)
+            return motion.move_and_hold(hold_s, stopped, show_angle)
 
         return self._letting_go(motion, moves)
 
@@ -247,9 +247,9 @@ class JogClient(SequencerClient):
 
     def _letting_go(self, motion: _Motion, moves: Callable[[], bool]) -> JogEnd:
         """Lets go after `moves`, which says whether all was held, however it ends."""
-        held = False
+        was_held = False
         try:
-            held = moves()
+            was_held = moves()
         except BoardRefusal:  # the board does not jog: there is nothing to let go
             raise
         except KeyboardInterrupt:
@@ -259,7 +259,7 @@ class JogClient(SequencerClient):
             raise
         else:
             self._let_go(motion)
-        return JogEnd(held, motion.angle_cdeg)
+        return JogEnd(was_held, motion.angle_cdeg)
 
     def _let_go(self, motion: _Motion) -> None:
         """Disarms, and asks again whether it is so."""
@@ -310,7 +310,9 @@ class _Motion:
         self._look()
         self._order_again()
 
-    def move_and_hold(self, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]) -> bool:
+    def move_and_hold(
+        self, hold_s: float, stopped: Callable[[], bool], show_angle: Callable[[int], None]
+    ) -> bool:
         """Move the joint and hold it; return True once held, False if stopped.
 
         Raises JogError and what requests raise.
@@ -320,7 +322,7 @@ class _Motion:
         longest_s = self.jog.duration_s + ARRIVAL_TIMEOUT_S
         arrived_s: float | None = None
         while not stopped():
-            shown(self.angle_cdeg)
+            show_angle(self.angle_cdeg)
             if arrived_s is None and self.angle_cdeg == self.jog.to_cdeg:
                 arrived_s = now_s()
             if arrived_s is not None and now_s() - arrived_s >= hold_s:

@@ -99,7 +99,7 @@ def last_run(
         return None
     reported_us = report.start_us[: report.stroke_count]
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
-    flown = holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
+    has_flown = holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
         since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
@@ -110,7 +110,7 @@ def last_run(
             Onset(
                 booking,
                 reported_us[index] if booking == StrokeStatus.BEGUN else None,
-                scheduled_us[index] if flown and index < len(scheduled_us) else None,
+                scheduled_us[index] if has_flown and index < len(scheduled_us) else None,
             )
             for index, booking in enumerate(_bookings(reported_us, status))
         ),
@@ -123,16 +123,16 @@ def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[
     A stroke that did not begin was missed if the run came to its end, or a later stroke began.
     """
     to_the_end = status.fault == ErrorCode.STROKE_MISSED
-    found = []
+    bookings = []
     for index, start_us in enumerate(reported_us):
         came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in reported_us[index + 1 :])
         if start_us == STROKE_NOT_BEGUN_US:
-            found.append(StrokeStatus.MISSED if came_by else StrokeStatus.NOT_BEGUN)
+            bookings.append(StrokeStatus.MISSED if came_by else StrokeStatus.NOT_BEGUN)
         else:
-            found.append(
+            bookings.append(
                 StrokeStatus.BEGUN_UNTIMED if start_us == STROKE_TIME_UNKNOWN_US else StrokeStatus.BEGUN
             )
-    return found
+    return bookings
 
 
 def holds_what_flew(status: SequencerStatusReply) -> bool:

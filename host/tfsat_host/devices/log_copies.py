@@ -43,10 +43,10 @@ def _unproven_spans(file: FileIO, entry: LogEntry) -> Iterator[Span]:
         if at == 0:
             chunk = file.read(_CHUNK_BLOCKS * BLOCK_BYTES)
         block = chunk[at : at + BLOCK_BYTES]
-        whole = is_whole(block)
-        if index == 0 and whole and session_of(block) != entry.session:
+        is_intact = is_whole(block)
+        if index == 0 and is_intact and session_of(block) != entry.session:
             raise _OtherSession(session_of(block))
-        if whole and session_of(block) == entry.session:
+        if is_intact and session_of(block) == entry.session:
             if count:
                 yield first, count
             count = 0
@@ -92,11 +92,11 @@ class PartialLog:
         self._size = entry.blocks * BLOCK_BYTES
         self.path = target.with_name(f"{target.name}.part")
         target.parent.mkdir(parents=True, exist_ok=True)
-        found = self.path.exists()
+        part_exists = self.path.exists()
         # Not buffered: a block counts as kept once the file has it, and a full disk fails here, not at the end.
-        self._file: FileIO = self.path.open("r+b" if found else "w+b", buffering=0)
+        self._file: FileIO = self.path.open("r+b" if part_exists else "w+b", buffering=0)
         try:
-            self.missing = list(self._look(entry)) if found else self._begin(entry)
+            self.missing = list(self._look(entry)) if part_exists else self._begin(entry)
         except PartialLogError:
             if not replace:
                 self._file.close()
@@ -265,9 +265,9 @@ def _stands(note: dict[str, Any]) -> bool:
         return False
 
 
-def _same_file(one: Path, other: Path) -> bool:
+def _same_file(path: Path, other: Path) -> bool:
     try:
-        return one.samefile(other)
+        return path.samefile(other)
     except OSError:
         return False
 

@@ -146,13 +146,13 @@ def session_of(block: bytes) -> int:
     return int(session)
 
 
-def fetch_blocks(client: Client, entry: msg.LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+def fetch_blocks(client: Client, entry: msg.LogEntry, spans: Iterable[Span], put: Put) -> Outcome:
     """Has blocks of a recording sent until each has arrived.
 
     Args:
         client: The logger.
         entry: The recording, as listed.
-        wanted: Which blocks.
+        spans: Which blocks.
         put: Given each block once.
 
     Raises:
@@ -161,7 +161,7 @@ def fetch_blocks(client: Client, entry: msg.LogEntry, wanted: Iterable[Span], pu
         TransferError: the card does not read the recording.
     """
     outcome = Outcome()
-    for first, count in wanted:
+    for first, count in spans:
         for start in range(first, first + count, LOG_READ_BLOCKS):
             end = min(start + LOG_READ_BLOCKS, first + count)
             _Window(client, entry, range(start, end), put, outcome).fetch()
@@ -201,16 +201,16 @@ class _Window:
         """Request blocks, and return the number of pieces that came before a timeout, and the complete blocks."""
         request = msg.LogReadRequest(self._entry.number, self._entry.session, first, count)
         coming = self._client.request(request, msg.LogReadReply).count
-        n_pieces, whole = 0, dict[int, bytes]()
-        while len(whole) < coming and (pieces := self._client.log_pieces(SILENCE_S)):
+        n_pieces, blocks = 0, dict[int, bytes]()
+        while len(blocks) < coming and (pieces := self._client.log_pieces(SILENCE_S)):
             n_pieces += len(pieces)
             for piece in pieces:
                 if isinstance(piece, msg.LogZerosStream):
                     run = range(piece.first_block, piece.first_block + piece.count)
-                    whole.update(dict.fromkeys(run, _ZEROS))
+                    blocks.update(dict.fromkeys(run, _ZEROS))
                 elif block := self._join(piece):
-                    whole[piece.block] = block
-        return n_pieces, whole
+                    blocks[piece.block] = block
+        return n_pieces, blocks
 
     def _join(self, piece: msg.LogPartStream) -> bytes | None:
         """Return the block that this part completes, or None.

@@ -210,9 +210,9 @@ class LoggerClient(BoardClient):
         """
         self._client.request(msg.RecordStopRequest(), msg.RecordStopReply)
 
-    def fetch_blocks(self, entry: msg.LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+    def fetch_blocks(self, entry: msg.LogEntry, spans: Iterable[Span], put: Put) -> Outcome:
         """See `log_transfer.fetch_blocks`."""
-        return fetch_blocks(self._client, entry, wanted, put)
+        return fetch_blocks(self._client, entry, spans, put)
 
     def fetch_whole(self, entry: msg.LogEntry) -> bytes:
         """Fetch a recording into memory; zeros where the card does not read it. Raises as `fetch_blocks`."""

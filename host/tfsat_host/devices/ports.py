@@ -254,6 +254,6 @@ def open_error(path: str, code: int | None, text: str, *, platform: str = sys.pl
     """
     problem = _BY_ERRNO.get(-1 if code is None else code, PortProblem.OTHER)
     if platform == "win32":
-        problem = next((found for name, found in _WINDOWS.items() if name in text), problem)
+        problem = next((candidate for name, candidate in _WINDOWS.items() if name in text), problem)
     what, next_step = _OPENING[problem]
     return PortError(problem, what=what.format(path=path, text=text), next_step=next_step)

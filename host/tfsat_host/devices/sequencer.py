@@ -98,9 +98,9 @@ class SequencerClient(BoardClient):
             VerifyError: the board holds something else than was sent.
         """
         ask = self._client.request
-        wanted = _rows(schedule)
-        ask(msg.ManeuverBeginRequest(len(wanted), schedule.speed_cdeg_s), msg.ManeuverBeginReply)
-        for index, (joint, angle_cdeg, start_us) in enumerate(wanted):
+        rows = _rows(schedule)
+        ask(msg.ManeuverBeginRequest(len(rows), schedule.speed_cdeg_s), msg.ManeuverBeginReply)
+        for index, (joint, angle_cdeg, start_us) in enumerate(rows):
             ask(msg.ManeuverStrokeRequest(index, joint, angle_cdeg, start_us), msg.ManeuverStrokeReply)
         commit = msg.ManeuverCommitRequest(maneuver_crc(schedule))
         written = self._until_stored(
@@ -108,8 +108,8 @@ class SequencerClient(BoardClient):
             "The maneuver from before is still stored, and not armed.",
         )
         stored = self.read_back()
-        if stored.strokes != wanted or stored.speed_cdeg_s != schedule.speed_cdeg_s:
-            raise _differs(stored.strokes, wanted, "It would fly something else than you asked for.")
+        if stored.strokes != rows or stored.speed_cdeg_s != schedule.speed_cdeg_s:
+            raise _differs(stored.strokes, rows, "It would fly something else than you asked for.")
         return Upload(written, stored)
 
     def read_back(self) -> StoredManeuver:
@@ -158,11 +158,11 @@ class SequencerClient(BoardClient):
         return Upload(stored.generation != before.generation, stored)
 
     def _until_stored(
-        self, ask: Callable[[], msg.ManeuverCommitReply | msg.SettingsWriteReply], kept: str
+        self, ask: Callable[[], msg.ManeuverCommitReply | msg.SettingsWriteReply], kept_sentence: str
     ) -> bool:
         """Repeats a request until the EEPROM holds what it is about; True when that had to be written.
 
-        Raises VerifyError, with the sentence `kept`, if the board is still writing after STORE_TIMEOUT_S.
+        Raises VerifyError, with the sentence `kept_sentence`, if the board is still writing after STORE_TIMEOUT_S.
         """
         deadline = self.now_s() + STORE_TIMEOUT_S
         written = False
@@ -175,7 +175,7 @@ class SequencerClient(BoardClient):
             if self.now_s() > deadline:
                 raise VerifyError(
                     what=f"The sequencer was still writing after {STORE_TIMEOUT_S:g} s.",
-                    meaning=f"Its EEPROM may be worn out. {kept}",
+                    meaning=f"Its EEPROM may be worn out. {kept_sentence}",
                     next_step="Power the board off and on, then run the same upload again.",
                 )
             self.wait(STORE_POLL_S)
@@ -224,9 +224,9 @@ def _crc(speed_cdeg_s: int, strokes: tuple[tuple[int, int, int], ...]) -> int:
     return crc16(canonical)
 
 
-def _differs(held: object, sent: object, meaning: str) -> VerifyError:
+def _differs(readback: object, sent: object, meaning: str) -> VerifyError:
     return VerifyError(
-        what=f"The sequencer holds {held}, but {sent} was sent.",
+        what=f"The sequencer holds {readback}, but {sent} was sent.",
         meaning=f"{meaning} Do not arm it.",
         next_step="Run the same upload again; if it recurs, replace the board.",
     )

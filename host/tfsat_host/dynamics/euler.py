@@ -38,9 +38,9 @@ def euler_zyx_by_turn(rotation: FloatArray) -> FloatArray:
     sin_z, cos_z = np.sin(z), np.cos(z)
     per_cosine = np.where(locked, 0.0, 1.0 / np.where(locked, 1.0, cosine))
     sine = -r[..., 2, 0]
-    zero, one = np.zeros_like(z), np.ones_like(z)
+    zero, ones = np.zeros_like(z), np.ones_like(z)
     rows = (
-        (cos_z * sine * per_cosine, sin_z * sine * per_cosine, one),
+        (cos_z * sine * per_cosine, sin_z * sine * per_cosine, ones),
         (-sin_z, cos_z, zero),
         (cos_z * per_cosine, sin_z * per_cosine, zero),
     )

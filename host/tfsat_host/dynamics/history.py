@@ -105,17 +105,22 @@ class ServoMotion(NamedTuple):
         """
         start, end, ramp = self.start_s[move], self.end_s[move], self.ramp_s[move]
         delta, half = self.delta_rad[move], 0.5 * self.push_rad_s2[move]
-        since, left = edges_s[:-1] - start, end - edges_s[:-1]
+        since, remaining_s = edges_s[:-1] - start, end - edges_s[:-1]
         middle = 0.5 * (edges_s[1:] + edges_s[:-1])
         phase = [middle < start, middle < start + ramp, middle <= end - ramp, middle < end]
         rate = 2.0 * half * ramp
         return np.stack(
             [
                 np.select(phase, [0.0, half, 0.0, -half], 0.0),
-                np.select(phase, [0.0, 2.0 * half * since, rate, 2.0 * half * left], 0.0),
+                np.select(phase, [0.0, 2.0 * half * since, rate, 2.0 * half * remaining_s], 0.0),
                 np.select(
                     phase,
-                    [0.0, half * since * since, rate * (since - 0.5 * ramp), delta - half * left * left],
+                    [
+                        0.0,
+                        half * since * since,
+                        rate * (since - 0.5 * ramp),
+                        delta - half * remaining_s * remaining_s,
+                    ],
                     delta,
                 ),
             ]
@@ -245,7 +250,7 @@ def overshoots(history: JointHistory) -> list[Overshoot]:
         history: A history through samples.
     """
     breaks, turning = history.breaks_s, history.polynomial().derivative().roots(extrapolate=False)
-    found = []
+    joint_overshoots = []
     for joint, roots in enumerate(turning):
         # An interval without motion has no single root: scipy says NaN.
         t_s = np.append(breaks[0], roots[np.isfinite(roots)])
@@ -254,8 +259,8 @@ def overshoots(history: JointHistory) -> list[Overshoot]:
         low, high = np.sort([ends[piece], ends[piece + 1]], axis=0)
         excess = np.maximum(values - high, low - values)
         most = int(np.argmax(excess))
-        found.append(Overshoot(joint, max(0.0, float(excess[most])), float(t_s[most])))
-    return found
+        joint_overshoots.append(Overshoot(joint, max(0.0, float(excess[most])), float(t_s[most])))
+    return joint_overshoots
 
 
 def history_from_samples(

@@ -57,8 +57,8 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         angles_rad: (..., n - 1) joint angles.
     """
     shape, posed = _split_batch(body, angles_rad)
-    whole = compose_bodies(body.columns(len(shape)), body.base, body.steps, posed)
-    return batch_first(np.broadcast_to(whole.inertia, (3, 3, *shape)), 2)
+    composite = compose_bodies(body.columns(len(shape)), body.base, body.steps, posed)
+    return batch_first(np.broadcast_to(composite.inertia, (3, 3, *shape)), 2)
 
 
 def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -92,11 +92,11 @@ def angular_momentum(
 
     The batch axes of all arguments are broadcast against each other.
     """
-    given = [np.asarray(v, dtype=np.float64) for v in (angles_rad, base_rate_rad_s, rates_rad_s)]
-    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in given))
-    angles, base_rate, rates = (pad(batch_last(v), 1, len(shape)) for v in given)
-    whole = compose_bodies(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
-    momentum = matvec(whole.inertia, base_rate) + _or_zero(whole.momentum)
+    arrays = [np.asarray(v, dtype=np.float64) for v in (angles_rad, base_rate_rad_s, rates_rad_s)]
+    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in arrays))
+    angles, base_rate, rates = (pad(batch_last(v), 1, len(shape)) for v in arrays)
+    composite = compose_bodies(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
+    momentum = matvec(composite.inertia, base_rate) + _or_zero(composite.momentum)
     return batch_first(np.broadcast_to(momentum, (3, *shape)), 1)
 
 
@@ -124,10 +124,10 @@ def kinetic_energy_j(
 
     The batch axes of all arguments are broadcast against each other.
     """
-    given = [np.asarray(v, dtype=np.float64) for v in (angles_rad, rates_rad_s, base_rate_rad_s)]
-    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in given))
+    arrays = [np.asarray(v, dtype=np.float64) for v in (angles_rad, rates_rad_s, base_rate_rad_s)]
+    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in arrays))
     columns = body.columns(len(shape))
-    angles, joint_rates, base_rate = (pad(batch_last(v), 1, len(shape)) for v in given)
+    angles, joint_rates, base_rate = (pad(batch_last(v), 1, len(shape)) for v in arrays)
     placed = place(body, columns, angles)
     com = [p.at(columns.com[i]) for i, p in enumerate(placed)]
     rate, velocity = [base_rate] * body.n_bodies, [cross(base_rate, c) for c in com]
@@ -189,14 +189,16 @@ def _join_composites(a: Composite, b: Composite) -> Composite:
     mass, gap = a.mass + b.mass, b.com - a.com
     share = b.mass / mass
     reduced = a.mass * share
-    whole = Composite(
+    composite = Composite(
         mass, a.com + share * gap, a.inertia + b.inertia + reduced * point_tensor(gap), a.velocity, a.momentum
     )
     if a.velocity is None and b.velocity is None:
-        return whole
+        return composite
     velocity, momentum = _or_zero(a.velocity), _or_zero(a.momentum) + _or_zero(b.momentum)
     apart = _or_zero(b.velocity) - velocity
-    return whole._replace(velocity=velocity + share * apart, momentum=momentum + reduced * cross(gap, apart))
+    return composite._replace(
+        velocity=velocity + share * apart, momentum=momentum + reduced * cross(gap, apart)
+    )
 
 
 def _or_zero(motion: FloatArray | None) -> FloatArray:
@@ -220,5 +222,7 @@ def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, Fl
     """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
     shape, posed = _split_batch(body, angles_rad)
     rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
-    whole = compose_bodies(body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates))
-    return whole.inertia, np.zeros((3, body.n_joints, *shape)) + _or_zero(whole.momentum)
+    composite = compose_bodies(
+        body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates)
+    )
+    return composite.inertia, np.zeros((3, body.n_joints, *shape)) + _or_zero(composite.momentum)

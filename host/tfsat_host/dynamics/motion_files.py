@@ -68,21 +68,21 @@ def read_history(
 
 def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatArray, FloatArray]:
     rows = csv.reader(file, strict=True)
-    wanted = _header(joint_count).split(",")
+    required_names = _header(joint_count).split(",")
     names = [_OF_TRUTH.sub(r"theta\1_deg", name.strip()) for name in next(rows, [])]
-    missing = [name for name in wanted if name not in names]
+    missing = [name for name in required_names if name not in names]
     if missing:
         what = f"{path}:1: there is no column {missing[0]}."
         _fail(what, f"Begin the file with the line {_header(joint_count)}; separate columns by commas.")
-    for name in wanted:
+    for name in required_names:
         if names.count(name) > 1:
             what = f"{path}:1: the column {name} is there {names.count(name)} times."
             _fail(what, "Keep the one that is meant, and rename or remove the other.")
     for name in names:
-        if name.lower().startswith("theta") and _ANGLE.fullmatch(name) and name not in wanted:
+        if name.lower().startswith("theta") and _ANGLE.fullmatch(name) and name not in required_names:
             what = f"{path}:1: the column {name} is one too many: the robot has {joint_count} joints."
             _fail(what, "Remove the column, or name the robot that moved so.")
-    columns = [names.index(name) for name in wanted]
+    columns = [names.index(name) for name in required_names]
     samples: list[list[float]] = []
     for row in rows:
         if row:
@@ -90,7 +90,7 @@ def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatAr
             sample = [_number(path, line, row, column, names) for column in columns]
             _check_time(path, line, sample[0], samples[-1][0] if samples else None)
             samples.append(sample)
-    table = _from_release(np.array(samples).reshape(-1, len(wanted)))
+    table = _from_release(np.array(samples).reshape(-1, len(required_names)))
     if len(table) < 2:
         _fail(
             f"{path}: a history needs two samples after the release at least; there are {len(table)}.",
@@ -116,9 +116,9 @@ def _from_release(table: FloatArray) -> FloatArray:
 def _number(path: Path, line: int, row: list[str], column: int, names: list[str]) -> float:
     text = row[column].strip() if column < len(row) else ""
     if not _NUMBER.fullmatch(text):
-        shown = repr(text) if text else "missing"
+        quoted_text = repr(text) if text else "missing"
         cure = "Write a number there, with a point for the decimals, or leave out the whole row."
-        _fail(f"{path}:{line}: {names[column]} is {shown}.", cure)
+        _fail(f"{path}:{line}: {names[column]} is {quoted_text}.", cure)
     value = float(text)
     largest = _MAX_VALUE.get(names[column], _MAX_VALUE["deg"])
     if abs(value) > largest:

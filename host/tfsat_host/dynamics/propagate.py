@@ -195,14 +195,14 @@ class Propagation:
     def attitudes(self, parts: int = 1, keep: int = 1) -> FloatArray:
         """(m, 4, ...) at the start and after every `keep`-th step, with every step divided into `parts`."""
         piece, since, length = self._divide_steps(parts)
-        latest, kept = self._start, [self._start]
+        latest, attitudes = self._start, [self._start]
         size = max(1, _BLOCK // (latest[0].size * len(self._nodes)))
         for first in range(0, len(piece), size):
             block = slice(first, first + size)
             after = self._after_steps(latest, piece[block], since[block], length[block])
-            kept += [one for number, one in enumerate(after, first + 1) if number % keep == 0]
+            attitudes += [attitude for number, attitude in enumerate(after, first + 1) if number % keep == 0]
             latest = after[-1]
-        return np.array(kept)
+        return np.array(attitudes)
 
     def flight(self, parts: int, attitudes: FloatArray) -> Flight:
         """Build the flight of one robot from attitudes (m, 4) as returned by `attitudes(parts)`."""
@@ -291,10 +291,10 @@ class Propagation:
             angle[:1, :1] if rate is None and (angle == angle[:1, :1]).all() else angle
             for angle, rate in zip(angles, moving, strict=True)
         ]
-        whole = compose_bodies(self._columns, self._body.base, self._body.steps, posed, moving)
-        inertia = np.stack([np.broadcast_to(entry, rates.shape[1:]) for entry in upper(whole.inertia)])
+        composite = compose_bodies(self._columns, self._body.base, self._body.steps, posed, moving)
+        inertia = np.stack([np.broadcast_to(entry, rates.shape[1:]) for entry in upper(composite.inertia)])
         drive = np.zeros((3, *rates.shape[1:]))
-        return inertia, drive if whole.momentum is None else drive + whole.momentum
+        return inertia, drive if composite.momentum is None else drive + composite.momentum
 
 
 def _base_rate(inertia: FloatArray, drive: FloatArray, momentum: FloatArray | None = None) -> FloatArray:

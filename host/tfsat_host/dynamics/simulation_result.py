@@ -130,12 +130,12 @@ def notices(
     """
     robot, motion = simulation.robot, simulation.motion
     if isinstance(motion, Schedule):
-        found = [*_schedule_notices(robot, motion, maneuver), *_late_notices(simulation, motion)]
+        messages = [*_schedule_notices(robot, motion, maneuver), *_late_notices(simulation, motion)]
     else:
-        found = _history_notices(robot, motion)
+        messages = _history_notices(robot, motion)
     if not simulation.is_closed:
         base = robot.body_names[simulation.flight.body.base]
-        found.append(
+        messages.append(
             "The joints do not end where they started, so the final rotation depends on the base body: this is that "
             f"of {base}."
         )
@@ -146,10 +146,10 @@ def notices(
             if step_s is None
             else "give a shorter --step, or leave it out"
         )
-        found.append(
+        messages.append(
             f"The attitude may be wrong by {error_deg:.2g} deg by the error of the integration: {helps}."
         )
-    return found
+    return messages
 
 
 def _schedule_notices(robot: RobotModel, schedule: Schedule, maneuver: Maneuver | None) -> list[str]:
@@ -157,15 +157,15 @@ def _schedule_notices(robot: RobotModel, schedule: Schedule, maneuver: Maneuver 
 
     A refusal is only a notice here; it is checked for robots that a sequencer commands.
     """
-    found = list(schedule.notices)
+    messages = list(schedule.notices)
     if schedule.strokes:
-        found += servo_speed_notices(schedule, robot.path)
+        messages += servo_speed_notices(schedule, robot.path)
     if schedule.strokes and maneuver is not None and robot.has_sequencer:
         try:
             schedule_maneuver(maneuver)
         except ManeuverError as error:
-            found.append(f"The sequencer would refuse this maneuver: {error.what}")
-    return found
+            messages.append(f"The sequencer would refuse this maneuver: {error.what}")
+    return messages
 
 
 def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
@@ -177,18 +177,18 @@ def _late_notices(simulation: Simulation, schedule: Schedule) -> list[str]:
     late = [str(number) for number, by_s in enumerate(late_s, 1) if by_s > _LATE_S]
     if not late:
         return []
-    found = [
+    messages = [
         f"{'Strokes' if late[1:] else 'Stroke'} {', '.join(late)} {'end' if late[1:] else 'ends'} later than the "
         f"schedule assumes, by {1e3 * max(late_s):.3g} ms at most: the servos of {simulation.robot.path.name} speed up "
         "and slow down no faster."
     ]
     if simulation.strokes_overlap:
-        found.append(
+        messages.append(
             "A stroke starts while another joint is still under way, so the joints cut a corner of the path and the "
             "rotation depends on their speed: it is that of the propagation in time. Give a lower --speed, or "
             "later t_s in the maneuver file, to part the strokes."
         )
-    return found
+    return messages
 
 
 def _history_notices(robot: RobotModel, history: JointHistory) -> list[str]:
@@ -196,12 +196,12 @@ def _history_notices(robot: RobotModel, history: JointHistory) -> list[str]:
     angles_rad = history.angles_rad(history.breaks_s)
     low_rad, high_rad = robot.joint_limits_rad.T
     beyond_deg = np.degrees(np.maximum(low_rad - angles_rad, angles_rad - high_rad).max(axis=0, initial=0.0))
-    found = [
+    messages = [
         f"The history takes {name} {excess_deg:.2f} deg beyond the limits of {robot.path.name}."
         for name, excess_deg in zip(robot.joint_names, beyond_deg, strict=True)
         if excess_deg >= _BEYOND_DEG
     ]
-    return found + [
+    return messages + [
         f"Between two samples, at {beyond.t_s:.6g} s, the spline takes {robot.joint_names[beyond.joint]} "
         f"{math.degrees(beyond.excess_rad):.2g} deg beyond both: leave out a sample that was repeated, fill the "
         "gap, or join the samples by straight lines with --between linear."

@@ -153,7 +153,7 @@ def base_rate(halves: Halves, angle: FloatArray) -> FloatArray:
 
 def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
     """Find the joints reachable from body `root` without crossing joint `without`, outwards."""
-    reached, found = [root], list[Step]()
+    reached, steps = [root], list[Step]()
     joints = [step for step in body.steps if step.joint != without]
     grown = True
     while grown:
@@ -162,9 +162,9 @@ def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
             for way in (step, Step(step.joint, step.child, step.parent, -step.sign)):
                 if way.parent in reached and way.child not in reached:
                     reached.append(way.child)
-                    found.append(way)
+                    steps.append(way)
                     grown = True
-    return tuple(found)
+    return tuple(steps)
 
 
 def _path(body: Multibody, target: int) -> tuple[Step, ...]:

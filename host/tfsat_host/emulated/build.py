@@ -107,10 +107,10 @@ def _unwritable(folder: Path, error: OSError) -> BuildError:
 
 def _sources(root: Path, variant: Variant) -> list[Path]:
     emulator = root / "tools" / "emulator" / "src"
-    found = [path for path in emulator.rglob("*.cpp") if variant.avr or not path.name.startswith("avr_")]
+    paths = [path for path in emulator.rglob("*.cpp") if variant.avr or not path.name.startswith("avr_")]
     for sketch in ("arduino_sequencer", "teensy_logger"):
-        found += (root / "firmware" / sketch / "src" / "core").rglob("*.cpp")
-    return sorted(found)
+        paths += (root / "firmware" / sketch / "src" / "core").rglob("*.cpp")
+    return sorted(paths)
 
 
 def _digest(root: Path, variant: Variant, compiler: str) -> str:
@@ -170,18 +170,18 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
 def _run(command: list[str], variant: Variant) -> None:
     import subprocess
 
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode == 0:
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    if process.returncode == 0:
         return
-    if variant.avr and "simavr" in done.stderr:
+    if variant.avr and "simavr" in process.stderr:
         raise BuildError(
             what="libsimavr is not installed.",
             meaning="The sequencer's real image cannot be run on this computer; the native core can.",
             next_step="tools/install-toolchain.sh, or leave out --sequencer avr.",
         )
     raise BuildError(
-        what=f"The compiler failed with exit code {done.returncode}: {shlex.join(command)}\n"
-        + (done.stderr.strip()[-2000:] or "Without a message."),
+        what=f"The compiler failed with exit code {process.returncode}: {shlex.join(command)}\n"
+        + (process.stderr.strip()[-2000:] or "Without a message."),
         meaning="The emulated robot cannot run; commands for real boards can.",
         next_step=f"Set CXX to a working C++17 compiler (now {command[0]}), or report this text.",
     )
@@ -222,9 +222,9 @@ def sequencer_hex(progress: Progress = lambda _: None) -> Path:
     ]
     import subprocess
 
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise _build_refusal(done.stderr)
+    process = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    if process.returncode != 0:
+        raise _build_refusal(process.stderr)
     return hex_path
 
 

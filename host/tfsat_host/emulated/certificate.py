@@ -74,11 +74,11 @@ def worse_certificate(calibration: Calibration, times: float, random: np.random.
     gyros = tuple(gyro.add_errors(off(gyro.covariance)) for gyro in calibration.gyros)
     joints = tuple(
         replace(
-            one,
-            zero_rad=one.zero_rad + off(one.zero_covariance),
-            bend=one.bend + off(one.bend_covariance).reshape(one.bend.shape),
+            sensors,
+            zero_rad=sensors.zero_rad + off(sensors.zero_covariance),
+            bend=sensors.bend + off(sensors.bend_covariance).reshape(sensors.bend.shape),
         )
-        for one in calibration.joints
+        for sensors in calibration.joints
     )
     return replace(calibration, gyros=gyros, joints=joints)
 
@@ -118,11 +118,11 @@ def _sensors(
     columns = [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint]
     straight = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
     bend = truth.angle_nonlinearity_rad[columns]
-    shown = straight + np.einsum("ij,ij->i", harmonics(straight), bend)
+    zero_reading_rad = straight + np.einsum("ij,ij->i", harmonics(straight), bend)
     return JointSensors(
         joint=joint + 1,
         direction=np.array([float(model.angle_sensors[c].direction) for c in columns]),
-        zero_rad=np.mod(shown + _ZERO_STD_RAD * random.standard_normal(2), 2.0 * np.pi),
+        zero_rad=np.mod(zero_reading_rad + _ZERO_STD_RAD * random.standard_normal(2), 2.0 * np.pi),
         zero_covariance=_ZERO_STD_RAD**2 * np.eye(2),
         bend=bend + _BEND_STD_RAD * random.standard_normal((2, 4)),
         bend_covariance=_BEND_STD_RAD**2 * np.eye(8),
@@ -158,8 +158,8 @@ def careful_servo_maps(model: RobotModel, truth: Imperfections, seed: int) -> tu
 
 
 def _pulses(model: RobotModel) -> list[PulseMap]:
-    known = [servo.pulses for servo in model.servos[:JOINT_COUNT]]
-    return [pulses for pulses in known if pulses is not None]
+    pulse_maps = [servo.pulses for servo in model.servos[:JOINT_COUNT]]
+    return [pulses for pulses in pulse_maps if pulses is not None]
 
 
 def _visits(

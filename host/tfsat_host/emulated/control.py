@@ -69,13 +69,13 @@ class _Verb:
 
     def execute(self, name: str, words: list[str], server: RobotServer) -> str | Reply | None:
         """Raises ControlError: it is not understood."""
-        asked = self.words.split()
-        needed = sum(not one.startswith("[") for one in asked)
-        if self.words.endswith("...") and len(words) > len(asked):
-            asked += asked[-1:] * (len(words) - len(asked))
-        if not needed <= len(words) <= len(asked):
+        parameters = self.words.split()
+        needed = sum(not parameter.startswith("[") for parameter in parameters)
+        if self.words.endswith("...") and len(words) > len(parameters):
+            parameters += parameters[-1:] * (len(words) - len(parameters))
+        if not needed <= len(words) <= len(parameters):
             raise ControlError(f"Write: {name} {self.words}".rstrip() + ".")
-        return self.do(server, *map(_value, asked, words))
+        return self.do(server, *map(_value, parameters, words))
 
 
 def execute(line: str, server: RobotServer) -> Reply | None:
@@ -93,10 +93,10 @@ def execute(line: str, server: RobotServer) -> Reply | None:
         if name == "fault":
             raise ControlError(f"Write: fault {'|'.join(_FAULTS)} ...")
         if name not in _VERBS:
-            known = f" {', '.join(_FAULTS)}." if name.startswith("fault ") else ""
-            raise ControlError(f"There is no command {name!r}.{known}")
-        done = _VERBS[name].execute(name, words[len(name.split()) :], server)
-        return done if isinstance(done, Reply) else Reply(f"ok {done or ''}".rstrip())
+            hint = f" {', '.join(_FAULTS)}." if name.startswith("fault ") else ""
+            raise ControlError(f"There is no command {name!r}.{hint}")
+        reply = _VERBS[name].execute(name, words[len(name.split()) :], server)
+        return reply if isinstance(reply, Reply) else Reply(f"ok {reply or ''}".rstrip())
     except ValueError as error:
         return _refusal(ControlError(f"{line.strip()}: {str(error).lower()}."))
     except TfsatError as error:
@@ -110,8 +110,8 @@ def _refusal(error: TfsatError) -> Reply:
     return Reply("error " + " ".join(" ".join(parts).split()))
 
 
-def _value(asked: str, word: str) -> Any:
-    """Parse one argument word as the type that `asked` specifies.
+def _value(parameter: str, word: str) -> Any:
+    """Parse one argument word as the type that `parameter` specifies.
 
     Returns:
         None for `none`, a number for a number, seconds for a duration, a path for a file, else the choice in
@@ -120,8 +120,8 @@ def _value(asked: str, word: str) -> Any:
     Raises:
         ControlError: the word does not fit or is out of range.
     """
-    asked = asked.strip("[].")
-    *choices, value = asked.split("|")
+    parameter = parameter.strip("[].")
+    *choices, value = parameter.split("|")
     if not value.isupper():
         choices.append(value)
     if word.lower() in choices:
@@ -140,7 +140,7 @@ def _value(asked: str, word: str) -> Any:
     if value == "FILE":
         return Path(word)
     example = ": seconds, or such as 20ms" if value in _MAX_DURATION_S else ""
-    raise ControlError(f"{word!r} is not understood as {asked}{example}.")
+    raise ControlError(f"{word!r} is not understood as {parameter}{example}.")
 
 
 def _us(seconds: float | None) -> int | None:
@@ -279,7 +279,9 @@ _VERBS: dict[str, _Verb] = {
     ),
     **{f"fault {name}": verb for name, verb in _FAULTS.items()},
     "drop": _Verb("[FALL]", _drop),
-    "angles": _Verb("", lambda server: " ".join(f"{one:.2f}" for one in server.robot.joint_angles_deg())),
+    "angles": _Verb(
+        "", lambda server: " ".join(f"{angle_deg:.2f}" for angle_deg in server.robot.joint_angles_deg())
+    ),
     "card": _Verb("[remove|insert|fill|write-protect|unformat|fail|FILE]", _card),
     "time": _Verb("", _time),
     "wait": _Verb("still|DURATION", _wait),

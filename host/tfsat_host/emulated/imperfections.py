@@ -171,5 +171,5 @@ def _crystal_ppm(random: np.random.Generator) -> float:
 
 def _serial_as_built(seed: int) -> bytes:
     """8 bytes, another for each seed; the fourth is no ASCII, so it is never that of a robot as it comes."""
-    drawn = sha256(f"as built {seed}".encode()).digest()
-    return b"emu" + bytes([drawn[0] | 0x80]) + drawn[1:5]
+    digest = sha256(f"as built {seed}".encode()).digest()
+    return b"emu" + bytes([digest[0] | 0x80]) + digest[1:5]

@@ -101,7 +101,7 @@ def load_library(path: Path) -> ctypes.CDLL:
     for result, name, parameters in _FUNCTION.findall(_header()):
         function = getattr(library, name)
         function.restype = _type(result)
-        function.argtypes = [_type(*one) for one in _PARAMETER.findall(parameters)]
+        function.argtypes = [_type(*parameter) for parameter in _PARAMETER.findall(parameters)]
     if library.tfsat_config_bytes() != ctypes.sizeof(structures()["TfsatRobotConfig"]):
         raise RuntimeError("ctypes and the compiler disagree on TfsatRobotConfig")
     if library.tfsat_truth_row_bytes() != ctypes.sizeof(ctypes.c_double) * TRUTH_COLUMNS:
@@ -136,9 +136,9 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "body_origin_m": model.origin_m,
         "joint_axis": model.joint_axis,
         "joint_point_m": model.joint_point_m,
-        "servo_reference_pulse_us": [one.reference_pulse_us for one in pulses],
-        "servo_reference_angle_rad": [one.reference_angle_rad for one in pulses],
-        "servo_pulse_us_per_rad": [one.pulse_us_per_rad for one in pulses],
+        "servo_reference_pulse_us": [pulse_map.reference_pulse_us for pulse_map in pulses],
+        "servo_reference_angle_rad": [pulse_map.reference_angle_rad for pulse_map in pulses],
+        "servo_pulse_us_per_rad": [pulse_map.pulse_us_per_rad for pulse_map in pulses],
         "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in servos],
         "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in servos],
         "joint_min_rad": model.joint_limits_rad[:, 0],

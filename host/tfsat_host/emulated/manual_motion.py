@@ -163,7 +163,9 @@ class OperatorMotion:
 
 def _legs(legs: Sequence[Leg]) -> Any:
     leg = structures()["TfsatLeg"]
-    return (leg * len(legs))(*(leg(one.target_rad, one.duration_s, one.rest_s) for one in legs))
+    return (leg * len(legs))(
+        *(leg(motion_leg.target_rad, motion_leg.duration_s, motion_leg.rest_s) for motion_leg in legs)
+    )
 
 
 def _config(motion: Motion) -> Any:

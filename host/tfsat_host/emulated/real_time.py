@@ -163,7 +163,7 @@ def _another_has_terminal(descriptor: int) -> bool:
 def serve(
     server: RobotServer,
     control: ControlSocket,
-    typed: TypedLines,
+    typed_lines: TypedLines,
     on_lag: Callable[[float], None],
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
@@ -171,7 +171,7 @@ def serve(
 
     Args:
         server: What to run.
-        control, typed: Where control lines come from.
+        control, typed_lines: Where control lines come from.
         on_lag: Called once, with seconds, when this computer is too slow.
         clock: Seconds that never go back.
 
@@ -184,10 +184,10 @@ def serve(
             server.step()
         if pacer.new_lag():
             on_lag(pacer.lag_s)
-        waited = [*control.waits_on(), *typed.waits_on()]
+        waited = [*control.waits_on(), *typed_lines.waits_on()]
         ready, _, _ = select.select(waited, [], [], pacer.wait_s(clock()))
         control.service(ready)
-        typed.service(ready)
+        typed_lines.service(ready)
 
 
 MAX_BACKLOG_S = 0.25

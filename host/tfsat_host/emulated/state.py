@@ -140,9 +140,9 @@ def _read(path: Path) -> bytes | None:
         return None
 
 
-def _damage_error(path: Path, found: str, board: str) -> TfsatError:
+def _damage_error(path: Path, damage: str, board: str) -> TfsatError:
     return TfsatError(
-        what=f"{path} has {found}.",
+        what=f"{path} has {damage}.",
         meaning=f"The emulated {board}'s memory is damaged; no real board is concerned.",
         next_step=f"Delete {path} and run the command again.",
     )
@@ -166,8 +166,8 @@ def kept_robot(
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
 
-    kept = KeptState.of_user()
-    before = kept.load()
+    storage = KeptState.of_user()
+    before = storage.load()
     with EmulatedRobot(
         model,
         imperfections=(draw_as_built if as_built else draw)(DEFAULT_SEED),
@@ -178,7 +178,7 @@ def kept_robot(
         before.put_card(robot)
         robot.advance(SETTLE_US)
         yield robot
-        kept.save(robot, before)
+        storage.save(robot, before)
 
 
 _CONTROL = "control"

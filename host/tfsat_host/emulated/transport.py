@@ -39,9 +39,9 @@ class EmulatedTransport:
         """Sends all of `data`; raises PortError when the board takes nothing for a second."""
         deadline_s = self.now_s() + _WRITE_TIMEOUT_S
         while data:
-            taken = self._robot.write(self._board, data)
-            data = data[taken:]
-            if not taken:
+            byte_count = self._robot.write(self._board, data)
+            data = data[byte_count:]
+            if not byte_count:
                 if self.now_s() > deadline_s:
                     raise PortError(
                         PortProblem.OTHER,

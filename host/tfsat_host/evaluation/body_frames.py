@@ -127,11 +127,11 @@ def _joint_track(
         change = sensor.direction * wrap_angle(turned - zero)
         total[valid] += change[valid]
         answered += valid
-    seen = spans.fall & (answered > 0)
-    if not seen.any():
+    tracked_rows = spans.fall & (answered > 0)
+    if not tracked_rows.any():
         notes.append(f"No angle of {name}: none of its sensors answered both before the release and after.")
         return None
-    return JointTrack(frame_name(name), log.t_us[seen], total[seen] / answered[seen])
+    return JointTrack(frame_name(name), log.t_us[tracked_rows], total[tracked_rows] / answered[tracked_rows])
 
 
 def _outer_tracks(model: RobotModel, joints: tuple[JointTrack, ...]) -> tuple[FrameTrack, ...]:

@@ -103,9 +103,9 @@ class CsvRow:
         """Parse a finite number of magnitude `largest` at most, and greater than `above` if that is given."""
         cell = self.text(column)
         if not _NUMBER.fullmatch(cell):
-            shown = repr(cell[:_SHOWN]) if cell else "missing"
+            quoted_text = repr(cell[:_SHOWN]) if cell else "missing"
             cure = "Write a number there, with a point for the decimals, or leave out the whole row."
-            self.form.fail(f"{column} is {shown}.", cure, self.line)
+            self.form.fail(f"{column} is {quoted_text}.", cure, self.line)
         value = float(cell)
         if abs(value) > largest:
             self.form.fail(
@@ -195,26 +195,26 @@ def read_video_marks(path: Path) -> tuple[Mark, ...]:
         meaning="The video's clock is unknown: nothing that was filmed can be compared with the log.",
         error=VideoFileError,
     )
-    found: dict[str, Mark] = {}
+    marks: dict[str, Mark] = {}
     for row in read_rows(form):
         event = _event(row)
-        if event in found:
+        if event in marks:
             cure = "Keep the row that is meant."
             form.fail(f"the event {event} is there a second time.", cure, row.line)
-        found[event] = Mark(event, row.number("t_s", largest=_MAX_S), _std_s(row, event))
-    if not found:
+        marks[event] = Mark(event, row.number("t_s", largest=_MAX_S), _std_s(row, event))
+    if not marks:
         form.fail("there is no event.", "Add a row, such as release,12.3833", None)
-    return tuple(sorted(found.values(), key=lambda mark: mark.t_s))
+    return tuple(sorted(marks.values(), key=lambda mark: mark.t_s))
 
 
 def _event(row: CsvRow) -> str:
     event = " ".join(row.text("event").lower().split())
     number = _STROKE.fullmatch(event)
-    known = event in ("release", "landing") or (number is not None and int(number[1]) <= MAX_STROKES)
-    if not known:
-        shown = repr(row.text("event")[:40]) if event else "missing"
+    is_known = event in ("release", "landing") or (number is not None and int(number[1]) <= MAX_STROKES)
+    if not is_known:
+        quoted_text = repr(row.text("event")[:40]) if event else "missing"
         cure = f"Write release, landing or stroke 1 to stroke {MAX_STROKES}, or leave out the row."
-        row.form.fail(f"the event is {shown}.", cure, row.line)
+        row.form.fail(f"the event is {quoted_text}.", cure, row.line)
     return event
 
 
@@ -309,16 +309,16 @@ def _clock(form: CsvForm, row: CsvRow) -> str:
     """Find the file's one column of times; refuse both or neither."""
     there = [name for name in ("t_s", "video_t_s") if name in row.cells]
     if len(there) != 1:
-        found = "both t_s and video_t_s are" if there else "neither t_s nor video_t_s is"
+        subject = "both t_s and video_t_s are" if there else "neither t_s nor video_t_s is"
         cure = "Keep one: t_s counts from the release, video_t_s on the video's own clock."
-        form.fail(f"{found} a column of this file.", cure, 1)
+        form.fail(f"{subject} a column of this file.", cure, 1)
     return there[0]
 
 
 def _place(row: CsvRow, clock: str) -> tuple[float, ...]:
     if row.text("spot") not in ("1", "2"):
-        shown = repr(row.text("spot")[:40]) if row.text("spot") else "missing"
-        row.form.fail(f"the spot is {shown}.", "Write 1 or 2, or leave out the row.", row.line)
+        quoted_text = repr(row.text("spot")[:40]) if row.text("spot") else "missing"
+        row.form.fail(f"the spot is {quoted_text}.", "Write 1 or 2, or leave out the row.", row.line)
     std_m = READING_STD_M
     if row.text("std_mm"):
         std_m = 1e-3 * row.number("std_mm", largest=_MAX_MM, above=0.0)

@@ -168,15 +168,15 @@ class _LineFit(NamedTuple):
 
 
 def _judge(
-    clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArray, prior: SlopePrior
+    clock: FloatArray, logger: FloatArray, std: FloatArray, is_used: BoolArray, prior: SlopePrior
 ) -> _LineFit:
-    line, covariance = _solve(clock[used], logger[used], std[used], prior)
+    line, covariance = _solve(clock[is_used], logger[is_used], std[is_used], prior)
     # Of a used event the fit has taken a part of the error over; of another it adds its own.
     of_line = _line_variance(clock, covariance)
-    residual_std = np.sqrt(np.where(used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
+    residual_std = np.sqrt(np.where(is_used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
     residual = logger - line[0] - line[1] * clock
     return _LineFit(
-        used, line, covariance, residual, residual_std, np.abs(residual) <= GATE_STDS * residual_std
+        is_used, line, covariance, residual, residual_std, np.abs(residual) <= GATE_STDS * residual_std
     )
 
 
@@ -188,8 +188,8 @@ def _solve(
     mean = float(weight @ clock / weight.sum())
     away = clock - mean
     slope_information = float(weight @ away**2) + prior.std**-2
-    left = logger - prior.slope * away
-    slope = max(prior.slope + float(weight @ (away * left)) / slope_information, MIN_SLOPE)
+    residual = logger - prior.slope * away
+    slope = max(prior.slope + float(weight @ (away * residual)) / slope_information, MIN_SLOPE)
     at_mean = float(weight @ (logger - slope * away) / weight.sum())
     of_mean, of_slope = 1.0 / float(weight.sum()), 1.0 / slope_information
     covariance = np.array([[of_mean + mean**2 * of_slope, -mean * of_slope], [-mean * of_slope, of_slope]])
@@ -217,12 +217,15 @@ def _find_inliers(
         # A line through two events may pass near others that it cannot pass near all at once.
         again, covariance = _solve(clock[agree], logger[agree], std[agree], prior)
         agree &= _within(again, covariance, clock, logger, std)
-        left = (logger - again[0] - again[1] * clock)[agree] / std[agree]
-        score = (int(agree.sum()), -float(left @ left) - float(((again[1] - prior.slope) / prior.std) ** 2))
+        scaled_residual = (logger - again[0] - again[1] * clock)[agree] / std[agree]
+        score = (
+            int(agree.sum()),
+            -float(scaled_residual @ scaled_residual) - float(((again[1] - prior.slope) / prior.std) ** 2),
+        )
         sets.add(tuple(agree.tolist()))
         if score > best_score:
             best, best_score = agree, score
-    return best, sum(sum(one) == best_score[0] for one in sets) > 1
+    return best, sum(sum(inliers) == best_score[0] for inliers in sets) > 1
 
 
 def _within(
@@ -236,28 +239,29 @@ def _within(
 
 def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
     """Format a sentence for each event that the others contradict, or for two events that were swapped."""
-    left_out = [one for one in residuals if not one.used]
-    found = []
+    left_out = [residual for residual in residuals if not residual.used]
+    findings = []
     while left_out:
-        one = left_out.pop(0)
-        other = next((other for other in left_out if _are_swapped(one, other)), None)
+        residual = left_out.pop(0)
+        other = next((other for other in left_out if _are_swapped(residual, other)), None)
         if other is not None:
             left_out.remove(other)
-            found.append(
-                f"{one.pair.event.capitalize()} and {other.pair.event} seem to be swapped: exchanged, both fit."
+            findings.append(
+                f"{residual.pair.event.capitalize()} and {other.pair.event} seem to be swapped: exchanged, both fit."
             )
             continue
-        late = "late" if one.residual_s > 0.0 else "early"
-        found.append(
-            f"{one.pair.event.capitalize()} is {1e3 * abs(one.residual_s):.3g} ms too {late} for the other events, "
-            f"which place it within {1e3 * GATE_STDS * one.std_s:.2g} ms: it was left out."
+        late = "late" if residual.residual_s > 0.0 else "early"
+        findings.append(
+            f"{residual.pair.event.capitalize()} is {1e3 * abs(residual.residual_s):.3g} ms too {late} "
+            "for the other events, "
+            f"which place it within {1e3 * GATE_STDS * residual.std_s:.2g} ms: it was left out."
         )
-    return tuple(found)
+    return tuple(findings)
 
 
-def _are_swapped(one: Residual, other: Residual) -> bool:
+def _are_swapped(residual: Residual, other: Residual) -> bool:
     """Return whether each of two events lies where the other is expected."""
-    apart = other.pair.logger_s - one.pair.logger_s
-    return abs(one.residual_s + apart) <= GATE_STDS * max(one.std_s, other.std_s) and abs(
+    apart = other.pair.logger_s - residual.pair.logger_s
+    return abs(residual.residual_s + apart) <= GATE_STDS * max(residual.std_s, other.std_s) and abs(
         other.residual_s - apart
-    ) <= GATE_STDS * max(one.std_s, other.std_s)
+    ) <= GATE_STDS * max(residual.std_s, other.std_s)

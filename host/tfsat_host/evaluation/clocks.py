@@ -75,14 +75,14 @@ def align_clocks(
         )
         edges_s = np.zeros(0)
     matched = match_strokes(scheduled_s, edges_s, None if release is None else release.t_s)
-    seen = [
+    stroke_marks = [
         Mark(f"stroke {stroke + 1}", float(edges_s[edge]), EDGE_STD_S)
         for stroke, edge in matched.edge_of_stroke.items()
     ]
-    known = [*([release] if release else []), *seen]
+    marks = [*([release] if release else []), *stroke_marks]
     pairs = [
         Pair(mark.event, float(scheduled_s[int(mark.event.split()[1]) - 1]), mark.t_s, mark.std_s)
-        for mark in seen
+        for mark in stroke_marks
     ]
     if release is not None:
         pairs.append(Pair("release", 0.0, release.t_s, release.std_s))
@@ -93,8 +93,8 @@ def align_clocks(
         notes.append(
             "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
         )
-    video_fit = _video_fit(video, [*known, *_landing_marks(log)], video_rate, notes) if video else None
-    by_stroke = {mark.event: mark.t_s for mark in seen}
+    video_fit = _video_fit(video, [*marks, *_landing_marks(log)], video_rate, notes) if video else None
+    by_stroke = {mark.event: mark.t_s for mark in stroke_marks}
     stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
     return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
 
@@ -126,8 +126,8 @@ def _landing_marks(log: DropLog) -> list[Mark]:
 
 
 def _of_matching(matched: MatchedEdges, edges_s: FloatArray) -> list[str]:
-    found = [f"Stroke {stroke + 1} was not seen by the logger." for stroke in matched.unseen]
-    return found + [
+    findings = [f"Stroke {stroke + 1} was not seen by the logger." for stroke in matched.unseen]
+    return findings + [
         f"The stroke line rose at {edges_s[edge]:.4f} s, where no stroke was scheduled."
         for edge in matched.extra
     ]
@@ -135,22 +135,22 @@ def _of_matching(matched: MatchedEdges, edges_s: FloatArray) -> list[str]:
 
 def _sequencer_fit(pairs: list[Pair], of_matching: list[str]) -> ClockFit:
     fit = fit_clock("sequencer", pairs)
-    found = [*fit.findings, *of_matching]
+    findings = [*fit.findings, *of_matching]
     off, sure = abs(fit.rate_ppm), abs(fit.rate_ppm) - 2.0 * fit.rate_ppm_std
     last = max(pairs, key=lambda pair: pair.clock_s)
     how = "fast" if fit.rate_ppm > 0.0 else "slow"
     if sure > RESONATOR_PPM:
-        found.append(
+        findings.append(
             f"The sequencer's clock seems to run {off / 1e4:.2f} % {how}, as no oscillator does: "
             "the schedule is not the one that was flown."
         )
     elif sure > CRYSTAL_PPM:
-        found.append(
+        findings.append(
             f"The sequencer's clock runs {off / 1e4:.3f} % {how} against the logger's, "
             f"more than two crystals differ ({CRYSTAL_PPM / 1e4:g} %): {last.event} came "
             f"{1e3 * abs(last.clock_s * (fit.slope - 1.0)):.2g} ms {'early' if how == 'fast' else 'late'}."
         )
-    return replace(fit, findings=tuple(found))
+    return replace(fit, findings=tuple(findings))
 
 
 def _video_fit(
@@ -277,24 +277,24 @@ def _near(
         return {}
     apart = np.abs(start + slope * scheduled_s[:, None] - edge_s[None, :])
     nearest = apart.argmin(axis=1)
-    found: dict[int, int] = {}
+    edge_of_stroke: dict[int, int] = {}
     for stroke, edge in enumerate(nearest.tolist()):
-        if apart[stroke, edge] <= reach_s and edge not in found.values():
-            found[stroke] = edge
-    return found
+        if apart[stroke, edge] <= reach_s and edge not in edge_of_stroke.values():
+            edge_of_stroke[stroke] = edge
+    return edge_of_stroke
 
 
 def _astray(expected_s: FloatArray, edge_s: FloatArray, chosen: dict[int, int]) -> dict[int, int]:
     """Match the remaining strokes and edges, nearest pair first, as long as the strokes' order is kept."""
-    found: dict[int, int] = {}
+    edge_of_stroke: dict[int, int] = {}
     apart = np.abs(expected_s[:, None] - edge_s[None, :])
     nearest = np.column_stack(np.unravel_index(np.argsort(apart, axis=None, kind="stable"), apart.shape))
     for stroke, edge in nearest.tolist():
-        taken = {**chosen, **found}
+        assigned_edges = {**chosen, **edge_of_stroke}
         if apart[stroke, edge] > ASTRAY_S:
             break
-        if stroke in taken or edge in taken.values():
+        if stroke in assigned_edges or edge in assigned_edges.values():
             continue
-        if all((stroke < other) == (edge < at) for other, at in taken.items()):
-            found[stroke] = edge
-    return found
+        if all((stroke < other) == (edge < at) for other, at in assigned_edges.items()):
+            edge_of_stroke[stroke] = edge
+    return edge_of_stroke

@@ -185,7 +185,9 @@ class Evaluation:
             initial_rates=tuple(
                 InitialRate.withheld() if "rates" in withheld else rate for rate in self.initial_rates
             ),
-            strokes=tuple(one.withheld() if SENSED & withheld.keys() else one for one in self.strokes),
+            strokes=tuple(
+                stroke.withheld() if SENSED & withheld.keys() else stroke for stroke in self.strokes
+            ),
             standing=() if SENSED & withheld.keys() else self.standing,
             release_velocity=None if "rates" in withheld else self.release_velocity,
         )
@@ -251,14 +253,14 @@ def evaluate(
     drop = _Drop(
         log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
     )
-    found = drop.evaluate(fallback.calibration)
-    wider, widest = drop.with_less_stated(fallback.calibration, found)
-    if wider is None:
-        return replace(found.with_withheld(withheld_by(found.checks)), widest=widest)
-    withheld = withheld_by(wider.checks)
-    return replace(wider, model=model, calibration=fallback.calibration, checks=found.checks).with_withheld(
-        withheld
-    )
+    evaluation = drop.evaluate(fallback.calibration)
+    widened_evaluation, widest = drop.with_less_stated(fallback.calibration, evaluation)
+    if widened_evaluation is None:
+        return replace(evaluation.with_withheld(withheld_by(evaluation.checks)), widest=widest)
+    withheld = withheld_by(widened_evaluation.checks)
+    return replace(
+        widened_evaluation, model=model, calibration=fallback.calibration, checks=evaluation.checks
+    ).with_withheld(withheld)
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,13 +276,13 @@ class _Drop:
     offsets: Offsets | None
     swarm: bool
 
-    def evaluate(self, used: Calibration, *, diagnosed: bool = True) -> Evaluation:
+    def evaluate(self, calibration: Calibration, *, diagnosed: bool = True) -> Evaluation:
         """Evaluate the drop with one calibration, withholding nothing.
 
         Failed checks get no cause unless `diagnosed`.
         """
         try:
-            return self._evaluate(used, diagnosed)
+            return self._evaluate(calibration, diagnosed)
         except np.linalg.LinAlgError as error:
             raise EvaluationError(
                 what=f"{self.log.path}: no motion explains the readings with this calibration, not even roughly "
@@ -291,68 +293,72 @@ class _Drop:
             ) from error
 
     def with_less_stated(
-        self, certificate: Calibration, found: Evaluation
+        self, certificate: Calibration, evaluation: Evaluation
     ) -> tuple[Evaluation | None, float]:
         """Evaluate with the ± of certificate or joint axes widened until the sensors agree.
 
         The evaluation is None if the sensors agree anyhow, if no such ± reconcile them, or if the kind of cause is
         not one that greater ± describe. The second result is the greatest factor that was tried.
         """
-        kind = found.causes[0].kind if found.causes else UNKNOWN
+        kind = evaluation.causes[0].kind if evaluation.causes else UNKNOWN
         if kind not in NO_SENSORS | STATED_TOO_WELL:
             return None, 1.0
         leaning = kind == AXIS
         results = SENSED | {"offsets"} if leaning else SENSED
-        widening, more = 1.0, _excess(found.checks, results)
-        while more > 1.0 and (widening := widening * max(more, MIN_WIDENING)) <= MAX_WIDENING:
+        widening, excess = 1.0, _excess(evaluation.checks, results)
+        while excess > 1.0 and (widening := widening * max(excess, MIN_WIDENING)) <= MAX_WIDENING:
             drop = replace(self, model=_with_leaning_axes(self.model, widening)) if leaning else self
-            used = certificate if leaning else certificate.widen(widening)
-            more = drop.contradiction(used, results)
-            if not more:
-                wider = drop.evaluate(used, diagnosed=False)
+            calibration = certificate if leaning else certificate.widen(widening)
+            excess = drop.contradiction(calibration, results)
+            if not excess:
+                widened_evaluation = drop.evaluate(calibration, diagnosed=False)
                 kind_widened = AXES_FILED if leaning else CERTIFICATE
-                return replace(wider, widening=widening, widened=kind_widened), widening
-            more = max(more, 1.0 + 1e-9)
+                return replace(widened_evaluation, widening=widening, widened=kind_widened), widening
+            excess = max(excess, 1.0 + 1e-9)
         return None, min(widening, MAX_WIDENING)
 
-    def contradiction(self, used: Calibration, results: frozenset[str]) -> float:
+    def contradiction(self, calibration: Calibration, results: frozenset[str]) -> float:
         """Compute how far the sensors behind any of the results contradict each other, without any model.
 
         The result is 0 if they do not, and infinite if no motion explains the readings with the calibration.
         """
         try:
-            checks = checks_of(self._motion(used), None, self.log, used, self.model, diagnosed=False)
+            checks = checks_of(
+                self._motion(calibration), None, self.log, calibration, self.model, diagnosed=False
+            )
         except np.linalg.LinAlgError:
             return np.inf
         return _excess(checks, results)
 
-    def _motion(self, used: Calibration) -> Motion:
-        samples = samples_of(self.log, used, self.model)
+    def _motion(self, calibration: Calibration) -> Motion:
+        samples = samples_of(self.log, calibration, self.model)
         return motion_of(
-            samples, used, self.model, self.rest.densities_rad_s_rthz, LowPass.of(self.log.header)
+            samples, calibration, self.model, self.rest.densities_rad_s_rthz, LowPass.of(self.log.header)
         )
 
-    def _evaluate(self, used: Calibration, diagnosed: bool) -> Evaluation:
-        log, model, schedule, seen = self.log, self.model, self.schedule, self.seen
-        motion = self._motion(used)
+    def _evaluate(self, calibration: Calibration, diagnosed: bool) -> Evaluation:
+        log, model, schedule, witnesses = self.log, self.model, self.schedule, self.seen
+        motion = self._motion(calibration)
         samples = motion.samples
-        clocks = None if schedule is None else align_clocks(log, schedule, seen.video, seen.video_rate)
+        clocks = (
+            None if schedule is None else align_clocks(log, schedule, witnesses.video, witnesses.video_rate)
+        )
         strokes = (
             () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
         )
         first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
         explained = compare_model(motion, self.offsets or model_offsets(model), first_stroke_s)
-        whole = apply_calibration(Counts.from_log(log), used, model)
-        velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
+        calibrated_samples = apply_calibration(Counts.from_log(log), calibration, model)
+        velocity, against = _release_velocity(witnesses, motion, model, first_stroke_s, clocks)
         return Evaluation(
             log=log,
             model=model,
-            calibration=used,
+            calibration=calibration,
             schedule=schedule,
             notes=(*self.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
             rest=self.rest,
-            instants=fall_instants(log, whole),
-            micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
+            instants=fall_instants(log, calibrated_samples),
+            micro_gravity=_micro_gravity(log, calibrated_samples, motion, model, first_stroke_s, strokes),
             clocks=clocks,
             release_velocity=velocity,
             motion=motion,
@@ -363,8 +369,8 @@ class _Drop:
             explained=explained,
             identifiability=identifiability(explained.fit),
             checks=(
-                *checks_of(motion, explained.fit, log, used, model, diagnosed=diagnosed),
-                start_pose_check(log, used, model),
+                *checks_of(motion, explained.fit, log, calibration, model, diagnosed=diagnosed),
+                start_pose_check(log, calibration, model),
                 maneuver_check(log, motion, strokes),
             ),
             swarm=swarm_fit(explained.fit, explained.driven.flown) if self.swarm else None,
@@ -426,7 +432,7 @@ def _micro_gravity(
 
 
 def _release_velocity(
-    seen: ExternalObservations,
+    witnesses: ExternalObservations,
     motion: Motion,
     model: RobotModel,
     first_stroke_s: float,
@@ -436,17 +442,19 @@ def _release_velocity(
 
     A failure here does not affect the rest of the drop's results.
     """
-    if seen.laser is None or seen.windows is None:
+    if witnesses.laser is None or witnesses.windows is None:
         return None, ()
     body = motion.bodies[BODY_2]
     rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
-    angles_rad = np.column_stack([np.interp(body.t_s, motion.t_s, one) for one in motion.angles_rad.T])
+    angles_rad = np.column_stack(
+        [np.interp(body.t_s, motion.t_s, angle_rad) for angle_rad in motion.angles_rad.T]
+    )
     com_m = np.array([com_in_bodies_m(model, angles)[BODY_2] for angles in angles_rad])
     turning = BodyRotation(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
     try:
         velocity = release_velocity(
-            seen.laser.after_release(clocks.video if clocks else None),
-            seen.windows,
+            witnesses.laser.after_release(clocks.video if clocks else None),
+            witnesses.windows,
             first_stroke_s=first_stroke_s,
             turning=turning,
         )

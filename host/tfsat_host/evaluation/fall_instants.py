@@ -79,24 +79,24 @@ def fall_instants(log: DropLog, samples: CalibratedSamples) -> FallInstants:
     logged = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
     logged_s = next((t_s for t_s in logged if t_s > 0.0), None)
     release_std_s = (log.release_uncertainty_us or 0) / 1e6 / 3**0.5
-    found = []
+    findings = []
     if release is None:
-        found.append(
+        findings.append(
             "The accelerometers felt no fall begin near the release: the robot was not let go into one."
         )
     elif abs(release.t_s) > HELD_S + 3.0 * float(np.hypot(release.std_s, release_std_s)):
-        found.append(
+        findings.append(
             f"The accelerometers felt the fall begin {1e3 * abs(release.t_s):.0f} ms "
             f"{'before' if release.t_s < 0.0 else 'after'} the switches opened: "
             + ("the magnet held the robot so long." if release.t_s < 0.0 else "the robot hung on after that.")
         )
     if landing is None:
-        found.append(f"The accelerometers felt no landing, no force above {SHOCK_G:g} g.")
+        findings.append(f"The accelerometers felt no landing, no force above {SHOCK_G:g} g.")
     elif logged_s is not None and abs(logged_s - landing.t_s) > HELD_S:
-        found.append(
+        findings.append(
             f"The landing was felt at {landing.t_s:.3f} s, but the logger noted it at {logged_s:.3f} s."
         )
-    return FallInstants(release, release_std_s, landing, logged_s, tuple(found))
+    return FallInstants(release, release_std_s, landing, logged_s, tuple(findings))
 
 
 def release_felt(t_s: FloatArray, force_m_s2: FloatArray, low_pass: LowPass) -> Instant | None:
@@ -131,8 +131,8 @@ def landing_felt(
 
 def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
     """Find the last time near the release that the force fell through the middle; NaN if it did not."""
-    known = np.isfinite(magnitude)
-    t_s, magnitude = t_s[known], magnitude[known]
+    is_finite = np.isfinite(magnitude)
+    t_s, magnitude = t_s[is_finite], magnitude[is_finite]
     before, after = (magnitude[(t_s >= a) & (t_s < b)] for a, b in (_AT_REST_S, _IN_FALL_S))
     if not len(before) or not len(after):
         return float("nan")
@@ -146,8 +146,8 @@ def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
 
 
 def _find_shock(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> float:
-    known = np.isfinite(magnitude)
-    t_s, magnitude, clipped = t_s[known], magnitude[known], clipped[known]
+    is_finite = np.isfinite(magnitude)
+    t_s, magnitude, clipped = t_s[is_finite], magnitude[is_finite], clipped[is_finite]
     level = SHOCK_G * STANDARD_GRAVITY_M_S2
     hard = clipped | (magnitude >= level)
     first = np.flatnonzero(hard & (t_s >= LANDING_EARLIEST_US / 1e6) & (t_s <= _LATEST_S))

@@ -53,13 +53,13 @@ def with_fallbacks(
     Raises:
         EvaluationError: a gyro's bias can be had from nowhere.
     """
-    given = calibration or _design_calibration(log, model)
-    lacking = {one.name: one for one in given.shortcomings(recorded)}
+    initial_calibration = calibration or _design_calibration(log, model)
+    lacking = {gap.name: gap for gap in initial_calibration.shortcomings(recorded)}
     notes = (
         [] if calibration else ["There is no calibration: mountings, scale factors and bends are by design."]
     )
-    gyros, rested = [], np.zeros(len(given.gyros), bool)
-    for index, gyro in enumerate(given.gyros):
+    gyros, rested = [], np.zeros(len(initial_calibration.gyros), bool)
+    for index, gyro in enumerate(initial_calibration.gyros):
         why = lacking.get(f"bias of body {gyro.body}")
         rested[index] = why is not None and bool(np.isfinite(rest.rate_rad_s[index]).all())
         if why is not None and not rested[index] and log.imu_valid[log.t_s >= 0.0, index].any():
@@ -73,13 +73,13 @@ def with_fallbacks(
             "when the robot is taken to have hung still."
         )
     joints = []
-    for sensors in given.joints:
+    for sensors in initial_calibration.joints:
         if sensors.zero_taken is None:
             sensors = _hung(sensors, log, model)
             notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))
     notes += _rest_of(tuple(lacking.values()), calibration is not None)
-    return Fallback(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes))
+    return Fallback(replace(initial_calibration, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes))
 
 
 def _design_calibration(log: DropLog, model: RobotModel) -> Calibration:
@@ -116,12 +116,12 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
     then, so that it counts as silent from there on."""
     columns = sensor_columns(model, sensors.joint)
     before = (log.t_s < -GUARD_S) & (log.t_s >= -GUARD_S - _HANGING_S)
-    shown = SensorSamples.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
+    readings_rad = SensorSamples.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
     zeros = np.full_like(sensors.zero_rad, np.nan)
     for k, column in enumerate(columns):
         rows = before & log.angle_valid[:, column]
         if rows.any():
-            mean = float(np.angle(np.exp(1j * shown[rows, k]).mean()))
+            mean = float(np.angle(np.exp(1j * readings_rad[rows, k]).mean()))
             zeros[k] = mean - sensors.direction[k] * model.servos[sensors.joint - 1].start_rad
     # Both sensors sit on one joint: what it sags, both are off by, each in its own direction.
     shared = HUNG_STD_RAD * sensors.direction
@@ -158,10 +158,10 @@ def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
         ("stale", ("bias", "servo", "scale"), "Measured before a landing that may have changed it"),
         ("missing", ("bias", "zero", "servo"), "Never measured"),
     ):
-        names = [one.name for one in lacking if one.reason == reason and not one.name.startswith(without)]
+        names = [gap.name for gap in lacking if gap.reason == reason and not gap.name.startswith(without)]
         if names:
-            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-            notes.append(f"{words}: {shown}; what it may be off is counted in.")
+            names_text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            notes.append(f"{words}: {names_text}; what it may be off is counted in.")
     return notes
 
 

@@ -79,21 +79,25 @@ class Identity(NamedTuple):
 
 def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Identity:
     """Compares all readings of tracks whose times count from the release; those before `from_s` are not used."""
-    kept = tracks.between(max(from_s, float(turning.t_s[0])), float(turning.t_s[-1]))
-    kept = kept.only(np.interp(kept.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD)
-    there = set(np.unique(kept.spot).tolist())
-    readings = [AS_FILED, *(one for one in _others() if _means_something(one, there))]
-    costs, scales = np.array([_cost(one.of(kept), turning, 1.0) for one in readings]).T
+    usable_tracks = tracks.between(max(from_s, float(turning.t_s[0])), float(turning.t_s[-1]))
+    usable_tracks = usable_tracks.only(
+        np.interp(usable_tracks.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD
+    )
+    there = set(np.unique(usable_tracks.spot).tolist())
+    readings = [AS_FILED, *(variant for variant in _others() if _means_something(variant, there))]
+    costs, scales = np.array([_cost(variant.of(usable_tracks), turning, 1.0) for variant in readings]).T
     scale = float(scales[int(np.argmin(costs))])
     if scale > _MAX_SCATTER:
         return Identity(None, ())
     if scale > 1.0:
-        costs = np.array([_cost(one.of(kept), turning, scale)[0] for one in readings])
+        costs = np.array([_cost(variant.of(usable_tracks), turning, scale)[0] for variant in readings])
     best = int(np.argmin(costs))
     if costs[best] < costs[0] - EVIDENCE:
         return Identity(readings[best], ())
     near = costs < costs[0] + EVIDENCE
-    return Identity(None, tuple(one for one, is_near in zip(readings[1:], near[1:], strict=True) if is_near))
+    return Identity(
+        None, tuple(variant for variant, is_near in zip(readings[1:], near[1:], strict=True) if is_near)
+    )
 
 
 def _others() -> Iterator[Reading]:
@@ -118,14 +122,14 @@ def _cost(tracks: LaserTracks, turning: BodyRotation, scale: float) -> tuple[flo
     prior = np.array([*np.full(7, 1e-6), 1.0 / ACCELERATION_STD_M_S2, *of_nuisances])
     std = scale * plain.std_m
     design, target, weight = design / std[:, None], plain.place_m / std, np.ones(len(std))
-    left, solution = plain.place_m, prior
+    residual, solution = plain.place_m, prior
     for _ in range(_ROUNDS):
         normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
         solution = np.linalg.lstsq(normal, design.T @ (weight * target), rcond=None)[0]
-        left = target - design @ solution
-        weight = (_FREEDOM + 1.0) / (_FREEDOM + left**2)
-    return _minus_twice_log(left) + float(((prior * solution)[7:] ** 2).sum()), 1.4826 * float(
-        np.median(np.abs(left))
+        residual = target - design @ solution
+        weight = (_FREEDOM + 1.0) / (_FREEDOM + residual**2)
+    return _minus_twice_log(residual) + float(((prior * solution)[7:] ** 2).sum()), 1.4826 * float(
+        np.median(np.abs(residual))
     )
 
 
@@ -147,5 +151,5 @@ def _nuisances(
         )
 
 
-def _minus_twice_log(left: FloatArray) -> float:
-    return float((_FREEDOM + 1.0) * np.log1p(left**2 / _FREEDOM).sum())
+def _minus_twice_log(residual: FloatArray) -> float:
+    return float((_FREEDOM + 1.0) * np.log1p(residual**2 / _FREEDOM).sum())

@@ -144,7 +144,7 @@ def release_velocity(
         LaserError: too few places in that time, or too many that contradict the others, or body 2's turning
             indicates that the spots are exchanged or mirrored.
     """
-    kept = _chosen(
+    usable_tracks = _chosen(
         tracks, max(PUSHED_OFF_S, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1]))
     )
     identity = identity_of(tracks, turning, PUSHED_OFF_S)
@@ -155,17 +155,17 @@ def release_velocity(
             next_step="Look at the video which wall is which and which way the places grow (docs/evaluation.md has a "
             "sketch), and correct the file.",
         )
-    path = _straight_path(kept, turning, LASERS)
-    if path.left_out > _MAX_LEFT_OUT * len(kept.t_s):
+    path = _straight_path(usable_tracks, turning, LASERS)
+    if path.left_out > _MAX_LEFT_OUT * len(usable_tracks.t_s):
         raise LaserError(
-            what=f"{tracks.path}: {path.left_out} of {len(kept.t_s)} places do not lie on one even motion.",
+            what=f"{tracks.path}: {path.left_out} of {len(usable_tracks.t_s)} places do not lie on one even motion.",
             meaning="The spots contradict each other or body 2's gyro: no velocity follows from them.",
             next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
             "that the times count from the release.",
         )
     velocity = np.nan_to_num(path.velocity_m_s)
     of_clock = np.outer(velocity, velocity) * tracks.rate_std**2
-    covariance = path.covariance + _of_parameters(kept, turning, path) + of_clock
+    covariance = path.covariance + _of_parameters(usable_tracks, turning, path) + of_clock
     student = float(stdtrit(path.degrees_of_freedom, 0.5 + CONFIDENCE / 2))
     x, y, up = (_velocity(path.velocity_m_s[axis], covariance[axis, axis], student) for axis in range(3))
     down = Velocity(-up.value_mm_s, up.std_mm_s, -up.high_mm_s, -up.low_mm_s)
@@ -181,15 +181,15 @@ def release_velocity(
         transversal_speed=speed,
         downward_judged=down.judge(*windows.downward_mm_s),
         transversal_judged=speed.judge(0.0, windows.transversal_mm_s) if speed else None,
-        samples=len(kept.t_s) - path.left_out,
+        samples=len(usable_tracks.t_s) - path.left_out,
         samples_left_out=path.left_out,
         scatter_mm=1e3 * path.scatter_m,
-        from_s=float(kept.t_s.min()),
-        until_s=float(kept.t_s.max()),
+        from_s=float(usable_tracks.t_s.min()),
+        until_s=float(usable_tracks.t_s.max()),
         notes=tuple(
             f"The velocity along {axis} is unknown: there is no place of spot {spot} in that time."
             for spot, axis in ((2, "x"), (1, "y"))
-            if not (kept.spot == spot).any()
+            if not (usable_tracks.spot == spot).any()
         )
         + _untold(identity),
     )
@@ -200,10 +200,10 @@ def _untold(identity: Identity) -> tuple[str, ...]:
     if not identity.possible:
         return ()
     single = [
-        one for one in identity.possible if one.exchanged + sum(one.mirrored) == 1
+        variant for variant in identity.possible if variant.exchanged + sum(variant.mirrored) == 1
     ] or identity.possible[:1]
     return (
-        f"Body 2's turning cannot tell whether {' or '.join(one.words() for one in single)}: the file "
+        f"Body 2's turning cannot tell whether {' or '.join(variant.words() for variant in single)}: the file "
         "is believed. Places from a stroke on, and behind the last one, tell it.",
     )
 
@@ -275,29 +275,29 @@ def _straight_path(
     `keep` (2 m,) are the rows to use; None: all but those that lie off the others.
     """
     equations = equations_of(tracks, turning, lasers)
-    design, shown = _design(equations)
+    design, is_observable = _design(equations)
     # Unit weights where a place is as good as stated; the scatter then scales them all.
     design, target = design / equations.std_m[:, None], equations.place_m / equations.std_m
     prior = np.zeros(design.shape[1])
     prior[3] = 1.0 / ACCELERATION_STD_M_S2
     if keep is None:
         keep = _good(design, target, prior)
-    design, target, one = design[keep], target[keep], np.ones(int(keep.sum()))
-    free = max(len(one) - int(shown.sum()) + 1, 1)
+    design, target, unit_weights = design[keep], target[keep], np.ones(int(keep.sum()))
+    free = max(len(unit_weights) - int(is_observable.sum()) + 1, 1)
     scale = 1.0
-    solution, inverse = _solve(design, target, one, prior)
+    solution, inverse = _solve(design, target, unit_weights, prior)
     for _ in range(_ROUNDS):  # what the prior weighs depends on the scatter, a little
-        before, left = scale, target - design @ solution
-        scale = max(float(np.sqrt(left @ left / free)), _FLOOR_M / float(equations.std_m.max()))
-        solution, inverse = _solve(design, target, one, scale * prior)
+        before, residual = scale, target - design @ solution
+        scale = max(float(np.sqrt(residual @ residual / free)), _FLOOR_M / float(equations.std_m.max()))
+        solution, inverse = _solve(design, target, unit_weights, scale * prior)
         if abs(scale - before) <= _SETTLED * before:
             break
     covariance = scale**2 * inverse[:3, :3]
-    covariance[~shown[:3]] = covariance[:, ~shown[:3]] = 0.0
-    left = (target - design @ solution) * equations.std_m[keep]
-    velocity = np.where(shown[:3], solution[:3], np.nan)
+    covariance[~is_observable[:3]] = covariance[:, ~is_observable[:3]] = 0.0
+    residual = (target - design @ solution) * equations.std_m[keep]
+    velocity = np.where(is_observable[:3], solution[:3], np.nan)
     out = int((~keep[: len(keep) // 2]).sum())
-    return _StraightPath(velocity, covariance, free, float(np.sqrt(np.mean(left**2))), keep, out)
+    return _StraightPath(velocity, covariance, free, float(np.sqrt(np.mean(residual**2))), keep, out)
 
 
 def _design(equations: Equations) -> tuple[FloatArray, BoolArray]:
@@ -308,9 +308,9 @@ def _design(equations: Equations) -> tuple[FloatArray, BoolArray]:
     design = np.hstack([equations.toward * time, falling, zeros])
     # Spot 1's places move with x only by the slant of its ray: of x, nothing that is worth a number.
     first, second = np.isin(np.arange(2), equations.series // 2)
-    shown = np.array([second, first, True, True, first, first, second, second])
-    design[:, ~shown] = 0.0
-    return design, shown
+    is_observable = np.array([second, first, True, True, first, first, second, second])
+    design[:, ~is_observable] = 0.0
+    return design, is_observable
 
 
 def _solve(
@@ -327,13 +327,13 @@ def _solve(
 
 def _good(design: FloatArray, target: FloatArray, prior: FloatArray) -> BoolArray:
     """(2 m,) both coordinates of the places that agree, by iteratively reweighted least squares (Huber)."""
-    weight, left, scale = np.ones(len(target)), target, 1.0
+    weight, residual, scale = np.ones(len(target)), target, 1.0
     for _ in range(_ROUNDS):
         solution, _ = _solve(design, target, weight, scale * prior)
-        left = np.abs(target - design @ solution)
-        before, scale = scale, max(_NORMAL_MAD * float(np.median(left)), 1e-9)
-        weight = np.minimum(1.0, _HUBER * scale / np.maximum(left, 1e-12))
+        residual = np.abs(target - design @ solution)
+        before, scale = scale, max(_NORMAL_MAD * float(np.median(residual)), 1e-9)
+        weight = np.minimum(1.0, _HUBER * scale / np.maximum(residual, 1e-12))
         if abs(scale - before) <= _SETTLED * before:
             break
-    off = (left > _LEFT_OUT * scale).reshape(2, -1).any(axis=0)
+    off = (residual > _LEFT_OUT * scale).reshape(2, -1).any(axis=0)
     return np.tile(~off, 2)

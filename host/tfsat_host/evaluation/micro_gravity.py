@@ -211,14 +211,14 @@ def _quality(
 
 def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> FloatArray:
     """(3,) mean of what the turning makes: rates on a straight line, whose slope is the acceleration."""
-    known = np.isfinite(rate_rad_s).all(axis=1)
-    if known.sum() < MIN_SAMPLES:
+    is_finite = np.isfinite(rate_rad_s).all(axis=1)
+    if is_finite.sum() < MIN_SAMPLES:
         return np.full(3, np.nan)
-    since = t_s[known] - t_s[known].mean()
-    slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[known], 1)[::-1]
+    since = t_s[is_finite] - t_s[is_finite].mean()
+    slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[is_finite], 1)[::-1]
     force = expected_specific_force(mean + np.outer(since, slope), slope, arm_m)
-    shown: FloatArray = force.mean(axis=0) / STANDARD_GRAVITY_M_S2
-    return shown
+    rotation_g: FloatArray = force.mean(axis=0) / STANDARD_GRAVITY_M_S2
+    return rotation_g
 
 
 def _independent(force: FloatArray) -> float:
@@ -235,7 +235,10 @@ def _independent(force: FloatArray) -> float:
 
 def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArray, FloatArray]:
     changes, stds = np.full((bodies, 3), np.nan), np.full((bodies, 3), np.nan)
-    first, last = ({one.body: one for one in quality.bodies} for quality in (qualities[0], qualities[-1]))
+    first, last = (
+        {body_quality.body: body_quality for body_quality in quality.bodies}
+        for quality in (qualities[0], qualities[-1])
+    )
     for body in first.keys() & last.keys() if len(qualities) > 1 else ():
         turned = last[body].rotation_g - first[body].rotation_g
         changes[body - 1] = last[body].mean_g - first[body].mean_g - turned
@@ -244,32 +247,45 @@ def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArra
 
 
 def _gravity(body: int, before: AtRest, qualities: Sequence[WindowQuality]) -> GravityCheck:
-    shown = next((one for quality in qualities for one in quality.bodies if one.body == body), None)
+    first_quality = next(
+        (
+            body_quality
+            for quality in qualities
+            for body_quality in quality.bodies
+            if body_quality.body == body
+        ),
+        None,
+    )
     return check_gravity(
-        body, before, shown.residual_g if shown else None, shown.noise_std_g if shown else None
+        body,
+        before,
+        first_quality.residual_g if first_quality else None,
+        first_quality.noise_std_g if first_quality else None,
     )
 
 
 def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck]) -> tuple[str, ...]:
-    found = []
+    findings = []
     for quality in qualities:
-        for one in quality.bodies:
-            name = f"Body {one.body} {quality.window.name}"
-            if (np.abs(one.residual_g) > ALARM_STDS * one.residual_std_g).any():
-                found.append(
-                    f"{name} feels {np.linalg.norm(one.residual_g):.3f} g, more than its accelerometer's zero-g "
+        for body_quality in quality.bodies:
+            name = f"Body {body_quality.body} {quality.window.name}"
+            if (np.abs(body_quality.residual_g) > ALARM_STDS * body_quality.residual_std_g).any():
+                findings.append(
+                    f"{name} feels {np.linalg.norm(body_quality.residual_g):.3f} g, more than its "
+                    "accelerometer's zero-g "
                     "output explains: the robot did not float, or the sensor is damaged."
                 )
-            if one.motion_rms_g > TOUCHED_G:
-                found.append(
-                    f"{name} is shaken by {one.motion_rms_g:.3f} g rms: it touched something, or something is loose."
+            if body_quality.motion_rms_g > TOUCHED_G:
+                findings.append(
+                    f"{name} is shaken by {body_quality.motion_rms_g:.3f} g rms: it touched something, "
+                    "or something is loose."
                 )
-    found += [
-        f"Body {one.body} {one.describe()}: it did not hang still, or its accelerometer's scale is wrong."
-        for one in gravity
-        if not one.passes
+    findings += [
+        f"Body {check.body} {check.describe()}: it did not hang still, or its accelerometer's scale is wrong."
+        for check in gravity
+        if not check.passes
     ]
-    return tuple(found)
+    return tuple(findings)
 
 
 MIN_SAMPLES = 8

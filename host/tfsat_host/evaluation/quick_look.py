@@ -121,20 +121,20 @@ def disagreements(
         commanded_deg: m changes of a joint's angle.
         reached: m changes from `reached_deg`.
     """
-    found = []
+    sentences = []
     if len(logged_s) != len(scheduled_s):
-        found.append(f"The log holds {len(logged_s)} strokes, {len(scheduled_s)} were scheduled.")
+        sentences.append(f"The log holds {len(logged_s)} strokes, {len(scheduled_s)} were scheduled.")
     for number, (planned_s, seen_s) in enumerate(zip(scheduled_s, logged_s, strict=False), 1):
         if not abs(seen_s - planned_s) <= TIME_TOLERANCE_S:
-            found.append(f"Stroke {number} began at {seen_s:.4f} s instead of {planned_s:.4f} s.")
+            sentences.append(f"Stroke {number} began at {seen_s:.4f} s instead of {planned_s:.4f} s.")
     for number, (wanted_deg, got_deg) in enumerate(zip(commanded_deg, reached, strict=True), 1):
         if np.isnan(got_deg):
-            found.append(f"Stroke {number}: the log lacks the joint's angles before or after it.")
+            sentences.append(f"Stroke {number}: the log lacks the joint's angles before or after it.")
         elif not abs(got_deg - wanted_deg) <= ANGLE_TOLERANCE_DEG:
-            found.append(
+            sentences.append(
                 f"Stroke {number} moved its joint by {got_deg:+.1f} deg instead of {wanted_deg:+g} deg."
             )
-    return found
+    return sentences
 
 
 def reached_deg(
@@ -165,8 +165,8 @@ def _joint_deg(log: DropLog, model: RobotModel, joint: int, t_s: float) -> float
     """Compute the joint's angle just before `t_s` up to a constant, deg; NaN where samples are missing."""
     index = next(i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1)
     window = slice(*(np.searchsorted(log.t_s, t_s) + np.array((-WINDOW, 0))))
-    known = window.start >= 0 and log.angle_valid[window, index].all()
-    if not known or t_s - log.t_s[window.start] > 2 * WINDOW / log.header.rate_hz:
+    is_complete = window.start >= 0 and log.angle_valid[window, index].all()
+    if not is_complete or t_s - log.t_s[window.start] > 2 * WINDOW / log.header.rate_hz:
         return float("nan")
     angles = np.unwrap(log.sensor_angle_rad[window, index])
     return float(np.rad2deg(model.angle_sensors[index].direction * angles.mean()))

@@ -63,13 +63,17 @@ def rest_before_release(log: DropLog) -> Rest:
     still = np.full(rates.shape[1:], np.nan)
     spread = still.copy()
     for gyro in range(means.shape[1]):
-        known = means[np.isfinite(means[:, gyro]).all(axis=1), gyro]
-        if len(known) * _BLOCK_S < MIN_DURATION_S:
+        valid_means = means[np.isfinite(means[:, gyro]).all(axis=1), gyro]
+        if len(valid_means) * _BLOCK_S < MIN_DURATION_S:
             continue
-        kept = known[(np.abs(known - np.median(known, axis=0)) < STILL_RAD_S).all(axis=1)]
-        if len(kept) >= _MIN_SHARE * len(known):
-            still[gyro] = kept.mean(axis=0)
-            spread[gyro] = np.hypot(kept.std(axis=0, ddof=1) / np.sqrt(len(kept)), HANGING_STD_RAD_S)
+        still_means = valid_means[
+            (np.abs(valid_means - np.median(valid_means, axis=0)) < STILL_RAD_S).all(axis=1)
+        ]
+        if len(still_means) >= _MIN_SHARE * len(valid_means):
+            still[gyro] = still_means.mean(axis=0)
+            spread[gyro] = np.hypot(
+                still_means.std(axis=0, ddof=1) / np.sqrt(len(still_means)), HANGING_STD_RAD_S
+            )
     duration_s = float(t_s[-1] - t_s[0]) if len(t_s) else 0.0
     return Rest(duration_s, still, spread, noise_densities(t_s, rates))
 
@@ -116,10 +120,10 @@ def hanging_before_release(
 
     Gyros alone cannot tell a steady turn from a bias, but nothing that hangs on a magnet turns steadily.
     """
-    wanted = np.flatnonzero((log.t_s >= -HANGING_LONGEST_S) & (log.t_s < -BEFORE_RELEASE_S))
-    if len(wanted) < MIN_SAMPLES:
+    hanging_rows = np.flatnonzero((log.t_s >= -HANGING_LONGEST_S) & (log.t_s < -BEFORE_RELEASE_S))
+    if len(hanging_rows) < MIN_SAMPLES:
         return None
-    part = rows_of(log, slice(int(wanted[0]), int(wanted[-1]) + 1))
+    part = rows_of(log, slice(int(hanging_rows[0]), int(hanging_rows[-1]) + 1))
     answered = part.imu_valid & ~part.clipped
     rates = np.where(answered[..., None], part.rate_rad_s, np.nan)
     blocks = Blocks.of(part.t_s - part.t_s[0], BLOCK_S)
@@ -127,12 +131,14 @@ def hanging_before_release(
     still = _still(means)
     if still.sum() * BLOCK_S < HANGING_LEAST_S or still.mean() < STILL_SHARE:
         return None
-    kept = means[still]
-    known = np.isfinite(kept).sum(axis=0)
-    enough = known >= MIN_SAMPLES
-    reading = np.where(enough, np.nansum(kept, axis=0) / np.maximum(known, 1), np.nan)
+    still_means = means[still]
+    valid_counts = np.isfinite(still_means).sum(axis=0)
+    enough = valid_counts >= MIN_SAMPLES
+    reading = np.where(enough, np.nansum(still_means, axis=0) / np.maximum(valid_counts, 1), np.nan)
     spread = np.sqrt(
-        np.nansum((kept - reading) ** 2, axis=0) / np.maximum(known - 1, 1) / np.maximum(known, 1)
+        np.nansum((still_means - reading) ** 2, axis=0)
+        / np.maximum(valid_counts - 1, 1)
+        / np.maximum(valid_counts, 1)
     )
     calibrated = apply_calibration(Counts.from_log(part), calibration, model)
     rows = np.repeat(still, blocks.counts)
@@ -147,9 +153,9 @@ def hanging_before_release(
 
 def _means(rates: FloatArray, edges: IntArray) -> FloatArray:
     """(blocks, 4, 3); NaN where nothing answered."""
-    known = np.isfinite(rates)
-    counts = np.add.reduceat(known.astype(np.int64), edges, axis=0)
-    sums = np.add.reduceat(np.where(known, rates, 0.0), edges, axis=0)
+    is_finite = np.isfinite(rates)
+    counts = np.add.reduceat(is_finite.astype(np.int64), edges, axis=0)
+    sums = np.add.reduceat(np.where(is_finite, rates, 0.0), edges, axis=0)
     return np.asarray(np.where(counts > 0, sums / np.maximum(counts, 1), np.nan))
 
 
@@ -166,7 +172,11 @@ def angles_at_rest(log: DropLog, rows: BoolArray, calibration: Calibration, mode
     angles = np.full(len(calibration.joints), np.nan)
     for joint, sensors in enumerate(calibration.joints):
         each = sensors.each(log.sensor_angle_rad[rows][:, sensor_columns(model, joint + 1)]).T
-        medians = [float(np.median(one[np.isfinite(one)])) for one in each if np.isfinite(one).any()]
+        medians = [
+            float(np.median(sensor_angles[np.isfinite(sensor_angles)]))
+            for sensor_angles in each
+            if np.isfinite(sensor_angles).any()
+        ]
         if medians and np.ptp(medians) < CONTRADICTION_RAD:
             angles[joint] = np.mean(medians)
     return angles

@@ -118,50 +118,64 @@ def strokes_flown(
         raise ValueError(
             f"{len(logged_s)} logged times for {len(strokes)} strokes; give NaN for those without one"
         )
-    seen = np.array(logged_s, dtype=np.float64) if len(logged_s) else np.full(len(strokes), _UNKNOWN)
-    begins = np.where(np.isfinite(seen), seen, [stroke.t_s for stroke in strokes])
-    found = []
+    logged_times_s = (
+        np.array(logged_s, dtype=np.float64) if len(logged_s) else np.full(len(strokes), _UNKNOWN)
+    )
+    begins = np.where(np.isfinite(logged_times_s), logged_times_s, [stroke.t_s for stroke in strokes])
+    flown_strokes = []
     for i, stroke in enumerate(strokes):
         again = [begins[k] for k in range(i + 1, len(strokes)) if strokes[k].joint == stroke.joint]
         commanded = float(np.deg2rad(stroke.angle_deg))
-        asked = FlownStroke(i + 1, stroke.joint, stroke.t_s, float(seen[i]), commanded, False, "")
-        found.append(_classify_stroke(motion, asked, float(begins[i]), float(min([*again, motion.t_s[-1]]))))
-    return tuple(found)
+        flown_stroke = FlownStroke(
+            i + 1, stroke.joint, stroke.t_s, float(logged_times_s[i]), commanded, False, ""
+        )
+        flown_strokes.append(
+            _classify_stroke(motion, flown_stroke, float(begins[i]), float(min([*again, motion.t_s[-1]])))
+        )
+    return tuple(flown_strokes)
 
 
-def _classify_stroke(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -> FlownStroke:
+def _classify_stroke(
+    motion: Motion, flown_stroke: FlownStroke, begin_s: float, until_s: float
+) -> FlownStroke:
     """Measure a stroke, of which nothing is measured yet, from its command to the same joint's next."""
-    t, joint = motion.t_s, motion.joints[asked.joint - 1]
+    t, joint = motion.t_s, motion.joints[flown_stroke.joint - 1]
     if begin_s >= t[-1] - EARLY_S:
-        return replace(asked, remark="Not recorded: it was due after the end of what can be evaluated.")
+        return replace(
+            flown_stroke, remark="Not recorded: it was due after the end of what can be evaluated."
+        )
     remarks = (
-        [] if np.isfinite(asked.logged_s) else ["The stroke line did not rise: its time is the schedule's."]
+        []
+        if np.isfinite(flown_stroke.logged_s)
+        else ["The stroke line did not rise: its time is the schedule's."]
     )
 
-    def with_remark(stroke: FlownStroke, *more: str) -> FlownStroke:
-        return replace(stroke, remark=" ".join([*remarks, *more]))
+    def with_remark(stroke: FlownStroke, *extra_remarks: str) -> FlownStroke:
+        return replace(stroke, remark=" ".join([*remarks, *extra_remarks]))
 
     before, after = at_rest(t, begin_s), at_rest(t, until_s)
     if before is None or after is None or begin_s >= until_s - EARLY_S:
-        return with_remark(asked, "It lies outside the time that can be evaluated.")
+        return with_remark(flown_stroke, "It lies outside the time that can be evaluated.")
     size, size_std = change_of(joint, before, after)
     own = (t >= begin_s - EARLY_S) & (t < until_s)
     way = float(np.sign(size)) or 1.0
-    times, rate = t[own], way * motion.fused.joint_rate_rad_s[own, asked.joint - 1]
+    times, rate = t[own], way * motion.fused.joint_rate_rad_s[own, flown_stroke.joint - 1]
     peak = float(average_neighbours(rate).max())
-    slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, asked.joint))
+    slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, flown_stroke.joint))
     farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
     left_s = float(t[-1]) - begin_s
     if peak < slowest and left_s < ARRIVED_S:
         return with_remark(
-            asked, f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
+            flown_stroke, f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
         )
-    measured = replace(asked, size_rad=size, size_std_rad=size_std)
+    measured = replace(flown_stroke, size_rad=size, size_std_rad=size_std)
     if peak < slowest or abs(size) < max(3.0 * size_std, CAME_BACK_SHARE * farthest):
-        got, wanted = np.rad2deg([size, asked.commanded_rad])
+        got, commanded_deg = np.rad2deg([size, flown_stroke.commanded_rad])
         how = "did not move" if peak < slowest else "moved and came back"
-        return with_remark(measured, f"Joint {asked.joint} {how}: {got:+.2f} deg instead of {wanted:+g} deg.")
-    if size * asked.commanded_rad < 0.0:
+        return with_remark(
+            measured, f"Joint {flown_stroke.joint} {how}: {got:+.2f} deg instead of {commanded_deg:+g} deg."
+        )
+    if size * flown_stroke.commanded_rad < 0.0:
         remarks.append("It went the wrong way.")
     if abs(rate[:2]).max() > slowest:
         remarks.append("The joint was still moving when it was commanded.")
@@ -171,7 +185,7 @@ def _classify_stroke(motion: Motion, asked: FlownStroke, begin_s: float, until_s
         moved=True,
         start_s=start.t_s,
         start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
-        dead_time_s=start.t_s - asked.logged_s,
+        dead_time_s=start.t_s - flown_stroke.logged_s,
         peak_rate_rad_s=way * peak,
     )
     still_moving = abs(rate[-2:]).max() > slowest
@@ -298,18 +312,18 @@ def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Joi
         motion: Of one drop.
         strokes: Of the same drop, by time.
     """
-    found = []
+    rests = []
     for joint in range(1, len(motion.joints) + 1):
         from_s = 0.0
         for stroke in (s for s in strokes if s.joint == joint):
             begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s
-            found.append(_find_rest(motion, joint, from_s, min(begin_s, _started_s(stroke))))
+            rests.append(_find_rest(motion, joint, from_s, min(begin_s, _started_s(stroke))))
             if stroke.unfinished:
                 from_s = float("inf")
                 break
             from_s = (stroke.end_s if stroke.moved else begin_s) + ARRIVED_S
-        found.append(_find_rest(motion, joint, from_s, float(motion.t_s[-1])))
-    return tuple(standing for standing in found if standing is not None)
+        rests.append(_find_rest(motion, joint, from_s, float(motion.t_s[-1])))
+    return tuple(standing for standing in rests if standing is not None)
 
 
 def _started_s(stroke: FlownStroke) -> float:
@@ -319,14 +333,14 @@ def _started_s(stroke: FlownStroke) -> float:
 
 
 def _find_rest(motion: Motion, joint: int, from_s: float, until_s: float) -> JointRest | None:
-    t, found = motion.t_s, motion.joints[joint - 1]
+    t, joint_motion = motion.t_s, motion.joints[joint - 1]
     first = int(np.searchsorted(t, from_s))
     last = at_rest(t, min(until_s, float(t[-1])))
     if last is None or last.start < first + WINDOW:
         return None
     begin = slice(first, first + WINDOW)
-    drift, std = change_of(found, begin, last)
-    off = found.angle_rad[first : last.stop] - found.angle_rad[begin].mean()
+    drift, std = change_of(joint_motion, begin, last)
+    off = joint_motion.angle_rad[first : last.stop] - joint_motion.angle_rad[begin].mean()
     worst = int(np.abs(off).argmax())
     return JointRest(
         joint,

@@ -48,64 +48,65 @@ class Verdict:
 
 
 def verdict_of(
-    found: Evaluation, against_calibration: Sequence[str] = (), against_maneuver: Sequence[str] = ()
+    evaluation: Evaluation, against_calibration: Sequence[str] = (), against_maneuver: Sequence[str] = ()
 ) -> Verdict:
     """Judge one drop.
 
     Args:
-        found: The evaluation.
+        evaluation: The evaluation.
         against_calibration: Objections to the certificate that the evaluation itself cannot see: that it is of
             other sensors, or how old it is. Sentences.
         against_maneuver: Why the maneuver's file is not what was commanded. Sentences.
     """
-    failed = [check.sentence for check in found.failed_checks]
-    moved = [one.remark for one in found.standing if one.unexpected]
+    failed = [check.sentence for check in evaluation.failed_checks]
+    moved = [rest.remark for rest in evaluation.standing if rest.unexpected]
     groups: tuple[tuple[str, Iterable[str]], ...] = (
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
-        ("results are withheld", _withheld(found)),
+        ("results are withheld", _withheld(evaluation)),
         (
-            f"all ± are as if the {found.widened} were {found.widening:.1f} times less sure",
-            _widening_reasons(found),
+            f"all ± are as if the {evaluation.widened} were {evaluation.widening:.1f} times less sure",
+            _widening_reasons(evaluation),
         ),
-        ("the recording is not whole", _of_recording(found)),
+        ("the recording is not whole", _of_recording(evaluation)),
         ("the calibration does not hold as it is", against_calibration),
         ("another maneuver than maneuver.toml was flown", against_maneuver),
-        ("something stands in for data that is missing", found.notes),
-        ("not every stroke was flown as commanded", _of_strokes(found.strokes)),
+        ("something stands in for data that is missing", evaluation.notes),
+        ("not every stroke was flown as commanded", _of_strokes(evaluation.strokes)),
         ("a joint moved where it should stand", moved),
-        ("the fall was not as it should be", _of_fall(found)),
-        (_of_model(found.explained), found.explained.withheld if found.gives() else ()),
+        ("the fall was not as it should be", _of_fall(evaluation)),
+        (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.gives() else ()),
     )
     present = {sentence: list(reasons) for sentence, reasons in groups}
-    sentence = "; ".join(one for one, reasons in present.items() if reasons)
-    kind = "EMULATED robot. " if found.log.is_emulated else ""
+    sentence = "; ".join(clause for clause, reasons in present.items() if reasons)
+    kind = "EMULATED robot. " if evaluation.log.is_emulated else ""
     if not sentence:
-        return Verdict("good", kind + _good(found), ())
+        return Verdict("good", kind + _good(evaluation), ())
     reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
     return Verdict("doubtful", f"{kind}{sentence[:1].upper()}{sentence[1:]}.", reasons)
 
 
-def _withheld(found: Evaluation) -> Iterator[str]:
-    names = [name for name in found.withheld if name != "offsets"]
+def _withheld(evaluation: Evaluation) -> Iterator[str]:
+    names = [name for name in evaluation.withheld if name != "offsets"]
     if not names:
         return
-    by_name = {check.name: check for check in found.checks}
-    worst = (by_name[name] for name in dict.fromkeys(found.withheld[name] for name in names))
+    by_name = {check.name: check for check in evaluation.checks}
+    worst = (by_name[name] for name in dict.fromkeys(evaluation.withheld[name] for name in names))
     checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
     why = (
-        f"errors {found.widest:.3g} times as great as stated do not explain it"
-        if found.widest > 1.0
+        f"errors {evaluation.widest:.3g} times as great as stated do not explain it"
+        if evaluation.widest > 1.0
         else "no greater errors of the certificate describe such a fault"
     )
     yield f"Withheld, with all that follows from it: {', '.join(names)}. Failed: {checks}; {why}."
 
 
-def _widening_reasons(found: Evaluation) -> Iterator[str]:
-    if found.widening > 1.0:
-        certified = found.widened == CERTIFICATE
+def _widening_reasons(evaluation: Evaluation) -> Iterator[str]:
+    if evaluation.widening > 1.0:
+        certified = evaluation.widened == CERTIFICATE
         next_step = "Calibrate again: tfsat-host calibrate show." if certified else "Measure the hinges."
         yield (
-            f"The sensors contradict each other with the ± of the {found.widened}, and with {found.widening:.1f} times "
+            f"The sensors contradict each other with the ± of the {evaluation.widened}, and with "
+            f"{evaluation.widening:.1f} times "
             f"as great ones they do not: all standard deviations hold those. {next_step}"
         )
 
@@ -115,23 +116,25 @@ def refusal_verdict(error: TfsatError) -> Verdict:
     return Verdict("failed", error.what, tuple(text for text in (error.meaning, error.next_step) if text))
 
 
-def _good(found: Evaluation) -> str:
-    passed = sum(check.verdict == "passed" for check in found.checks)
+def _good(evaluation: Evaluation) -> str:
+    passed = sum(check.verdict == "passed" for check in evaluation.checks)
     checks = "the one check passed" if passed == 1 else f"all {passed} checks passed"
-    missed = int((~found.log.imu_valid).sum() + (~found.log.angle_valid).sum())
+    missed = int((~evaluation.log.imu_valid).sum() + (~evaluation.log.angle_valid).sum())
     samples = "no sample is missing" if missed == 0 else f"single missed readings ({missed}) are bridged"
     return f"Nothing speaks against it: {checks}, {samples}, the calibration holds."
 
 
-def _of_recording(found: Evaluation) -> Iterator[str]:
+def _of_recording(evaluation: Evaluation) -> Iterator[str]:
     """Yield where the recording ends early, and the grave warnings of `decode` without their details."""
-    last_s = float(found.log.t_s[-1])
-    if found.instants.landing is None and last_s < FALL_US / 1e6:
+    last_s = float(evaluation.log.t_s[-1])
+    if evaluation.instants.landing is None and last_s < FALL_US / 1e6:
         yield (
             f"The recording ends {last_s:.2f} s after the release, in the fall: all numbers are of what came before."
         )
-    of_release = two_releases(found.log.release)
-    yield from (line for line in grave_warnings(found.log) if not line.startswith(" ") and line != of_release)
+    of_release = two_releases(evaluation.log.release)
+    yield from (
+        line for line in grave_warnings(evaluation.log) if not line.startswith(" ") and line != of_release
+    )
 
 
 def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
@@ -149,17 +152,17 @@ def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
             )
 
 
-def _of_fall(found: Evaluation) -> Iterator[str]:
-    of_release = two_releases(found.log.release)
+def _of_fall(evaluation: Evaluation) -> Iterator[str]:
+    of_release = two_releases(evaluation.log.release)
     if of_release is not None:
         yield of_release
-    yield from found.instants.findings
-    yield from found.micro_gravity.findings
-    if found.clocks is not None:
-        for clock in (found.clocks.sequencer, found.clocks.video):
+    yield from evaluation.instants.findings
+    yield from evaluation.micro_gravity.findings
+    if evaluation.clocks is not None:
+        for clock in (evaluation.clocks.sequencer, evaluation.clocks.video):
             yield from clock.findings if clock else ()
-    if found.release_velocity is not None:
-        yield from _of_release(found.release_velocity)
+    if evaluation.release_velocity is not None:
+        yield from _of_release(evaluation.release_velocity)
 
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:

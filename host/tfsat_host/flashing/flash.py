@@ -410,17 +410,17 @@ def wake(computer: Computer, port: str, hint: Callable[[str], None]) -> str:
     deadline_s = computer.now_s() + BOOTLOADER_TIMEOUT_S
     hint_s = computer.now_s() + HINT_S
     while True:
-        found = sorted(in_bootloader(computer).keys() - others.keys())
-        if len(found) > 1:
+        new_ports = sorted(in_bootloader(computer).keys() - others.keys())
+        if len(new_ports) > 1:
             raise FlashError(
-                what=f"{len(found)} bootloaders appeared at once: {', '.join(found)}.",
+                what=f"{len(new_ports)} bootloaders appeared at once: {', '.join(new_ports)}.",
                 meaning=f"One of them is another board's. {not_flashed}",
                 next_step="Unplug the other boards, wait 10 s, then the same command again.",
                 code="ambiguous",
             )
-        if found:
+        if new_ports:
             computer.sleep(PERMISSIONS_S)
-            return found[0]
+            return new_ports[0]
         if computer.now_s() > deadline_s:
             raise FlashError(
                 what=f"No bootloader appeared within {BOOTLOADER_TIMEOUT_S:g} s after the 1200-baud touch of {port}.",

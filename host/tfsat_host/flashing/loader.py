@@ -206,14 +206,14 @@ def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str,
         raise _not_started(command, error, "avrdude-failed", _INTACT, "sequencer") from error
     if code == 0:
         return
-    shown = _format_command(command, output)
-    kind, what, cure = "avrdude-failed", f"avrdude failed with exit code {code}: {shown}", _REPLUG
+    transcript = _format_command(command, output)
+    kind, what, cure = "avrdude-failed", f"avrdude failed with exit code {code}: {transcript}", _REPLUG
     if code is None:
-        what = f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: {shown}"
+        what = f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: {transcript}"
     else:
-        for pattern, found, reason, remedy in _COMPLAINTS:
+        for pattern, complaint_kind, reason, remedy in _COMPLAINTS:
             if pattern.search("".join(output)):
-                kind, what, cure = found, f"{reason} {what}", remedy
+                kind, what, cure = complaint_kind, f"{reason} {what}", remedy
                 break
     next_step = f"{cure}\nThen: {AGAIN['sequencer']}"
     raise FlashError(what=what, meaning=_INTACT, next_step=next_step, code=kind)
@@ -229,10 +229,10 @@ def run_teensy_loader(computer: Computer, command: list[str]) -> None:
         raise _not_started(command, error, "loader-failed", waits, "logger") from error
     if code == 0:
         return
-    shown = _format_command(command, output)
-    if code is None and "Found HalfKay" not in shown:
+    transcript = _format_command(command, output)
+    if code is None and "Found HalfKay" not in transcript:
         raise FlashError(
-            what=f"No Teensy showed its bootloader within {TEENSY_TIMEOUT_S:g} s: {shown}",
+            what=f"No Teensy showed its bootloader within {TEENSY_TIMEOUT_S:g} s: {transcript}",
             meaning="Nothing was flashed.",
             next_step=f"{AGAIN['logger']}\nand press the button on the Teensy while it waits. On Linux first: "
             "sudo cp tools/udev/60-tfsat.rules /etc/udev/rules.d/",
@@ -240,7 +240,7 @@ def run_teensy_loader(computer: Computer, command: list[str]) -> None:
         )
     ended = f"did not end within {TEENSY_TIMEOUT_S:g} s" if code is None else f"failed with exit code {code}"
     raise FlashError(
-        what=f"{TEENSY_LOADER} {ended}: {shown}",
+        what=f"{TEENSY_LOADER} {ended}: {transcript}",
         meaning="The board's image may be incomplete. Its bootloader cannot be damaged.",
         next_step=f"Press the button on the Teensy, then: {AGAIN['logger']}",
         code="loader-failed",
@@ -264,9 +264,9 @@ class Bars:
                 self._progress(self._bar, 1)
                 continue
             self._tail = (self._tail + character)[-20:]
-            found = _BAR.search(self._tail)
-            if found:
-                self._bar, self._marks, self._tail = found[1].lower(), 0, ""
+            match = _BAR.search(self._tail)
+            if match:
+                self._bar, self._marks, self._tail = match[1].lower(), 0, ""
                 self._progress(self._bar, 0)
 
 

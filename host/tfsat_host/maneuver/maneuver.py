@@ -189,8 +189,10 @@ def _maneuver(top: Table) -> Maneuver:
 
 def _stroke(row: Table) -> Stroke:
     return Stroke(
-        row.integer("joint", wanted="a joint's number: 1, 2 or 3"),
-        row.number("angle_deg", finite=False, wanted="a number, the change of the joint angle in degrees"),
+        row.integer("joint", requirement="a joint's number: 1, 2 or 3"),
+        row.number(
+            "angle_deg", finite=False, requirement="a number, the change of the joint angle in degrees"
+        ),
         row.number("t_s", finite=False) if row.has("t_s") else None,
     )
 

@@ -112,12 +112,12 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
     speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, limits, notices)
     for number, stroke in enumerate(maneuver.strokes, 1):
         if not 1 <= stroke.joint <= limits.joint_count:
-            known = {0: "no joints", 1: "joint 1 only"}.get(
+            joint_range = {0: "no joints", 1: "joint 1 only"}.get(
                 limits.joint_count, f"joints 1 to {limits.joint_count}"
             )
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
-                what=f"Stroke {number} moves joint {shorten_value(stroke.joint)}; the robot has {known}.",
+                what=f"Stroke {number} moves joint {shorten_value(stroke.joint)}; the robot has {joint_range}.",
                 next_step=f"Correct the joint's number; {limits.numbering}.",
                 stroke=number,
             )
@@ -259,8 +259,8 @@ def _s(t_us: Fraction | int) -> str:
     rounded_us = math.ceil(t_us)
     if abs(rounded_us) >= _READABLE * US_PER_S:
         return f"{rounded_us / US_PER_S:g}"
-    whole, decimals = divmod(rounded_us, US_PER_S)
-    return f"{whole}.{f'{decimals:06}'.rstrip('0'):0<2}"
+    seconds, decimals = divmod(rounded_us, US_PER_S)
+    return f"{seconds}.{f'{decimals:06}'.rstrip('0'):0<2}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,15 +365,15 @@ def _duration_us(angle_cdeg: int, speed_cdeg_s: int) -> Fraction:
 
 def _starts_us(maneuver: Maneuver, checked: CheckedStrokes, limits: Limits, notices: list[str]) -> list[int]:
     """Start times on the 10 ms grid: those that were given, or those of the rule."""
-    given = [stroke.t_s for stroke in maneuver.strokes if stroke.t_s is not None]
-    if not given:
+    given_times_s = [stroke.t_s for stroke in maneuver.strokes if stroke.t_s is not None]
+    if not given_times_s:
         t_us = _on_grid(maneuver.pause_s, "The pause", None, limits, notices)
         starts_us = []
         for angle_cdeg in checked.angles_cdeg:
             starts_us.append(t_us)
             t_us = round_up(t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s), SCHEDULE_GRID_US)
         return starts_us
-    if len(given) != len(maneuver.strokes):
+    if len(given_times_s) != len(maneuver.strokes):
         number = next(n for n, stroke in enumerate(maneuver.strokes, 1) if stroke.t_s is None)
         raise ManeuverError(
             Defect.TIMES_INCOMPLETE,
@@ -381,7 +381,9 @@ def _starts_us(maneuver: Maneuver, checked: CheckedStrokes, limits: Limits, noti
             next_step="Give t_s for every stroke, or for none: then the schedule rule sets all times.",
             stroke=number,
         )
-    return [_on_grid(t_s, f"The time of stroke {n}", n, limits, notices) for n, t_s in enumerate(given, 1)]
+    return [
+        _on_grid(t_s, f"The time of stroke {n}", n, limits, notices) for n, t_s in enumerate(given_times_s, 1)
+    ]
 
 
 def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notices: list[str]) -> int:

@@ -134,7 +134,7 @@ def _collect_outcomes(
     client: Client,
     address: str,
     futures: list[Future[_Answer]],
-    done: Callable[[float], None],
+    progress: Callable[[float], None],
     patience_s: float,
 ) -> Outcomes:
     from distributed import wait
@@ -157,7 +157,7 @@ def _collect_outcomes(
         for future in finished:
             outcomes = _outcomes(future, address)
             parts[chunk_of.pop(future)] = outcomes
-            done(len(outcomes))
+            progress(len(outcomes))
     return Outcomes.join([parts[chunk] for chunk in range(len(futures))])
 
 

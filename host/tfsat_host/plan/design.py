@@ -137,10 +137,13 @@ def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, nam
     """
     numbers = [joint + 1 for joint in problem.joints]
     out_deg = dict(zip(numbers, (alpha_deg * problem.directions).tolist(), strict=True))
-    strokes = tuple(Stroke(abs(one), math.copysign(1.0, one) * out_deg[abs(one)]) for one in sequence)
+    strokes = tuple(
+        Stroke(abs(signed_joint), math.copysign(1.0, signed_joint) * out_deg[abs(signed_joint)])
+        for signed_joint in sequence
+    )
     speed_deg_s = round(math.degrees(problem.speed_rad_s), 9)
     duration_s = dict(zip(numbers, problem.stroke_s(np.radians(alpha_deg)).tolist(), strict=True))
-    if all(duration_s[one.joint] <= abs(one.angle_deg) / speed_deg_s + 1e-9 for one in strokes):
+    if all(duration_s[stroke.joint] <= abs(stroke.angle_deg) / speed_deg_s + 1e-9 for stroke in strokes):
         return Maneuver(strokes, speed_deg_s=speed_deg_s, name=name)
     return Maneuver(_one_after_another(strokes, duration_s), speed_deg_s=speed_deg_s, name=name)
 
@@ -151,9 +154,11 @@ def _one_after_another(strokes: SequenceOf[Stroke], duration_s: Mapping[int, flo
     `duration_s` gives the duration of a stroke by its joint.
     """
     start_us, timed = round(US_PER_S * DEFAULT_PAUSE_S), list[Stroke]()
-    for one in strokes:
-        timed.append(replace(one, t_s=s_from_us(start_us)))
-        start_us = round_up(start_us + math.ceil(US_PER_S * duration_s[one.joint] - 1e-3), SCHEDULE_GRID_US)
+    for stroke in strokes:
+        timed.append(replace(stroke, t_s=s_from_us(start_us)))
+        start_us = round_up(
+            start_us + math.ceil(US_PER_S * duration_s[stroke.joint] - 1e-3), SCHEDULE_GRID_US
+        )
     return tuple(timed)
 
 
@@ -174,23 +179,23 @@ def design(
     """
     chosen = settings or DesignSettings()
     problem = Problem.of(robot, chosen)
-    found, sequence = search(problem, chosen, lambda done: progress(0.4 * done))
+    swarm_optimum, sequence = search(problem, chosen, lambda fraction: progress(0.4 * fraction))
     patterns = list(problem.sign_patterns())
     share, climbed = 0.6 / len(patterns), list[tuple[Summit, Problem]]()
     for pattern in patterns:
         _, ranked = find_optimum(
             pattern,
-            starts=[] if climbed else [(sequence, problem.within_time(found.position))],
+            starts=[] if climbed else [(sequence, problem.within_time(swarm_optimum.position))],
             least_rad=max((summit.reorientation_rad for summit, _ in climbed), default=0.0),
-            progress=lambda done: progress(share * done),
+            progress=lambda fraction: progress(share * fraction),
         )
         climbed += [(summit, pattern) for summit in ranked]
-    summit, best = max(climbed, key=lambda one: one[0].reorientation_rad)
+    summit, best = max(climbed, key=lambda climb: climb[0].reorientation_rad)
     robust = _robust(robot, chosen.robust, climbed) if chosen.robust else None
     return Design(
         problem,
-        candidate(problem, found.position, sequence),
-        found,
+        candidate(problem, swarm_optimum.position, sequence),
+        swarm_optimum,
         candidate(best, summit.displacements_rad, summit.sequence),
         summit,
         len(climbed),
@@ -211,17 +216,17 @@ def _robust(robot: RobotModel, k: float, climbed: SequenceOf[tuple[Summit, Probl
             "--robust", f"{robot.path} has no table [uncertainty], so nothing of it may be wrong."
         )
     uncertain = Uncertain(robot, robot.uncertainty)
-    ranked = sorted(climbed, key=lambda one: -one[0].reorientation_rad)
+    ranked = sorted(climbed, key=lambda climb: -climb[0].reorientation_rad)
     starts: dict[tuple[Sequence, tuple[float, ...]], tuple[Problem, Sequence, FloatArray]] = {}
     for summit, problem in ranked:
         place = summit.sequence, tuple(np.round(problem.directions * (summit.displacements_rad > 0.0)))
         starts.setdefault(place, (problem, summit.sequence, summit.displacements_rad))
-    found = most_robust(uncertain, k, starts.values())
+    robust_summit = most_robust(uncertain, k, starts.values())
     best, problem = ranked[0]
     return Robust(
         k,
-        candidate(found.problem, found.displacements_rad, found.sequence),
-        found.spread,
+        candidate(robust_summit.problem, robust_summit.displacements_rad, robust_summit.sequence),
+        robust_summit.spread,
         uncertain.spread(problem, best.sequence, best.displacements_rad),
     )
 
@@ -234,10 +239,10 @@ def search(
     low = np.zeros_like(problem.limit_rad)
     every = problem.loops()
     if not settings.alternating:
-        found = minimize(
+        swarm_optimum = minimize(
             lambda x: problem.objective(every, x), low, problem.limit_rad, settings.swarm, rng, progress
         )
-        return found, _best(every.sequences, every.angles_rad(found.position[:, None]))
+        return swarm_optimum, _best(every.sequences, every.angles_rad(swarm_optimum.position[:, None]))
     return _in_turns(problem, settings, rng, progress)
 
 
@@ -254,7 +259,7 @@ def _in_turns(
         objective = partial(problem.objective, problem.loops((sequence,)))
         tried[sequence] = minimize(objective, low, problem.limit_rad, settings.swarm, rng, progress)
         sequence = _best(every.sequences, every.angles_rad(tried[sequence].position[:, None]))
-    best = min(tried, key=lambda one: tried[one].value)
+    best = min(tried, key=lambda tried_sequence: tried[tried_sequence].value)
     return tried[best], best
 
 

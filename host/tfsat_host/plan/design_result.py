@@ -45,70 +45,77 @@ class Proposal:
         return [check for check in self.checks if not check.passed]
 
 
-def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
+def propose(design: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
     """Propose the maneuver to fly, with the sequencer's verdict and the drop tower's checks.
 
     The choice is the optimum (the robust one if it was asked for), or the swarm's result if `swarm` is true.
     """
-    best = found.optimum if found.robust is None else found.robust.maneuver
-    chosen = found.swarm if swarm else best
-    flown = found.round_candidate(chosen)
-    name = f"designed: {format_sequence(flown.sequence)} for {robot.name}, {flown.reorientation_deg:.3f} deg"
-    made = Proposal(flown, found.maneuver(chosen, name))
+    best = design.optimum if design.robust is None else design.robust.maneuver
+    chosen = design.swarm if swarm else best
+    candidate = design.round_candidate(chosen)
+    name = f"designed: {format_sequence(candidate.sequence)} for {robot.name}, {candidate.reorientation_deg:.3f} deg"
+    proposal = Proposal(candidate, design.maneuver(chosen, name))
     if not robot.has_sequencer:
-        return made
+        return proposal
     try:
-        schedule = schedule_maneuver(made.maneuver)
+        schedule = schedule_maneuver(proposal.maneuver)
     except ManeuverError as error:
-        return replace(made, refusal=error.what)
-    made = replace(made, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
+        return replace(proposal, refusal=error.what)
+    proposal = replace(proposal, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
     tower = load_tower()
     try:
         envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
     except EnvelopeError as error:
-        return replace(made, notices=(*made.notices, f"Not checked against the drop tower: {error.what}"))
-    return replace(made, checks=check_maneuver(schedule, robot, tower, envelope))
+        return replace(
+            proposal, notices=(*proposal.notices, f"Not checked against the drop tower: {error.what}")
+        )
+    return replace(proposal, checks=check_maneuver(schedule, robot, tower, envelope))
 
 
-def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
+def document(design: Design, proposal: Proposal, path: Path) -> dict[str, Any]:
     """Build the `--json` document: the maneuver as written, then swarm and optimum as found."""
-    schedule = made.schedule
+    schedule = proposal.schedule
     return {
-        **asdict(made.flown),
-        "joints": [joint + 1 for joint in found.problem.joints],
+        **asdict(proposal.flown),
+        "joints": [joint + 1 for joint in design.problem.joints],
         "swarm": {
-            **asdict(found.swarm),
-            "best_objective_deg": [math.degrees(value) for value in found.search.best_values],
-            "evaluations": found.search.evaluations,
+            **asdict(design.swarm),
+            "best_objective_deg": [math.degrees(value) for value in design.search.best_values],
+            "evaluations": design.search.evaluations,
         },
         "optimum": {
-            **asdict(found.optimum),
-            "gain_deg_per_s": math.degrees(found.summit.gain_rad_s),
-            "gradient_left_deg_per_deg": found.summit.residual,
-            "summits_climbed": found.summits,
+            **asdict(design.optimum),
+            "gain_deg_per_s": math.degrees(design.summit.gain_rad_s),
+            "gradient_left_deg_per_deg": design.summit.residual,
+            "summits_climbed": design.summits,
         },
-        "swarm_behind_optimum_deg": found.gap_deg,
-        "robust": None if found.robust is None else _robust(found.robust),
+        "swarm_behind_optimum_deg": design.gap_deg,
+        "robust": None if design.robust is None else _robust(design.robust),
         "file": path,
         "schedule": None if schedule is None else schedule.as_rows(),
         "end_s": None if schedule is None else schedule.end_s,
-        "sequencer_refuses": made.refusal or None,
-        "checks": [asdict(check) for check in made.checks],
-        "notices": list(made.notices),
+        "sequencer_refuses": proposal.refusal or None,
+        "checks": [asdict(check) for check in proposal.checks],
+        "notices": list(proposal.notices),
     }
 
 
-def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
+def lines(design: Design, proposal: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
     """Yield the report for people: swarm, optimum, the written maneuver, its checks and the next command."""
-    robust = [] if found.robust is None else [("robust", found.robust.maneuver)]
+    robust = [] if design.robust is None else [("robust", design.robust.maneuver)]
     rows = [
-        {**asdict(one), "who": who, "sequence": format_sequence(one.sequence)}
-        for who, one in (("swarm", found.swarm), ("optimum", found.optimum), *robust, ("written", made.flown))
+        {**asdict(candidate), "who": who, "sequence": format_sequence(candidate.sequence)}
+        for who, candidate in (
+            ("swarm", design.swarm),
+            ("optimum", design.optimum),
+            *robust,
+            ("written", proposal.flown),
+        )
     ]
     columns = (
         Column("who", " "),
         Column(
-            "alpha_deg", f"joints {', '.join(str(joint + 1) for joint in found.problem.joints)}", form=".2f"
+            "alpha_deg", f"joints {', '.join(str(joint + 1) for joint in design.problem.joints)}", form=".2f"
         ),
         Column("sequence", "sequence"),
         Column("reorientation_deg", "turns"),
@@ -116,22 +123,22 @@ def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Itera
         Column("efficiency", "turn per travel", form=".4f"),
     )
     yield Table("", columns, rows)
-    yield f"Rotation vector of what was written: {vector(made.flown.rotation_vector_deg)} deg."
-    if found.gap_deg is not None:
-        gain = 0.1 * math.degrees(found.summit.gain_rad_s)
-        more = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
-        yield f"The swarm stays {found.gap_deg:.3f} deg behind the optimum{more}."
-    if found.robust is not None:
-        yield _robust_words(found.robust)
+    yield f"Rotation vector of what was written: {vector(proposal.flown.rotation_vector_deg)} deg."
+    if design.gap_deg is not None:
+        gain = 0.1 * math.degrees(design.summit.gain_rad_s)
+        gain_text = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
+        yield f"The swarm stays {design.gap_deg:.3f} deg behind the optimum{gain_text}."
+    if design.robust is not None:
+        yield _robust_words(design.robust)
     named = f"--file {path}{robot_option}"
-    if made.checks and not made.failed:
-        yield f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope {named})."
-    if made.schedule is None:
+    if proposal.checks and not proposal.failed:
+        yield f"It fits the drop tower: all {len(proposal.checks)} checks passed (tfsat-host envelope {named})."
+    if proposal.schedule is None:
         yield f"Written to {path}."
         yield f"Next: tfsat-host simulate {named}"
         return
-    yield f"Written to {path}; ends {made.schedule.end_s:.2f} s after release."
-    if made.failed:
+    yield f"Written to {path}; ends {proposal.schedule.end_s:.2f} s after release."
+    if proposal.failed:
         yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
     else:
         yield f"Next: tfsat-host upload-sequence --file {path}"
@@ -142,28 +149,28 @@ def _robust(robust: Robust) -> dict[str, Any]:
     return {
         **asdict(robust.maneuver),
         "k": robust.k,
-        **{f"{who}mean_deg": math.degrees(one.mean_rad) for who, one in spreads.items()},
-        **{f"{who}std_deg": math.degrees(one.std_rad) for who, one in spreads.items()},
+        **{f"{who}mean_deg": math.degrees(spread.mean_rad) for who, spread in spreads.items()},
+        **{f"{who}std_deg": math.degrees(spread.std_rad) for who, spread in spreads.items()},
     }
 
 
 def _robust_words(robust: Robust) -> str:
-    found, plain = (
-        f"{math.degrees(one.mean_rad):.2f} ± {math.degrees(one.std_rad):.2f} deg, less {robust.k:g} ±: "
-        f"{math.degrees(one.less(robust.k)):.2f} deg"
-        for one in (robust.spread, robust.of_optimum)
+    robust_text, plain = (
+        f"{math.degrees(spread.mean_rad):.2f} ± {math.degrees(spread.std_rad):.2f} deg, less {robust.k:g} ±: "
+        f"{math.degrees(spread.less(robust.k)):.2f} deg"
+        for spread in (robust.spread, robust.of_optimum)
     )
-    return f"With the robot file's uncertainty the robust maneuver turns by {found}; the optimum by {plain}."
+    return f"With the robot file's uncertainty the robust maneuver turns by {robust_text}; the optimum by {plain}."
 
 
-def warnings(found: Design, made: Proposal) -> Iterator[str]:
+def warnings(design: Design, proposal: Proposal) -> Iterator[str]:
     """Yield warnings against flying the maneuver, one sentence each."""
-    if found.gap_deg is None:
+    if design.gap_deg is None:
         yield (
-            f"The swarm takes {found.swarm.duration_s:.3f} s, longer than the time limit of "
-            f"{found.problem.time_limit_s:g} s: its penalty is too small to keep it."
+            f"The swarm takes {design.swarm.duration_s:.3f} s, longer than the time limit of "
+            f"{design.problem.time_limit_s:g} s: its penalty is too small to keep it."
         )
-    yield from made.notices
-    yield from (f"The check {check.name} failed: {check.sentence}" for check in made.failed)
-    if made.refusal:
-        yield f"The drop robot's sequencer would refuse it: {made.refusal}"
+    yield from proposal.notices
+    yield from (f"The check {check.name} failed: {check.sentence}" for check in proposal.failed)
+    if proposal.refusal:
+        yield f"The drop robot's sequencer would refuse it: {proposal.refusal}"

@@ -61,10 +61,10 @@ class Pilot:
         self._least_rad = np.inf
         self._since_least: tuple[Primitive, ...] = ()
 
-    def next(self, measured_xyzw: FloatArray, left: int) -> Primitive | None:
+    def next(self, measured_xyzw: FloatArray, primitives_left: int) -> Primitive | None:
         """Return the next primitive to fly from a measured attitude (4,), or None to end the flight.
 
-        At most `left` primitives may still be flown.
+        At most `primitives_left` primitives may still be flown.
         """
         needed = quaternion.product(quaternion.inverse(measured_xyzw), self._target)
         error = float(quaternion.angle(needed))
@@ -75,11 +75,11 @@ class Pilot:
         if error <= self._planner.tolerance_rad:
             self.outcome = "within tolerance"
             return None
-        if left == 0 and not self._has_returned:
+        if primitives_left == 0 and not self._has_returned:
             self.outcome = "primitives used up"
             return None
         if not self._returning and (not self._chain.primitives or self._astray(needed)):
-            self._plan(needed, left)
+            self._plan(needed, primitives_left)
         if not self._chain.primitives:
             return None
         first, self._chain = self._chain.primitives[0], self._chain.after_first()
@@ -90,10 +90,10 @@ class Pilot:
     def _has_returned(self) -> bool:
         return self._returning and not self._chain.primitives
 
-    def _plan(self, needed: FloatArray, left: int) -> None:
+    def _plan(self, needed: FloatArray, primitives_left: int) -> None:
         near = quaternion.angle(needed) <= self._blur_rad
         self._chain, to_go = (
-            self._planner.chain(needed, most=left, detour=not near),
+            self._planner.chain(needed, most=primitives_left, detour=not near),
             self._planner.to_go(needed),
         )
         if to_go < self._nearest_to_go:
@@ -102,23 +102,23 @@ class Pilot:
             self._patience -= 1
         if not self._chain.primitives and not self._since_least:
             self.outcome = "no progress"
-        elif not self._chain.primitives or self._patience == 0 or self._is_last_chance(left):
+        elif not self._chain.primitives or self._patience == 0 or self._is_last_chance(primitives_left):
             self.outcome, self._returning = "given up", True
             self._chain = Chain(backwards(self._since_least), self._least_rad)
 
-    def _is_last_chance(self, left: int) -> bool:
+    def _is_last_chance(self, primitives_left: int) -> bool:
         """Return whether the robot must turn back now.
 
         It must if undoing the primitives since the smallest error takes all that are left, and the chain leads
         no closer to the target than that error.
         """
-        return 0 < left <= len(self._since_least) and self._chain.remaining_rad >= self._least_rad
+        return 0 < primitives_left <= len(self._since_least) and self._chain.remaining_rad >= self._least_rad
 
     def _astray(self, needed: FloatArray) -> bool:
         """Return whether the remaining chain, flown from here, would miss the attitude it was planned for."""
         tolerance = self._planner.tolerance_rad
-        more = len(self._chain.primitives) > 1
-        allowed = max(tolerance, _DRIFT_RAD, self._blur_rad) if more else tolerance
+        has_next = len(self._chain.primitives) > 1
+        allowed = max(tolerance, _DRIFT_RAD, self._blur_rad) if has_next else tolerance
         remaining = float(quaternion.angle(remainder(self._chain.primitives, needed)))
         return remaining > max(allowed, self._chain.remaining_rad * (1.0 + 1e-6) + 1e-9)
 
@@ -326,6 +326,6 @@ def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
     plan = Plan.of(robot, [PlannedStroke(joint=0, delta_rad=0.0, start_s=0.0)], 1.0)
     parameters = Parameters.of(robot, plan)
     study = Study(parameters, error_sources(parameters, stated), samples=1, seed=seed)
-    drawn = parameters.robots(study.vectors(study.deviates(0)))
+    true_robot = parameters.robots(study.vectors(study.deviates(0)))
     names = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
-    return drawn.replace(**{name: getattr(drawn, name)[0] for name in names})
+    return true_robot.replace(**{name: getattr(true_robot, name)[0] for name in names})

@@ -156,9 +156,9 @@ def room_rad(
     if limit_deg is None:
         return room
     if len(limit_deg) != len(chosen) or not all(math.isfinite(limit) and limit > 0.0 for limit in limit_deg):
-        given = ",".join(f"{limit:g}" for limit in limit_deg)
+        limits_text = ",".join(f"{limit:g}" for limit in limit_deg)
         raise UsageError(
-            what=f"{len(chosen)} joints move, and the limits are {given}: each needs one, above zero.",
+            what=f"{len(chosen)} joints move, and the limits are {limits_text}: each needs one, above zero.",
             meaning="Nothing was computed.",
             next_step=f"Give {len(chosen)} angles in deg, such as --limit {','.join(['30'] * len(chosen))}.",
         )

@@ -51,7 +51,7 @@ def expected_error_deg(target_deg: float, error_deg: float = DROP_TEST_ERROR_DEG
     return target_deg * error_deg / DROP_TEST_REORIENTATION_DEG
 
 
-def document(found: Distribution, robot: RobotModel, speed_deg_s: float | None) -> dict[str, Any]:
+def document(distribution: Distribution, robot: RobotModel, speed_deg_s: float | None) -> dict[str, Any]:
     """Build the `--json` document, without the files.
 
     Joints move at `speed_deg_s`; None means as fast as the servos.
@@ -59,16 +59,16 @@ def document(found: Distribution, robot: RobotModel, speed_deg_s: float | None) 
     Loops follow one another without pause: 30 deg/s with an efficiency of 0.1092 make 3.28 deg/s, 27.4 s
     for 90 deg.
     """
-    best = found.maneuver(found.best_by_efficiency)
+    best = distribution.maneuver(distribution.best_by_efficiency)
     if speed_deg_s is None:
         speed_deg_s = math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in best.joints))
     return {
         "robot": robot.name,
-        "grid_deg": found.step_deg,
-        "maneuvers": len(found.angle_rad),
+        "grid_deg": distribution.step_deg,
+        "maneuvers": len(distribution.angle_rad),
         "most_efficient": _as_json(best),
-        "farthest": _as_json(found.maneuver(found.best_by_angle)),
-        "pairs": [_as_json(found.maneuver(index)) for index in found.best_of_pairs()],
+        "farthest": _as_json(distribution.maneuver(distribution.best_by_angle)),
+        "pairs": [_as_json(distribution.maneuver(index)) for index in distribution.best_of_pairs()],
         "joint_speed_deg_s": speed_deg_s,
         "average_rate_deg_s": speed_deg_s * best.efficiency,
         "target_deg": _TARGET_DEG,
@@ -115,34 +115,37 @@ def files_for(table: Path | None, figure: Path | None) -> list[tuple[Path, bytes
         )
     if figure is not None:
         check_matplotlib("--figure", "take the CSV of --out")
-    wanted = ((table, _COLUMNS.encode()), (figure, _FIGURE_MARKER))
-    return [(path, marker) for path, marker in wanted if path is not None]
+    outputs = ((table, _COLUMNS.encode()), (figure, _FIGURE_MARKER))
+    return [(path, marker) for path, marker in outputs if path is not None]
 
 
-def output_file(found: Distribution, robot: RobotModel, path: Path, marker: bytes) -> OutputFile:
+def output_file(distribution: Distribution, robot: RobotModel, path: Path, marker: bytes) -> OutputFile:
     """Build the output file, table or figure, for an entry of `files_for`."""
     if marker == _FIGURE_MARKER:
-        title = f"{robot.name}: {len(found.angle_rad)} loops of four strokes, every {found.step_deg:g} deg"
-        return OutputFile(path, marker, lambda to: _draw(found, title, to, path.suffix.lower()[1:]))
-    return OutputFile(path, marker, lambda to: _write_csv(found, to))
+        title = (
+            f"{robot.name}: {len(distribution.angle_rad)} loops of four strokes, every "
+            f"{distribution.step_deg:g} deg"
+        )
+        return OutputFile(path, marker, lambda to: _draw(distribution, title, to, path.suffix.lower()[1:]))
+    return OutputFile(path, marker, lambda to: _write_csv(distribution, to))
 
 
-def _write_csv(found: Distribution, path: Path) -> None:
+def _write_csv(distribution: Distribution, path: Path) -> None:
     """Write a CSV file with one loop per line; joints are counted from 1."""
     table = np.column_stack(
         [
-            found.joints + 1,
-            np.degrees(found.displacement_rad),
-            np.degrees(found.euler_zyx_rad),
-            np.degrees(found.rotation_vector_rad),
-            np.degrees(found.angle_rad),
-            found.efficiency,
+            distribution.joints + 1,
+            np.degrees(distribution.displacement_rad),
+            np.degrees(distribution.euler_zyx_rad),
+            np.degrees(distribution.rotation_vector_rad),
+            np.degrees(distribution.angle_rad),
+            distribution.efficiency,
         ]
     )
     np.savetxt(path, table, fmt="%d,%d,%.6g,%.6g" + ",%.8f" * 8, header=_COLUMNS, comments="")
 
 
-def _draw(found: Distribution, title: str, path: Path, file_format: str) -> None:
+def _draw(distribution: Distribution, title: str, path: Path, file_format: str) -> None:
     """Draws every loop as a point, its color the efficiency, and the most efficient ones as stars.
 
     They are two: a loop flown backwards is as efficient, and turns the other way.
@@ -150,13 +153,18 @@ def _draw(found: Distribution, title: str, path: Path, file_format: str) -> None
     load_matplotlib()
     from matplotlib.figure import Figure
 
-    angles = np.degrees(found.euler_zyx_rad)
-    best = angles[found.most_efficient()]
+    angles = np.degrees(distribution.euler_zyx_rad)
+    best = angles[distribution.most_efficient()]
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     # Rasterized, a million points are a picture of some kilobytes in a PDF or an SVG, too.
     points = axes.scatter(
-        *angles.T, c=found.efficiency, s=_area(len(angles)), cmap="viridis", linewidths=0.0, rasterized=True
+        *angles.T,
+        c=distribution.efficiency,
+        s=_area(len(angles)),
+        cmap="viridis",
+        linewidths=0.0,
+        rasterized=True,
     )
     axes.scatter(
         *best.T,

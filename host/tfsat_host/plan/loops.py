@@ -26,20 +26,20 @@ Sequence = tuple[int, ...]
 @cache
 def sequences(n_joints: int) -> tuple[Sequence, ...]:
     """Return all closed sequences of joints 1 to `n_joints`, in lexical order of opening first."""
-    found: list[Sequence] = []
+    closed_sequences: list[Sequence] = []
 
-    def extend(done: Sequence) -> None:
-        if len(done) == 2 * n_joints:
-            found.append(done)
+    def extend(prefix: Sequence) -> None:
+        if len(prefix) == 2 * n_joints:
+            closed_sequences.append(prefix)
             return
         for joint in range(1, n_joints + 1):
-            if joint not in done:
-                extend((*done, joint))
-            elif -joint not in done and done[-1] != joint:
-                extend((*done, -joint))
+            if joint not in prefix:
+                extend((*prefix, joint))
+            elif -joint not in prefix and prefix[-1] != joint:
+                extend((*prefix, -joint))
 
     extend(())
-    return tuple(found)
+    return tuple(closed_sequences)
 
 
 def backwards(sequence: Sequence) -> Sequence:

@@ -128,16 +128,16 @@ def lookup(table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int
     The successive table lookup of the paper's section "Feedback control", before it is flown.
     """
     chain: list[int] = []
-    left, duration = float(quaternion.angle(needed)), 0.0
-    while left > goal_rad and len(chain) < most:
+    to_go_rad, duration = float(quaternion.angle(needed)), 0.0
+    while to_go_rad > goal_rad and len(chain) < most:
         best = int(nearest(table, needed, 1)[0])
         after = quaternion.product(table.undone[:, best], needed)
         remaining = float(quaternion.angle(after))
-        if remaining > left - _MIN_GAIN_RAD:
+        if remaining > to_go_rad - _MIN_GAIN_RAD:
             break
-        needed, left, duration = after, remaining, duration + float(table.duration_s[best])
+        needed, to_go_rad, duration = after, remaining, duration + float(table.duration_s[best])
         chain.append(best)
-    return Route(tuple(chain), left, duration)
+    return Route(tuple(chain), to_go_rad, duration)
 
 
 def search(
@@ -176,11 +176,11 @@ def search(
         best = _better(best, after, spent, chains, goal_rad)
         worth = spent + time_to_go.seconds(after)
         limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
-        kept = _select_promising(after, worth, limit, width)
-        if not len(kept):
+        survivors = _select_promising(after, worth, limit, width)
+        if not len(survivors):
             break
-        chains = np.column_stack([chains[kept % len(chains)], kept // len(chains)])
-        beam, times = after[:, kept], spent[kept]
+        chains = np.column_stack([chains[survivors % len(chains)], survivors // len(chains)])
+        beam, times = after[:, survivors], spent[survivors]
     return best
 
 
@@ -242,7 +242,9 @@ def trim_primitive(
     starts = near[np.sort(first)[:_SHAPES]]
     tries = [_solve_primitive(table, table.primitive(int(index)), needed) for index in starts]
     enough = max(min(remaining for _, remaining in tries), _SHARE_OF_TOLERANCE * tolerance_rad)
-    return min((found for found in tries if found[1] <= enough), key=lambda found: found[0].duration_s)
+    return min(
+        (solution for solution in tries if solution[1] <= enough), key=lambda solution: solution[0].duration_s
+    )
 
 
 def _solve_primitive(
@@ -259,18 +261,18 @@ def _solve_primitive(
     shifts = _DIFFERENCE_RAD * np.hstack(
         [np.zeros((len(joints), 1)), np.eye(len(joints)), -np.eye(len(joints))]
     )
-    known: dict[bytes, FloatArray] = {}
+    slope_cache: dict[bytes, FloatArray] = {}
 
     def left(displacement: FloatArray) -> FloatArray:
         """Rotation vector (3,) that displacements (d,) leave; its slopes come with it, at the price of a call."""
         undone = quaternion.inverse(loops.rotations(displacement[:, None] + shifts)[:, 0])
         vectors = quaternion.logarithm(quaternion.product(undone, needed[:, None]))
         forward, backward = np.split(vectors[:, 1:], 2, axis=1)
-        known[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+        slope_cache[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
         return np.asarray(vectors[:, 0])
 
     def slopes(displacement: FloatArray) -> FloatArray:
-        return known[displacement.tobytes()]
+        return slope_cache[displacement.tobytes()]
 
     solution = least_squares(
         left,
@@ -412,9 +414,9 @@ class Planner:
         if not self.trim or chain.remaining_rad > self.tolerance_rad:
             return chain
         for share in (self.share, 0.5 * self.share):  # from some chains the last bit of time is not found
-            found = shorten_chain(self.table, chain.primitives, needed, share * self.tolerance_rad)
-            if found is not None:
-                return Chain(*found)
+            shorter_chain = shorten_chain(self.table, chain.primitives, needed, share * self.tolerance_rad)
+            if shorter_chain is not None:
+                return Chain(*shorter_chain)
         return chain
 
     def _find_chain(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:

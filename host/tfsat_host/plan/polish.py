@@ -77,13 +77,13 @@ def shorten_chain(
         ],
         options={"maxiter": _ITERATIONS, "ftol": 1e-4},
     )
-    made = chain.primitives(np.clip(result.x[:-3], chain.low, chain.high))
-    left = needed
-    for primitive in made:
-        left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), left)
-    remaining = float(quaternion.angle(left))
-    faster = sum(p.duration_s for p in made) < sum(p.duration_s for p in primitives)
-    return (made, remaining) if faster and remaining <= allowed_rad else None
+    trimmed_primitives = chain.primitives(np.clip(result.x[:-3], chain.low, chain.high))
+    remaining_xyzw = needed
+    for primitive in trimmed_primitives:
+        remaining_xyzw = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), remaining_xyzw)
+    remaining = float(quaternion.angle(remaining_xyzw))
+    faster = sum(p.duration_s for p in trimmed_primitives) < sum(p.duration_s for p in primitives)
+    return (trimmed_primitives, remaining) if faster and remaining <= allowed_rad else None
 
 
 class _Chain:
@@ -106,8 +106,8 @@ class _Chain:
         room = table.limits_rad[joints] - table.start_rad[joints, None]
         self.low = np.where(start >= 0.0, 0.0, room[:, 0])
         self.high = np.where(start >= 0.0, room[:, 1], 0.0)
-        flown = np.repeat(np.bincount(order), np.diff(edges))
-        self.seconds = 2.0 * np.sign(start + 1e-300) * flown / table.joint_rate_rad_s[joints]
+        flight_counts = np.repeat(np.bincount(order), np.diff(edges))
+        self.seconds = 2.0 * np.sign(start + 1e-300) * flight_counts / table.joint_rate_rad_s[joints]
         self._loops = {shape: _loops(table, shape) for shape in self._shapes}
         self._known: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
 
@@ -154,14 +154,14 @@ class _Chain:
 
         A loop in which fewer than two joints still move is left out.
         """
-        made: list[Primitive | None] = []
+        primitives: list[Primitive | None] = []
         for shape, part in zip(self._shapes, self._parts, strict=True):
             displacement = np.where(np.abs(x[part]) < _STILL_RAD, 0.0, x[part])
             rotation = self._loops[shape].rotations(displacement[:, None])[:, 0, 0]
             duration = self._table.duration_of(shape, displacement)
             moves = np.count_nonzero(displacement) > 1
-            made.append(Primitive(shape, displacement, rotation, duration) if moves else None)
-        return tuple(p for p in (made[number] for number in self._order) if p is not None)
+            primitives.append(Primitive(shape, displacement, rotation, duration) if moves else None)
+        return tuple(p for p in (primitives[number] for number in self._order) if p is not None)
 
 
 def _loops(table: PrimitiveTable, shape: Shape) -> Loops:
@@ -218,10 +218,10 @@ def least_time(
         unit = direction / np.linalg.norm(direction)
         return -by_table((float(tilts(unit, needed)), tilts(unit, turns)))
 
-    found = optimize.minimize(
+    optimum = optimize.minimize(
         shorter, fast_axis, method="Nelder-Mead", options={"maxiter": 200, "xatol": 1e-3}
     )
-    direction = found.x / np.linalg.norm(found.x)
+    direction = optimum.x / np.linalg.norm(optimum.x)
 
     def tilt(rotation: FloatArray) -> FloatArray:
         return tilts(direction, rotation)

@@ -193,7 +193,8 @@ class Problem:
         down."""
         size = np.asarray(displacements_rad)
         rate, acceleration = (
-            one.reshape(-1, *[1] * (size.ndim - 1)) for one in (self.max_rate_rad_s, self.acceleration_rad_s2)
+            per_joint.reshape(-1, *[1] * (size.ndim - 1))
+            for per_joint in (self.max_rate_rad_s, self.acceleration_rad_s2)
         )
         return np.asarray(np.maximum(size / self.speed_rad_s, shortest_s(size, rate, acceleration)))
 
@@ -249,13 +250,13 @@ class Problem:
         """
         exact = displacements_deg * CDEG_PER_DEG
         most = np.floor(np.degrees(self.limit_rad) * CDEG_PER_DEG + _EXACT_CDEG)
-        whole = np.minimum(np.rint(exact), most)
+        angles_cdeg = np.minimum(np.rint(exact), most)
         allowed_s = max(self.time_limit_s, float(self.duration_s(np.radians(displacements_deg))))
-        for number in np.argsort(exact - whole, kind="stable"):
-            if self.duration_s(np.radians(whole / CDEG_PER_DEG)) <= allowed_s * (1.0 + _EXACT_TIME):
+        for number in np.argsort(exact - angles_cdeg, kind="stable"):
+            if self.duration_s(np.radians(angles_cdeg / CDEG_PER_DEG)) <= allowed_s * (1.0 + _EXACT_TIME):
                 break
-            whole[number] = max(whole[number] - 1.0, 0.0)
-        return np.asarray(whole / CDEG_PER_DEG)
+            angles_cdeg[number] = max(angles_cdeg[number] - 1.0, 0.0)
+        return np.asarray(angles_cdeg / CDEG_PER_DEG)
 
     def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
         """T (...) of displacements (d, ...): all strokes, one after another, out and back."""

@@ -64,10 +64,12 @@ class Uncertain:
         signed = displacements_rad * problem.directions
         strokes = [
             PlannedStroke(
-                problem.joints[abs(one) - 1], math.copysign(1.0, one) * signed[abs(one) - 1], float(k)
+                problem.joints[abs(signed_joint) - 1],
+                math.copysign(1.0, signed_joint) * signed[abs(signed_joint) - 1],
+                float(k),
             )
-            for k, one in enumerate(sequence)
-            if displacements_rad[abs(one) - 1] >= _MOVES_RAD
+            for k, signed_joint in enumerate(sequence)
+            if displacements_rad[abs(signed_joint) - 1] >= _MOVES_RAD
         ]
         if not strokes:
             return Spread(0.0, 0.0)
@@ -113,7 +115,7 @@ def most_robust(
     A start is a problem, a sequence and displacements (d,) within the problem's time limit.
     """
     summits = [_climb(uncertain, k, *start) for start in starts]
-    return max(summits, key=lambda one: one.spread.less(k))
+    return max(summits, key=lambda summit: summit.spread.less(k))
 
 
 def _climb(
@@ -134,7 +136,7 @@ def _climb(
         steps = _DIFFERENCE_RAD * np.eye(len(free))
         return np.array([falling(x + step) - falling(x - step) for step in steps]) / (2.0 * _DIFFERENCE_RAD)
 
-    found = optimize.minimize(
+    optimum = optimize.minimize(
         falling,
         start_rad[free],
         jac=slope,
@@ -148,5 +150,5 @@ def _climb(
         ),
         options={"ftol": 1e-10, "maxiter": 100},
     )
-    top = problem.within_time(np.minimum(whole(found.x), problem.limit_rad))
+    top = problem.within_time(np.minimum(whole(optimum.x), problem.limit_rad))
     return RobustSummit(top, sequence, problem, uncertain.spread(problem, sequence, top))

@@ -110,16 +110,16 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
     )
 
 
-def linear_spread(found: Derivatives, sources: ErrorSources) -> LinearSpread:
+def linear_spread(derivatives: Derivatives, sources: ErrorSources) -> LinearSpread:
     """Compute the rotation's spread by independent normal errors from `sources`, to first order."""
-    of_sources = found.of_reorientation @ sources.matrix
+    of_sources = derivatives.of_reorientation @ sources.matrix
     total = float(np.linalg.norm(of_sources))
     shares = (of_sources / total) ** 2 if total > 0.0 else np.zeros_like(of_sources)
     return LinearSpread(
         reorientation_deg=total,
-        rotation_vector_deg=np.linalg.norm(found.of_rotation_vector.T @ sources.matrix, axis=1),
-        attitude_deg=float(np.linalg.norm(found.of_attitude.T @ sources.matrix)),
-        of_parameters_deg=np.abs(found.of_reorientation) * sources.parameter_sigma,
+        rotation_vector_deg=np.linalg.norm(derivatives.of_rotation_vector.T @ sources.matrix, axis=1),
+        attitude_deg=float(np.linalg.norm(derivatives.of_attitude.T @ sources.matrix)),
+        of_parameters_deg=np.abs(derivatives.of_reorientation) * sources.parameter_sigma,
         of_sources_deg=np.abs(of_sources),
         shares=shares,
     )
@@ -172,9 +172,9 @@ def share(hits: BoolArray) -> Estimate:
     The standard error follows from all shares that may have led to these samples (Laplace's rule of
     succession): it is not 0 even without a single hit.
     """
-    count, found = len(hits), int(hits.sum())
-    likely = (found + 1) / (count + 2)
-    return Estimate(found / count, float(np.sqrt(likely * (1.0 - likely) / (count + 3))))
+    count, hit_count = len(hits), int(hits.sum())
+    likely = (hit_count + 1) / (count + 2)
+    return Estimate(hit_count / count, float(np.sqrt(likely * (1.0 - likely) / (count + 3))))
 
 
 def variance_shares(output: FloatArray, deviates: FloatArray) -> FloatArray:

@@ -56,8 +56,10 @@ class Study:
     def draw_chunk(self, chunk: int) -> FloatArray:
         """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
-        drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal((CHUNK, len(self.sources.names)))
-        return np.clip(drawn, -MAX_DEVIATE, MAX_DEVIATE)
+        deviates = np.random.Generator(np.random.PCG64(seeds)).standard_normal(
+            (CHUNK, len(self.sources.names))
+        )
+        return np.clip(deviates, -MAX_DEVIATE, MAX_DEVIATE)
 
     def vectors(self, deviates: FloatArray) -> FloatArray:
         """(s, p) parameters of the samples."""
@@ -156,25 +158,25 @@ def run_locally(
     Raises:
         TfsatError: a process was ended from outside.
     """
-    wanted = usable_cores() if workers is None else workers
-    count = min(wanted, -(-study.chunks // _WORTH_A_PROCESS))
-    done = progress or (lambda _samples: None)
+    max_workers = usable_cores() if workers is None else workers
+    count = min(max_workers, -(-study.chunks // _WORTH_A_PROCESS))
+    report_progress = progress or (lambda _samples: None)
     if count > 1:
-        return _by_processes(study, count, done)
+        return _by_processes(study, count, report_progress)
     parts = []
     for chunk in range(study.chunks):
         parts.append(run_chunk(study, chunk))
-        done(len(parts[-1]))
+        report_progress(len(parts[-1]))
     return Outcomes.join(parts)
 
 
-def _by_processes(study: Study, count: int, done: Callable[[float], None]) -> Outcomes:
+def _by_processes(study: Study, count: int, progress: Callable[[float], None]) -> Outcomes:
     parts: dict[int, Outcomes] = {}
     with worker_pool(count, end_at_interrupt) as pool:
         chunk_of = {pool.submit(run_chunk, study, chunk): chunk for chunk in range(study.chunks)}
         for future in as_completed(chunk_of):
             parts[chunk_of[future]] = future.result()
-            done(len(future.result()))
+            progress(len(future.result()))
     return Outcomes.join([parts[chunk] for chunk in range(study.chunks)])
 
 

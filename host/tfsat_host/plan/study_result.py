@@ -59,7 +59,7 @@ _KIND_COLUMNS: Columns = (
 )
 
 
-def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Summary) -> dict[str, Any]:
+def document(study: Study, derivatives: Derivatives, linear: LinearSpread, summed: Summary) -> dict[str, Any]:
     """Build the `--json` document, without the command's own entries."""
     sources = _rows(
         source=study.sources.names,
@@ -76,14 +76,14 @@ def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Sum
         value=study.parameters.nominal,
         std=study.sources.parameter_sigma,
         unit=study.parameters.units,
-        reorientation_deg_per_unit=found.of_reorientation,
+        reorientation_deg_per_unit=derivatives.of_reorientation,
         contribution_deg=linear.of_parameters_deg,
-        rotation_vector_deg_per_unit=found.of_rotation_vector,
+        rotation_vector_deg_per_unit=derivatives.of_rotation_vector,
     )
     return {
-        "reorientation_deg": found.reorientation_deg,
-        "rotation_vector_deg": found.rotation_vector_deg.tolist(),
-        "quaternion_xyzw": found.quaternion_xyzw.tolist(),
+        "reorientation_deg": derivatives.reorientation_deg,
+        "rotation_vector_deg": derivatives.rotation_vector_deg.tolist(),
+        "quaternion_xyzw": derivatives.quaternion_xyzw.tolist(),
         # What contributes most first; of equal ones the steeper derivative.
         "parameters": sorted(
             parameters, key=lambda row: (-row["contribution_deg"], -abs(row["reorientation_deg_per_unit"]))
@@ -132,20 +132,20 @@ def notices(linear: LinearSpread, summed: Summary, samples: int, error_deg: floa
     They tell of too large an integration error, and of first order differing from the samples by more than
     a quarter.
     """
-    found = []
+    sentences = []
     if error_deg > simulation_result.ERROR_DEG:
-        found.append(
+        sentences.append(
             f"An attitude may be wrong by {error_deg:.2g} deg by the error of the integration: give a lower "
             "--initial-rate, or a maneuver that ends earlier."
         )
-    drawn = summed.outputs["reorientation_deg"].std
-    apart = abs(linear.reorientation_deg - drawn.value)
-    if samples >= _ENOUGH and apart > 0.25 * drawn.value + 4.0 * drawn.standard_error:
-        found.append(
+    sampled_std = summed.outputs["reorientation_deg"].std
+    apart = abs(linear.reorientation_deg - sampled_std.value)
+    if samples >= _ENOUGH and apart > 0.25 * sampled_std.value + 4.0 * sampled_std.standard_error:
+        sentences.append(
             f"To first order the standard deviation is {linear.reorientation_deg:.3g} deg, by the samples "
-            f"{drawn.value:.3g}: the errors are too large for first order, go by the samples."
+            f"{sampled_std.value:.3g}: the errors are too large for first order, go by the samples."
         )
-    return found
+    return sentences
 
 
 def _rows(**columns: FloatArray | tuple[str, ...]) -> list[dict[str, Any]]:
@@ -156,8 +156,8 @@ def _rows(**columns: FloatArray | tuple[str, ...]) -> list[dict[str, Any]]:
 
 def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
     """Yield the report for people: the uncertainty, its sources and what to measure first."""
-    drawn = result["monte_carlo"]
-    turned = drawn["outputs"]["reorientation_deg"]
+    monte_carlo = result["monte_carlo"]
+    turned = monte_carlo["outputs"]["reorientation_deg"]
     yield f"Robot      {result['robot']}, followed by its {result['base']}"
     yield f"Nominal    {result['reorientation_deg']:.3f} deg"
     yield (
@@ -165,9 +165,9 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
         f"({result['linear']['reorientation_std_deg']:.3f} to first order)"
     )
     yield ""
-    left = len(result["parameters"][_SHOWN:])
-    more = f"{left} more parameters give less; --json has them all." if left else ""
-    yield Table("", _PARAMETERS, result["parameters"][:_SHOWN], more)
+    hidden_count = len(result["parameters"][_SHOWN:])
+    footnote = f"{hidden_count} more parameters give less; --json has them all." if hidden_count else ""
+    yield Table("", _PARAMETERS, result["parameters"][:_SHOWN], footnote)
     yield Table("", _KIND_COLUMNS, _kinds(result["sources"]))
     percents = tuple(Column(f"{row['percent']:g}", f"{row['percent']:g} %") for row in turned["percentiles"])
     columns = (
@@ -175,12 +175,14 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
         Column("mean", "mean"),
         Column("std", "standard deviation"),
     )
-    yield Table("", columns + percents, [_output(name, spread) for name, spread in drawn["outputs"].items()])
-    edges, counts = drawn["histogram"]["edges_deg"], drawn["histogram"]["samples"]
+    yield Table(
+        "", columns + percents, [_output(name, spread) for name, spread in monte_carlo["outputs"].items()]
+    )
+    edges, counts = monte_carlo["histogram"]["edges_deg"], monte_carlo["histogram"]["samples"]
     for count, low, high in zip(counts, edges[:-1], edges[1:], strict=True):
         yield f"{low:9.3f} to {high:8.3f} deg {count:7d} {'█' * round(_BAR * count / max(counts))}".rstrip()
     yield ""
-    for row in drawn["exceeded"]:
+    for row in monte_carlo["exceeded"]:
         late = (
             "the last stroke ends later than"
             if row["quantity"] == "end_s"
@@ -190,7 +192,7 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
             f"In {100 * row['share']:.2f} ± {100 * row['standard_error']:.2f} % of the samples {late} "
             f"{row['limit_s']:g} s ({row['limit']})."
         )
-    yield f"{drawn['samples']} samples in {result['seconds']:.1f} s, seed {drawn['seed']}."
+    yield f"{monte_carlo['samples']} samples in {result['seconds']:.1f} s, seed {monte_carlo['seed']}."
     yield from (f"Written    {path}" for path in result["files"].values())
 
 

@@ -80,11 +80,11 @@ def minimize(
     leader = int(np.argmin(own_value))
     best_values = [own_value[leader]]
     for k in range(settings.iterations):
-        done = k / settings.iterations
+        fraction = k / settings.iterations
         r1, r2 = rng.uniform(size=(2, *shape))
-        velocity = at(settings.inertia, done) * velocity
-        velocity += at(settings.own_best, done) * r1 * (own - position)
-        velocity += at(settings.best_of_all, done) * r2 * (own[:, leader, None] - position)
+        velocity = at(settings.inertia, fraction) * velocity
+        velocity += at(settings.own_best, fraction) * r1 * (own - position)
+        velocity += at(settings.best_of_all, fraction) * r2 * (own[:, leader, None] - position)
         free = position + velocity
         position = np.clip(free, floor, ceiling)
         velocity = np.where(free == position, velocity, 0.0)

@@ -90,10 +90,12 @@ def _check(name: str, value: float, needed: str, limit: float, unit: str, senten
 
 
 def _release(tower: DropTower, slowest: float, fastest: float) -> Iterator[Check]:
-    held = residual_force_n(tower.magnet_force_n, tower.residual_magnetism)
+    residual_n = residual_force_n(tower.magnet_force_n, tower.residual_magnetism)
     low, high = tower.release_velocity_window_mm_s
-    spring = f"The spring pushes with {tower.spring_force_n:g} N against {held:g} N of residual magnetism."
-    yield _check("detaching-force", tower.spring_force_n, "more than", held, "N", spring)
+    spring = (
+        f"The spring pushes with {tower.spring_force_n:g} N against {residual_n:g} N of residual magnetism."
+    )
+    yield _check("detaching-force", tower.spring_force_n, "more than", residual_n, "N", spring)
     apart = f"The spring separates robot and magnet by {tower.spring_stroke_mm:g} mm."
     yield _check("separation", tower.spring_stroke_mm, "at least", tower.separation_needed_mm, "mm", apart)
     clear = (

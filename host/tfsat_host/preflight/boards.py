@@ -66,7 +66,7 @@ def ask_boards(
     begun = _ask_board("sequencer", at_sequencer, _begin)
     at_logger = _identify_board(LoggerClient, opened["logger"])
     who = {"sequencer": _identity(at_sequencer), "logger": _identity(at_logger)}
-    emulated = any(not isinstance(one, Missing) and one.runs_natively for one in who.values())
+    emulated = any(not isinstance(identity, Missing) and identity.runs_natively for identity in who.values())
     calibration, name = certificate(emulated)
     logger = _ask_board(
         "logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance)

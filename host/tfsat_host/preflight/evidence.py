@@ -354,12 +354,12 @@ def merge_sensor_angles(angles_rad: FloatArray) -> FloatArray:
     shows which is right; the contradiction itself is found by a check.
     """
     apart = np.abs(wrap_angle(angles_rad[:, 0] - angles_rad[:, 1]))
-    known = np.isfinite(angles_rad)
-    mean = np.where(known, angles_rad, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    nearest = np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)
+    is_finite = np.isfinite(angles_rad)
+    mean = np.where(is_finite, angles_rad, 0.0).sum(axis=1) / np.maximum(is_finite.sum(axis=1), 1)
+    nearest = np.argmin(np.where(is_finite, np.abs(angles_rad), np.inf), axis=1)
     nearer = np.take_along_axis(angles_rad, nearest[:, None], axis=1)[:, 0]
     chosen = np.where(apart > MAX_DISAGREEMENT_RAD, nearer, mean)
-    return np.where(known.any(axis=1), chosen, np.nan)
+    return np.where(is_finite.any(axis=1), chosen, np.nan)
 
 
 def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:

@@ -123,7 +123,9 @@ def _recording_since(logger: LoggerClient, status: msg.LoggerStatusReply) -> dat
         entries = logger.logs()
     except BoardError:
         return None
-    began_us = [one.wall_clock_us for one in entries if one.session == status.session and one.wall_clock_us]
+    began_us = [
+        entry.wall_clock_us for entry in entries if entry.session == status.session and entry.wall_clock_us
+    ]
     try:
         return datetime.fromtimestamp(began_us[0] / US_PER_S, UTC) if began_us else None
     except (OverflowError, ValueError, OSError):
@@ -278,4 +280,4 @@ def _remove(logger: LoggerClient, session_before: int) -> str:
 
 
 def _entry_of(logger: LoggerClient, session: int) -> msg.LogEntry | None:
-    return next((one for one in logger.logs() if one.session == session and one.number != RAM), None)
+    return next((entry for entry in logger.logs() if entry.session == session and entry.number != RAM), None)

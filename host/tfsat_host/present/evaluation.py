@@ -17,7 +17,7 @@ from tfsat_host.quantity import Table, plus_minus, vector
 
 
 def show_evaluation(
-    found: Evaluation,
+    evaluation: Evaluation,
     verdict: Verdict,
     recording: str,
     sources: Iterable[tuple[str, str]],
@@ -27,7 +27,7 @@ def show_evaluation(
     """Verdict, key numbers, where they come from, tables, notes.
 
     Args:
-        found: The evaluation.
+        evaluation: The evaluation.
         verdict: What it is worth.
         recording: Where it was, and of when.
         sources: Label and text of each other file that it was made of.
@@ -35,26 +35,26 @@ def show_evaluation(
         out: Where to.
     """
     write_labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
-    bullets(reasons_of(found, verdict), out)
+    bullets(reasons_of(evaluation, verdict), out)
     out.line()
-    show_quantities((one for one in key_numbers_of(found) if one.group != "Strokes"), out)
-    turn = found.reorientation
+    show_quantities((quantity for quantity in key_numbers_of(evaluation) if quantity.group != "Strokes"), out)
+    turn = evaluation.reorientation
     axes = {"Rotation vector x, y, z": turn.rotation_vector_rad, "Euler angles z, y, x": turn.euler_zyx_rad}
     sentences(
         [f"{name}: {vector(np.rad2deg(angles), form='+.2f')} deg" for name, angles in axes.items()], out
     )
     out.line()
-    log = found.log
+    log = evaluation.log
     write_labelled("Recording", f"{recording}: {log.verdict}", out)
     write_labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
-    write_labelled("Gyros", _lag_words(found), out)
+    write_labelled("Gyros", _lag_words(evaluation), out)
     for label, text in sources:
         write_labelled(label, text, out)
-    for table in tables_of(found):
+    for table in tables_of(evaluation):
         out.line()
         show_table(table, out)
-    sentences(model_remarks(found), out)
-    others = [note for note in (*found.notes, *remarks) if note not in verdict.reasons]
+    sentences(model_remarks(evaluation), out)
+    others = [note for note in (*evaluation.notes, *remarks) if note not in verdict.reasons]
     if others:
         out.line()
         out.line("Notes")
@@ -70,10 +70,10 @@ def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output
         show_table(table, out)
 
 
-def _lag_words(found: Evaluation) -> str:
-    if not found.gives("rates"):
+def _lag_words(evaluation: Evaluation) -> str:
+    if not evaluation.gives("rates"):
         return "delay withheld"
-    lag = found.motion.lag
+    lag = evaluation.motion.lag
     late = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms late"
     if not lag.measured:
         return f"{late} by their data sheet, taken off"

@@ -52,14 +52,14 @@ _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
     """Build one line of `--json`."""
-    shown: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
-    shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
+    document: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
+    document |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
     if (sequencer := watched.sequencer) is not None:
         status = sequencer.status
-        shown["sequencer"] = {**record(_SEQUENCER, status), "commanded_deg": _commanded_deg(status)}
+        document["sequencer"] = {**record(_SEQUENCER, status), "commanded_deg": _commanded_deg(status)}
     if (logger := watched.logger) is not None:
         reading, error = logger.reading, logger.status.error
-        shown["logger"] = {
+        document["logger"] = {
             **record(LOGGER, logger.status),
             "error_explained": None if file_was_full(logger.status) else explain_code(error),
             "measured_rate_hz": logger.meter.rate_hz,
@@ -68,7 +68,7 @@ def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
             "bodies": records(_BODY_RATE, reading.bodies if reading else ()),
             "angle_sensors": records(_ANGLE_SENSOR, reading.angles if reading else ()),
         }
-    return shown
+    return document
 
 
 def one_line(t_s: float, watched: WatchedBoards) -> str:
@@ -101,8 +101,8 @@ def _rates(body: BodyRate, idle: str | None) -> str:
 def _joints(angles: tuple[JointReading, ...]) -> str:
     words = []
     for joint, sensors in groupby(angles, key=lambda sensor: sensor.joint):
-        shown = (f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING" for sensor in sensors)
-        words.append(f"{joint} {' / '.join(shown)}")
+        angle_texts = (f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING" for sensor in sensors)
+        words.append(f"{joint} {' / '.join(angle_texts)}")
     return "; ".join(words)
 
 
@@ -188,16 +188,16 @@ def fit_blocks(blocks: list[Block], height: int) -> list[Block]:
 
     If even the blocks that are always shown are too long, their last line is kept, and what fits from the top.
     """
-    left = height
-    kept: set[int] = set()
+    lines_left = height
+    chosen_indices: set[int] = set()
     for index in sorted(range(len(blocks)), key=lambda index: blocks[index].rank):
-        if blocks[index].rank == ALWAYS or len(blocks[index].lines) <= left:
-            kept.add(index)
-            left -= len(blocks[index].lines)
-    shown = [blocks[index] for index in sorted(kept)]
-    if left >= 0:
-        return shown
-    lines = [Block(ALWAYS, (line,), block.style) for block in shown for line in block.lines]
+        if blocks[index].rank == ALWAYS or len(blocks[index].lines) <= lines_left:
+            chosen_indices.add(index)
+            lines_left -= len(blocks[index].lines)
+    chosen_blocks = [blocks[index] for index in sorted(chosen_indices)]
+    if lines_left >= 0:
+        return chosen_blocks
+    lines = [Block(ALWAYS, (line,), block.style) for block in chosen_blocks for line in block.lines]
     return [*lines[: max(height - 1, 0)], lines[-1]]
 
 
@@ -280,19 +280,19 @@ def _sensor_alarms(reading: Reading, status: LoggerStatusReply) -> list[str]:
 
 def _table(reading: Reading, status: LoggerStatusReply) -> tuple[str, ...]:
     """Bodies on the left, angle sensors on the right: 77 columns."""
-    left = [_body(i + 1, body, idle_part(status, i)) for i, body in enumerate(reading.bodies)]
+    body_lines = [_body(i + 1, body, idle_part(status, i)) for i, body in enumerate(reading.bodies)]
     right = [_sensor(sensor) for sensor in reading.angles]
     head = _BODY.format("body", "x / deg/s", "y / deg/s", "z / deg/s", "gyro")
     head += _JOINT.format("joint", "angle/deg", "read/deg", "sensor")
-    rows = zip_longest(left, right, fillvalue="")
+    rows = zip_longest(body_lines, right, fillvalue="")
     return (head, *(body.ljust(len(_NO_BODY)) + sensor for body, sensor in rows))
 
 
 def _body(number: int, body: BodyRate, idle: str | None) -> str:
     silent = "NO DATA" if idle else "MISSING"
-    shown = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
+    state = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
     rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
-    return _BODY.format(number, *rates, shown)
+    return _BODY.format(number, *rates, state)
 
 
 def _sensor(sensor: JointReading) -> str:

@@ -85,15 +85,15 @@ class Output:
         elif text:
             self.line(text)
 
-    def line(self, text: str = "", *, whole: bool = False) -> None:
+    def line(self, text: str = "", *, no_wrap: bool = False) -> None:
         """Write one line of the result for people; nothing with `--json`.
 
         Args:
             text: A line or several.
-            whole: For a program that reads lines: it is not wrapped.
+            no_wrap: For a program that reads lines: it is not wrapped.
         """
         if not self.json_mode:
-            columns = None if whole else stream_columns(self._stdout)
+            columns = None if no_wrap else stream_columns(self._stdout)
             with self._writing_stdout():
                 print("\n".join(_rows(_visible(text), columns)), file=self._stdout)
 
@@ -115,9 +115,9 @@ class Output:
         texts = [
             [
                 value if isinstance(value, Text) else Text(text)
-                for value, (text, _) in zip(row, shown, strict=True)
+                for value, (text, _) in zip(row, row_cells, strict=True)
             ]
-            for row, shown in zip(listed, cells, strict=True)
+            for row, row_cells in zip(listed, cells, strict=True)
         ]
         heads = [Text(_visible(name)) for name in columns]
         console = self._console(self._stdout)
@@ -288,8 +288,8 @@ def _has_color(stream: TextIO) -> bool:
 
 def _visible(text: str) -> str:
     """Without what would move the cursor, ring, colour the screen or turn the writing: names come from anywhere."""
-    kept = text.split("\n")
-    return text if all(map(str.isprintable, kept)) else "\n".join(map(printable, kept))
+    lines = text.split("\n")
+    return text if all(map(str.isprintable, lines)) else "\n".join(map(printable, lines))
 
 
 def _cell(value: object) -> tuple[str, bool]:

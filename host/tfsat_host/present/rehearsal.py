@@ -92,9 +92,9 @@ def _faults(faults: Sequence[Json]) -> Iterator[Line]:
             yield "", "It did not strike: the day ended before."
             continue
         yield "", f"By design the robot then {fault['outcome']}{_if_dropped(fault)}.{_came_of(fault)}"
-        for one in fault["noticed_by"]:
-            unnamed = "" if one["by_name"] else ", not by the fault's name"
-            yield "", f"Noticed by {WHO[one['who']]}{unnamed}: {one['what']}"
+        for notice in fault["noticed_by"]:
+            unnamed = "" if notice["by_name"] else ", not by the fault's name"
+            yield "", f"Noticed by {WHO[notice['who']]}{unnamed}: {notice['what']}"
         if not fault["noticed_by"]:
             yield "", _unnoticed_text(fault, faults)
 
@@ -122,7 +122,11 @@ def _came_of(fault: Json) -> str:
 def _unnoticed_text(fault: Json, faults: Sequence[Json]) -> str:
     if not fault["to_be_noticed"]:
         return "Not noticed. It changes nothing that is to be noticed."
-    others = [one["name"] for one in faults if one is not fault and one["noticed_by"]]
+    others = [
+        other_fault["name"]
+        for other_fault in faults
+        if other_fault is not fault and other_fault["noticed_by"]
+    ]
     if not others:
         return "Not noticed."
     return f"Not noticed by its own name. What {' and '.join(others)} did may hide it: rehearse it alone."
@@ -151,10 +155,10 @@ def _refusal_lines(result: Json) -> Iterator[Line]:
     yield "", "To see what would have come of it: the same command with --despite-preflight."
 
 
-def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
+def _no_release(facts: Json, folder: Path, still_deg: float) -> Iterator[Line]:
     """Yield lines on the robot's drop, the logger's record of its switches, and what to check next."""
     yield "No release:", "the recording holds none: there is nothing to evaluate, and no report."
-    strokes = found["strokes_started"]
+    strokes = facts["strokes_started"]
     started = (
         "how many strokes it started no board knows"
         if strokes is None
@@ -162,11 +166,11 @@ def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
     )
     yield (
         "What the robot did:",
-        f"it hung {found['hook_min']:g} minutes on the hook, was let go and fell {found['fall_s']:.2f} s; {started}; "
-        f"in truth {_moved_text(found['joints_moved_true_deg'], still_deg)}.",
+        f"it hung {facts['hook_min']:g} minutes on the hook, was let go and fell {facts['fall_s']:.2f} s; {started}; "
+        f"in truth {_moved_text(facts['joints_moved_true_deg'], still_deg)}.",
     )
-    ended_s = found["recording_ended_before_release_s"]
-    if ended_s is not None or not found["switches"]:
+    ended_s = facts["recording_ended_before_release_s"]
+    if ended_s is not None or not facts["switches"]:
         # The switches are not to blame: nothing recorded what they did.
         broken = f"of the drop: the recording breaks off {ended_s or 0.0:.1f} s before the release."
         yield (
@@ -179,7 +183,7 @@ def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
         )
         yield "", "tfsat-host status, tfsat-host log list"
         return
-    for switch in found["switches"]:
+    for switch in facts["switches"]:
         edges = switch["edges_s"]
         times = f"changed {len(edges)} times, first at {edges[0]:.3f} s" if edges else "never changed"
         end = "open" if switch["open_at_the_end"] else "closed"
@@ -214,17 +218,17 @@ def _show_flight(result: Json, out: Output) -> None:
     _lines(lines, out)
 
 
-def _show_motion(found: Json, out: Output) -> None:
-    show_rows(_FLOWN, found["strokes"], out, title="Strokes after the release, as evaluated")
+def _show_motion(evaluation: Json, out: Output) -> None:
+    show_rows(_FLOWN, evaluation["strokes"], out, title="Strokes after the release, as evaluated")
     lines = []
-    for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
+    for name, when in (("initial", "at the release"), ("final", f"at {evaluation['until_s']:.2f} s")):
         angles = ", ".join(
-            f"joint {one['joint']} {_format_estimate(one[f'{name}_deg'], one[f'{name}_deg_std'], sign=True)}"
-            for one in found["joints"]
+            f"joint {joint['joint']} {_format_estimate(joint[f'{name}_deg'], joint[f'{name}_deg_std'], sign=True)}"
+            for joint in evaluation["joints"]
         )
         lines.append(("Joints stood at:", f"{angles} deg {when}."))
-    turned = _format_estimate(found["reorientation_deg"], found["reorientation_deg_std"])
-    lines.append(("Body 1 turned by:", f"{turned} deg from the release to {found['until_s']:.2f} s."))
+    turned = _format_estimate(evaluation["reorientation_deg"], evaluation["reorientation_deg_std"])
+    lines.append(("Body 1 turned by:", f"{turned} deg from the release to {evaluation['until_s']:.2f} s."))
     _lines(lines, out)
 
 
@@ -292,10 +296,10 @@ def _evaluation(result: Json) -> Iterator[Line]:
         yield "", refused["next_step"]
 
 
-def _held_pose_text(one: Any) -> str:
-    if one.count < _MIN_RUNS_FOR_SHARE:
-        return f"{round(one.held * one.count)} of {one.count}"
-    return f"{100.0 * one.held:.0f} %"
+def _held_pose_text(distribution: Any) -> str:
+    if distribution.count < _MIN_RUNS_FOR_SHARE:
+        return f"{round(distribution.held * distribution.count)} of {distribution.count}"
+    return f"{100.0 * distribution.held:.0f} %"
 
 
 _DISTRIBUTIONS: Columns = (
@@ -347,7 +351,7 @@ def show_series(result: Json, spread: Sequence[Any], table: Path, again: str, ou
         )
     for name, times in result["no_go"].items():
         out.line(f"Preflight said NO-GO by {name} {times} times.")
-    for one in result["refused"][:3]:
-        out.line(f"Drop {one['number']} was not let go: {one['why']}")
+    for refusal in result["refused"][:3]:
+        out.line(f"Drop {refusal['number']} was not let go: {refusal['why']}")
     out.line(f"Each drop: {table}; one of them again, with its seed from there:")
     out.line(again)

@@ -22,10 +22,10 @@ _MIN_TEXT_COLUMNS = 24
 
 def show_table(table: Table, out: Output) -> None:
     """Rows that are not folded; below them what the table has folded, and its caption."""
-    shown = table.rows[: len(table.rows) - table.folded]
-    if shown:
-        show_rows(table.columns, shown, out, title=table.title)
-    sentences([text for text in (table.fold, table.caption if shown else "") if text], out)
+    visible_rows = table.rows[: len(table.rows) - table.folded]
+    if visible_rows:
+        show_rows(table.columns, visible_rows, out, title=table.title)
+    sentences([text for text in (table.fold, table.caption if visible_rows else "") if text], out)
 
 
 def show(parts: Iterable[str | Table], out: Output) -> None:
@@ -39,25 +39,28 @@ def show(parts: Iterable[str | Table], out: Output) -> None:
 
 def show_rows(columns: Columns, rows: Sequence[Any], out: Output, *, title: str = "") -> None:
     """Rows under the columns that are for people."""
-    shown = [column for column in columns if column.label]
-    heads = [f"{column.label} / {column.unit}" if column.unit else column.label for column in shown]
-    out.table(heads, [[_text(column.cell(row)) for column in shown] for row in rows], title=title)
+    visible_columns = [column for column in columns if column.label]
+    heads = [f"{column.label} / {column.unit}" if column.unit else column.label for column in visible_columns]
+    out.table(heads, [[_text(column.cell(row)) for column in visible_columns] for row in rows], title=title)
 
 
 def show_quantities(quantities: Iterable[Quantity], out: Output) -> None:
     """Show each quantity on a line; those of a group share one line."""
-    for group, alike in groupby(quantities, key=lambda one: one.group):
-        written = [(one, f"{one.text('unknown')} {one.unit}".rstrip()) for one in alike]
+    for group, alike in groupby(quantities, key=lambda quantity: quantity.group):
+        written = [(quantity, f"{quantity.text('unknown')} {quantity.unit}".rstrip()) for quantity in alike]
         if group:
             # What all labels begin with, such as "Initial rate", the group's name says already.
-            words = [one.label.split() for one, _ in written]
+            words = [quantity.label.split() for quantity, _ in written]
             shared = len(list(takewhile(lambda column: len(set(column)) == 1, zip(*words, strict=False))))
             named = [
                 " ".join([*label[shared:], text]) for label, (_, text) in zip(words, written, strict=True)
             ]
             sentences([f"{group}: {', '.join(named)}"], out)
         else:
-            notes = [f"{one.label}: {text}{f', {one.note}' if one.note else ''}" for one, text in written]
+            notes = [
+                f"{quantity.label}: {text}{f', {quantity.note}' if quantity.note else ''}"
+                for quantity, text in written
+            ]
             sentences(notes, out)
 
 

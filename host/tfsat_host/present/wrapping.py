@@ -22,9 +22,9 @@ _MIN_TEXT_COLUMNS = 24
 
 def stream_columns(stream: TextIO) -> int | None:
     """Return how many characters a line of a stream has: by COLUMNS, else as the terminal says; None in a pipe."""
-    said = os.environ.get("COLUMNS", "")
-    if said.isascii() and said.isdigit() and int(said) > 0:
-        return max(int(said), MIN_COLUMNS)
+    columns_text = os.environ.get("COLUMNS", "")
+    if columns_text.isascii() and columns_text.isdigit() and int(columns_text) > 0:
+        return max(int(columns_text), MIN_COLUMNS)
     if not stream.isatty():
         return None
     try:

@@ -57,71 +57,78 @@ COMPARED: Columns = fields("name found std true unit deviations")
 
 
 def compare_with_truth(
-    found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel
+    evaluation: Evaluation, drop: Drop, truth: Truth, filed: RobotModel
 ) -> tuple[EstimateAndTruth, ...]:
     """Reorientation, initial rates, strokes, centers of mass; in that order. Nothing of a robot that did not fall."""
     if drop.released_s is None:
         return ()
-    flown = drop.truth.copy()
-    flown[:, _T] -= drop.released_s
+    truth_rows = drop.truth.copy()
+    truth_rows[:, _T] -= drop.released_s
     return (
-        _reorientation(found, flown),
-        *_rates(found, flown),
-        *_strokes(found, flown),
-        *_offsets(found, truth, filed),
+        _reorientation(evaluation, truth_rows),
+        *_rates(evaluation, truth_rows),
+        *_strokes(evaluation, truth_rows),
+        *_offsets(evaluation, truth, filed),
     )
 
 
-def turned_rad(flown: FloatArray, first_s: float, last_s: float) -> float:
+def turned_rad(truth_rows: FloatArray, first_s: float, last_s: float) -> float:
     """Angle by which body 1 turned between two times of rows of truth."""
-    rows = [int(np.abs(flown[:, _T] - t_s).argmin()) for t_s in (first_s, last_s)]
-    start, end = Rotation.from_quat(flown[rows, 4:8])
+    rows = [int(np.abs(truth_rows[:, _T] - t_s).argmin()) for t_s in (first_s, last_s)]
+    start, end = Rotation.from_quat(truth_rows[rows, 4:8])
     return float((start.inv() * end).magnitude())
 
 
-def _reorientation(found: Evaluation, flown: FloatArray) -> EstimateAndTruth:
-    turn, true = found.reorientation, turned_rad(flown, 0.0, float(found.motion.bodies[0].t_s[-1]))
+def _reorientation(evaluation: Evaluation, truth_rows: FloatArray) -> EstimateAndTruth:
+    turn, true = (
+        evaluation.reorientation,
+        turned_rad(truth_rows, 0.0, float(evaluation.motion.bodies[0].t_s[-1])),
+    )
     return EstimateAndTruth(
         "reorientation", "deg", *np.rad2deg([turn.angle_rad, turn.std_rad, true]).tolist()
     )
 
 
-def _rates(found: Evaluation, flown: FloatArray) -> Iterator[EstimateAndTruth]:
-    first_s = min((stroke.scheduled_s for stroke in found.strokes), default=float(flown[-1, _T]))
-    quiet = (flown[:, _T] > _AFTER_RELEASE_S) & (flown[:, _T] < first_s - _BEFORE_STROKE_S)
-    initial = found.initial_rates[0]
-    numbers = np.rad2deg([initial.rate_rad_s, initial.std_rad_s, flown[quiet, _BODY_1_RATE].mean(axis=0)])
+def _rates(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[EstimateAndTruth]:
+    first_s = min((stroke.scheduled_s for stroke in evaluation.strokes), default=float(truth_rows[-1, _T]))
+    quiet = (truth_rows[:, _T] > _AFTER_RELEASE_S) & (truth_rows[:, _T] < first_s - _BEFORE_STROKE_S)
+    initial = evaluation.initial_rates[0]
+    numbers = np.rad2deg(
+        [initial.rate_rad_s, initial.std_rad_s, truth_rows[quiet, _BODY_1_RATE].mean(axis=0)]
+    )
     for axis, values in zip("xyz", numbers.T.tolist(), strict=True):
         yield EstimateAndTruth(f"initial rate {axis}, body 1", "deg/s", *values)
 
 
-def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[EstimateAndTruth]:
+def _strokes(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[EstimateAndTruth]:
     begins = [
         (stroke, stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s)
-        for stroke in found.strokes
+        for stroke in evaluation.strokes
     ]
     for stroke, begin_s in begins:
         later = [other_s for other, other_s in begins if other.joint == stroke.joint and other_s > begin_s]
-        until_s = min([*later, float(found.motion.t_s[-1])])
+        until_s = min([*later, float(evaluation.motion.t_s[-1])])
         if not stroke.moved or stroke.unfinished or not np.isfinite(stroke.size_std_rad):
             continue
-        angle = flown[:, _JOINTS][:, stroke.joint - 1]
+        angle = truth_rows[:, _JOINTS][:, stroke.joint - 1]
         before, after = (
-            angle[(flown[:, _T] > t_s - _AT_REST_S) & (flown[:, _T] <= t_s)].mean()
+            angle[(truth_rows[:, _T] > t_s - _AT_REST_S) & (truth_rows[:, _T] <= t_s)].mean()
             for t_s in (begin_s, until_s)
         )
         numbers = np.rad2deg([stroke.size_rad, stroke.size_std_rad, after - before]).tolist()
         yield EstimateAndTruth(f"stroke {stroke.number}", "deg", *numbers)
 
 
-def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[EstimateAndTruth]:
-    if not found.gives("offsets") or not found.gives():
+def _offsets(evaluation: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[EstimateAndTruth]:
+    if not evaluation.gives("offsets") or not evaluation.gives():
         return
-    fit = found.explained.fit
+    fit = evaluation.explained.fit
     true = 1e3 * (truth.model.com_m - filed.com_m)
-    for one, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
-        if one.kind == "com":
-            yield EstimateAndTruth(one.name, "mm", float(value), float(std), float(one.shape @ true[one.of]))
+    for parameter, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
+        if parameter.kind == "com":
+            yield EstimateAndTruth(
+                parameter.name, "mm", float(value), float(std), float(parameter.shape @ true[parameter.of])
+            )
 
 
 def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:
@@ -137,10 +144,10 @@ def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:
         "rate_rad_s": truth.rate_rad_s,
         "com_offset_m": truth.model.com_m - filed.com_m,
         "robot": {name: getattr(truth.model, name) for name in _HIDDEN},
-        "imperfections": {one.name: getattr(errors, one.name) for one in dataclasses.fields(errors)},
+        "imperfections": {field.name: getattr(errors, field.name) for field in dataclasses.fields(errors)},
     }
     plain = json.dumps(
-        values, indent=1, default=lambda one: one.hex() if isinstance(one, bytes) else one.tolist()
+        values, indent=1, default=lambda leaf: leaf.hex() if isinstance(leaf, bytes) else leaf.tolist()
     )
     return plain + "\n"
 

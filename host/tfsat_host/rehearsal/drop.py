@@ -223,13 +223,15 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
     robot.advance(SETTLE_US)
     status: SequencerStatusReply | None = None
     recording: RecordStopReply | None = None
-    held: HeldManeuver | None = None
+    held_maneuver: HeldManeuver | None = None
     ram = b""
     try:
         day.reconnect()
         status = day.sequencer.status()
         recording = day.logger.stop_recording()
-        held = HeldManeuver(day.sequencer.read_back(), day.sequencer.identity.serial, holds_what_flew(status))
+        held_maneuver = HeldManeuver(
+            day.sequencer.read_back(), day.sequencer.identity.serial, holds_what_flew(status)
+        )
     except TfsatError as error:
         # A board that lost its power has no recording to close: its card shows what there is.
         if fell:
@@ -243,7 +245,7 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
         upload=day.upload,
         checked=day.checked,
         sequencer=status,
-        held=held,
+        held=held_maneuver,
         recording=recording,
         calibration=day.calibration,
         recordings=day.recordings,
@@ -267,7 +269,7 @@ def _fetched_ram(day: Day) -> bytes:
     if not day.logger.status().ram_holds_drop:
         return b""
     entries = day.logger.wait_for_listing(RAM_TIMEOUT_S).entries
-    entry = next(one for one in entries if one.number == RAM)
+    entry = next(log_entry for log_entry in entries if log_entry.number == RAM)
     image = day.logger.fetch_whole(entry)
     day.setbacks.append("The drop was fetched from the logger's RAM: tfsat-host log fetch ram.")
     return image

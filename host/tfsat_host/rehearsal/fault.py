@@ -63,12 +63,12 @@ def moments_of(words: str) -> tuple[Moment, ...]:
 
 def words_of(moments: Collection[Moment]) -> str:
     """Format moments as people type them: `any moment`, `powered to armed`, or each by its name."""
-    chosen = tuple(one for one in Moment if one in moments)
+    chosen = tuple(moment for moment in Moment if moment in moments)
     if chosen == tuple(Moment):
         return "any moment"
     if len(chosen) > 2 and chosen == between(chosen[0], chosen[-1]):
         return f"{chosen[0].typed} to {chosen[-1].typed}"
-    return ", ".join(one.typed for one in chosen)
+    return ", ".join(moment.typed for moment in chosen)
 
 
 class Outcome(Enum):

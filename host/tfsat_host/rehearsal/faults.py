@@ -186,7 +186,7 @@ def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:
     return faults
 
 
-def fault_named(typed: str) -> Fault:
+def fault_named(fault_text: str) -> Fault:
     """Find a fault by its name, NAME=SIZE, NAME@MOMENT or NAME=SIZE@MOMENT.
 
     SIZE and MOMENT replace the fault's own.
@@ -194,9 +194,9 @@ def fault_named(typed: str) -> Fault:
     Raises:
         UsageError: there is no such fault, size or moment, or the fault cannot be at that moment.
     """
-    kind, at, when = typed.partition(AT)
+    kind, at, when = fault_text.partition(AT)
     name, of, size = kind.partition(OF)
-    fault = next((one for one in FAULTS if one.name == name), None)
+    fault = next((candidate for candidate in FAULTS if candidate.name == name), None)
     if fault is None:
         raise UsageError(
             what=f"There is no fault {name!r}.",
@@ -207,10 +207,10 @@ def fault_named(typed: str) -> Fault:
         fault = _fault_of_size(fault, size)
     if not at:
         return fault
-    moment = next((one for one in Moment if one.typed == when), None)
+    moment = next((candidate for candidate in Moment if candidate.typed == when), None)
     if moment is not None and moment in fault.outcomes:
         return fault.at(moment)
-    possible = ", ".join(one.typed for one in fault.outcomes)
+    possible = ", ".join(allowed_moment.typed for allowed_moment in fault.outcomes)
     raise UsageError(
         what=f"There is no moment {when!r}."
         if moment is None
@@ -222,7 +222,7 @@ def fault_named(typed: str) -> Fault:
     )
 
 
-def _fault_of_size(fault: Fault, typed: str) -> Fault:
+def _fault_of_size(fault: Fault, size_text: str) -> Fault:
     own = fault.size
     if own is None:
         raise UsageError(
@@ -231,12 +231,13 @@ def _fault_of_size(fault: Fault, typed: str) -> Fault:
             next_step=f"Write {fault.name} alone; which faults have a size: tfsat-host rehearse --list-faults",
         )
     try:
-        value = float(typed)
+        value = float(size_text)
     except ValueError:
         value = nan
     if not 0.0 <= value <= own.most:
         raise UsageError(
-            what=f"{typed!r} is no size of {fault.name}: a number from 0 to {own.most:g}, in {own.unit or 'times'}.",
+            what=f"{size_text!r} is no size of {fault.name}: a number from 0 to {own.most:g}, in "
+            f"{own.unit or 'times'}.",
             meaning="Nothing was flown.",
             next_step=f"Write for example {fault.name}{OF}{own.value:g}; its sign and direction follow from --seed.",
         )

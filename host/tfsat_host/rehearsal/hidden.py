@@ -41,8 +41,8 @@ def draw_hidden(
     """
     stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
     truth = drawn_truth(stated, seed)
-    for one in (fault_named("robot-file-uncertain"), *mismatches):
-        truth = one.apply(truth)
+    for fault in (fault_named("robot-file-uncertain"), *mismatches):
+        truth = fault.apply(truth)
     return replace(truth, model=replace(truth.model, uncertainty=filed.uncertainty))
 
 
@@ -73,7 +73,11 @@ class HiddenDrop:
         """(k,) true change of each stroke's joint, until its next stroke or the landing."""
         strokes, sizes = self.schedule.strokes, []
         for number, stroke in enumerate(strokes):
-            later = [one.t_s for one in strokes[number + 1 :] if one.joint == stroke.joint]
+            later = [
+                later_stroke.t_s
+                for later_stroke in strokes[number + 1 :]
+                if later_stroke.joint == stroke.joint
+            ]
             times_s = [stroke.t_s, min([*later, self.landed_s - _BEFORE_LANDING_S])]
             sizes.append(np.diff(np.interp(times_s, self.rows[:, 0], self.rows[:, stroke.joint])).item())
         return np.array(sizes)
@@ -101,18 +105,18 @@ def hidden_drop(
     Raises:
         TfsatError: a board refuses.
     """
-    flown = rehearse(schedule, filed, truth, faults=faults, bench=False)
-    if flown.released_s is None or flown.landed_s is None:
-        assert flown.refused is not None
-        raise flown.refused
-    rows = flown.truth.copy()
-    rows[:, 0] -= flown.released_s
+    drop = rehearse(schedule, filed, truth, faults=faults, bench=False)
+    if drop.released_s is None or drop.landed_s is None:
+        assert drop.refused is not None
+        raise drop.refused
+    rows = drop.truth.copy()
+    rows[:, 0] -= drop.released_s
     return HiddenDrop(
-        decode_drop(flown),
+        decode_drop(drop),
         filed,
-        flown.calibration,
+        drop.calibration,
         schedule,
-        flown.robot,
+        drop.robot,
         rows,
-        flown.landed_s - flown.released_s,
+        drop.landed_s - drop.released_s,
     )

@@ -68,7 +68,7 @@ def came_of(outcome: Outcome, drop: Drop) -> bool | None:
 def designed_for(drop: Drop) -> Outcome:
     """Return the outcome designed for all faults that struck; with none, that the robot flies."""
     outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.struck_s]
-    return next((one for one in _STRONGEST_FIRST if one in outcomes), Outcome.FLIES)
+    return next((outcome for outcome in _STRONGEST_FIRST if outcome in outcomes), Outcome.FLIES)
 
 
 def broke_design(drop: Drop) -> bool:
@@ -121,17 +121,17 @@ class JudgedDay:
         `REFUSAL`: a board before the drop; `BOARD`: after the landing; `LOG`: `decode`; `REPORT`: `evaluate` and
         `report`; `REPORT_REFUSES`: these, when they give no numbers.
         """
-        drop, given = self.drop, dict[str, Sequence[str]]()
+        drop, sentences = self.drop, dict[str, Sequence[str]]()
         if drop.refused is not None and not isinstance(drop.refused, NoGo):
-            given[REFUSAL] = (str(drop.refused.what),)
-        given[BOARD] = (*drop.setbacks, *_false_releases(drop))
-        given[LOG] = () if self.log is None else tuple(warnings(self.log))
+            sentences[REFUSAL] = (str(drop.refused.what),)
+        sentences[BOARD] = (*drop.setbacks, *_false_releases(drop))
+        sentences[LOG] = () if self.log is None else tuple(warnings(self.log))
         if self.found is not None and self.verdict is not None:
             causes = (check.cause or "" for check in self.found.failed_checks)
-            given[REPORT] = (self.verdict.sentence, *self.verdict.reasons, *self.found.notes, *causes)
+            sentences[REPORT] = (self.verdict.sentence, *self.verdict.reasons, *self.found.notes, *causes)
         if self.refusal is not None:
-            given[REPORT_REFUSES] = (f"{self.refusal.what} {self.refusal.meaning}",)
-        return given
+            sentences[REPORT_REFUSES] = (f"{self.refusal.what} {self.refusal.meaning}",)
+        return sentences
 
     def notices(self, fault: Fault) -> tuple[Notice, ...]:
         """List who noticed a fault that struck.
@@ -144,11 +144,13 @@ class JudgedDay:
         noticed = [*self._by_preflight(fault, alone)]
         for who, sentences in self.sentences.items():
             # A verdict in short says the same as its reasons, in fewer words: the longest is the most telling.
-            own = [one for one in sentences if fault.noticed and fault.noticed in one]
+            own = [sentence for sentence in sentences if fault.noticed and fault.noticed in sentence]
             if own:
                 noticed.append(Notice(who, max(own, key=len), True))
         if not noticed and alone and not self.good:
-            noticed = [Notice(who, given[0], False) for who, given in self.sentences.items() if given]
+            noticed = [
+                Notice(who, statements[0], False) for who, statements in self.sentences.items() if statements
+            ]
         return tuple(noticed)
 
     def _by_preflight(self, fault: Fault, alone: bool) -> Iterator[Notice]:

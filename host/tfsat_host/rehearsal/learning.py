@@ -80,19 +80,21 @@ class Learnt:
 
     def std(self, *lessons: Lesson) -> FloatArray:
         """(k,) of the wanted numbers after drops with these maneuvers."""
-        return _std([one.fit for one in lessons], self.wanted)
+        return _std([lesson.fit for lesson in lessons], self.wanted)
 
     def rms(self, *lessons: Lesson) -> float:
         """Root mean square of that."""
         return float(np.sqrt(np.mean(self.std(*lessons) ** 2)))
 
 
-def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = lambda _share: None) -> Learnt:
+def learn(
+    robot: RobotModel, quantity: str, progress: Callable[[float], None] = lambda _share: None
+) -> Learnt:
     """Flies and compares; about a minute on two cores.
 
     Args:
         robot: With IMUs, servos and pulses, as the boards fly it.
-        wanted: One of `WANTED`.
+        quantity: One of `WANTED`.
         progress: Called with the share of the work that was done.
 
     Raises:
@@ -110,16 +112,16 @@ def learn(robot: RobotModel, wanted: str, progress: Callable[[float], None] = la
             lessons.append(Lesson(name, maneuver, fit))
             progress(1.0 / len(candidates))
     usual, offsets = lessons[0], lessons[0].fit.offsets
-    rows = _rows(offsets, wanted)
+    rows = _rows(offsets, quantity)
     if not len(rows):
         raise _refusal(
-            f"{robot.path} takes the {wanted} for exact.", "State their [uncertainty], or want another one."
+            f"{robot.path} takes the {quantity} for exact.", "State their [uncertainty], or want another one."
         )
-    ranked = sorted(lessons, key=lambda one: float(np.sum(_std([one.fit], wanted) ** 2)))
+    ranked = sorted(lessons, key=lambda lesson: float(np.sum(_std([lesson.fit], quantity) ** 2)))
     pairs = itertools.combinations_with_replacement(ranked, 2)
-    pair = min(pairs, key=lambda two: float(np.sum(_std([one.fit for one in two], wanted) ** 2)))
+    pair = min(pairs, key=lambda two: float(np.sum(_std([lesson.fit for lesson in two], quantity) ** 2)))
     names = tuple(offsets.names[k] for k in rows)
-    return Learnt(wanted, names, offsets.units[rows[0]], usual, tuple(ranked), pair)
+    return Learnt(quantity, names, offsets.units[rows[0]], usual, tuple(ranked), pair)
 
 
 def _fit_of(robot: RobotModel, schedule: Schedule) -> ModelFit:
@@ -130,17 +132,17 @@ def _fit_of(robot: RobotModel, schedule: Schedule) -> ModelFit:
     return replace(fit, equations=linearize(fit.offsets, fit.flown, as_filed, fit.widening))
 
 
-def _rows(offsets: Offsets, wanted: str) -> list[int]:
-    if wanted == "com":
+def _rows(offsets: Offsets, quantity: str) -> list[int]:
+    if quantity == "com":
         return list(range(offsets.sought))
-    return [k for k, kind in enumerate(offsets.kinds) if kind == _KINDS[wanted]]
+    return [k for k, kind in enumerate(offsets.kinds) if kind == _KINDS[quantity]]
 
 
-def _std(fits: Sequence[ModelFit], wanted: str) -> FloatArray:
+def _std(fits: Sequence[ModelFit], quantity: str) -> FloatArray:
     """(k,) by the information of all drops and the priors, which count once."""
     offsets = fits[0].offsets
     information = np.diag(offsets.prior_std**-2.0) + sum(fit.information for fit in fits)
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[_rows(offsets, wanted)]))
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[_rows(offsets, quantity)]))
 
 
 def _candidates(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
@@ -167,8 +169,10 @@ def _loops(joints: int) -> tuple[Loop, ...]:
 def _maneuver(problem: Problem, loop: Loop, share: FloatArray) -> Maneuver:
     far = np.minimum(share * problem.farthest_rad(0.5 * problem.time_limit_s), problem.limit_rad)
     alpha_deg = problem.commanded_deg(np.degrees(problem.within_time(far)))
-    joints = tuple(int(math.copysign(problem.joints[abs(one) - 1] + 1, one)) for one in loop)
-    sizes = "/".join(f"{one:.0f}" for one in alpha_deg)
+    joints = tuple(
+        int(math.copysign(problem.joints[abs(signed_joint) - 1] + 1, signed_joint)) for signed_joint in loop
+    )
+    sizes = "/".join(f"{size_deg:.0f}" for size_deg in alpha_deg)
     return maneuver_of(problem, joints, alpha_deg, f"to learn: {format_sequence(joints)} by {sizes}")
 
 

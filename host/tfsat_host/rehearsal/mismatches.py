@@ -73,8 +73,10 @@ def _complement(inertia: FloatArray) -> FloatArray:
 
 def _square_to_axes(model: RobotModel, std: float, random: Random) -> FloatArray:
     """(n - 1, 3) normal in both directions across each joint's axis."""
-    drawn = std * random.standard_normal(model.joint_axis.shape)
-    return np.asarray(drawn - np.sum(drawn * model.joint_axis, axis=1, keepdims=True) * model.joint_axis)
+    deviations = std * random.standard_normal(model.joint_axis.shape)
+    return np.asarray(
+        deviations - np.sum(deviations * model.joint_axis, axis=1, keepdims=True) * model.joint_axis
+    )
 
 
 def _hinge_points(truth: Truth, mm: float, random: Random) -> Truth:
@@ -110,8 +112,8 @@ def _g_sensitivity(truth: Truth, deg_s_g: float, random: Random) -> Truth:
 
 def _cross_axis(truth: Truth, percent: float, random: Random) -> Truth:
     was = truth.imperfections.gyro_cross_axis
-    drawn = PERCENT * percent * random.standard_normal(was.shape)
-    return _sensors(truth, gyro_cross_axis=was + drawn * (1.0 - np.eye(3)))
+    deviations = PERCENT * percent * random.standard_normal(was.shape)
+    return _sensors(truth, gyro_cross_axis=was + deviations * (1.0 - np.eye(3)))
 
 
 def _late(truth: Truth, ms: float, random: Random) -> Truth:

@@ -165,16 +165,16 @@ class Rehearsal:
             UsageError: the folder holds something else.
             TfsatError: the robot cannot be emulated, or the folder cannot be written.
         """
-        kept = RunFolder(folder, force=force)
+        run_folder = RunFolder(folder, force=force)
         series = self.series(seed, self.options.image(notices.note))
         truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
             drop = series.rehearse(truth, lambda _: advance(1))
         truth = drop.robot
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
-        with kept.replace_files():
-            log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
-            evaluated, refusal = _evaluate_folder(kept, drop, log)
+        with run_folder.replace_files():
+            log = run_folder.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
+            evaluated, refusal = _evaluate_folder(run_folder, drop, log)
             judged = (
                 JudgedDay(drop, log, refusal=refusal)
                 if evaluated is None
@@ -184,13 +184,13 @@ class Rehearsal:
                 "sequencer": self.options.sequencer,
                 "as_filed": self.options.as_filed,
                 **result_of(judged, evaluated, truth, self.schedule, self.filed, folder, notices),
-                "files": [str(path) for path in kept.files],
+                "files": [str(path) for path in run_folder.files],
             }
             result = jsonable(result)
-            kept.write_summary(result)
-        for stale in kept.removed:
+            run_folder.write_summary(result)
+        for stale in run_folder.removed:
             notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
-        return FinishedRehearsal(judged, evaluated, result, kept.path)
+        return FinishedRehearsal(judged, evaluated, result, run_folder.path)
 
     def run_many(
         self,
@@ -220,27 +220,27 @@ class Rehearsal:
             TfsatError: the robot cannot be emulated, or the folder cannot be written.
         """
         series = self.series(seed, self.options.image(notices.note))
-        kept = ResultFolder(folder, force=force)
+        result_folder = ResultFolder(folder, force=force)
         with notices.progress("rehearsing", total=runs) as advance:
             outcomes = many.fly_many(series, runs, progress=lambda: advance(1), stop=stop)
         if not outcomes:
             return None
         spread = many.distributions(outcomes)
         result = many.series_result(series, runs, outcomes, spread)
-        many.write_series(kept, self.maneuver, self.filed, outcomes, result)
+        many.write_series(result_folder, self.maneuver, self.filed, outcomes, result)
         return RehearsedMany(result, spread, folder / many.TABLE, self._again(folder))
 
     def _again(self, folder: Path) -> str:
         """Return the command that flies one drop of a series alone, with seed and folder to be filled in."""
         options = self.options
-        typed = ["tfsat-host rehearse", f"--file {shlex.quote(str(folder / MANEUVER))}"]
-        typed += [f"--robot {shlex.quote(str(folder / ROBOT))}"]
-        typed += [f"--fault {fault.name}" for fault in self.faults]
-        typed += [f"--imu {shlex.quote(options.imu)}"] if options.imu else []
-        typed += ["--as-filed"] if options.as_filed else []
-        typed += ["--despite-preflight"] if options.despite_preflight else []
-        typed += [f"--sequencer {options.sequencer}"] if options.sequencer != "native" else []
-        return " ".join((*typed, "--seed SEED --out DIR"))
+        words = ["tfsat-host rehearse", f"--file {shlex.quote(str(folder / MANEUVER))}"]
+        words += [f"--robot {shlex.quote(str(folder / ROBOT))}"]
+        words += [f"--fault {fault.name}" for fault in self.faults]
+        words += [f"--imu {shlex.quote(options.imu)}"] if options.imu else []
+        words += ["--as-filed"] if options.as_filed else []
+        words += ["--despite-preflight"] if options.despite_preflight else []
+        words += [f"--sequencer {options.sequencer}"] if options.sequencer != "native" else []
+        return " ".join((*words, "--seed SEED --out DIR"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,8 +307,8 @@ def _evaluate_folder(
         return None, None
     folder.announce(reporting.PAGE)
     try:
-        made = reporting.report([folder.path], made_at=folder.collected)
+        report = reporting.report([folder.path], made_at=folder.collected)
     except TfsatError as error:
         return None, error
-    folder.files += made.files
-    return made.runs[0], None
+    folder.files += report.files
+    return report.runs[0], None

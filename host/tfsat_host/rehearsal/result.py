@@ -66,7 +66,7 @@ def result_of(
         notices: For why there is no quick look either.
     """
     drop, log = judged.drop, judged.log
-    found: Json = {
+    result: Json = {
         "schedule": schedule.as_rows(),
         "end_s": schedule.end_s,
         "seed": truth.seed,
@@ -85,10 +85,10 @@ def result_of(
     }
     if evaluated is None and log is not None and log.release_us is not None and drop.refused is None:
         try:
-            found["quick_look"] = _quick_look(schedule, drop, log, filed)
+            result["quick_look"] = _quick_look(schedule, drop, log, filed)
         except TfsatError as error:
             notices.warn(f"No quick look either. {error.what} {error.meaning}")
-    return {**found, "warnings": _stroke_warnings(schedule, found)}
+    return {**result, "warnings": _stroke_warnings(schedule, result)}
 
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
@@ -120,7 +120,7 @@ def _day(drop: Drop, folder: Path) -> Json:
 def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, folder: Path) -> Json:
     """Summarize the recording and the true motion of the fall."""
     rate_deg_s = np.rad2deg(truth.rate_rad_s).round(6).tolist()
-    found: Json = {
+    flight: Json = {
         "initial_rate_deg_s": rate_deg_s,
         "initial_rate_body": 3,
         "simulate_command": None,
@@ -135,12 +135,12 @@ def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, f
         "no_release": None,
     }
     if drop.released_s is None or drop.landed_s is None:
-        return found
+        return flight
     if log is None or log.release_us is None:
-        return found | {"no_release": _no_release(drop, log)}
+        return flight | {"no_release": _no_release(drop, log)}
     until_s = drop.landed_s - drop.released_s - LOOK_MARGIN_S
     turned = turned_rad(drop.truth, drop.released_s, drop.released_s + until_s)
-    return found | {
+    return flight | {
         "simulate_command": _simulate_command(schedule, until_s, folder, rate_deg_s),
         "strokes_s": [log.seconds(event.t_us) for event in log.events if event.name == "stroke"],
         "reorientation_true_deg": float(np.rad2deg(turned)),
@@ -163,7 +163,7 @@ def _simulate_command(schedule: Schedule, until_s: float, folder: Path, rate_deg
 
 def _no_release(drop: Drop, log: DropLog | None) -> Json:
     """Describe what the robot did in a fall whose recording holds no release."""
-    events = [] if log is None else [one for one in log.events if one.name == "switch_edge"]
+    events = [] if log is None else [event for event in log.events if event.name == "switch_edge"]
     return {
         "hook_min": HOOK_S / 60.0,
         "fall_s": (drop.landed_s or 0.0) - (drop.released_s or 0.0),
@@ -173,7 +173,7 @@ def _no_release(drop: Drop, log: DropLog | None) -> Json:
         "switches": [
             {
                 "switch": index + 1,
-                "edges_s": [log.seconds(one.t_us) for one in events if one.index == index],
+                "edges_s": [log.seconds(event.t_us) for event in events if event.index == index],
                 "open_at_the_end": bool(log.switch_open[-1, index]),
             }
             for index in range(SWITCH_COUNT)
@@ -216,12 +216,12 @@ def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
 
 def _evaluation(evaluated: EvaluatedRun) -> Json:
     """Return the keys of `evaluate --json` that concern the maneuver."""
-    whole = evaluated.as_dict()
+    document = evaluated.as_dict()
     return {
-        **whole["verdict"],
-        **{key: whole[key] for key in ("reorientation_deg", "reorientation_deg_std", "until_s")},
-        "strokes": [{key: one[key] for key in _STROKE} for one in whole["strokes"]],
-        "joints": [{key: one[key] for key in _JOINT} for one in whole["joints"]],
+        **document["verdict"],
+        **{key: document[key] for key in ("reorientation_deg", "reorientation_deg_std", "until_s")},
+        "strokes": [{key: stroke[key] for key in _STROKE} for stroke in document["strokes"]],
+        "joints": [{key: joint[key] for key in _JOINT} for joint in document["joints"]],
     }
 
 

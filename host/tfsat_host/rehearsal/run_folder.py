@@ -67,8 +67,10 @@ class RunFolder(ResultFolder):
     def stale(self) -> Iterable[Path]:
         """Find the files that `evaluate` and `report` derived from the recording being replaced."""
         self._copies = set(self._certificates())
-        known = rehearsed_files(self.path)
-        self.removed = tuple(path for path in _derived_in(self.path) if self._name(path) not in known)
+        rehearsed_names = rehearsed_files(self.path)
+        self.removed = tuple(
+            path for path in _derived_in(self.path) if self._name(path) not in rehearsed_names
+        )
         return self.removed
 
     def written_paths(self) -> list[Path]:
@@ -109,10 +111,10 @@ class RunFolder(ResultFolder):
         With it go its recordings and a copy that stays as the preflight signs it.
         """
         certificate = self.file(EMULATED_CERTIFICATE)
-        kept = recordings_folder(certificate).name
+        folder_name = recordings_folder(certificate).name
         for paper in drop.calibration.papers:
-            write_whole(self.file(f"{kept}/{paper.file}"), drop.recordings[paper.file])
-        self.file(f"{kept}/{kept_copy(certificate, drop.calibration).name}")
+            write_whole(self.file(f"{folder_name}/{paper.file}"), drop.recordings[paper.file])
+        self.file(f"{folder_name}/{kept_copy(certificate, drop.calibration).name}")
         write_certificate(certificate, drop.calibration)
         return certificate
 

@@ -139,7 +139,7 @@ def fly_many(
         stop: Polled often: whether to begin no more drops. Those in the air are flown to their end; fewer than
             `runs` come back.
     """
-    found: list[RehearsedDrop] = []
+    outcomes: list[RehearsedDrop] = []
     workers = workers or os.cpu_count() or 1
     # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
     with worker_pool(workers, _ignore_interrupts, dict.fromkeys(_THREADS, "1")) as pool:
@@ -150,14 +150,14 @@ def fly_many(
                 with _interrupts_blocked():
                     flying.add(pool.submit(fly, series, number))
             if stop():
-                flying = {one for one in flying if not one.cancel()}
+                flying = {future for future in flying if not future.cancel()}
             if not flying:
                 break
             landed, flying = wait(flying, timeout=_ASKED_EVERY_S, return_when=FIRST_COMPLETED)
-            for one in landed:
-                found.append(one.result())
+            for future in landed:
+                outcomes.append(future.result())
                 progress()
-    return tuple(sorted(found, key=lambda outcome: outcome.number))
+    return tuple(sorted(outcomes, key=lambda outcome: outcome.number))
 
 
 @contextmanager
@@ -192,7 +192,9 @@ def fly(series: Series, number: int) -> RehearsedDrop:
     if judged.found is not None and judged.verdict is not None:
         numbers |= {
             "verdict": judged.verdict.level,
-            "strokes_off_us": tuple(1e6 * (one.logged_s - one.scheduled_s) for one in judged.found.strokes),
+            "strokes_off_us": tuple(
+                1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in judged.found.strokes
+            ),
             "compared": compare_with_truth(judged.found, drop, drop.robot, series.filed),
         }
     struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
@@ -203,7 +205,9 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
         () if drop.checked is None else tuple(check.name for check in drop.checked.wrong),
         **numbers,
-        noticed={one.name: tuple(dict.fromkeys(by.who for by in judged.notices(one))) for one in struck},
+        noticed={
+            fault.name: tuple(dict.fromkeys(by.who for by in judged.notices(fault))) for fault in struck
+        },
         broke_design=broke_design(drop),
     )
 
@@ -213,10 +217,10 @@ def _judge_drop(drop: Drop, series: Series) -> JudgedDay:
         return JudgedDay(drop)
     log = decode_drop(drop)
     try:
-        found = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
+        evaluation = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError as error:
         return JudgedDay(drop, log, refusal=error)
-    return JudgedDay(drop, log, found, verdict_of(found))
+    return JudgedDay(drop, log, evaluation, verdict_of(evaluation))
 
 
 def decode_drop(drop: Drop) -> DropLog:
@@ -258,14 +262,16 @@ def distributions(outcomes: Sequence[RehearsedDrop]) -> tuple[Distribution, ...]
     """Compute the distribution of every compared number, in the order of first appearance."""
     by_name: dict[str, list[EstimateAndTruth]] = {}
     for outcome in outcomes:
-        for one in outcome.compared:
-            by_name.setdefault(one.name, []).append(one)
+        for comparison in outcome.compared:
+            by_name.setdefault(comparison.name, []).append(comparison)
     return tuple(_distribution(name, ones) for name, ones in by_name.items())
 
 
 def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
-    found, std, true = np.array([(one.found, one.std, one.true) for one in ones]).T
-    error = found - true
+    estimate, std, true = np.array(
+        [(comparison.found, comparison.std, comparison.true) for comparison in ones]
+    ).T
+    error = estimate - true
     return Distribution(
         name,
         ones[0].unit,
@@ -280,37 +286,39 @@ def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
 
 
 def series_result(
-    series: Series, asked: int, outcomes: Sequence[RehearsedDrop], spread: Sequence[Distribution]
+    series: Series, runs: int, outcomes: Sequence[RehearsedDrop], spread: Sequence[Distribution]
 ) -> dict[str, Any]:
     """Build the result of a series, for `--json` and for the folder."""
-    verdicts = [one.verdict for one in outcomes]
-    timing = [abs(off) for one in outcomes for off in one.strokes_off_us if off == off]
+    verdicts = [outcome.verdict for outcome in outcomes]
+    timing = [abs(off) for outcome in outcomes for off in outcome.strokes_off_us if off == off]
     return {
         "runs": len(outcomes),
-        "asked": asked,
+        "asked": runs,
         "seed": series.seed,
         "robot": {"name": series.filed.name, "file": str(series.filed.path)},
         "as_filed": series.as_filed,
         "imu": outcomes[0].imu or None,
         "faults": list(series.faults),
         "faults_noticed": [_count_notices(name, outcomes) for name in series.faults],
-        "broke_design": [one.number for one in outcomes if one.broke_design],
-        "dropped": sum(not one.refused for one in outcomes),
-        "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
+        "broke_design": [outcome.number for outcome in outcomes if outcome.broke_design],
+        "dropped": sum(not outcome.refused for outcome in outcomes),
+        "no_go": dict(Counter(name for outcome in outcomes for name in outcome.no_go)),
         **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
-        "samples_lost": sum(max(0, one.samples_lost) for one in outcomes),
+        "samples_lost": sum(max(0, outcome.samples_lost) for outcome in outcomes),
         "stroke_timing_us": {
             "rms": (sum(off**2 for off in timing) / len(timing)) ** 0.5 if timing else None,
             "largest": max(timing, default=None),
         },
-        "distributions": [asdict(one) for one in spread],
-        "refused": records(fields("number seed why=refused"), (one for one in outcomes if one.refused)),
+        "distributions": [asdict(distribution) for distribution in spread],
+        "refused": records(
+            fields("number seed why=refused"), (outcome for outcome in outcomes if outcome.refused)
+        ),
     }
 
 
 def _count_notices(name: str, outcomes: Sequence[RehearsedDrop]) -> dict[str, Any]:
     """Count the drops in which a fault struck and was noticed, and by whom."""
-    by = [one.noticed[name] for one in outcomes if name in one.noticed]
+    by = [outcome.noticed[name] for outcome in outcomes if name in outcome.noticed]
     return {
         "name": name,
         "struck": len(by),
@@ -338,13 +346,16 @@ def write_series(
 
 def _table(outcomes: Sequence[RehearsedDrop]) -> str:
     """CSV: a row for each drop, with the seed that flies it again alone."""
-    names = list(dict.fromkeys(one.name for outcome in outcomes for one in outcome.compared))
+    names = list(dict.fromkeys(comparison.name for outcome in outcomes for comparison in outcome.compared))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = [f"{name} {what}" for name in names for what in ("found", "std", "true")]
     writer.writerow(["number", "seed", "no_go", "refused", "verdict", "samples_lost", *columns])
     for outcome in outcomes:
-        by_name = {one.name: (one.found, one.std, one.true) for one in outcome.compared}
+        by_name = {
+            comparison.name: (comparison.found, comparison.std, comparison.true)
+            for comparison in outcome.compared
+        }
         values = [f"{value:.9g}" for name in names for value in by_name.get(name, (float("nan"),) * 3)]
         first = record(fields("number seed no_go refused verdict samples_lost"), outcome)
         writer.writerow([*(first | {"no_go": " ".join(outcome.no_go)}).values(), *values])

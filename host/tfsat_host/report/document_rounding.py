@@ -66,29 +66,29 @@ def _series(series: Mapping[str, Any], *, log: bool) -> dict[str, Any]:
 def _replay(replay: Mapping[str, Any]) -> dict[str, Any]:
     """Poses to 0.1 mm and 0.001 deg, no more than a hundred a second; first and last stay."""
     t_s = replay["t_s"]
-    kept = _poses_to_keep(t_s)
+    pose_indices = _poses_to_keep(t_s)
     model = replay["model"]
     return {
         **replay,
-        "t_s": _round_values([t_s[i] for i in kept], 4),
-        "measured": [[_pose(pose) for pose in replay["measured"][i]] for i in kept],
-        "model": None if model is None else [[_pose(pose) for pose in model[i]] for i in kept],
+        "t_s": _round_values([t_s[i] for i in pose_indices], 4),
+        "measured": [[_pose(pose) for pose in replay["measured"][i]] for i in pose_indices],
+        "model": None if model is None else [[_pose(pose) for pose in model[i]] for i in pose_indices],
     }
 
 
 def _poses_to_keep(t_s: Sequence[float]) -> list[int]:
     """Indices of the poses to keep: one where a step has passed since the last, and both sides of every gap."""
-    kept: list[int] = []
+    pose_indices: list[int] = []
     for i, t in enumerate(t_s):
         last = i + 1 == len(t_s)
         if (
-            not kept
+            not pose_indices
             or last
-            or t_s[i + 1] - t_s[kept[-1]] > _REPLAY_STEP_S
-            or t - t_s[kept[-1]] >= _REPLAY_STEP_S
+            or t_s[i + 1] - t_s[pose_indices[-1]] > _REPLAY_STEP_S
+            or t - t_s[pose_indices[-1]] >= _REPLAY_STEP_S
         ):
-            kept.append(i)
-    return kept
+            pose_indices.append(i)
+    return pose_indices
 
 
 def _pose(pose: Sequence[float | None]) -> list[float | None]:
@@ -126,8 +126,8 @@ def _clean(part: Any) -> Any:
     if isinstance(part, Mapping):
         return {str(key): _clean(value) for key, value in part.items()}
     if isinstance(part, str):
-        shown = part[:_MAX_STRING_CHARACTERS]
-        return part if shown == part else f"{shown}… ({len(part)} characters)"
+        clipped_text = part[:_MAX_STRING_CHARACTERS]
+        return part if clipped_text == part else f"{clipped_text}… ({len(part)} characters)"
     if isinstance(part, Sequence):
         return [_clean(item) for item in part]
     return _clean(part.item()) if isinstance(part, np.generic) else part

@@ -136,27 +136,27 @@ class FigureData:
     window_s: tuple[float, float]
 
 
-def motion_figure(drawn: FigureData) -> Figure:
+def motion_figure(content: FigureData) -> Figure:
     """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
-    euler, rates, joints = (drawn.charts[name] for name in ("euler", "rates", "joints"))
-    _time_panel(panels[0], drawn, euler, _ANGLES, ("measured", "before", "after"))
-    _time_panel(panels[1], drawn, rates, _RATES, ("measured",))
-    _time_panel(panels[2], drawn, joints, _JOINTS, ("measured", "commanded"))
-    _momentum_panel(panels[3], drawn, "before")
+    euler, rates, joints = (content.charts[name] for name in ("euler", "rates", "joints"))
+    _time_panel(panels[0], content, euler, _ANGLES, ("measured", "before", "after"))
+    _time_panel(panels[1], content, rates, _RATES, ("measured",))
+    _time_panel(panels[2], content, joints, _JOINTS, ("measured", "commanded"))
+    _momentum_panel(panels[3], content, "before")
     return figure
 
 
-def momentum_figure(drawn: FigureData) -> Figure:
+def momentum_figure(content: FigureData) -> Figure:
     """Momentum above its spectrum, before and after the correction (fig. amfft)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     sides: tuple[Kind, Kind] = ("before", "after")
     for column, kind in enumerate(sides):
-        _momentum_panel(panels[column], drawn, kind)
+        _momentum_panel(panels[column], content, kind)
         panels[column].set_title(f"({_LETTERS[column]}) model {kind} correction", loc="left")
         _spectrum_panel(
             panels[2 + column],
-            drawn.charts["momentum_spectrum"],
+            content.charts["momentum_spectrum"],
             _MOMENTA,
             (kind,),
             {kind: SPECTRA["after"]},
@@ -169,21 +169,21 @@ def momentum_figure(drawn: FigureData) -> Figure:
     return figure
 
 
-def rate_error_figure(drawn: FigureData) -> Figure:
+def rate_error_figure(content: FigureData) -> Figure:
     """Spectrum of the rate error before and after the correction (fig. omgfft)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
-    _spectrum_panel(panels[0], drawn.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
+    _spectrum_panel(panels[0], content.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
     return figure
 
 
-def attitude_error_figure(drawn: FigureData) -> Figure:
+def attitude_error_figure(content: FigureData) -> Figure:
     """Euler angles' error over time, before and after the correction (fig. deuler)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
-    chart = drawn.charts["attitude_error"]
+    chart = content.charts["attitude_error"]
     lines = [line for line in chart.lines if line.component < len(AXES)]
     styles: dict[Kind, LineStyle] = {"before": OVER_TIME["before"], "after": PLAIN}
-    draw_lines(panels[0], drawn.t_s, lines, styles)
-    over_time(panels[0], chart, drawn.events, drawn.window_s)
+    draw_lines(panels[0], content.t_s, lines, styles)
+    over_time(panels[0], chart, content.events, content.window_s)
     legend(panels[0], components_of(lines, _ANGLE_ERRORS), styles)
     return figure
 
@@ -211,21 +211,21 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
 
 
 def _time_panel(
-    axes: Axes, drawn: FigureData, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
+    axes: Axes, content: FigureData, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
 ) -> None:
     lines = chart.of_kind(*kinds)
     styles = {kind: OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
-    draw_lines(axes, drawn.t_s, lines, styles)
-    over_time(axes, chart, drawn.events, drawn.window_s)
+    draw_lines(axes, content.t_s, lines, styles)
+    over_time(axes, chart, content.events, content.window_s)
     legend(axes, components_of(lines, names), styles)
 
 
-def _momentum_panel(axes: Axes, drawn: FigureData, kind: Kind) -> None:
-    chart = drawn.charts["momentum"]
+def _momentum_panel(axes: Axes, content: FigureData, kind: Kind) -> None:
+    chart = content.charts["momentum"]
     lines = chart.of_kind(kind)
-    draw_raw(axes, drawn.t_s, drawn.charts["momentum_raw"].of_kind(kind))
-    draw_lines(axes, drawn.t_s, lines, {kind: PLAIN})
-    over_time(axes, chart, drawn.events, drawn.window_s)
+    draw_raw(axes, content.t_s, content.charts["momentum_raw"].of_kind(kind))
+    draw_lines(axes, content.t_s, lines, {kind: PLAIN})
+    over_time(axes, chart, content.events, content.window_s)
     legend(
         axes,
         components_of(lines, _MOMENTA),
@@ -248,21 +248,24 @@ def _spectrum_panel(
     legend(axes, components_of(lines, names), styles)
 
 
-def drawn_of(found: Evaluation) -> FigureData:
+def drawn_of(evaluation: Evaluation) -> FigureData:
     """Collect the data from which a drop's figures are drawn."""
     return FigureData(
-        charts_of(found), events_of(found), found.motion.t_s, (_SHOWN_FROM_S, found.motion.samples.until_s)
+        charts_of(evaluation),
+        events_of(evaluation),
+        evaluation.motion.t_s,
+        (_SHOWN_FROM_S, evaluation.motion.samples.until_s),
     )
 
 
-def write_figure(name: str, drawn: FigureData, file_format: str, path: Path) -> None:
+def write_figure(name: str, content: FigureData, file_format: str, path: Path) -> None:
     """Write one of `FIGURES` to a file in one of `FORMATS`."""
     mpl = load_matplotlib()
     # Whatever matplotlibrc a computer has: the figures look the same.
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RC)
-        figure = FIGURES[name](drawn)
+        figure = FIGURES[name](content)
         _save(figure, file_format, path)
 
 
@@ -286,8 +289,8 @@ def draw_lines(
 ) -> None:
     """Lines, and standard deviations of some kinds as bands behind them: of all they would hide each other."""
     for line in lines:
-        color, drawn = COLORS[line.component], styles[line.kind]
-        axes.plot(x, line.values, color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha)
+        color, style = COLORS[line.component], styles[line.kind]
+        axes.plot(x, line.values, color=color, ls=style.dashes, lw=style.width, alpha=style.alpha)
         if line.kind in banded and line.std is not None:
             axes.fill_between(
                 x, line.values - line.std, line.values + line.std, color=color, alpha=STD_ALPHA, lw=0.0
@@ -346,8 +349,8 @@ def legend(
     """
     handles = [_handle(COLORS[component], PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:
-        handles += [_handle("#555555", drawn, kind) for kind, drawn in kinds.items()]
-    handles += [_handle("#555555", drawn, words) for words, drawn in (others or {}).items()]
+        handles += [_handle("#555555", style, kind) for kind, style in kinds.items()]
+    handles += [_handle("#555555", style, words) for words, style in (others or {}).items()]
     axes.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1
     )
@@ -363,7 +366,7 @@ def components_of(lines: Sequence[Line], names: Sequence[str]) -> dict[int, str]
     }
 
 
-def _handle(color: str, drawn: LineStyle, label: str) -> Line2D:
+def _handle(color: str, style: LineStyle, label: str) -> Line2D:
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha, label=label)
+    return Line2D([], [], color=color, ls=style.dashes, lw=style.width, alpha=style.alpha, label=label)

@@ -167,7 +167,7 @@ def without_script(document: Mapping[str, Any]) -> str:
     Args:
         document: As it is embedded, see `document_rounding.shortened`.
     """
-    lacking = [f"<p>{_text(one)}</p>" for one in document.get("lacking", ())]
+    lacking = [f"<p>{_text(sentence)}</p>" for sentence in document.get("lacking", ())]
     return "\n".join([f"<h1>{_text(document['title'])}</h1>", *lacking, *map(_drop, document["drops"])])
 
 
@@ -175,8 +175,8 @@ def _drop(drop: Mapping[str, Any]) -> str:
     verdict = drop["verdict"]
     reasons = "".join(f"<li>{_text(reason)}</li>" for reason in verdict["reasons"])
     numbers = "".join(
-        f"<tr><th>{_text(one['label'])}</th><td>{_figure(one)}</td><td>{_text(one['note'])}</td></tr>"
-        for one in drop["key_numbers"]
+        f"<tr><th>{_text(key_number['label'])}</th><td>{_figure(key_number)}</td><td>{_text(key_number['note'])}</td></tr>"
+        for key_number in drop["key_numbers"]
     )
     return (
         f"<h2>{_text(drop['name'])}: {_text(verdict['level'])}</h2>\n<p>{_text(verdict['sentence'])}</p>\n"
@@ -184,13 +184,13 @@ def _drop(drop: Mapping[str, Any]) -> str:
     )
 
 
-def _figure(one: Mapping[str, Any]) -> str:
-    value, std = one["value"], one["std"]
+def _figure(key_number: Mapping[str, Any]) -> str:
+    value, std = key_number["value"], key_number["std"]
     if value is None:
         return "–"
-    unit = _text(one["unit"])
-    shown = number(value, ".4g") if std is None or std <= 0.0 else plus_minus(value, std)
-    return f"{shown} {unit}"
+    unit = _text(key_number["unit"])
+    number_text = number(value, ".4g") if std is None or std <= 0.0 else plus_minus(value, std)
+    return f"{number_text} {unit}"
 
 
 def _text(text: object) -> str:

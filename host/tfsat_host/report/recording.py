@@ -67,17 +67,17 @@ def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
     write_mcap(drop.evaluation.log, path, BodyFrames((), (), (NOTE,)), channels, MARKER)
 
 
-def _evaluation_channels(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
+def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Channel]:
     """Frames, attitudes, rates, joints, momenta and errors over time."""
-    motion, explained = found.motion, found.explained
+    motion, explained = evaluation.motion, evaluation.explained
     kinds = {**kinds_of("tfsat/evaluation.proto", _MESSAGES), "Frame": frame_transforms()}
 
     def topic(name: str, kind: str, t_s: FloatArray, rows: FloatArray, **fixed: str) -> Channel:
-        return Channel.of(stamp, name, kinds[kind], partial(_rows, found, t_s, rows), **fixed)
+        return Channel.of(stamp, name, kinds[kind], partial(_rows, evaluation, t_s, rows), **fixed)
 
-    moved, angles, flown = body_poses(found), euler_angles(found), explained.driven.flown
+    moved, angles, kinematics = body_poses(evaluation), euler_angles(evaluation), explained.driven.flown
     for place, prefix, poses in (("evaluated", "", moved.measured), (FILED, f"{FILED}/", moved.predicted)):
-        for body, frame in enumerate(map(frame_name, found.model.body_names)):
+        for body, frame in enumerate(map(frame_name, evaluation.model.body_names)):
             named = {"parent_frame_id": WORLD, "child_frame_id": f"{prefix}{frame}"}
             yield topic(f"/{place}/tf/{frame}", "Frame", moved.t_s, poses[:, body], **named)
     measured = np.rad2deg(np.hstack([angles.measured_rad, angles.std_rad]))
@@ -90,28 +90,30 @@ def _evaluation_channels(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
         rate = motion.fused.joint_rate_rad_s[:, joint.joint - 1]
         rows = np.rad2deg(np.column_stack([joint.angle_rad, joint.std_rad(), rate]))
         yield topic(f"/evaluated/joint_{joint.joint}", "EvaluatedJoint", motion.t_s, rows)
-    for kind, model in bodies_of(found):
-        momentum = PER_KG_M2_S * inertial_momentum(model, flown)
-        yield topic(f"/{MODELS[kind]}/momentum", "Momentum", flown.t_s, momentum)
-    for kind, one in averages_of(found):
-        yield topic(f"/{MODELS[kind]}/momentum_averaged", "Momentum", one.t_s, PER_KG_M2_S * one.values)
+    for kind, model in bodies_of(evaluation):
+        momentum = PER_KG_M2_S * inertial_momentum(model, kinematics)
+        yield topic(f"/{MODELS[kind]}/momentum", "Momentum", kinematics.t_s, momentum)
+    for kind, average in averages_of(evaluation):
+        yield topic(
+            f"/{MODELS[kind]}/momentum_averaged", "Momentum", average.t_s, PER_KG_M2_S * average.values
+        )
     for place, side in ((FILED, explained.before), (CORRECTED, explained.after)):
         rows = np.rad2deg(np.hstack([side.error.euler_zyx_rad, side.error.std_rad]))
         yield topic(f"/{place}/body_1/attitude_error", "EulerAngles", side.error.t_s, rows)
 
 
-def _rows(found: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
+def _rows(evaluation: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
     """Yield time and values of each row, skipping rows that are not finite: Protobuf would show 0."""
-    known = np.isfinite(rows).all(axis=1)
-    yield from zip(_t_us(found, t_s[known]), rows[known].tolist(), strict=True)
+    finite_rows = np.isfinite(rows).all(axis=1)
+    yield from zip(_t_us(evaluation, t_s[finite_rows]), rows[finite_rows].tolist(), strict=True)
 
 
-def _t_us(found: Evaluation, t_s: FloatArray) -> list[int]:
+def _t_us(evaluation: Evaluation, t_s: FloatArray) -> list[int]:
     """Convert times after the release to the logger's clock in whole microseconds, as they were recorded."""
-    return [int(value) for value in np.rint(t_s * 1e6).astype(np.int64) + found.log.origin_us]
+    return [int(value) for value in np.rint(t_s * 1e6).astype(np.int64) + evaluation.log.origin_us]
 
 
-def _scene(found: Evaluation, stamp: Stamp) -> Channel:
+def _scene(evaluation: Evaluation, stamp: Stamp) -> Channel:
     """Build the channel with one scene message at the release: boxes on the bodies' frames.
 
     With them, a viewer shows more than axes.
@@ -119,15 +121,15 @@ def _scene(found: Evaluation, stamp: Stamp) -> Channel:
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
     def messages() -> Messages:
-        (release_us,) = _t_us(found, np.zeros(1))
+        (release_us,) = _t_us(evaluation, np.zeros(1))
         update = SceneUpdate()
         for prefix, alpha in (("", 1.0), (f"{FILED}/", _GHOST_ALPHA)):
-            for body, name in enumerate(found.model.body_names):
+            for body, name in enumerate(evaluation.model.body_names):
                 frame = f"{prefix}{frame_name(name)}"
                 entity = update.entities.add(frame_id=frame, id=frame, frame_locked=True)
                 stamp(entity, release_us)
                 color = (*BODY_COLORS[body % len(BODY_COLORS)], alpha)
-                for low, high in boxes_of(found.model, body):
+                for low, high in boxes_of(evaluation.model, body):
                     _add_box(entity, np.array(low), np.array(high), color)
         yield release_us, update.SerializeToString()
 

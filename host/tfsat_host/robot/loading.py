@@ -59,17 +59,17 @@ def _inertia_kg_m2(body: Table, *, negated: bool) -> FloatArray:
     diagonal, products = np.diag(np.diag(upper)), np.triu(upper, 1) * (-1.0 if negated else 1.0)
     tensor = diagonal + products + products.T
     principal = np.linalg.eigvalsh(tensor)
-    shown = ", ".join(f"{1e3 * p:.4g}" for p in principal)
+    moments_text = ", ".join(f"{1e3 * p:.4g}" for p in principal)
     if not principal[0] > 0.0:
         body.fail(
             "inertia_g_m2",
-            f"is not positive definite (principal moments {shown} g m^2)",
+            f"is not positive definite (principal moments {moments_text} g m^2)",
             "Check the diagonal, and the sign and size of the off-diagonal entries.",
         )
     if principal[0] + principal[1] < principal[2] * (1.0 - _TRIANGLE_TOLERANCE):
         body.fail(
             "inertia_g_m2",
-            f"no mass distribution has the principal moments {shown} g m^2: the largest exceeds the sum of "
+            f"no mass distribution has the principal moments {moments_text} g m^2: the largest exceeds the sum of "
             "the others",
             "Check the units and the columns; the moments must be about the center of mass.",
         )
@@ -84,8 +84,10 @@ def _shape_m(body: Table) -> FloatArray:
     """
     if not body.has("boxes_mm"):
         return frozen([], 0, 3)
-    wanted = "boxes, each as its lowest and highest corner: [[[xmin, ymin, zmin], [xmax, ymax, zmax]]]"
-    boxes = body.array("boxes_mm", -1, 2, 3, wanted=wanted)
+    expected_format = (
+        "boxes, each as its lowest and highest corner: [[[xmin, ymin, zmin], [xmax, ymax, zmax]]]"
+    )
+    boxes = body.array("boxes_mm", -1, 2, 3, requirement=expected_format)
     if not (boxes[:, 0] < boxes[:, 1]).all():
         body.fail("boxes_mm", "a box has no volume", "Write each box's lowest corner first.")
     com_mm = body.array("com_mm", 3)
@@ -213,7 +215,7 @@ def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
         RobotFileError: it contradicts itself or the limits.
     """
     entry = joint.table("servo", " ".join((_SERVO, *_PULSE_KEYS)))
-    found = Servo(
+    servo = Servo(
         average_rate_rad_s=math.radians(entry.number("average_rate_deg_s", above=0)),
         max_rate_rad_s=math.radians(entry.number("max_rate_deg_s", above=0)),
         acceleration_rad_s2=math.radians(entry.number("acceleration_deg_s2", above=0)),
@@ -221,13 +223,13 @@ def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
         pulses=_pulses(entry),
     )
     low, high = limits
-    if found.average_rate_rad_s > found.max_rate_rad_s:
+    if servo.average_rate_rad_s > servo.max_rate_rad_s:
         entry.fail("average_rate_deg_s", "is above max_rate_deg_s", "Give an average of at most the maximum.")
-    if not low <= found.start_rad <= high:
+    if not low <= servo.start_rad <= high:
         entry.fail("start_deg", "is outside the joint's limits", "Choose a start pose inside limits_deg.")
-    if found.pulses is not None:
-        _check_reach(entry, found.pulses, limits)
-    return found
+    if servo.pulses is not None:
+        _check_reach(entry, servo.pulses, limits)
+    return servo
 
 
 def _pulses(entry: Table) -> PulseMap | None:
@@ -272,15 +274,15 @@ _ROUNDING = 1e-6
 
 def _imus(top: Table, body_names: tuple[str, ...]) -> tuple[Imu, ...]:
     """Read all `[[imu]]`. Raises RobotFileError if an entry is wrong or two have the same address."""
-    found: list[Imu] = []
+    imus: list[Imu] = []
     for entry in top.tables("imu", _IMU):
         imu = _imu(entry, body_names)
-        if any((other.bus, other.address) == (imu.bus, imu.address) for other in found):
+        if any((other.bus, other.address) == (imu.bus, imu.address) for other in imus):
             entry.fail(
                 "address", "two sensors would answer on this bus", "Give each its own bus and address."
             )
-        found.append(imu)
-    return tuple(found)
+        imus.append(imu)
+    return tuple(imus)
 
 
 def _imu(entry: Table, body_names: tuple[str, ...]) -> Imu:

@@ -178,10 +178,10 @@ def lines(facts: Json) -> Iterator[str | Table]:
     yield f"Mass     {facts['mass_kg']:.6g} kg"
     yield f"CoM      {vector(facts['com_mm'], form='.5g')} mm, global, at zero joint angles"
     yield Table("Bodies", _BODIES, facts["bodies"])
-    whole = {**facts, "name": "all, joints at zero"}
+    robot_facts = {**facts, "name": "all, joints at zero"}
     tensors = [
-        {**one, **{entry: one["inertia_g_m2"][i][k] for entry, (i, k) in _ENTRIES.items()}}
-        for one in (*facts["bodies"], whole)
+        {**body_facts, **{entry: body_facts["inertia_g_m2"][i][k] for entry, (i, k) in _ENTRIES.items()}}
+        for body_facts in (*facts["bodies"], robot_facts)
     ]
     yield Table("Inertia tensors", _INERTIAS, tensors, _INERTIA_CONVENTION)
     yield Table("Joints", _JOINTS, facts["joints"])

@@ -67,7 +67,7 @@ class Run:
         robot = drop_evaluation.robot_of(self.options.robot, [self.place])
         return drop_evaluation.evaluate_run(self.place, self.options, robot, notices)
 
-    def report(self, wanted: ReportOptions | None = None, notices: Notices = SILENT) -> Report:
+    def report(self, report_options: ReportOptions | None = None, notices: Notices = SILENT) -> Report:
         """Evaluates it and writes the page, and the figures and the MCAP file that are wanted.
 
         Raises:
@@ -75,7 +75,7 @@ class Run:
         """
         from tfsat_host.run.reporting import ReportOptions, report
 
-        return report([self.place], self.options, wanted or ReportOptions(), notices)
+        return report([self.place], self.options, report_options or ReportOptions(), notices)
 
     def bundle(
         self, target: Path | str | None = None, *, force: bool = False, notices: Notices = SILENT

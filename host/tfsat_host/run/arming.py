@@ -114,8 +114,8 @@ def arm(
             next_step="tfsat-host status shows why; then disarm, and arm again.",
         )
     if session is not None:
-        held = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
-        note_held(held, session, "arm", operator.note)
+        held_maneuver = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
+        note_held(held_maneuver, session, "arm", operator.note)
     return ArmedSequencer(maneuver, recording, calibration, at_start_pose)
 
 
@@ -216,13 +216,13 @@ def _calibration(named: Path | None, origin: Origin | None, operator: Operator) 
     except TfsatError as error:
         operator.warn(f"{error.what} {error.meaning} {error.next_step}")
         return unreadable_as_json(file, error.what)
-    found = notices(calibration, origin, file)
-    for sentence in found:
+    objections = notices(calibration, origin, file)
+    for sentence in objections:
         operator.note(f"Calibration {file}: {sentence}")
     if origin is None:
         operator.note(
             f"Calibration {file}: whether it is of this robot's sensors was not asked of the logger."
         )
-    elif not found:
+    elif not objections:
         operator.note(f"Calibration: {file} holds for this drop.")
-    return as_json(calibration, file, found)
+    return as_json(calibration, file, objections)

@@ -71,10 +71,12 @@ def notices(
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
     ):
-        lacking = [one for one in shortcomings if one.reason == reason]
+        lacking = [shortfall for shortfall in shortcomings if shortfall.reason == reason]
         if lacking:
-            commands = _commands((one.command for one in lacking), options)
-            objections.append(f"{words} {_list_names([one.name for one in lacking])}. To measure: {commands}")
+            commands = _commands((shortfall.command for shortfall in lacking), options)
+            objections.append(
+                f"{words} {_list_names([shortfall.name for shortfall in lacking])}. To measure: {commands}"
+            )
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
         objections.append(
@@ -102,7 +104,8 @@ def as_json(
         "file": str(file),
         "usable": not objections,
         "shortcomings": [
-            _shortcoming_as_json(one, options) for one in _shortcomings(calibration, before, servos=servos)
+            _shortcoming_as_json(shortfall, options)
+            for shortfall in _shortcomings(calibration, before, servos=servos)
         ],
         "sentences": objections,
     }
@@ -114,7 +117,11 @@ def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
 
 
 def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: bool) -> list[Shortcoming]:
-    return [one for one in calibration.shortcomings(before) if servos or not one.name.startswith("servo ")]
+    return [
+        shortfall
+        for shortfall in calibration.shortcomings(before)
+        if servos or not shortfall.name.startswith("servo ")
+    ]
 
 
 def _shortcoming_as_json(shortcoming: Shortcoming, options: str) -> dict[str, Any]:
@@ -133,17 +140,17 @@ def _of_another_robot(calibration: Calibration, origin: Origin) -> str:
 
 
 def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
-    calibrated, found = calibration.subject.who_am_i, origin.who_am_i
-    if calibrated == found:
+    calibrated, who_am_i = calibration.subject.who_am_i, origin.who_am_i
+    if calibrated == who_am_i:
         return []
     bodies = [
         str(body)
         for body in range(1, IMU_COUNT + 1)
-        if calibrated[2 * body - 2 : 2 * body] != found[2 * body - 2 : 2 * body]
+        if calibrated[2 * body - 2 : 2 * body] != who_am_i[2 * body - 2 : 2 * body]
     ]
     return [
         f"The IMU of body {' and '.join(bodies)} is another than the one that was calibrated, or does not answer "
-        f"(WHO_AM_I {found}, calibrated {calibrated}): its numbers do not hold."
+        f"(WHO_AM_I {who_am_i}, calibrated {calibrated}): its numbers do not hold."
     ]
 
 
@@ -159,17 +166,20 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     A certificate takes no step older than the one it has: one of the future needs another file.
     """
     early = [
-        one for one in quantities(calibration) if one.taken is not None and one.taken > now + _CLOCKS_APART
+        quantity
+        for quantity in quantities(calibration)
+        if quantity.taken is not None and quantity.taken > now + _CLOCKS_APART
     ]
     if not early:
         return []
-    last = max(one.taken for one in early if one.taken is not None)
+    last = max(quantity.taken for quantity in early if quantity.taken is not None)
     another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
-        f"{_list_names([one.name for one in early])} {'was' if len(early) == 1 else 'were'} measured in the future "
+        f"{_list_names([quantity.name for quantity in early])} {'was' if len(early) == 1 else 'were'} "
+        "measured in the future "
         f"({last.astimezone(UTC):%Y-%m-%d %H:%M} UTC): the clock was wrong then or is now; landings cannot end it. "
         f"Set the clock if it is wrong now; else measure again into another certificate: "
-        f"{_commands((one.command for one in early), another)}"
+        f"{_commands((quantity.command for quantity in early), another)}"
     ]
 
 
@@ -180,8 +190,8 @@ def _commands(commands: Iterable[str], options: str) -> str:
 
 
 def _list_names(names: list[str]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+    omitted_count = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {omitted_count} more" if omitted_count > 0 else "")
 
 
 _NO_TIME = (
@@ -245,21 +255,24 @@ def hold_against(
     present = read_calibration(file)
     if is_of_robot(present, origin):
         note_landing_of(log, file, present, notified)
-    used = _certificate_of(log, file)
-    for sentence in used.unreadable:
+    drop_certificate = _certificate_of(log, file)
+    for sentence in drop_certificate.unreadable:
         notified.warn(f"{sentence} It was passed over.")
-    if used.path != file:
+    if drop_certificate.path != file:
         notified.note(
-            f"{file} was measured again after this fall: {used.path} is the certificate that was the newest at its "
+            f"{file} was measured again after this fall: {drop_certificate.path} is the certificate "
+            "that was the newest at its "
             "release."
         )
     recorded = time_of_day(log, log.origin_us)
-    calibration = used.calibration if recorded else _without_landing_of(log, used.calibration)
+    calibration = (
+        drop_certificate.calibration if recorded else _without_landing_of(log, drop_certificate.calibration)
+    )
     objections = notices(calibration, origin, file, recorded, servos=servos)
     if recorded is None and is_of_robot(calibration, origin):
         objections.append(_NO_TIME)
-    facts = as_json(calibration, used.path, objections, recorded, into=file, servos=servos)
-    return CheckedCertificate(used.path, calibration, objections, facts)
+    facts = as_json(calibration, drop_certificate.path, objections, recorded, into=file, servos=servos)
+    return CheckedCertificate(drop_certificate.path, calibration, objections, facts)
 
 
 def time_of_day(log: DropLog, logger_us: int | None) -> datetime | None:
@@ -289,8 +302,8 @@ def note_landing_of(
     if log.release_us is None or any(_is_of(landing, log) for landing in calibration.landings):
         return
     landing, how = _find_landing(log, now or datetime.now(UTC))
-    known = with_landing(calibration, landing)
-    if known is calibration:
+    updated_calibration = with_landing(calibration, landing)
+    if updated_calibration is calibration:
         return
     when = f"{landing.at:%Y-%m-%d %H:%M:%S} UTC{how}"
     try:
@@ -303,7 +316,7 @@ def note_landing_of(
         )
         return
     again = ""
-    if any(one.reason == "stale" for one in known.shortcomings()):
+    if any(shortfall.reason == "stale" for shortfall in updated_calibration.shortcomings()):
         options = command_options(file, emulated=calibration.subject.emulated)
         again = (
             ": what it may have changed is to be measured again before the next drop "
@@ -328,7 +341,12 @@ def _without_landing_of(log: DropLog, calibration: Calibration) -> Calibration:
 
     That landing ended the recording; all other landings known may have come before it.
     """
-    return replace(calibration, landings=tuple(one for one in calibration.landings if not _is_of(one, log)))
+    return replace(
+        calibration,
+        landings=tuple(
+            known_landing for known_landing in calibration.landings if not _is_of(known_landing, log)
+        ),
+    )
 
 
 def _landing_of(log: DropLog) -> datetime | None:

@@ -68,34 +68,36 @@ class Correction(NamedTuple):
         return ", ".join(f"{name} {change:+.3g} ± {std:.2g}".strip() for name, change, std in rows)
 
 
-def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
+def corrected_robot(evaluation: Evaluation, recorded: datetime | None = None) -> str:
     """Format the corrected robot file.
 
     Below its heading it is as filed where no correction is called for.
 
     Args:
-        found: An evaluated drop.
+        evaluation: An evaluated drop.
         recorded: The time of its release, if known.
 
     Raises:
         TfsatError: the correction is withheld, the file has entries of which several share a line, or the
             result is no robot, as with a center of mass outside of its body.
     """
-    worth, text = worth_of(found), _text(found.model)
+    worth, text = worth_of(evaluation), _text(evaluation.model)
     if worth == "withheld":
-        raise _refusal(" ".join(correction_sentences(found)), "Cure what the checks name, and drop again.")
-    drop = f"drop {found.log.session:08x}"
+        raise _refusal(
+            " ".join(correction_sentences(evaluation)), "Cure what the checks name, and drop again."
+        )
+    drop = f"drop {evaluation.log.session:08x}"
     when = "" if recorded is None else f" of {recorded:%Y-%m-%d %H:%M:%S} UTC"
-    heading = [f"{CORRECTED_MARKER.decode()}: {drop}{when}, of {found.model.path.name}."]
+    heading = [f"{CORRECTED_MARKER.decode()}: {drop}{when}, of {evaluation.model.path.name}."]
     if worth == "not called for":
         heading += ["# Nothing is changed: the robot as filed explains the drop."]
     else:
         heading += ["# Each change stands with its standard deviation above what the file had, as comments."]
-        for one in corrections(found):
-            text = _with(text, one, f"{drop}: {one.words()}")
+        for correction in corrections(evaluation):
+            text = _with(text, correction, f"{drop}: {correction.words()}")
     text = "\n".join((*heading, "", text))
     try:
-        parse_robot(text, found.model.path)
+        parse_robot(text, evaluation.model.path)
     except RobotFileError as error:
         raise _refusal(
             f"The correction makes no robot. {error.what}",
@@ -104,48 +106,57 @@ def corrected_robot(found: Evaluation, recorded: datetime | None = None) -> str:
     return text
 
 
-def corrections(found: Evaluation) -> Iterator[Correction]:
+def corrections(evaluation: Evaluation) -> Iterator[Correction]:
     """Yield the correction of each entry of the robot file that a drop changes."""
-    fit, filed = found.explained.fit, found.model
+    fit, filed = evaluation.explained.fit, evaluation.model
     body = fit.offsets.correct(fit.values)
     pairs = tuple(np.array(list(_ENTRIES.values())).T)
     # A file may give products of inertia, which stand negated in the tensor.
     signs = 1e3 * np.where(np.eye(3, dtype=bool), 1.0, -1.0 if _has_products(filed) else 1.0)[pairs]
     for b in range(filed.n_bodies):
         mass = np.array([filed.mass_kg[b], body.mass_kg[b]])
-        std = _std(fit, "mass", b, lambda one: one.shape * body.mass_kg[one.of, None])
+        std = _std(fit, "mass", b, lambda parameter: parameter.shape * body.mass_kg[parameter.of, None])
         yield from _find_corrections(("body", b, "mass_kg"), (), mass[:1], mass[1:], std)
         com = 1e3 * (body.com_m[b] - filed.origin_m[b])
-        std = _std(fit, "com", b, lambda one: 1e3 * one.shape)
+        std = _std(fit, "com", b, lambda parameter: 1e3 * parameter.shape)
         yield from _find_corrections(("body", b, "com_mm"), _AXES, 1e3 * filed.com_m[b], com, std)
         old, new = (signs * of.inertia_kg_m2[b][pairs] for of in (filed, body))
-        std = _std(fit, "inertia", b, lambda one: signs * fit.offsets.inertia_slope(one, fit.values)[pairs])
+        std = _std(
+            fit,
+            "inertia",
+            b,
+            lambda parameter: signs * fit.offsets.inertia_slope(parameter, fit.values)[pairs],
+        )
         yield from _find_corrections(("body", b, "inertia_g_m2"), tuple(_ENTRIES), old, new, std)
     for j in range(filed.n_joints):
         old, new = (1e3 * of.joint_point_m[j] for of in (filed, body))
-        std = _std(fit, "point", j, lambda one: 1e3 * one.shape)
+        std = _std(fit, "point", j, lambda parameter: 1e3 * parameter.shape)
         yield from _find_corrections(("joint", j, "point_mm"), _AXES, old, new, std)
-    yield from _axes(found.explained)
+    yield from _axes(evaluation.explained)
 
 
 def _axes(explained: ModelComparison) -> Iterator[Correction]:
     """Yield the corrections of the hinge axes, which are estimated among the sensor errors."""
-    fit, flown = explained.fit, explained.driven.flown
+    fit, kinematics = explained.fit, explained.driven.flown
     filed, first = fit.offsets.body, len(fit.offsets) + len(fit.momentum_kg_m2_s)
-    tilted = filed.tilt_hinges(flown.correct(fit.errors).tilt_rad).joint_axis
+    tilted = filed.tilt_hinges(kinematics.correct(fit.errors).tilt_rad).joint_axis
     for j, (old, new) in enumerate(zip(filed.joint_axis, tilted, strict=True)):
         # A turn u moves the axis a by u x a.
-        slope = np.cross(across(old), old).T @ flown.tilt_errors[j]
+        slope = np.cross(across(old), old).T @ kinematics.tilt_errors[j]
         std = _root(slope @ fit.covariance[first:, first:] @ slope.T)
         yield from _find_corrections(("joint", j, "axis"), _AXES, old, new, std)
 
 
 def _std(fit: ModelFit, kind: Kind, of: int, slope: Callable[[Parameter], FloatArray]) -> FloatArray | None:
     """(k,) of numbers with a slope (k,) by each parameter, in SI; None: the file takes them for exact."""
-    of_it = [(at, one) for at, one in enumerate(fit.offsets.parameters) if (one.kind, one.of) == (kind, of)]
+    of_it = [
+        (at, parameter)
+        for at, parameter in enumerate(fit.offsets.parameters)
+        if (parameter.kind, parameter.of) == (kind, of)
+    ]
     if not of_it:
         return None
-    slopes = np.column_stack([one.si * slope(one) for _, one in of_it])
+    slopes = np.column_stack([parameter.si * slope(parameter) for _, parameter in of_it])
     places = [at for at, _ in of_it]
     return _root(slopes @ fit.covariance[np.ix_(places, places)] @ slopes.T)
 
@@ -174,11 +185,11 @@ def _text(filed: RobotModel) -> str:
     return filed.path.read_text(encoding="utf-8-sig").replace("\r\n", "\n")
 
 
-def _with(text: str, one: Correction, comment: str) -> str:
+def _with(text: str, correction: Correction, comment: str) -> str:
     try:
-        return with_entry(text, one.path, one.entry, comment)
+        return with_entry(text, correction.path, correction.entry, comment)
     except KeyError as error:
-        where = f"{one.path[-1]} of {one.path[0]} {int(one.path[1]) + 1}"
+        where = f"{correction.path[-1]} of {correction.path[0]} {int(correction.path[1]) + 1}"
         raise _refusal(
             f"{where} shares a line of the robot file with other entries.",
             "Give each entry a line of its own, as robots/drop_tower.toml does.",

@@ -117,21 +117,21 @@ def _without_copies(drops: list[Tried]) -> list[Tried]:
     Two files of one session, such as one that was cut, are one drop, which would agree with itself.
     """
     first: dict[int, Path] = {}
-    found: list[Tried] = []
-    for one in drops:
-        if isinstance(one, EvaluatedRun):
-            session = one.found.log.session
+    attempts: list[Tried] = []
+    for attempt in drops:
+        if isinstance(attempt, EvaluatedRun):
+            session = attempt.found.log.session
             if session in first:
                 error = TfsatError(
-                    what=f"{one.place} holds the same recording as {first[session]} ({session:08x}).",
+                    what=f"{attempt.place} holds the same recording as {first[session]} ({session:08x}).",
                     meaning="One drop says nothing about itself: it was left out.",
                     next_step="Name each drop once.",
                 )
-                found.append(Refused(one.place, error))
+                attempts.append(Refused(attempt.place, error))
                 continue
-            first[session] = one.place
-        found.append(one)
-    return found
+            first[session] = attempt.place
+        attempts.append(attempt)
+    return attempts
 
 
 class Comparison:
@@ -169,10 +169,10 @@ class Comparison:
         """
         if self.combined is None:
             return []
-        found = {name: run.found for name, run in zip(names, self.runs, strict=True)}
+        evaluations = {name: run.found for name, run in zip(names, self.runs, strict=True)}
         by_place = {str(run.place): name for name, run in zip(names, self.runs, strict=True)}
-        left_out = [replace(one, name=by_place[one.name]) for one in self.left_out]
-        return comparison_tables(found, self.combined, left_out, self.remarks)
+        left_out = [replace(fold, name=by_place[fold.name]) for fold in self.left_out]
+        return comparison_tables(evaluations, self.combined, left_out, self.remarks)
 
     @classmethod
     def of(cls, runs: Sequence[EvaluatedRun]) -> Comparison | None:

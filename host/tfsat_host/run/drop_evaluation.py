@@ -96,27 +96,27 @@ class EvaluatedRun:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the evaluation for `--json`: plain numbers, lists and text, NaN where a value is unknown."""
-        found = self.found
-        of_bodies = bodies(found)
+        evaluation = self.found
+        of_bodies = bodies(evaluation)
         return {
             "drop": str(self.place),
             "verdict": self.verdict.as_dict(),
             # The turn of body 1 under the keys that everybody looks for first.
             **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
-            "strokes": records(STROKES, found.strokes),
-            "standing": records(STANDING, found.standing),
-            **model(found),
-            "checks": records(CHECKS, found.checks),
-            "causes": records(CAUSES, found.causes),
+            "strokes": records(STROKES, evaluation.strokes),
+            "standing": records(STANDING, evaluation.standing),
+            **model(evaluation),
+            "checks": records(CHECKS, evaluation.checks),
+            "causes": records(CAUSES, evaluation.causes),
             "bodies": of_bodies,
-            "joints": records(JOINTS, joints(found)),
-            "until_s": float(found.motion.t_s[-1]),
-            "lag": json_objects(LAG, found.motion.lag if found.gives("rates") else None),
-            **fall(found),
-            "notes": [*found.notes, *self.remarks],
+            "joints": records(JOINTS, joints(evaluation)),
+            "until_s": float(evaluation.motion.t_s[-1]),
+            "lag": json_objects(LAG, evaluation.motion.lag if evaluation.gives("rates") else None),
+            **fall(evaluation),
+            "notes": [*evaluation.notes, *self.remarks],
             "calibration": self.calibration_facts,
             "maneuver": None if self.files.maneuver is None else str(self.files.maneuver),
-            "robot": found.model.name,
+            "robot": evaluation.model.name,
             "recording": record(_RECORDING, self),
         }
 
@@ -229,9 +229,9 @@ def evaluate_run(
     log = _read(files.recording, options.session, notices)
     commanded = find_commanded(files, options.maneuver, log.session)
     files = replace(files, maneuver=commanded.file)
-    held, calibration = _calibration(log, options.calibration, robot, notices)
+    certificate, calibration = _calibration(log, options.calibration, robot, notices)
     with notices.progress(f"Evaluating {printable(place)}"):
-        found = evaluate(
+        evaluation = evaluate(
             log,
             robot,
             calibration,
@@ -242,13 +242,13 @@ def evaluate_run(
         )
     remarks = [_NO_MANEUVER] if commanded.schedule is None else []
     remarks += [commanded.remark] if commanded.remark else []
-    remarks += found.micro_gravity.notes
-    remarks += [] if found.release_velocity is None else found.release_velocity.notes
-    remarks += [] if held else [_NO_CERTIFICATE]
-    objections = [] if held is None else held.objections
-    verdict = verdict_of(found, objections, [commanded.objection] if commanded.objection else [])
+    remarks += evaluation.micro_gravity.notes
+    remarks += [] if evaluation.release_velocity is None else evaluation.release_velocity.notes
+    remarks += [] if certificate else [_NO_CERTIFICATE]
+    objections = [] if certificate is None else certificate.objections
+    verdict = verdict_of(evaluation, objections, [commanded.objection] if commanded.objection else [])
     released = time_of_day(log, log.release_us)
-    return EvaluatedRun(place, files, found, released, held, verdict, tuple(remarks), options)
+    return EvaluatedRun(place, files, evaluation, released, certificate, verdict, tuple(remarks), options)
 
 
 def _name_robot(recording: Path, robot: RobotModel, notices: Notices) -> None:
@@ -278,20 +278,20 @@ def _calibration(
     file = find_certificate(named, log.path.parent, Path(), emulated=origin.emulated)
     if file is None:
         return None, None
-    held = hold_against(log, file, notices, servos=False)
-    if not is_of_robot(held.calibration, origin):
-        return held, None
-    return held, _of_same_imus(held.calibration, origin.who_am_i, robot)
+    certificate = hold_against(log, file, notices, servos=False)
+    if not is_of_robot(certificate.calibration, origin):
+        return certificate, None
+    return certificate, _of_same_imus(certificate.calibration, origin.who_am_i, robot)
 
 
 def _of_same_imus(calibration: Calibration, who_am_i: str, robot: RobotModel) -> Calibration:
     """Without the numbers of an IMU that has been exchanged since."""
-    known = calibration.subject.who_am_i
-    if known == who_am_i:
+    calibrated_who_am_i = calibration.subject.who_am_i
+    if calibrated_who_am_i == who_am_i:
         return calibration
     gyros = [
         gyro
-        if known[2 * i : 2 * i + 2] == who_am_i[2 * i : 2 * i + 2]
+        if calibrated_who_am_i[2 * i : 2 * i + 2] == who_am_i[2 * i : 2 * i + 2]
         else by_design(gyro.body, robot.imus[i].sensor_to_body)
         for i, gyro in enumerate(calibration.gyros)
     ]

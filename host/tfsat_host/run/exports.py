@@ -45,12 +45,12 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
 
     for name in formats:
         check_extra(name)
-    wanted = _outputs(log, stem, formats)
-    write_all(list(wanted.values()), force=force)
+    outputs = _outputs(log, stem, formats)
+    write_all(list(outputs.values()), force=force)
     # Only of what exists: an export's libraries take longer to load than a recording to decode.
     others = _outputs(log, stem, [name for name in FORMATS if name not in formats and _stands(stem, name)])
     foreign = tuple(file.path for file in others.values() if _holds_other_recording(file, log))
-    return Written({name: file.path for name, file in wanted.items()}, foreign)
+    return Written({name: file.path for name, file in outputs.items()}, foreign)
 
 
 def _stands(stem: Path, name: str) -> bool:
@@ -129,16 +129,16 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
     facts = None
     if file is not None:
         try:
-            held = hold_against(log, file, out)
+            certificate = hold_against(log, file, out)
         except TfsatError as error:
             out.warn(f"{error.what} {error.meaning} {error.next_step}")
             facts = unreadable_as_json(file, error.what)
         else:
-            facts = held.facts
-            if not held.objections:
-                out.note(f"Calibration: {held.path} holds for this recording.")
-            for sentence in held.objections:
-                out.note(f"Calibration {held.path}: {sentence}")
+            facts = certificate.facts
+            if not certificate.objections:
+                out.note(f"Calibration: {certificate.path} holds for this recording.")
+            for sentence in certificate.objections:
+                out.note(f"Calibration {certificate.path}: {sentence}")
     return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
 
 
@@ -155,7 +155,10 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
         return None
     quiet_s = float(quiet.t_us[-1] - quiet.t_us[0]) * 1e-6
     biases = np.rad2deg(SensorSamples.from_counts(quiet).rate_rad_s.mean(axis=0))
-    words = [f"body {body} {' '.join(f'{one:+.3f}' for one in bias)}" for body, bias in enumerate(biases, 1)]
+    words = [
+        f"body {body} {' '.join(f'{component:+.3f}' for component in bias)}"
+        for body, bias in enumerate(biases, 1)
+    ]
     until = "" if log.release_us is None else " before the release"
     rested = f"The gyros rested for {quiet_s:.0f} s{until}: bias {', '.join(words)} deg/s. "
     if time_of_day(log, log.origin_us) is None:

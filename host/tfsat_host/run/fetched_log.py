@@ -195,11 +195,13 @@ def select_logs(logger: LoggerClient, listing: Listing, number: int | None) -> l
         return [pick(listing, number)]
     holds_drop = bool(logger.status().ram_holds_drop)
     # Only a recording that was closed is sure to have its end.
-    whole = {entry.session: entry.blocks for entry in listing.entries if entry.number != RAM and entry.closed}
+    blocks_by_session = {
+        entry.session: entry.blocks for entry in listing.entries if entry.number != RAM and entry.closed
+    }
     entries = [
         entry
         for entry in listing.entries
-        if entry.number != RAM or holds_drop or whole.get(entry.session, -1) < entry.blocks
+        if entry.number != RAM or holds_drop or blocks_by_session.get(entry.session, -1) < entry.blocks
     ]
     if not entries and listing.card_error is not None:
         raise listing.card_error
@@ -327,9 +329,9 @@ def note_maneuvers(
             for copy in copies
         )
     ):
-        held = ask()
-        if held is not None and held.has_flown:
-            note_held(held, newest.session, "log fetch", out.note)
+        held_maneuver = ask()
+        if held_maneuver is not None and held_maneuver.has_flown:
+            note_held(held_maneuver, newest.session, "log fetch", out.note)
     for copy in copies:
         copy.maneuver = copy_note(copy.path, copy.entry.session, out.note)
 

@@ -63,10 +63,10 @@ class EvaluationOptions:
 
     def as_arguments(self) -> tuple[str, ...]:
         """Format the options as they are typed for `evaluate`, for the provenance of results."""
-        given = [f"--{name} {getattr(self, name)}" for name in _FILES if getattr(self, name) is not None]
-        given += [f"--video-rate {self.video_rate:g}"] if self.video_rate is not None else []
-        given += [f"--session {self.session:08x}"] if self.session is not None else []
-        return (*given, *(f"--{name}" for name in _FLAGS if getattr(self, name)))
+        arguments = [f"--{name} {getattr(self, name)}" for name in _FILES if getattr(self, name) is not None]
+        arguments += [f"--video-rate {self.video_rate:g}"] if self.video_rate is not None else []
+        arguments += [f"--session {self.session:08x}"] if self.session is not None else []
+        return (*arguments, *(f"--{name}" for name in _FLAGS if getattr(self, name)))
 
     def check(self, places: Sequence[Path]) -> None:
         """Check the options against each other and against the number of drops.
@@ -185,7 +185,7 @@ def rehearsed_files(folder: Path) -> dict[str, str]:
     mark = folder / REHEARSED
     lines = mark.read_text(encoding="utf-8", errors="replace").splitlines()[1:] if mark.is_file() else []
     hashed = [(_HASHED.fullmatch(line), line) for line in lines]
-    named = [(found["name"], found["sha256"]) if found else (line, "") for found, line in hashed]
+    named = [(match["name"], match["sha256"]) if match else (line, "") for match, line in hashed]
     return {name: sha256 for name, sha256 in named if is_inside(name)}
 
 
@@ -218,20 +218,22 @@ def schedule_in(file: Path) -> Schedule:
 
 def _recording_in(folder: Path, command: str, nothing: str) -> Path:
     """`SD.bin`, or else the only recording there."""
-    found = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
-    usual = [path for path in found if path.name == RECORDING]
-    if usual or len(found) == 1:
-        return (usual or found)[0]
-    if not found:
+    recordings = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
+    usual = [path for path in recordings if path.name == RECORDING]
+    if usual or len(recordings) == 1:
+        return (usual or recordings)[0]
+    if not recordings:
         raise TfsatError(
             what=f"{folder} holds no recording: no {RECORDING}, no other file that ends in .bin.",
             meaning=nothing,
             next_step="Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: "
             "tfsat-host log fetch 1",
         )
-    names = ", ".join(path.name for path in found[:_LISTED]) + (", …" if len(found) > _LISTED else "")
+    names = ", ".join(path.name for path in recordings[:_LISTED]) + (
+        ", …" if len(recordings) > _LISTED else ""
+    )
     raise TfsatError(
         what=f"{folder} holds several recordings: {names}.",
         meaning=f"Which of them is meant is not known. {nothing}",
-        next_step=f"Name one: tfsat-host {command} {shlex.quote(str(found[0]))}",
+        next_step=f"Name one: tfsat-host {command} {shlex.quote(str(recordings[0]))}",
     )

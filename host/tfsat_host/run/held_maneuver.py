@@ -74,8 +74,8 @@ def ask_sequencer(note: Note, *, logger_named: bool) -> HeldManeuver | None:
     try:
         with closing(SerialTransport(find_port("sequencer"))) as transport:
             sequencer = SequencerClient.connect(transport)
-            flown = holds_what_flew(sequencer.status())
-            return HeldManeuver(sequencer.read_back(), sequencer.identity.serial, flown)
+            has_flown = holds_what_flew(sequencer.status())
+            return HeldManeuver(sequencer.read_back(), sequencer.identity.serial, has_flown)
     except TfsatError as error:
         if not (isinstance(error, PortError) and error.code == PortProblem.NONE_FOUND):
             note(f"The sequencer was not asked which maneuver it holds. {error.what}")
@@ -90,18 +90,18 @@ def keep_upload(maneuver: Maneuver, serial: str, crc: int, note: Note) -> None:
         note(f"The upload is on the board, and this computer keeps no copy of it: {_reason(error)}")
 
 
-def note_held(held: HeldManeuver, session: int, command: str, note: Note) -> bool:
+def note_held(held_maneuver: HeldManeuver, session: int, command: str, note: Note) -> bool:
     """Note what the sequencer holds for the session that is being recorded; whether it was noted.
 
     Args:
-        held: As read back.
+        held_maneuver: As read back.
         session: Of the recording.
         command: By which it was read back.
         note: Hears of a folder that cannot be written to.
     """
-    crc = f"{held.stored.crc:04x}"
+    crc = f"{held_maneuver.stored.crc:04x}"
     try:
-        write_whole(_note_file(session), note_text(held, session, command).encode())
+        write_whole(_note_file(session), note_text(held_maneuver, session, command).encode())
     except (OSError, NoUserFolder) as error:
         note(f"Maneuver {crc} of the sequencer was not noted for session {session:08x}: {_reason(error)}")
         return False
@@ -126,10 +126,10 @@ def find_note(recording: Path, session: int) -> Path | None:
     if beside.is_file():
         return beside
     try:
-        kept = _note_file(session)
+        note_path = _note_file(session)
     except NoUserFolder:
         return None
-    return kept if kept.is_file() else None
+    return note_path if note_path.is_file() else None
 
 
 def note_name(session: int) -> str:
@@ -137,12 +137,12 @@ def note_name(session: int) -> str:
     return f"maneuver-{session:08x}.toml"
 
 
-def note_text(held: HeldManeuver, session: int, command: str) -> str:
+def note_text(held_maneuver: HeldManeuver, session: int, command: str) -> str:
     """Return a maneuver file of what a sequencer holds, with the name of the upload if this computer made it."""
-    stored, crc = held.stored, f"{held.stored.crc:04x}"
-    board = f"sequencer {held.serial}" if held.serial else "the sequencer"
+    stored, crc = held_maneuver.stored, f"{held_maneuver.stored.crc:04x}"
+    board = f"sequencer {held_maneuver.serial}" if held_maneuver.serial else "the sequencer"
     header = f"# What {board} held in session {session:08x}: CRC {crc}, upload {stored.generation}, by {command}.\n"
-    return header + format_maneuver(maneuver_from_board(stored, name=_kept_name(held)))
+    return header + format_maneuver(maneuver_from_board(stored, name=_kept_name(held_maneuver)))
 
 
 def find_commanded(files: RunFiles, named: Path | None, session: int) -> CommandedManeuver:
@@ -158,11 +158,11 @@ def find_commanded(files: RunFiles, named: Path | None, session: int) -> Command
     """
     schedule = None if files.maneuver is None else schedule_in(files.maneuver)
     note = find_note(files.recording, session)
-    held = None if note is None else schedule_in(note)
-    if held is None or (schedule is not None and schedule.is_same_motion(held)):
+    held_schedule = None if note is None else schedule_in(note)
+    if held_schedule is None or (schedule is not None and schedule.is_same_motion(held_schedule)):
         return CommandedManeuver(files.maneuver, schedule)
     if schedule is None:
-        return CommandedManeuver(note, held)
+        return CommandedManeuver(note, held_schedule)
     words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({note})"
     if named is not None:
         return CommandedManeuver(
@@ -173,10 +173,10 @@ def find_commanded(files: RunFiles, named: Path | None, session: int) -> Command
         f"replace it: cp {shlex.quote(str(note))} {shlex.quote(str(files.maneuver))}. To compare with it all the "
         f"same: --maneuver {shlex.quote(str(files.maneuver))}"
     )
-    return CommandedManeuver(note, held, objection=objection)
+    return CommandedManeuver(note, held_schedule, objection=objection)
 
 
-def _kept_name(held: HeldManeuver) -> str:
+def _kept_name(held_maneuver: HeldManeuver) -> str:
     """Look up the name of the uploaded maneuver; the board does not store names.
 
     Returns an empty string if this computer did not make the upload.
@@ -184,7 +184,7 @@ def _kept_name(held: HeldManeuver) -> str:
     from tfsat_host.maneuver import ManeuverError, read_maneuver
 
     try:
-        return read_maneuver(_upload_file(held.serial, held.stored.crc)).name
+        return read_maneuver(_upload_file(held_maneuver.serial, held_maneuver.stored.crc)).name
     except (ManeuverError, NoUserFolder):
         return ""
 

@@ -107,8 +107,8 @@ def erase(
             next_step=f"tfsat-host log fetch {which_words(entry)}{option}\n"
             "To erase it all the same: the same command with --force",
         )
-    kept = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
-    out.confirm(f"{kept} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
+    copy_text = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
+    out.confirm(f"{copy_text} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
     logger.erase_log(entry)
     # RAM is overwritten by the next recording; until then it stays as it is.
     text = f"Erased: {entry_words(entry)}."

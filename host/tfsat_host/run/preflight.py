@@ -191,9 +191,9 @@ def _flown_evidence(folder: Path) -> str:
     """Describe how it is known that the run was flown; empty if it was not."""
     if (folder / DROP).exists():
         return f"it holds {DROP}, so it is a campaign's"
-    found = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
-    if found is not None:
-        return f"it holds the recording {found.name}"
+    recording_path = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
+    if recording_path is not None:
+        return f"it holds the recording {recording_path.name}"
     signed = next((name for name in _signed_names(folder) if name.lower().endswith(".bin")), None)
     return "" if signed is None else f"its record vouches for the recording {signed}"
 
@@ -246,7 +246,7 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
 
 
 def result_of(
-    evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left: str = ""
+    evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left_on_boards: str = ""
 ) -> dict[str, Any]:
     """Build the result that `preflight --json` prints and `preflight.json` holds.
 
@@ -254,7 +254,7 @@ def result_of(
         evidence: Of the boards and the files.
         checks: The checks made of the evidence.
         files: Their hashes.
-        left: What is left of the preflight on the logger.
+        left_on_boards: What is left of the preflight on the logger.
     """
     return {
         "verdict": "go" if may_drop(checks) else "no-go",
@@ -265,7 +265,7 @@ def result_of(
         "checks": [check.as_dict() for check in checks],
         "boards": _boards(evidence),
         "files": dict(files),
-        "left_on_the_boards": left,
+        "left_on_the_boards": left_on_boards,
     }
 
 

@@ -156,7 +156,9 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     if not (folder / RECORD).exists():
         return ()
     entries, findings = _read(folder)
-    closing = [number for number, one in enumerate(entries, 1) if closed_by and one.by.startswith(closed_by)]
+    closing = [
+        number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
+    ]
     count = closing[-1] if closing else len(entries)
     last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
     after = (_after(folder, entry) for entry in entries[count:])
@@ -183,24 +185,24 @@ def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
 def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
     hashes = [sha256_of_entry(entry) for entry in entries]
     named = [*(entry.previous for entry in entries), last]
-    found = []
+    findings = []
     for number, (before, entry_names) in enumerate(zip(["", *hashes], named, strict=True)):
         if before == entry_names:
             continue
         who = "Its last line" if number == len(entries) else f"Entry {number + 1} ({_of(entries[number])})"
         if number == 0:
             sentence = f"{path}: {who} names an entry before it that is not there."
-            found.append(Finding("missing", RECORD, sentence))
+            findings.append(Finding("missing", RECORD, sentence))
             continue
         last_of = f"{path}: entry {number} ({_of(entries[number - 1])})"
         if entry_names in ["", *hashes[:number]]:
             sentence = f"{last_of} was inserted, or what follows was changed."
-            found.append(Finding("inserted", RECORD, sentence))
+            findings.append(Finding("inserted", RECORD, sentence))
         else:
             follows = f"{who[:1].lower()}{who[1:]} names another"
             sentence = f"{last_of} was changed, or one that followed is missing: {follows}."
-            found.append(Finding("changed", RECORD, sentence))
-    return found
+            findings.append(Finding("changed", RECORD, sentence))
+    return findings
 
 
 def _find_changes(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> Iterator[Finding]:
@@ -270,7 +272,7 @@ def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
         record = json.loads(text)
         if record["format"] != _FORMAT:
             raise ValueError(f"its format is {record['format']!r}, this program reads {_FORMAT}")
-        entries = tuple(json_values.parse_dataclass(Entry, one) for one in record["entries"])
+        entries = tuple(json_values.parse_dataclass(Entry, raw_entry) for raw_entry in record["entries"])
         return entries, _hash_before(record["last"])
     except (KeyError, TypeError, RecursionError, OverflowError) as error:
         raise ValueError(f"{type(error).__name__} at {error}") from error

@@ -76,7 +76,7 @@ class Report:
 def report(
     places: Sequence[Path],
     options: EvaluationOptions = AS_FOUND,
-    wanted: ReportOptions = ReportOptions(),
+    report_options: ReportOptions = ReportOptions(),
     notices: Notices = SILENT,
     made_at: datetime | None = None,
 ) -> Report:
@@ -85,7 +85,7 @@ def report(
     Args:
         places: Recordings or their folders.
         options: What else is known of them.
-        wanted: What is to be written.
+        report_options: What is to be written.
         notices: For progress and warnings.
         made_at: The time that the page gives; None: the computer's.
 
@@ -93,23 +93,23 @@ def report(
         TfsatError: something is in the way, or none can be evaluated. Nothing was written.
     """
     options.check(places)
-    if len(places) > 1 and wanted.mcap not in (None, BESIDE):
+    if len(places) > 1 and report_options.mcap not in (None, BESIDE):
         raise UsageError(
             what=f"--mcap names one file, and {len(places)} drops were named.",
             meaning="Nothing was evaluated.",
             next_step="Leave out the name: each file then lies next to its recording.",
         )
-    files = ReportFiles.of(places, options.maneuver, wanted)
+    files = ReportFiles.of(places, options.maneuver, report_options)
     files.check()
     robot = robot_of(options.robot, places)
     each = [try_evaluation(place, options, robot, notices) for place in places]
-    runs = [one for one in each if isinstance(one, EvaluatedRun)]
-    refused = [one for one in each if isinstance(one, Refused)]
+    runs = [attempt for attempt in each if isinstance(attempt, EvaluatedRun)]
+    refused = [attempt for attempt in each if isinstance(attempt, Refused)]
     if refused and len(places) == 1:
         raise refused[0].error
-    for one in refused:
-        error = one.error
-        notices.warn(f"{one.place} is not in the report. {error.what} {error.meaning} {error.next_step}")
+    for refusal in refused:
+        error = refusal.error
+        notices.warn(f"{refusal.place} is not in the report. {error.what} {error.meaning} {error.next_step}")
     if not runs:
         raise TfsatError(
             what="None of the drops can be evaluated.",
@@ -119,7 +119,7 @@ def report(
     drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)
     tables = [] if compared is None else together(drops, compared)
-    without = [explain_absence(one.place, one.error) for one in refused]
+    without = [explain_absence(refusal.place, refusal.error) for refusal in refused]
     written = files.write(drops, tables, without, notices, made_at)
     return Report(files.page, written, drops, runs, refused, compared)
 
@@ -141,7 +141,7 @@ class ReportFiles:
     alone: bool
 
     @classmethod
-    def of(cls, places: Sequence[Path], maneuver: Path | None, wanted: ReportOptions) -> ReportFiles:
+    def of(cls, places: Sequence[Path], maneuver: Path | None, report_options: ReportOptions) -> ReportFiles:
         """Build the list of files to write.
 
         Of several recordings, one that cannot be found is skipped here and refused later.
@@ -156,8 +156,8 @@ class ReportFiles:
             except TfsatError:
                 if alone:
                     raise
-        page = wanted.page or (recordings[0].parent / PAGE if alone else Path(PAGE))
-        return cls(page, dict(zip(recordings, names_of(recordings), strict=True)), wanted, alone)
+        page = report_options.page or (recordings[0].parent / PAGE if alone else Path(PAGE))
+        return cls(page, dict(zip(recordings, names_of(recordings), strict=True)), report_options, alone)
 
     def figures(self, recording: Path) -> dict[tuple[str, str], Path]:
         """Return each figure's file by its name and format."""
@@ -224,16 +224,16 @@ class ReportFiles:
 
     def _others(self, drop: ReportedDrop) -> list[OutputFile]:
         """Figures and the MCAP file of a drop."""
-        recording, found = drop.evaluation.log.path, []
+        recording, outputs = drop.evaluation.log.path, []
         if figures := self.figures(recording):
-            drawn = drawn_of(drop.evaluation)
-            found = [
-                OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, drawn, kind))
+            content = drawn_of(drop.evaluation)
+            outputs = [
+                OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, content, kind))
                 for (figure, kind), path in figures.items()
             ]
         if (mcap := self.mcap(recording)) is not None:
-            found.append(OutputFile(mcap, MCAP_MARKER, partial(write_evaluated_mcap, drop)))
-        return found
+            outputs.append(OutputFile(mcap, MCAP_MARKER, partial(write_evaluated_mcap, drop)))
+        return outputs
 
 
 def report_drop(name: str, run: EvaluatedRun) -> ReportedDrop:
@@ -261,7 +261,7 @@ def together(drops: Sequence[ReportedDrop], compared: Comparison) -> list[PageTa
 
     `drops` are those that are compared, in order.
     """
-    return [page_table(one) for one in compared.tables([drop.name for drop in drops])]
+    return [page_table(table) for table in compared.tables([drop.name for drop in drops])]
 
 
 def explain_absence(place: Path, refusal: TfsatError) -> str:
@@ -269,11 +269,11 @@ def explain_absence(place: Path, refusal: TfsatError) -> str:
     return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
 
 
-def _count_output(output: OutputFile, done: Callable[[], object]) -> OutputFile:
-    """Wrap an output file so that `done` is called once it is written."""
+def _count_output(output: OutputFile, on_written: Callable[[], object]) -> OutputFile:
+    """Wrap an output file so that `on_written` is called once it is written."""
 
     def write(path: Path) -> None:
         output.write(path)
-        done()
+        on_written()
 
     return replace(output, write=write)

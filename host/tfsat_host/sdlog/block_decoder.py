@@ -102,19 +102,19 @@ class BlockDecoder:
         self._rows = 0
         self._events: list[RecordArray] = []
 
-    def take(self, data: memoryview, heads: RecordArray, taken: BoolArray) -> None:
+    def take(self, data: memoryview, heads: RecordArray, selection: BoolArray) -> None:
         """Append blocks.
 
         Args:
             data: (k blocks) whole blocks.
             heads: (k,) their heads.
-            taken: (k,) bool, the ones to take, at least one; usable, their numbers rising and above all before.
+            selection: (k,) bool, the ones to take, at least one; usable, their numbers rising and above all before.
         """
         is_data = heads["kind"] == _DATA
-        everything = taken.all()
-        self.ledger.add(heads if everything else heads.take(np.flatnonzero(taken)))
-        self._take_others(data, heads, np.flatnonzero(taken & ~is_data))
-        rows = np.flatnonzero(is_data if everything else taken & is_data)
+        everything = selection.all()
+        self.ledger.add(heads if everything else heads.take(np.flatnonzero(selection)))
+        self._take_others(data, heads, np.flatnonzero(selection & ~is_data))
+        rows = np.flatnonzero(is_data if everything else selection & is_data)
         if not len(rows):
             return
         heads = heads.take(rows)
@@ -155,22 +155,22 @@ class BlockDecoder:
     def _take_samples(self, data: memoryview, heads: RecordArray, rows: IntArray) -> None:
         blocks = np.frombuffer(data, "<u2").reshape(-1, _BLOCK_WORDS)[:, _BODY_WORDS]
         counts = heads["sample_count"]
-        used = counts[:, None] > _SLOTS
+        occupied_slots = counts[:, None] > _SLOTS
         begin, end = self._rows, self._rows + int(counts.sum())
         self._rows = end
         words = self._words[begin:end]
-        full = used.all()
+        full = occupied_slots.all()
         if full:
             bodies = words.reshape(len(rows), -1)
             starts = [0, *(np.flatnonzero(np.diff(rows) != 1) + 1).tolist(), len(rows)]
             for start, stop in pairwise(starts):  # a run of neighbours at a time
                 bodies[start:stop] = blocks[rows[start] : rows[stop - 1] + 1]
         else:
-            words[:] = blocks[rows].reshape(-1, _SAMPLE_WORDS)[used.ravel()]
+            words[:] = blocks[rows].reshape(-1, _SAMPLE_WORDS)[occupied_slots.ravel()]
         base_us = np.repeat(heads["time_us"].astype(np.int64), counts)
         np.add(base_us, words[:, _TIME].view("<u4")[:, 0], out=self._t_us[begin:end])
         index = heads["first_sample"].astype(np.int64)[:, None] + _SLOTS
-        self._index[begin:end] = index.ravel() if full else index[used]
+        self._index[begin:end] = index.ravel() if full else index[occupied_slots]
         # Bits by the protocol reference, Sample: imu_valid, angle_valid, switch_open, clipped.
         flags = np.ascontiguousarray(words[:, _FLAGS], "<u2").view(np.uint8)
         self._bits[begin:end] = np.unpackbits(flags, bitorder="little").view(np.bool_).reshape(-1, _FLAG_BITS)

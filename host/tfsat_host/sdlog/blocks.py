@@ -67,14 +67,14 @@ def look(data: memoryview) -> BlockScan:
     heads = _heads(data)
     ours = heads["magic"] == BLOCK_MAGIC
     sound = ours & _crc_is_right(data) if ours.any() else ours
-    known = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
-    usable = known & _possible(heads)
+    has_known_version = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
+    usable = has_known_version & _possible(heads)
     if usable.all():
         return BlockScan(heads, usable, Counter())
-    left = [int(np.count_nonzero(mask)) for mask in (ours, sound, known, usable)]
-    others = len(ours) - left[0]
+    counts = [int(np.count_nonzero(mask)) for mask in (ours, sound, has_known_version, usable)]
+    others = len(ours) - counts[0]
     zero = _count_zero(data) if others else 0
-    torn, newer, malformed = (before - after for before, after in pairwise(left))
+    torn, newer, malformed = (before - after for before, after in pairwise(counts))
     reasons = Counter(never_written=zero, foreign=others - zero, torn=torn, newer=newer, malformed=malformed)
     return BlockScan(heads, usable, reasons)
 
@@ -97,8 +97,8 @@ def _heads(data: memoryview) -> RecordArray:
 def _crc_is_right(data: memoryview) -> BoolArray:
     """(n,) bool. Over a block and the CRC at its end, the CRC of every sound block is the same number."""
     count = len(data) // BLOCK_BYTES
-    whole = np.fromiter(starmap(crc32, _WHOLE_BLOCK.iter_unpack(data)), np.uint32, count)
-    right: BoolArray = whole == _RESIDUE
+    crcs = np.fromiter(starmap(crc32, _WHOLE_BLOCK.iter_unpack(data)), np.uint32, count)
+    right: BoolArray = crcs == _RESIDUE
     return right
 
 

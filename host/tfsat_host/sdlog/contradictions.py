@@ -85,10 +85,12 @@ def block_doubts(
 
 def exchange_doubts(header: LogHeader, exchanges: Iterable[Exchange]) -> Iterator[str]:
     """Yield a sentence for each IMU that came back as another part: what, what it means, and what to do."""
-    for one in exchanges:
+    for exchange in exchanges:
         yield (
-            f"IMU {one.index + 1} came back as another part at {one.back_us / 1e6:.6f} s of the logger's clock: "
-            f"{_name(one.who_am_i)}, and the header has {_name(header.who_am_i[one.index])}. Its readings from the "
+            f"IMU {exchange.index + 1} came back as another part at {exchange.back_us / 1e6:.6f} s of "
+            "the logger's clock: "
+            f"{_name(exchange.who_am_i)}, and the header has {_name(header.who_am_i[exchange.index])}. "
+            "Its readings from the "
             "fault on are taken for invalid, for neither the header's scales nor the calibration are that part's. "
             "Calibrate with the part that is to stay, and record again"
         )

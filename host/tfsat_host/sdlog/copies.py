@@ -42,17 +42,17 @@ def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[Recor
     """
     pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
     contested = _find_contested(pieces)
-    taken, pieces = [pieces[~contested]], pieces[contested]
+    chosen_pieces, pieces = [pieces[~contested]], pieces[contested]
     duplicate = conflicting = 0
     for window in _windows(pieces):
         contested = _find_contested(window)
-        taken.append(window[~contested])
+        chosen_pieces.append(window[~contested])
         if contested.any():
             best, equal, different = _best_of_each_number(source, window[contested])
-            taken.append(best)
+            chosen_pieces.append(best)
             duplicate += equal
             conflicting += different
-    all_taken = np.concatenate(taken)
+    all_taken = np.concatenate(chosen_pieces)
     return merge_pieces(all_taken[np.argsort(all_taken["number"])]), duplicate, conflicting
 
 
@@ -105,11 +105,11 @@ def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[Record
         best["same"] += np.bincount(which[crcs == best["crc"][which]], minlength=_WINDOW)
     present = np.flatnonzero(best["found"])
     best = best[present]
-    taken = np.empty(len(best), PIECE)
-    taken["position"], taken["number"] = best["position"], lowest + present
-    taken["count"], taken["session"] = 1, rivals["session"][0]
+    chosen_pieces = np.empty(len(best), PIECE)
+    chosen_pieces["position"], chosen_pieces["number"] = best["position"], lowest + present
+    chosen_pieces["count"], chosen_pieces["session"] = 1, rivals["session"][0]
     same = int(best["same"].sum())
-    return merge_pieces(taken), same - len(best), int(best["found"].sum()) - same
+    return merge_pieces(chosen_pieces), same - len(best), int(best["found"].sum()) - same
 
 
 def _in_file_order(pieces: RecordArray) -> Iterator[tuple[IntArray, IntArray]]:

@@ -201,7 +201,8 @@ class DropLog:
     def event_rows(self) -> list[tuple[int, float, str, int, int, int]]:
         """Return a row of `EVENT_COLUMNS` for each event, by time."""
         return [
-            (one.t_us, self.seconds(one.t_us), one.name, one.index, one.arg, one.value) for one in self.events
+            (event.t_us, self.seconds(event.t_us), event.name, event.index, event.arg, event.value)
+            for event in self.events
         ]
 
     def seconds(self, time_us: int) -> float:

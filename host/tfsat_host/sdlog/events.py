@@ -74,7 +74,7 @@ def find_exchanges(header: LogHeader, events: Sequence[DropEvent]) -> tuple[Exch
         header: Completed.
         events: By time.
     """
-    found = []
+    exchanges = []
     for index, named in enumerate(header.who_am_i):
         failed_us: int | None = None
         open_: Exchange | None = None
@@ -84,12 +84,12 @@ def find_exchanges(header: LogHeader, events: Sequence[DropEvent]) -> tuple[Exch
             elif event.name == "sensor_recovered":
                 is_other = 0 < event.value <= 0xFF and event.value != named
                 if open_ and event.value == named:
-                    found.append(replace(open_, until_us=event.t_us))
+                    exchanges.append(replace(open_, until_us=event.t_us))
                     open_ = None
                 elif is_other and open_ is None:
                     from_us = event.t_us if failed_us is None else failed_us
                     open_ = Exchange(index, from_us, None, event.t_us, event.value)
                 failed_us = None
         if open_:
-            found.append(open_)
-    return tuple(found)
+            exchanges.append(open_)
+    return tuple(exchanges)

@@ -320,7 +320,7 @@ def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
     places: dict[str, tuple[str, ...]] = {}
     for name, declared in messages.items():
         message = file.message_type.add(name=name)
-        fields = [one.split(":") for one in declared.split()]
+        fields = [declaration.split(":") for declaration in declared.split()]
         for number, (field_name, kind) in enumerate([("timestamp", "timestamp"), *fields], 1):
             message.field.add(
                 name=field_name,
@@ -329,8 +329,10 @@ def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
                 type=f"TYPE_{'MESSAGE' if kind in inside else kind.upper()}",
                 type_name=inside.get(kind),
             )
-        found = (places_in(one) if kind == "vector" else (one,) for one, kind in fields)
-        places[name] = tuple(chain.from_iterable(found))
+        place_groups = (
+            places_in(member_name) if kind == "vector" else (member_name,) for member_name, kind in fields
+        )
+        places[name] = tuple(chain.from_iterable(place_groups))
     pool = descriptor_pool.Default()
     pool.AddSerializedFile(file.SerializeToString())
     find = pool.FindMessageTypeByName

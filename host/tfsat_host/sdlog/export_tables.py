@@ -129,11 +129,11 @@ def _texts(column: CountColumn) -> Callable[[slice], Text]:
 
 def _seconds(time_us: IntArray) -> Text:
     """(m, width) decimal text of µs as seconds with six decimals, exact."""
-    whole, micro = np.divmod(np.abs(time_us), 1_000_000)
+    whole_s, micro = np.divmod(np.abs(time_us), 1_000_000)
     point = np.full((len(time_us), 1), ord("."), np.uint8)
     sign = np.where(time_us < 0, ord("-"), _PAD).astype(np.uint8)[:, None]
     milli, rest = np.divmod(micro, 1000)
-    return np.hstack((sign, _integers(whole), point, _THREE_DIGITS[milli], _THREE_DIGITS[rest]))
+    return np.hstack((sign, _integers(whole_s), point, _THREE_DIGITS[milli], _THREE_DIGITS[rest]))
 
 
 def _integers(values: IntArray) -> Text:

@@ -98,9 +98,9 @@ def parts_of(who_am_i: Sequence[int]) -> tuple[ImuPart, ...]:
 
     The IMUs of a robot are bought together.
     """
-    known = Counter(one for one in who_am_i if one in IMU_PARTS)
-    likely = known.most_common(1)[0][0] if known else MPU_6050
-    return tuple(IMU_PARTS.get(one, IMU_PARTS[likely]) for one in who_am_i)
+    part_counts = Counter(answer for answer in who_am_i if answer in IMU_PARTS)
+    likely = part_counts.most_common(1)[0][0] if part_counts else MPU_6050
+    return tuple(IMU_PARTS.get(answer, IMU_PARTS[likely]) for answer in who_am_i)
 
 
 def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:

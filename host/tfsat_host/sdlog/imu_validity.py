@@ -54,10 +54,10 @@ def invalidate_by_events(events: Iterable[DropEvent], t_us: IntArray, imu_valid:
         if not own:
             continue
         bounds = np.searchsorted(t_us, np.array(own), sorter=order)
-        done = 0
+        marked_end = 0
         for first, last in bounds.tolist():
-            imu_valid[order[max(first, done) : last], imu] = False
-            done = max(done, last)
+            imu_valid[order[max(first, marked_end) : last], imu] = False
+            marked_end = max(marked_end, last)
 
 
 def invalidate_exchanged(exchanges: Iterable[Exchange], t_us: IntArray, imu_valid: BoolArray) -> None:
@@ -68,11 +68,11 @@ def invalidate_exchanged(exchanges: Iterable[Exchange], t_us: IntArray, imu_vali
         t_us: (n,) sample times.
         imu_valid: (n, 4) bool; changed.
     """
-    for one in exchanges:
-        other = t_us >= one.from_us
-        if one.until_us is not None:
-            other &= t_us < one.until_us
-        imu_valid[other, one.index] = False
+    for exchange in exchanges:
+        other = t_us >= exchange.from_us
+        if exchange.until_us is not None:
+            other &= t_us < exchange.until_us
+        imu_valid[other, exchange.index] = False
 
 
 def invalidate_repeated(
@@ -111,8 +111,8 @@ def invalidate_repeated(
 def _still(imu: NDArray[np.int16], imu_valid: BoolArray, begin: int, end: int) -> tuple[IntArray, IntArray]:
     """Find every second row whose reading the next two repeat, and the IMU of each: (k,), (k,)."""
     probes = imu[begin : end + 1 : _PROBE_EVERY].view(_READING)["probe"][:, :, 0]
-    found = np.flatnonzero(probes[1:] == probes[:-1])
-    rows, which = np.divmod(found, imu.shape[1])
+    repeat_indices = np.flatnonzero(probes[1:] == probes[:-1])
+    rows, which = np.divmod(repeat_indices, imu.shape[1])
     rows = rows * _PROBE_EVERY + begin
     for step in range(_PROBE_EVERY + 1):
         same = imu_valid[rows + step, which]

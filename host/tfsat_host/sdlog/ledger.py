@@ -98,8 +98,8 @@ class Ledger:
         where = np.flatnonzero((blocks > 0) | (samples > 0))
         if len(where):
             row = self._rows + np.cumsum(counts) - counts
-            found = (row, end_before - 1, samples, newly_dropped, blocks)
-            self._breaks.append(np.stack([column[where] for column in found], axis=1))
+            columns = (row, end_before - 1, samples, newly_dropped, blocks)
+            self._breaks.append(np.stack([column[where] for column in columns], axis=1))
         self.overlaps += int(np.count_nonzero(samples < 0))
         self.drops_taken_back += int(np.count_nonzero(newly_dropped < 0))
         self._rows += int(counts.sum())

@@ -84,15 +84,15 @@ def load(
 
 
 def _read(source: LogSource, session: int | None, progress: Progress | None) -> tuple[Assembly, BlockDecoder]:
-    found = survey(source, session, progress)
-    looks_written = found.unusable["foreign"] or found.unusable["torn"]
-    if not len(found.pieces) and looks_written and (shift := find_shift(source)):
+    survey_result = survey(source, session, progress)
+    looks_written = survey_result.unusable["foreign"] or survey_result.unusable["torn"]
+    if not len(survey_result.pieces) and looks_written and (shift := find_shift(source)):
         source.begin_at(shift)
-        found = survey(source, session)
-    assembly = assemble(source, found.pieces, found.unusable, found.census, session)
-    if found.early is not None and np.array_equal(found.early.pieces.all(), assembly.pieces):
-        return assembly, found.early.builder
-    del found
+        survey_result = survey(source, session)
+    assembly = assemble(source, survey_result.pieces, survey_result.unusable, survey_result.census, session)
+    if survey_result.early is not None and np.array_equal(survey_result.early.pieces.all(), assembly.pieces):
+        return assembly, survey_result.early.builder
+    del survey_result
     return assembly, _read_in_order(source, assembly)
 
 
@@ -122,11 +122,16 @@ def _chunks(pieces: RecordArray) -> Iterator[list[tuple[int, int, int]]]:
     parts: list[tuple[int, int, int]] = []
     room = CHUNK_BLOCKS
     for piece in pieces:
-        position, number, left = (int(piece[name]) for name in ("position", "number", "count"))
-        while left:
-            count = min(left, room)
+        position, number, blocks_left = (int(piece[name]) for name in ("position", "number", "count"))
+        while blocks_left:
+            count = min(blocks_left, room)
             parts.append((position, number, count))
-            position, number, left, room = position + count, number + count, left - count, room - count
+            position, number, blocks_left, room = (
+                position + count,
+                number + count,
+                blocks_left - count,
+                room - count,
+            )
             if not room:
                 yield parts
                 parts, room = [], CHUNK_BLOCKS
@@ -219,10 +224,10 @@ def survey(source: LogSource, session: int | None, progress: Progress | None = N
         unusable.update(looked.unusable)
         where = np.flatnonzero(looked.usable)
         heads = looked.heads if len(where) == len(looked.heads) else looked.heads.take(where)
-        found = as_pieces(where + first, heads)
-        pieces.append(found)
+        new_pieces = as_pieces(where + first, heads)
+        pieces.append(new_pieces)
         if early is not None:
-            early.take(data, looked, found, first)
+            early.take(data, looked, new_pieces, first)
         census.add(data, heads, where)
         if progress is not None:
             reached, before = first + len(looked.heads), reached

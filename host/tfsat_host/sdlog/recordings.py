@@ -200,14 +200,14 @@ def assemble(
         raise SessionError(
             what=f"{source.path} holds no recording {session:08x}.",
             meaning="Nothing was decoded.",
-            next_step="It holds: " + ", ".join(f"{one:08x}" for one in sessions),
+            next_step="It holds: " + ", ".join(f"{session_id:08x}" for session_id in sessions),
         )
     own = pieces if len(sessions) == 1 else pieces[pieces["session"] == session]
-    taken, duplicate, conflicting = take_each_number_once(source, own)
+    unique_pieces, duplicate, conflicting = take_each_number_once(source, own)
     stale = int(pieces["count"].sum() - own["count"].sum())
     set_aside = SetAside(**unusable, stale=stale, duplicate=duplicate, conflicting=conflicting)
     others = tuple(other for other in sessions if other != session)
-    return Assembly(session, taken, others, recordings, chosen_by, set_aside)
+    return Assembly(session, unique_pieces, others, recordings, chosen_by, set_aside)
 
 
 def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, ChosenBy]:
@@ -223,14 +223,16 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     """
     if len(recordings) == 1 and counted_all:
         return recordings[0].session, "only one"
-    decodable = [one for one in recordings if one.has_header]
+    decodable = [candidate for candidate in recordings if candidate.has_header]
     if counted_all and decodable and not recordings[0].has_header:
         session, chosen_by = _newest(decodable, counted_all)
         return session, "header" if chosen_by in ("only one", "place") else chosen_by
-    unbroken = [one for one in recordings if one.is_unbroken and one.samples]
-    dated = [one for one in recordings if one.started_unix_us is not None and one.samples]
-    if counted_all and unbroken and all(one.started_unix_us is not None for one in unbroken):
-        return max(dated, key=lambda one: one.started_unix_us or 0).session, "time of day"
+    unbroken = [candidate for candidate in recordings if candidate.is_unbroken and candidate.samples]
+    dated = [
+        candidate for candidate in recordings if candidate.started_unix_us is not None and candidate.samples
+    ]
+    if counted_all and unbroken and all(candidate.started_unix_us is not None for candidate in unbroken):
+        return max(dated, key=lambda candidate: candidate.started_unix_us or 0).session, "time of day"
     return recordings[0].session, "place"
 
 

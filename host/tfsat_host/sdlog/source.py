@@ -99,9 +99,9 @@ class LogSource:
 
     def tail(self) -> bytes:
         """Read the bytes behind the last whole block."""
-        whole = self.block_count * BLOCK_BYTES
-        size = self.size_bytes - self._begin - whole
-        return bytes(self.read_into(memoryview(bytearray(size)), whole))
+        whole_bytes = self.block_count * BLOCK_BYTES
+        size = self.size_bytes - self._begin - whole_bytes
+        return bytes(self.read_into(memoryview(bytearray(size)), whole_bytes))
 
     def _next_written(self, block: int) -> int:
         """Return the first block from `block` on that lies in no hole of the file, as far as the system knows."""
@@ -122,14 +122,14 @@ class LogSource:
         Raises:
             LogError: the system refuses, or the file is shorter than it was.
         """
-        done = 0
+        bytes_read = 0
         try:
             self._file.seek(self._begin + offset)
-            while done < len(target):
-                got = self._file.readinto(target[done:])
+            while bytes_read < len(target):
+                got = self._file.readinto(target[bytes_read:])
                 if not got:
                     raise changed_while_read(self.path)
-                done += got
+                bytes_read += got
         except OSError as error:
             raise unreadable(self.path, error) from None
         return target
@@ -145,15 +145,15 @@ def find_shift(source: LogSource) -> int:
         LogError: the file cannot be read.
     """
     # What is kept of the chunk before is one block, so an index in the window tells the shift.
-    kept = bytes(BLOCK_BYTES)
+    previous_block = bytes(BLOCK_BYTES)
     for _, data in source.chunks():
-        window = kept + data
+        window = previous_block + data
         at = window.find(MAGIC)
         while 0 <= at <= len(window) - BLOCK_BYTES:
             if at % BLOCK_BYTES and is_sound(window[at : at + BLOCK_BYTES]):
                 return at % BLOCK_BYTES
             at = window.find(MAGIC, at + 1)
-        kept = window[-BLOCK_BYTES:]
+        previous_block = window[-BLOCK_BYTES:]
     return 0
 
 

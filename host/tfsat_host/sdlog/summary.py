@@ -25,7 +25,10 @@ def metadata(log: DropLog) -> Json:
         "session": f"{log.session:08x}",
         "other_sessions": [f"{other:08x}" for other in log.other_sessions],
         "chosen_by": log.chosen_by,
-        "recordings": [asdict(one) | {"session": f"{one.session:08x}"} for one in log.recordings],
+        "recordings": [
+            asdict(log_recording) | {"session": f"{log_recording.session:08x}"}
+            for log_recording in log.recordings
+        ],
         "verdict": log.verdict,
         "samples": len(log),
         "samples_lost": log.samples_lost,
@@ -138,7 +141,7 @@ def grave_warnings(log: DropLog) -> list[str]:
     """Return those of `warnings` that concern more than single readings."""
     valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
     rows = zip(_sensor_rows(log), valid.T, strict=True)
-    light = {_missed_line(log, row) for row, given in rows if single_misses(given)}
+    light = {_missed_line(log, row) for row, is_valid in rows if single_misses(is_valid)}
     return [line for line in warnings(log) if line not in light]
 
 

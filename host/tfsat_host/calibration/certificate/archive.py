@@ -42,15 +42,15 @@ def write_certificate(certificate: Path, calibration: Calibration) -> None:
 def kept_before(certificate: Path, moment: datetime) -> list[Path]:
     """Return the permanent copies of a certificate written before `moment`, newest first."""
     written = (
-        (_time_of_copy(kept), kept) for kept in recordings_folder(certificate).glob("certificate-*.toml")
+        (_time_of_copy(path), path) for path in recordings_folder(certificate).glob("certificate-*.toml")
     )
-    return [kept for when, kept in sorted(written, reverse=True) if when < moment]
+    return [path for when, path in sorted(written, reverse=True) if when < moment]
 
 
-def _time_of_copy(kept: Path) -> datetime:
+def _time_of_copy(path: Path) -> datetime:
     """Parse a copy's time from its file name; return `datetime.max` for a file that a person named."""
     try:
-        return datetime.strptime(kept.name, _KEPT).replace(tzinfo=UTC)
+        return datetime.strptime(path.name, _KEPT).replace(tzinfo=UTC)
     except ValueError:
         return datetime.max.replace(tzinfo=UTC)
 
@@ -89,28 +89,28 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
     if not measured_after(present, landing_time):
         return CertificateOfDrop(path, present)
     unreadable: list[str] = []
-    for kept in kept_before(path, release_time):
+    for copy_path in kept_before(path, release_time):
         try:
-            found = read_calibration(kept)
+            calibration = read_calibration(copy_path)
         except CalibrationError as error:
             unreadable.append(error.what)
             continue
-        if found.subject == present.subject:
-            return CertificateOfDrop(kept, _with_landings_of(present, found), tuple(unreadable))
+        if calibration.subject == present.subject:
+            return CertificateOfDrop(copy_path, _with_landings_of(present, calibration), tuple(unreadable))
     return CertificateOfDrop(path, present, tuple(unreadable))
 
 
 def measured_after(calibration: Calibration, landing_time: datetime) -> list[str]:
     """Return the names of the quantities that a landing may change and that were measured after it."""
     return [
-        one.name
-        for one in quantities(calibration)
-        if one.ends_at_landing and one.taken is not None and one.taken > landing_time
+        quantity.name
+        for quantity in quantities(calibration)
+        if quantity.ends_at_landing and quantity.taken is not None and quantity.taken > landing_time
     ]
 
 
-def _with_landings_of(present: Calibration, kept: Calibration) -> Calibration:
+def _with_landings_of(present: Calibration, calibration: Calibration) -> Calibration:
     """Add the present certificate's landings to a kept one, which does not know the later ones."""
     for landing in present.landings:
-        kept = with_landing(kept, landing)
-    return kept
+        calibration = with_landing(calibration, landing)
+    return calibration

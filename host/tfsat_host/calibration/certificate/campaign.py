@@ -111,55 +111,59 @@ class Campaign:
 
     def not_older_than(self, step: Evidence) -> Evidence | None:
         """Find the newest recording of the same step that is not older: the given one would not count."""
-        newer = (one for one in self.evidence if one.step.key == step.step.key and one.taken >= step.taken)
-        return max(newer, key=lambda one: one.taken, default=None)
+        newer = (
+            evidence
+            for evidence in self.evidence
+            if evidence.step.key == step.step.key and evidence.taken >= step.taken
+        )
+        return max(newer, key=lambda evidence: evidence.taken, default=None)
 
     def _open(self, force: bool) -> None:
         try:
-            found = read_calibration(self.certificate)
+            calibration = read_calibration(self.certificate)
         except CalibrationError:
             if not force:
                 raise
             self._replaces = True
             return
-        if found.subject == self._subject:
-            self._take(found)
+        if calibration.subject == self._subject:
+            self._take(calibration)
         elif force:
             self._replaces = True
         else:
-            raise _of_another(self.certificate, found.subject, self._subject)
+            raise _of_another(self.certificate, calibration.subject, self._subject)
 
     def _catch_up(self) -> None:
         """Takes what another program has written since."""
         if self._replaces or not self.certificate.exists():
             return
-        found = read_calibration(self.certificate)
-        known = None if self.calibration is None else self.calibration.written
-        if found.subject == self._subject and found.written != known:
-            self._take(found)
+        calibration = read_calibration(self.certificate)
+        last_written = None if self.calibration is None else self.calibration.written
+        if calibration.subject == self._subject and calibration.written != last_written:
+            self._take(calibration)
             if self._moved is not None:
-                self.calibration = with_landing(found, self._moved)
+                self.calibration = with_landing(calibration, self._moved)
 
-    def _take(self, found: Calibration) -> None:
+    def _take(self, calibration: Calibration) -> None:
         evidence, left_out = [], []
-        for paper in found.papers:
+        for paper in calibration.papers:
             try:
                 evidence.append(_read(self.folder / paper.file, paper))
             except CalibrationError as error:
                 left_out.append(error.what)
-        self._papers = _by_step(found.papers)
-        self.evidence, self.calibration, self.left_out = evidence, found, tuple(left_out)
+        self._papers = _by_step(calibration.papers)
+        self.evidence, self.calibration, self.left_out = evidence, calibration, tuple(left_out)
 
     def _last_landing(self) -> datetime | None:
         return None if self.calibration is None else self.calibration.last_landing
 
     def _check_time(self, step: Evidence) -> None:
         """Refuse a step that is not newer than the newest recording of the same step."""
-        one = self.not_older_than(step)
-        if one is not None:
+        newer_evidence = self.not_older_than(step)
+        if newer_evidence is not None:
             raise CalibrationError(
                 what=f"This step was recorded {step.taken:%Y-%m-%d %H:%M} UTC, before the one that the "
-                f"certificate rests on, {one.taken:%Y-%m-%d %H:%M} UTC.",
+                f"certificate rests on, {newer_evidence.taken:%Y-%m-%d %H:%M} UTC.",
                 meaning="It is an old recording, or the computer's clock was set back; it would not count.",
                 next_step="Set the clock and run this command again, or name another certificate with --out.",
             )
@@ -191,12 +195,12 @@ class Campaign:
             subject=self._subject,
             gyros=solution.gyros,
             joints=solution.joints,
-            servo_maps=tuple(servo_map_of(one, joints, self._model) for one, joints in servos),
-            servo_taken=tuple(one.taken for one, _ in servos),
-            papers=tuple(papers[one.step.key, one.taken] for one in solution.used),
+            servo_maps=tuple(servo_map_of(evidence, joints, self._model) for evidence, joints in servos),
+            servo_taken=tuple(evidence.taken for evidence, _ in servos),
+            papers=tuple(papers[evidence.step.key, evidence.taken] for evidence in solution.used),
             landings=() if before is None else before.landings,
             written=datetime.now(UTC),
-            logger_image=_image_in(max(solution.used, key=lambda one: one.taken)),
+            logger_image=_image_in(max(solution.used, key=lambda evidence: evidence.taken)),
         )
 
 
@@ -211,9 +215,9 @@ def note_landing(certificate: Path, landing: Landing, now: datetime | None = Non
         OSError: it cannot be written.
     """
     with _one_writer(certificate):
-        found = read_calibration(certificate)
-        changed = with_landing(found, landing)
-        if changed is found:
+        calibration = read_calibration(certificate)
+        changed = with_landing(calibration, landing)
+        if changed is calibration:
             return False
         write_certificate(certificate, replace(changed, written=now or datetime.now(UTC)))
         return True
@@ -281,7 +285,7 @@ _TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
 """What takes the place of what was drawn; motions are not rehearsed."""
 
 
-def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
+def with_measured(calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
     """Replace drawn biases and zero points with those of rests and zeros, by the solver of `calibrate`.
 
     Everything else stays as drawn.
@@ -291,11 +295,13 @@ def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: Robot
     """
     measured = Baseline(evidence, model)
     return replace(
-        drawn, gyros=tuple(measured.gyros(drawn.gyros)), joints=tuple(measured.joints(drawn.joints))
+        calibration,
+        gyros=tuple(measured.gyros(calibration.gyros)),
+        joints=tuple(measured.joints(calibration.joints)),
     )
 
 
 def measured_by(evidence: Sequence[Evidence]) -> tuple[str, ...]:
     """Return the names in `DRAWABLE` that `with_measured` takes from these recordings."""
-    kinds = {one.step.kind for one in evidence}
+    kinds = {entry.step.kind for entry in evidence}
     return tuple(name for kind, name in _TELLS.items() if kind in kinds)

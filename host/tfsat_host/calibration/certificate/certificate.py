@@ -126,11 +126,11 @@ class Calibration:
             gyros=tuple(replace(gyro, covariance=square * gyro.covariance) for gyro in self.gyros),
             joints=tuple(
                 replace(
-                    one,
-                    zero_covariance=square * one.zero_covariance,
-                    bend_covariance=square * one.bend_covariance,
+                    sensors,
+                    zero_covariance=square * sensors.zero_covariance,
+                    bend_covariance=square * sensors.bend_covariance,
                 )
-                for one in self.joints
+                for sensors in self.joints
             ),
         )
 
@@ -196,26 +196,36 @@ def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
     factor is a property of its silicon, which survives 10,000 g (PS-MPU-6000A rev. 3.4, section 6.9).
     """
     last = calibration.last_landing
-    wanted = [
-        one.zero_taken is None or (last is not None and one.zero_taken <= last) for one in calibration.joints
+    needs_zero = [
+        sensors.zero_taken is None or (last is not None and sensors.zero_taken <= last)
+        for sensors in calibration.joints
     ]
-    zero = "zero --all" if all(wanted) else ""
-    taken = {
-        one.joint: when for one, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+    zero = "zero --all" if all(needs_zero) else ""
+    servo_times = {
+        servo_map.joint: when
+        for servo_map, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
     }
     return (
         *(Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, "bias") for gyro in calibration.gyros),
         *(
             Quantity(
-                f"zero point of joint {one.joint}", one.zero_taken, True, zero or f"zero --joint {one.joint}"
+                f"zero point of joint {sensors.joint}",
+                sensors.zero_taken,
+                True,
+                zero or f"zero --joint {sensors.joint}",
             )
-            for one in calibration.joints
+            for sensors in calibration.joints
         ),
         *(_misalignment(gyro, axis) for gyro in calibration.gyros for axis in AXES_OF_BODIES[gyro.body]),
         *(_scale(gyro, axis) for gyro in calibration.gyros for axis in "xyz"),
         *(
-            Quantity(f"servo of joint {one.joint}", taken.get(one.joint), True, f"servo --joint {one.joint}")
-            for one in calibration.joints
+            Quantity(
+                f"servo of joint {sensors.joint}",
+                servo_times.get(sensors.joint),
+                True,
+                f"servo --joint {sensors.joint}",
+            )
+            for sensors in calibration.joints
         ),
     )
 
@@ -231,8 +241,8 @@ def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
 
 def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
     command = "scale --turn z 360" if axis == "z" else f"scale --joint {_joint_about(gyro.body, axis)}"
-    taken = gyro.scaled.get(axis)
-    return Quantity(f"scale factor {axis} of body {gyro.body}", taken, False, command)
+    taken_at = gyro.scaled.get(axis)
+    return Quantity(f"scale factor {axis} of body {gyro.body}", taken_at, False, command)
 
 
 def _joint_about(body: int, axis: str) -> int:
@@ -244,25 +254,25 @@ def _joint_about(body: int, axis: str) -> int:
 
 def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
     """Add a landing, unless one within two minutes of it is known already."""
-    if any(abs((known.at - landing.at).total_seconds()) < 120.0 for known in calibration.landings):
+    if any(abs((other.at - landing.at).total_seconds()) < 120.0 for other in calibration.landings):
         return calibration
-    landings = sorted((*calibration.landings, landing), key=lambda one: one.at)
+    landings = sorted((*calibration.landings, landing), key=lambda entry: entry.at)
     return replace(calibration, landings=tuple(landings))
 
 
 def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[str, ...]:
     """Return the commands that measure the shortcomings' quantities, each once, in order."""
-    return tuple(dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in shortcomings))
+    return tuple(dict.fromkeys(f"tfsat-host calibrate {gap.command}" for gap in shortcomings))
 
 
 def summarize_shortcomings(shortcomings: Sequence[Shortcoming]) -> str:
     """Summarize shortcomings in a few words; empty if there are none."""
     parts = []
     for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):
-        names = [one.name for one in shortcomings if one.reason == reason]
+        names = [gap.name for gap in shortcomings if gap.reason == reason]
         if names:
-            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-            parts.append(f"{words}: {shown}")
+            names_text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            parts.append(f"{words}: {names_text}")
     return "; ".join(parts)
 
 

@@ -75,7 +75,7 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
             **asdict(calibration.subject),
             "gyros": [gyro_table(gyro) for gyro in calibration.gyros],
             "joints": [joint_table(sensors) for sensors in calibration.joints],
-            "servos": [servo_table(servo_map, taken) for servo_map, taken in servos],
+            "servos": [servo_table(servo_map, taken_at) for servo_map, taken_at in servos],
             "papers": [asdict(paper) for paper in calibration.papers],
             "landings": [asdict(landing) for landing in calibration.landings],
         },
@@ -84,23 +84,23 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
 
 def format_calibration(calibration: Calibration) -> str:
     """Format the certificate's file text; `parse_calibration` restores the same calibration."""
-    drawn = "never measured; a rehearsal drew it from the emulated robot's hidden truth"
-    text = format_config(certificate_values(calibration), _HEADING, {"drawn": drawn})
+    drawn_comment = "never measured; a rehearsal drew it from the emulated robot's hidden truth"
+    text = format_config(certificate_values(calibration), _HEADING, {"drawn": drawn_comment})
     return f'{text}\n{_SEAL}"{_seal_of(text)}"\n'
 
 
 def _calibration(top: Table) -> Calibration:
-    found = read_values(top, _TOP)
+    values = read_values(top, _TOP)
     _check_seal(top)
-    subject = Subject(**{field.name: found.pop(field.name) for field in fields(Subject)})
-    servos = found.pop("servos")
+    subject = Subject(**{field.name: values.pop(field.name) for field in fields(Subject)})
+    servos = values.pop("servos")
     return Calibration(
         subject=subject,
         servo_maps=tuple(servo_map for servo_map, _ in servos),
-        servo_taken=tuple(taken for _, taken in servos),
-        drawn=tuple(found.pop("drawn") or ()),
-        landings=tuple(sorted(found.pop("landings"), key=lambda landing: landing.at)),
-        **found,
+        servo_taken=tuple(taken_at for _, taken_at in servos),
+        drawn=tuple(values.pop("drawn") or ()),
+        landings=tuple(sorted(values.pop("landings"), key=lambda landing: landing.at)),
+        **values,
     )
 
 
@@ -122,10 +122,10 @@ def _check_seal(top: Table) -> None:
 
 
 def _read_drawn_steps(top: Table, key: str) -> list[str]:
-    wanted = f"a list of some of {', '.join(DRAWABLE)}"
-    names = top.value(key, wanted)
+    requirement = f"a list of some of {', '.join(DRAWABLE)}"
+    names = top.value(key, requirement)
     if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
-        top.fail(key, f"{shorten_value(names)} is not {wanted}")
+        top.fail(key, f"{shorten_value(names)} is not {requirement}")
     return names
 
 
@@ -135,12 +135,14 @@ def _all(read: Callable[[Table], Any]) -> Callable[[Table, str], tuple[Any, ...]
 
 
 def _each(
-    of: str, count: int, read: Callable[[Table], Any], *, whole: bool = True
+    of: str, count: int, read: Callable[[Table], Any], *, require_all: bool = True
 ) -> Callable[[Table, str], tuple[Any, ...]]:
     """Build a reader of a list of tables, by the number of each one's body or joint."""
 
     def by_number(top: Table, key: str) -> tuple[Any, ...]:
-        return tuple(read(entry) for entry in top.tables_by_number(key, of, count, whole=whole).values())
+        return tuple(
+            read(entry) for entry in top.tables_by_number(key, of, count, require_all=require_all).values()
+        )
 
     return by_number
 
@@ -158,7 +160,7 @@ _TOP = {
     "drawn?": Item("drawn", _read_drawn_steps),
     "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
     "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
-    "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, whole=False)),
+    "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
     "recording": Item("papers", _all(read_paper)),
     "landing": Item("landings", _all(read_landing)),
 }

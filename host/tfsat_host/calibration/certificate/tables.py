@@ -83,16 +83,16 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
         CalibrationError: an entry does not match the layout.
     """
     table.only(" ".join(layout).replace("?", ""))
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for key, item in layout.items():
         name = key.rstrip("?")
         if name != key and not table.has(name):
-            found |= dict.fromkeys(one.name for one in _items(item))
+            values |= dict.fromkeys(leaf.name for leaf in _items(item))
         elif isinstance(item, Item):
             value = item.read(table, name)
-            found[item.name] = value * item.si if isinstance(value, float | np.ndarray) else value
+            values[item.name] = value * item.si if isinstance(value, float | np.ndarray) else value
         elif isinstance(item, Mapping):
-            found |= read_values(table.table(name), item)
+            values |= read_values(table.table(name), item)
         elif (stated := table.value(name, str(item))) != item:
             table.fail(
                 name,
@@ -100,7 +100,7 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
                 f"Convert the values to {item!r} and name that here, or move this file away: "
                 "a step of tfsat-host calibrate writes it again from its recordings.",
             )
-    return found
+    return values
 
 
 def written_values(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,18 +108,18 @@ def written_values(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
 
     Unknown values are omitted: None, NaN, no time at all.
     """
-    found = {}
+    entries = {}
     for key, item in layout.items():
         if isinstance(item, Item):
             value = _format_value(values[item.name], item.si)
         elif isinstance(item, Mapping):
-            known = any(_format_value(values[one.name], one.si) is not None for one in _items(item))
-            value = written_values(item, values) if known else None
+            has_values = any(_format_value(values[leaf.name], leaf.si) is not None for leaf in _items(item))
+            value = written_values(item, values) if has_values else None
         else:
             value = item
         if value is not None:
-            found[key.rstrip("?")] = value
-    return found
+            entries[key.rstrip("?")] = value
+    return entries
 
 
 def _items(layout: Layout | Item) -> list[Item]:
@@ -170,8 +170,8 @@ def check_std(entry: Table, key: str, stated: FloatArray, derived: FloatArray) -
         CalibrationError: they differ.
     """
     if not np.allclose(stated, derived, rtol=ROUNDING, atol=0.0):
-        shown = " ".join(f"{value:.6g}" for value in np.atleast_1d(derived))
-        entry.fail(key, f"is not what its covariance says ({shown})")
+        derived_text = " ".join(f"{value:.6g}" for value in np.atleast_1d(derived))
+        entry.fail(key, f"is not what its covariance says ({derived_text})")
 
 
 def check_rotation(entry: Table, key: str, matrix: FloatArray) -> None:
@@ -297,21 +297,21 @@ _LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 
 def read_gyro(entry: Table) -> GyroCalibration:
     """Read one `[[gyro]]` table; raise CalibrationError if it is not as `gyro_table` writes it."""
-    found = read_values(entry, _GYRO)
-    if (np.abs(found["bias_rad_s"]) > _MAX_BIAS_RAD_S).any():
+    values = read_values(entry, _GYRO)
+    if (np.abs(values["bias_rad_s"]) > _MAX_BIAS_RAD_S).any():
         entry.fail("bias.value", "a bias is beyond the widest range of any gyro, 2000 deg/s")
-    if (found["scale"] <= 0.0).any():
+    if (values["scale"] <= 0.0).any():
         entry.fail("scale.value", "a factor is not above zero")
-    if (np.abs(np.log2(found["scale"])) > 1.0).any():
+    if (np.abs(np.log2(values["scale"])) > 1.0).any():
         entry.fail("scale.value", "a factor is not between 0.5 and 2: no gyro is so wrong")
-    found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
-    for name, std in _stds_of_gyro(found["covariance"]).items():
-        check_std(entry, f"{name}.std", found.pop(f"{name}_std"), std)
-    check_rotation(entry, "mounting.rotation", found["rotation"])
-    found["noise_rad_s"] = _noise(entry, found["noise_rad_s"], 3)
-    found["temperature_c"] = np.nan if found["temperature_c"] is None else found["temperature_c"]
-    found |= {name: found[name] or {} for name in ("axes", "scaled")}
-    return GyroCalibration(**found)
+    values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
+    for name, std in _stds_of_gyro(values["covariance"]).items():
+        check_std(entry, f"{name}.std", values.pop(f"{name}_std"), std)
+    check_rotation(entry, "mounting.rotation", values["rotation"])
+    values["noise_rad_s"] = _noise(entry, values["noise_rad_s"], 3)
+    values["temperature_c"] = np.nan if values["temperature_c"] is None else values["temperature_c"]
+    values |= {name: values[name] or {} for name in ("axes", "scaled")}
+    return GyroCalibration(**values)
 
 
 def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
@@ -322,16 +322,16 @@ def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
 
 def read_joint(entry: Table) -> JointSensors:
     """Read one `[[joint]]` table; raise CalibrationError if it is not as `joint_table` writes it."""
-    found = read_values(entry, _JOINT)
-    if (np.abs(found["direction"]) != 1.0).any():
+    values = read_values(entry, _JOINT)
+    if (np.abs(values["direction"]) != 1.0).any():
         entry.fail("direction", "must be 1 or -1 for each sensor")
-    if (np.abs(found["bend"]) > _MAX_NONLINEARITY_RAD).any():
+    if (np.abs(values["bend"]) > _MAX_NONLINEARITY_RAD).any():
         entry.fail("bend.value", "an amplitude is beyond 45 deg: such a sensor shows no angle")
     for name in ("zero", "bend"):
         key = f"{name}_covariance"
-        found[key] = covariance(entry, f"{name}.covariance", found[key])
-    check_std(entry, "zero.std", found.pop("zero_std"), _std(found["zero_covariance"], _DEG))
-    return JointSensors(**found | {"noise_rad": _noise(entry, found["noise_rad"], 2)})
+        values[key] = covariance(entry, f"{name}.covariance", values[key])
+    check_std(entry, "zero.std", values.pop("zero_std"), _std(values["zero_covariance"], _DEG))
+    return JointSensors(**values | {"noise_rad": _noise(entry, values["noise_rad"], 2)})
 
 
 def joint_table(sensors: JointSensors) -> dict[str, Any]:
@@ -344,26 +344,26 @@ def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
 
     Raises CalibrationError if it is not as `servo_table` writes it.
     """
-    found = read_values(entry, _SERVO)
-    found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
-    for name, std in zip(_STD_OF_SERVO, _std(found["covariance"], _DEG), strict=True):
-        check_std(entry, f"{name}.std", found.pop(f"{name}_std"), std)
-    if found["slope_rad_per_us"] == 0.0:
+    values = read_values(entry, _SERVO)
+    values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
+    for name, std in zip(_STD_OF_SERVO, _std(values["covariance"], _DEG), strict=True):
+        check_std(entry, f"{name}.std", values.pop(f"{name}_std"), std)
+    if values["slope_rad_per_us"] == 0.0:
         entry.fail("slope.value", "is zero: such a servo would not move")
-    setting = {field.name: int(found.pop(field.name)) for field in fields(ServoSetting)}
-    taken, pulse_range_us = found.pop("taken"), tuple(found.pop("pulse_range_us").tolist())
-    return ServoMap(**found, setting=ServoSetting(**setting), pulse_range_us=pulse_range_us), taken
+    setting = {field.name: int(values.pop(field.name)) for field in fields(ServoSetting)}
+    taken_at, pulse_range_us = values.pop("taken"), tuple(values.pop("pulse_range_us").tolist())
+    return ServoMap(**values, setting=ServoSetting(**setting), pulse_range_us=pulse_range_us), taken_at
 
 
-def servo_table(servo: ServoMap, taken: datetime) -> dict[str, Any]:
+def servo_table(servo: ServoMap, taken_at: datetime) -> dict[str, Any]:
     """Build the `[[servo]]` table that `read_servo` reads."""
     stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
-    more = {
-        "taken": taken,
+    extras = {
+        "taken": taken_at,
         "pulse_range_us": np.array(servo.pulse_range_us),
         "reversed": bool(servo.setting.reversed),
     }
-    return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | more)
+    return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | extras)
 
 
 def read_paper(entry: Table) -> Paper:

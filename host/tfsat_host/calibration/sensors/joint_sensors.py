@@ -115,7 +115,7 @@ def joint_angles(
     """
     angles = []
     for sensors in joints:
-        shown = sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
+        readings_rad = sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
         # Each alone: without a zero one may wrap where the other does not, and their mean jumps by half a turn.
-        angles.append(sensors.from_start(np.unwrap(sensors.each(shown), axis=0)).mean(axis=1))
+        angles.append(sensors.from_start(np.unwrap(sensors.each(readings_rad), axis=0)).mean(axis=1))
     return np.column_stack(angles)

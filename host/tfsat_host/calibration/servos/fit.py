@@ -39,11 +39,11 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
     Raises:
         CalibrationError: too few visits, too small a range, or the servo is dead, reversed, slipping or bent.
     """
-    known = [point for point in points if point.direction]
-    pulse_us = np.array([point.pulse_us for point in known])
-    direction = np.array([point.direction for point in known], dtype=np.float64)
-    reached_rad = np.array([point.reached_rad for point in known])
-    variance = np.maximum([point.std_rad for point in known], MIN_STD_RAD) ** 2
+    directed_points = [point for point in points if point.direction]
+    pulse_us = np.array([point.pulse_us for point in directed_points])
+    direction = np.array([point.direction for point in directed_points], dtype=np.float64)
+    reached_rad = np.array([point.reached_rad for point in directed_points])
+    variance = np.maximum([point.std_rad for point in directed_points], MIN_STD_RAD) ** 2
     place, side = _places(pulse_us), _places(np.column_stack([pulse_us, direction]))
     repeats = side.shape[1] - side.shape[0]
     check_number(joint, place.shape[0], repeats, direction)
@@ -52,7 +52,7 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
 
     arrival = _arrival_variance(side, reached_rad, variance, repeats)
     middle_us = float((pulse_us.min() + pulse_us.max()) / 2)
-    design = np.column_stack([np.ones(len(known)), pulse_us - middle_us, -direction / 2])
+    design = np.column_stack([np.ones(len(directed_points)), pulse_us - middle_us, -direction / 2])
     estimate, covariance, bend, excess = _least_squares(
         design, reached_rad, variance + arrival, place, repeats
     )
@@ -85,9 +85,9 @@ def _places(keys: FloatArray) -> FloatArray:
 def _arrival_variance(side: FloatArray, reached_rad: FloatArray, variance: FloatArray, repeats: int) -> float:
     """Estimate the variance of a single arrival, without the sensors' part."""
     visits = side.sum(axis=1)
-    left = reached_rad - side.T @ (side @ reached_rad / visits)
+    residuals = reached_rad - side.T @ (side @ reached_rad / visits)
     of_sensors = variance @ (1.0 - side.T @ (1.0 / visits))
-    return float(max((left @ left - of_sensors) / repeats, 0.0))
+    return float(max((residuals @ residuals - of_sensors) / repeats, 0.0))
 
 
 def _least_squares(
@@ -104,12 +104,12 @@ def _least_squares(
     gain = inverse @ (design.T / variance)
     estimate = gain @ reached_rad
     means = place / place.sum(axis=1, keepdims=True)
-    left = means @ (reached_rad - design @ estimate)
+    mean_residuals = means @ (reached_rad - design @ estimate)
     # What scatter alone would leave of the means, and what a bend of unit variance would.
     of_scatter = np.trace(means @ (np.diag(variance) - design @ inverse @ design.T) @ means.T)
     of_bends = np.sum((means @ (place.T - design @ gain @ place.T)) ** 2)
-    bend = float(max((left @ left - of_scatter) / of_bends, 0.0))
-    excess = float(left @ left / of_scatter)
+    bend = float(max((mean_residuals @ mean_residuals - of_scatter) / of_bends, 0.0))
+    excess = float(mean_residuals @ mean_residuals / of_scatter)
     of_places = gain @ place.T
     covariance = few(repeats) * inverse + few(len(place) - 2) * bend * of_places @ of_places.T
     return estimate, covariance, bend, excess

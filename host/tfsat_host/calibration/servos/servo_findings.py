@@ -99,7 +99,9 @@ def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[
             "commanded_deg": change_us * NS_PER_US / setting.ns_per_deg,
         }
         for name, way in (("opening_deg", 1), ("closing_deg", -1)):
-            side = [one.reached_rad for one in points if (one.pulse_us, one.direction) == (pulse_us, way)]
+            side = [
+                point.reached_rad for point in points if (point.pulse_us, point.direction) == (pulse_us, way)
+            ]
             row[name] = degrees(np.mean(side)) if side else None
         places.append(row)
     return sorted(places, key=lambda row: float(row["commanded_deg"]))

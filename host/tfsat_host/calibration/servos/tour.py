@@ -88,11 +88,11 @@ class LoggedTour:
         self,
         read: Callable[[float], Sequence[LiveSample]],
         scales: LiveReply,
-        shown: Callable[[int, int], None],
+        show_progress: Callable[[int, int], None],
         rested: Callable[[Counts], None],
     ) -> None:
         self.samples: list[LiveSample] = []
-        self.on_angle = shown
+        self.on_angle = show_progress
         self._read, self._scales, self._rested = read, scales, rested
         self._silent_s = 0.0
 
@@ -180,7 +180,7 @@ class Visits:
         visit, reached_rad = self._rest(so_far, self._rests - 1)
         self._visits.append(visit)
         self._reached_rad.append(reached_rad)
-        pulse_us = np.array([one.pulse_us for one in self._visits])
+        pulse_us = np.array([visit.pulse_us for visit in self._visits])
         if np.ptp(pulse_us) > MIN_PULSE_CHANGE_US:
             check_following(self._sensors.joint, pulse_us, np.array(self._reached_rad), self._servo)
 

@@ -88,11 +88,11 @@ def points_of(
     """
     recording = SensorSamples.from_counts(counts)
     columns = sensor_columns(model, sensors.joint)
-    shown, valid = recording.sensor_angle_rad[:, columns], counts.angle_valid[:, columns]
+    readings_rad, valid = recording.sensor_angle_rad[:, columns], counts.angle_valid[:, columns]
     points = []
     for visit in visits:
         inside = (counts.t_us >= visit.from_us) & (counts.t_us <= visit.to_us)
-        points.append(_point(visit, shown[inside], valid[inside], sensors, recording.angle_step_rad))
+        points.append(_point(visit, readings_rad[inside], valid[inside], sensors, recording.angle_step_rad))
     return tuple(points)
 
 
@@ -204,8 +204,11 @@ def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray
     """(n, 10) by how much each visit is off for one standard deviation of each independent error of the sensors."""
     half = -0.5 * sensors.direction
     of_zero = np.tile(half, (len(reached_rad), 1)) @ root_of(sensors.zero_covariance)
-    shown = sensors.zero_rad + np.outer(reached_rad, sensors.direction)
-    curves = [half[k] * (harmonics(shown[:, k]) - harmonics(sensors.zero_rad[k : k + 1])) for k in range(2)]
+    sensor_angles_rad = sensors.zero_rad + np.outer(reached_rad, sensors.direction)
+    curves = [
+        half[k] * (harmonics(sensor_angles_rad[:, k]) - harmonics(sensors.zero_rad[k : k + 1]))
+        for k in range(2)
+    ]
     return np.concatenate(
         [of_zero, np.concatenate(curves, axis=1) @ root_of(sensors.bend_covariance)], axis=1
     )

@@ -162,10 +162,10 @@ def sha256(data: bytes) -> str:
 
 def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
     """Return the newest recording of each step, by the step's key."""
-    found: dict[str, Evidence] = {}
-    for one in sorted(evidence, key=lambda one: one.taken):
-        found[one.step.key] = one
-    return found
+    by_key: dict[str, Evidence] = {}
+    for entry in sorted(evidence, key=lambda entry: entry.taken):
+        by_key[entry.step.key] = entry
+    return by_key
 
 
 Enough = Callable[[Sequence[LiveSample]], bool]
@@ -200,13 +200,13 @@ def pass_over(live: LiveSource, lead_s: float) -> None:
 
 def read_step(step: Step, live: LiveSource, enough: Enough) -> Evidence:
     """Reads until there is enough. Raises what `live.fresh` does."""
-    taken = live.now()
+    taken_at = live.now()
     samples: list[LiveSample] = []
     while True:
         fresh = live.fresh()
         samples += fresh
         if enough(fresh):
-            return Evidence(step, Counts.from_live(samples, live.scales), taken, live.origin)
+            return Evidence(step, Counts.from_live(samples, live.scales), taken_at, live.origin)
 
 
 def until_s(duration_s: float) -> Enough:

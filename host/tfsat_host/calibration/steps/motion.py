@@ -76,8 +76,8 @@ class Motion:
 
     def sense(self, joint: int | None = None) -> float:
         """+1 where the bodies beyond a joint (1 to 3; None: the one that is moved) turn about its axis as it opens."""
-        wanted = (joint or self.step.moving_joint) - 1
-        return next(step.sign for step in self._tree.steps if step.joint == wanted)
+        joint_index = (joint or self.step.moving_joint) - 1
+        return next(step.sign for step in self._tree.steps if step.joint == joint_index)
 
     def axis(self, body: int) -> FloatArray:
         """(3,) the axis in the body's axes about which it turns, unit vector.
@@ -112,8 +112,8 @@ class Motion:
         """(3, 3) of that in body axes: the angles of joints between the body and the axis are not exact."""
         covariance = np.zeros((3, 3))
         for between in self._between(body):
-            known = self.joints[between - 1].zero_taken is not None
-            std = _ANGLE_STD_RAD if known else UNKNOWN_ZERO_STD_RAD
+            has_zero = self.joints[between - 1].zero_taken is not None
+            std = _ANGLE_STD_RAD if has_zero else UNKNOWN_ZERO_STD_RAD
             tilt = np.cross(self._joint_axis(between, body), self.axis(body))
             covariance += std**2 * np.outer(tilt, tilt)
         return covariance

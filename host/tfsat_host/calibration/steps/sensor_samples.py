@@ -52,14 +52,14 @@ class SensorSamples:
         imu_s, angle_s = 1e-6 * np.array(scales.imu_offset_us), 1e-6 * np.array(scales.angle_offset_us)
         rates = np.deg2rad(counts.imu_counts[:, :, _GYRO] / scales.gyro_lsb_per_deg_s)
         forces = counts.imu_counts[:, :, _ACCEL] * np.float64(STANDARD_GRAVITY_M_S2 / scales.accel_lsb_per_g)
-        shown = np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64)
+        angles_rad = np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64)
         answered = counts.imu_valid & ~counts.clipped
         return cls(
             t_s=t_s,
             rate_rad_s=at_sample_times(t_s, rates, imu_s - low_pass.gyros_later_s, answered),
             accel_m_s2=at_sample_times(t_s, forces, imu_s - low_pass.accels_later_s, answered),
             temperature_c=scales.temperature_c(counts.imu_counts[:, :, _TEMPERATURE]),
-            sensor_angle_rad=at_sample_times(t_s, shown, angle_s, counts.angle_valid, angles=True),
+            sensor_angle_rad=at_sample_times(t_s, angles_rad, angle_s, counts.angle_valid, angles=True),
             imu_valid=answered,
             clipped=counts.clipped,
             samples_lost=counts.samples_lost,
@@ -91,8 +91,8 @@ def at_sample_times(
     for k in np.flatnonzero(offset_s):
         rows = np.flatnonzero(valid[:, k])
         if len(rows) > 1:
-            shown = np.unwrap(values[rows, k], axis=0) if angles else values[rows, k]
-            at_sample = shown - offset_s[k] * np.gradient(shown, t_s[rows], axis=0)
+            readings = np.unwrap(values[rows, k], axis=0) if angles else values[rows, k]
+            at_sample = readings - offset_s[k] * np.gradient(readings, t_s[rows], axis=0)
             moved[rows, k] = at_sample % (2 * np.pi) if angles else at_sample
     return moved
 

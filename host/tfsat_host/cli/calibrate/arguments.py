@@ -95,7 +95,7 @@ def resume_command(args: argparse.Namespace) -> str:
 def as_typed_here(text: str, args: argparse.Namespace) -> str:
     """Gives the `calibrate` commands in an error's words this command's certificate, robot and device."""
     here = "".join(f" {word}" for word in _options(args, ("out", "robot")))
-    return _COMMAND.sub(lambda found: found[0] + here + _devices(args, found["quantity"]), text)
+    return _COMMAND.sub(lambda match: match[0] + here + _devices(args, match["quantity"]), text)
 
 
 def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
@@ -105,7 +105,7 @@ def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
         if value is None or value is False:
             continue
         values = () if value is True else value if isinstance(value, list) else (value,)
-        words += [f"--{name.replace('_', '-')}", *(shlex.quote(str(one)) for one in values)]
+        words += [f"--{name.replace('_', '-')}", *(shlex.quote(str(argument)) for argument in values)]
     return words
 
 
@@ -138,13 +138,13 @@ def commands_as_typed(
             out.note("")  # behind the prompt, and the terminal's ^C
         if session is None:
             raise
-        what, kept = "Interrupted.", session.kept_words
-        raise Interrupted(what=what, meaning=kept, next_step=resume_command(args)) from None
+        what, kept_words = "Interrupted.", session.kept_words
+        raise Interrupted(what=what, meaning=kept_words, next_step=resume_command(args)) from None
     except NotConfirmed:  # what it names is complete
         if session is None:
             raise
-        what, kept = "Ended before all steps were done.", session.kept_words
-        raise TfsatError(what=what, meaning=kept, next_step=resume_command(args)) from None
+        what, kept_words = "Ended before all steps were done.", session.kept_words
+        raise TfsatError(what=what, meaning=kept_words, next_step=resume_command(args)) from None
     except TfsatError as error:
         error.next_step = as_typed_here(error.next_step, args)
         if isinstance(error, NotKeptError):

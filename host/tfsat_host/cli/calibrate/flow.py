@@ -46,10 +46,10 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
             steps = with_rest(steps, campaign)
             _note_without_zero(campaign, args, out)
 
-        def read(step: Step, known: SensorKnowledge) -> Evidence:
+        def read(step: Step, calibration: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
                 return jog.sweep(step, bench, out)
-            return record(step, bench, known, model, out)
+            return record(step, bench, calibration, model, out)
 
         terminal = Terminal(read, len(steps), model, args, out)
         session = Session(steps, campaign, terminal, resume=args.resume, compare=not anew)

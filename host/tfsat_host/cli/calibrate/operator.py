@@ -56,11 +56,14 @@ class Picture:
         """Return each line with its style."""
         progress = self.progress
         bar = max(10, min(_WIDEST, width - _AROUND_BAR))
-        left = f"{'at most ' if progress.stops_deg else ''}{progress.left_s:.0f} s left"
+        time_text = f"{'at most ' if progress.stops_deg else ''}{progress.left_s:.0f} s left"
         angles = (f"{joint}: {angle:+6.1f} deg" for joint, angle in enumerate(progress.joint_deg, 1))
         return [
-            (f"{title(self.step)}: {left}", _NAME),
-            *((_body_line(self.step, one, bar), _MET if one.met else _NOT_MET) for one in progress.levels),
+            (f"{title(self.step)}: {time_text}", _NAME),
+            *(
+                (_body_line(self.step, level, bar), _MET if level.met else _NOT_MET)
+                for level in progress.levels
+            ),
             (f"joint  {'  '.join(angles)}", ""),
             *([(_rest_words(progress), _NAME)] if progress.stops_deg else []),
         ]
@@ -91,8 +94,8 @@ def _rest_words(progress: StepProgress) -> str:
 def _right(step: Step) -> str:
     if step.kind in (StepKind.REST, StepKind.ZERO):
         return "all bodies are still"
-    held = f", {bodies(step.held)} held" if step.held else ""
-    return f"{bodies(step.moved)} moved{held}"
+    held_text = f", {bodies(step.held)} held" if step.held else ""
+    return f"{bodies(step.moved)} moved{held_text}"
 
 
 def _body_line(step: Step, level: BodyLevel, width: int) -> str:
@@ -138,7 +141,9 @@ def drawn_or_lines(
 OF_EMULATED = "These are the errors of an emulated robot: of no use for a real one."
 
 
-def record(step: Step, bench: Bench, known: SensorKnowledge, model: RobotModel, out: Output) -> Evidence:
+def record(
+    step: Step, bench: Bench, calibration: SensorKnowledge, model: RobotModel, out: Output
+) -> Evidence:
     """Has the step done and reads it, until it is done or its time is over."""
     from tfsat_host.calibration.progress import Watch
     from tfsat_host.calibration.steps.evidence import LiveSource, pass_over, read_step
@@ -158,7 +163,7 @@ def record(step: Step, bench: Bench, known: SensorKnowledge, model: RobotModel, 
         with drawn_or_lines(
             out, lambda now: Picture(step, now), lambda now: line_of(step, now), due, first="  Reading …"
         ) as show:
-            evidence = read_step(step, live, Watch(step, scales, known, model, show))
+            evidence = read_step(step, live, Watch(step, scales, calibration, model, show))
     warn_of_losses(evidence, out)
     return evidence
 
@@ -204,14 +209,14 @@ class Terminal:
 
     def on_resumed(self, number: int, step: Evidence) -> None:
         """Says that it was kept before."""
-        taken = f"{step.taken.astimezone():%H:%M}"
-        self._out.note(f"{number} of {self._steps}: {title(step.step)}: kept from {taken}.")
+        time_text = f"{step.taken.astimezone():%H:%M}"
+        self._out.note(f"{number} of {self._steps}: {title(step.step)}: kept from {time_text}.")
 
 
 def give_result(
     args: argparse.Namespace,
     campaign: Campaign,
-    kept: Sequence[Evidence],
+    steps: Sequence[Evidence],
     before: Calibration | None,
     model: RobotModel,
     out: Output,
@@ -224,7 +229,7 @@ def give_result(
     calibration = campaign.calibration
     if calibration is None:
         raise ValueError("nothing was accepted")
-    found, parts = outcome(args.quantity, kept, before, calibration, model)
+    result, parts = outcome(args.quantity, steps, before, calibration, model)
     lines = ["Nothing is missing for a drop."]
     if shortcomings := calibration.shortcomings():
         after = as_typed_here(commands_of(shortcomings)[0], args)
@@ -233,4 +238,4 @@ def give_result(
         lines.append(OF_EMULATED)
     lines.append(f"Written to {campaign.certificate}.")
     joint = {} if getattr(args, "joint", None) is None else {"joint": args.joint}
-    out.result({**joint, **found, "file": str(campaign.certificate)}, lambda: show((*parts, *lines), out))
+    out.result({**joint, **result, "file": str(campaign.certificate)}, lambda: show((*parts, *lines), out))

@@ -37,16 +37,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
         calibration = campaign.calibration
         if calibration is None:
             raise ValueError("nothing was accepted")
-        servo_map = next(one for one in calibration.servo_maps if one.joint == args.joint)
+        servo_map = next(candidate for candidate in calibration.servo_maps if candidate.joint == args.joint)
         points = servo_points(evidence, calibration.joints, model)
         stopped = at_stops(points, args.joint, model)
-        found, parts = servo_outcome(servo_map, points, stopped)
+        findings, parts = servo_outcome(servo_map, points, stopped)
         show(parts, out)
         out.line(f"Written to {campaign.certificate}.")
         after = settings_from_map(servo_map, before)
         result = {
             "joint": args.joint,
-            **found,
+            **findings,
             **_upload(servo_map, before, after, bench, args, out),
             "file": campaign.certificate,
         }
@@ -65,14 +65,16 @@ def _upload(
     """Puts the new settings on the board unless `--no-upload`; says what error is left."""
     joint = servo_map.joint
     out.table(*comparison(after, before), title="Servo settings")
-    left = left_by(servo_map, after.of(joint))
+    errors_deg = left_by(servo_map, after.of(joint))
     words = (
-        f"joint {joint} misses commanded angles by at most {left['mean_deg']:.2f} deg on average of both directions, "
-        f"stops {left['side_deg']:.2f} deg short by its backlash, and scatters by {left['scatter_deg']:.2f} deg."
+        f"joint {joint} misses commanded angles by at most {errors_deg['mean_deg']:.2f} deg on average "
+        "of both directions, "
+        f"stops {errors_deg['side_deg']:.2f} deg short by its backlash, and scatters by "
+        f"{errors_deg['scatter_deg']:.2f} deg."
     )
     result = {
         "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
-        "left": left,
+        "left": errors_deg,
         "uploaded": False,
         "verified": False,
     }
@@ -89,9 +91,9 @@ def _upload(
         except NotConfirmed as error:
             error.next_step = f"To go on from the measurement: {resume_command(args)}"
             raise
-    done = bench.jog.write_settings(after)
+    upload = bench.jog.write_settings(after)
     at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
     fits = warn_of_misfit(bench.jog, after, " --emulated" if args.emulated else at, out)
-    already = "" if done.written else " (they were there already)"
+    already = "" if upload.written else " (they were there already)"
     out.line(f"Settings stored on the sequencer, read back and identical{already}: now {words}")
-    return {**result, "uploaded": done.written, "verified": True, "maneuver_fits": fits}
+    return {**result, "uploaded": upload.written, "verified": True, "maneuver_fits": fits}

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if not file.exists():
         raise none_yet(args, file)
     calibration = read_calibration(file)
-    found = review(file, calibration, load_robot(args.robot), same_certificate(args), now)
+    result = review(file, calibration, load_robot(args.robot), same_certificate(args), now)
 
     def age(row: Row) -> str:
         return UNKNOWN if row["taken"] is None else age_words(now - datetime.fromisoformat(row["taken"]))
@@ -54,10 +54,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
             Column("", "measured", words=age),
             Column("", "for the next drop", words=state),
         )
-        show_rows(columns, found["quantities"], out, title=str(file))
-        for line in _below(calibration, found):
+        show_rows(columns, result["quantities"], out, title=str(file))
+        for line in _below(calibration, result):
             out.line(line)
-        if papers := found["recordings"]:
+        if papers := result["recordings"]:
             out.line()
             named = (Column("step", "recording"), Column("", "measured", words=age), Column("file", "file"))
             show_rows((*named, Column("", "SHA-256", words=state)), papers, out)
@@ -69,11 +69,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
                 )
         out.line(landing_words(calibration, now))
 
-    out.result(found, show)
+    out.result(result, show)
     return 0
 
 
-def _below(calibration: Calibration, found: Row) -> list[str]:
+def _below(calibration: Calibration, result: Row) -> list[str]:
     """Lines below the quantities."""
     lines = [
         "Biases are along the sensors' own axes; misalignments and scale factors, about the bodies' axes."
@@ -83,16 +83,16 @@ def _below(calibration: Calibration, found: Row) -> list[str]:
         lines.append(OF_EMULATED)
     if calibration.drawn:
         lines.append(f"Drawn for a rehearsal, never measured: {in_words(calibration.drawn)}.")
-    if not found["same_protocol"]:
+    if not result["same_protocol"]:
         lines.append("It was written by a tfsat of another protocol; its values hold all the same.")
-    rows, commands = found["quantities"], found["commands"]
+    rows, commands = result["quantities"], result["commands"]
     if commands:
         lacking = sum(row["state"] != "valid" for row in rows)
         lines += ["", f"{lacking} of {len(rows)} quantities are missing for the next drop. Type:"]
         lines += [f"  {command}" for command in commands]
     else:
         ready = "Nothing is missing for the next drop."
-        lines += ["", ready if found["ready"] else "Every quantity is there, but see below."]
+        lines += ["", ready if result["ready"] else "Every quantity is there, but see below."]
     lines += [
         f"The {row['quantity']} was measured in the future: the clock was wrong then, or is now. No landing can end it."
         for row in rows

@@ -120,5 +120,7 @@ def rms_limit(numbers: float) -> float:
 
 def withheld_by(checks: Iterable[Check]) -> dict[str, str]:
     """Return the quantities protected by failed checks, each with the check farthest above its limit."""
-    failed = sorted((one for one in checks if one.failed and one.protects), key=lambda one: one.excess)
+    failed = sorted(
+        (check for check in checks if check.failed and check.protects), key=lambda check: check.excess
+    )
     return {name: check.name for check in failed for name in check.protects}

@@ -201,13 +201,13 @@ class Consistency:
         """(size, 6) the residual by tilts of the joints' axes, about the two directions across each."""
         tilts = _TILT_STEP_RAD * np.eye(2 * self.joints).reshape(-1, self.joints, 2)
         axes = [self.model.joint_axis, *Multibody.of(self.model).tilt_hinges(tilts).joint_axis]
-        found, *ends = (
+        nominal_residual, *ends = (
             replace(
                 self, model=replace(self.model, joint_axis=axis), tilt_rad=np.zeros_like(self.tilt_rad)
             ).residual
             for axis in axes
         )
-        return np.stack([end - found for end in ends], axis=1) / _TILT_STEP_RAD
+        return np.stack([end - nominal_residual for end in ends], axis=1) / _TILT_STEP_RAD
 
     def residual_with_angles(self, sensed_rad: Sequence[FloatArray]) -> FloatArray:
         """(size,) the residual with other joint angles: (2, n) for each joint, the same array where unchanged."""
@@ -234,9 +234,9 @@ class Consistency:
 
     def rotation_by(self, joint: int, pair: FloatArray) -> FloatArray:
         """(n, 3, 3) from the axes of a joint's outer body to those of the inner one, by its sensors (2, n)."""
-        known = np.isfinite(pair)
-        angle = np.where(known, pair, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        either = known.any(axis=0)
+        is_finite = np.isfinite(pair)
+        angle = np.where(is_finite, pair, 0.0).sum(axis=0) / np.maximum(is_finite.sum(axis=0), 1)
+        either = is_finite.any(axis=0)
         angle = np.interp(self.t_s, self.t_s[either], angle[either]) if either.any() else self.by_gyros(joint)
         return np.moveaxis(rotation_about(self.model.joint_axis[joint][:, None], angle), 2, 0)
 
@@ -252,11 +252,13 @@ class Consistency:
 
         A straight line would miss a stroke that begins or ends in the hole, and spoil the whole block.
         """
-        known = np.isfinite(angle)
-        if known.all() or not known.any():
+        is_finite = np.isfinite(angle)
+        if is_finite.all() or not is_finite.any():
             return np.nan_to_num(angle)
         turned = self.by_gyros(joint)
-        return np.where(known, angle, turned + np.interp(self.t_s, self.t_s[known], (angle - turned)[known]))
+        return np.where(
+            is_finite, angle, turned + np.interp(self.t_s, self.t_s[is_finite], (angle - turned)[is_finite])
+        )
 
     @cached_property
     def _bases(self) -> tuple[FloatArray, ...]:

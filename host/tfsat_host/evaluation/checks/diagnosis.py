@@ -46,12 +46,12 @@ EVIDENCE_THRESHOLD_NATS = float(np.log(100.0))
 """Against all being as filed and certified: "decisive" (H. Jeffreys, Theory of Probability, 1961, appendix B)."""
 
 
-def evidence_check(whole: WholeResidual) -> Check:
+def evidence_check(residuals: WholeResidual) -> Check:
     """Check that no cause is so likely that robot file or certificate must be wrong, whatever else passed."""
-    if not is_measured(whole.data.calibration):
+    if not is_measured(residuals.data.calibration):
         return AS_FILED.not_possible(LITTLE_STATED)
-    sound, _ = of_no_kind(whole)
-    best = max(try_hypotheses(whole, stated_faults(whole)), key=lambda one: one.log_evidence)
+    sound, _ = of_no_kind(residuals)
+    best = max(try_hypotheses(residuals, stated_faults(residuals)), key=lambda trial: trial.log_evidence)
     value = best.log_evidence - sound.log_evidence
     sentence = (
         f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
@@ -68,53 +68,56 @@ def whole_residual(
     return WholeResidual(data, stated, model)
 
 
-def diagnose(whole: WholeResidual) -> tuple[Cause, ...]:
+def diagnose(residuals: WholeResidual) -> tuple[Cause, ...]:
     """Ranked, of all that can be wrong.
 
     While the sensors contradict each other the axes of the joints are not fitted yet, and those lean by more than
     is linear: they are found with the likeliest hypothesis, again and again, and each hypothesis counts where it
     explains the drop best.
     """
-    small = now = _small(whole)
-    here = whole
-    for _ in range(_ROUNDS if whole.model is None else 0):
-        found = _axes_found(here, max(now, key=lambda one: one.log_evidence))
-        tilt = np.clip(found, -_MAX_FIRST_STEP_RAD, _MAX_FIRST_STEP_RAD)
+    small = now = _small(residuals)
+    here = residuals
+    for _ in range(_ROUNDS if residuals.model is None else 0):
+        fitted_tilt = _axes_found(here, max(now, key=lambda trial: trial.log_evidence))
+        tilt = np.clip(fitted_tilt, -_MAX_FIRST_STEP_RAD, _MAX_FIRST_STEP_RAD)
         if np.abs(tilt - here.data.tilt_rad).max() < _LINEAR_RAD:
             break
-        here = _linear_at(whole.data, tilt)
+        here = _linear_at(residuals.data, tilt)
         now = _small(here)
-        small = [max(pair, key=lambda one: one.log_evidence) for pair in zip(small, now, strict=True)]
-    return rank_causes([*of_no_kind(whole), *small, *try_hypotheses(whole, gross_faults(whole))])
+        small = [max(pair, key=lambda trial: trial.log_evidence) for pair in zip(small, now, strict=True)]
+    return rank_causes([*of_no_kind(residuals), *small, *try_hypotheses(residuals, gross_faults(residuals))])
 
 
-def explain_checks(checks: Sequence[Check], whole: WholeResidual) -> list[Check]:
+def explain_checks(checks: Sequence[Check], residuals: WholeResidual) -> list[Check]:
     """Return the checks, each failed one with its compared causes.
 
     A sensor's fault affects everything that the sensors measure, and the check protects that.
     """
-    causes = diagnose(whole)
-    found = [check.attach_causes(causes, *in_words(causes)) for check in checks]
+    causes = diagnose(residuals)
+    explained_checks = [check.attach_causes(causes, *in_words(causes)) for check in checks]
     kind = causes[0].kind
     if kind in NO_SENSORS:
-        return found
+        return explained_checks
     spoilt = WEIGHT.protects if kind == WEIGHT_FELT else AS_STATED.protects
-    return [replace(check, protects=spoilt) if check.name == AS_FILED.name else check for check in found]
+    return [
+        replace(check, protects=spoilt) if check.name == AS_FILED.name else check
+        for check in explained_checks
+    ]
 
 
-def _small(whole: WholeResidual) -> list[TestedHypothesis]:
-    return try_hypotheses(whole, [*stated_faults(whole), *passing_faults(whole)])
+def _small(residuals: WholeResidual) -> list[TestedHypothesis]:
+    return try_hypotheses(residuals, [*stated_faults(residuals), *passing_faults(residuals)])
 
 
-def _axes_found(whole: WholeResidual, with_one: TestedHypothesis) -> FloatArray:
+def _axes_found(residuals: WholeResidual, with_one: TestedHypothesis) -> FloatArray:
     """(3, 2) tilts of the joints' axes, if one hypothesis is true."""
-    std = WORSE * axis_std_rad(whole.data)
-    tilts = std * whole.whiten(whole.by_tilts)
+    std = WORSE * axis_std_rad(residuals.data)
+    tilts = std * residuals.whiten(residuals.by_tilts)
     # The hypothesis that the axes lean has no other numbers than these.
     columns = tilts if with_one.kind == AXIS else np.concatenate([tilts, with_one.columns], axis=1)
     normal = np.eye(columns.shape[1]) + columns.T @ columns
-    found = np.linalg.solve(normal, columns.T @ whole.whiten(whole.residual))
-    return np.asarray(-std * found[: whole.by_tilts.shape[1]].reshape(-1, 2))
+    solution = np.linalg.solve(normal, columns.T @ residuals.whiten(residuals.residual))
+    return np.asarray(-std * solution[: residuals.by_tilts.shape[1]].reshape(-1, 2))
 
 
 def _linear_at(filed: Consistency, tilt_rad: FloatArray) -> WholeResidual:

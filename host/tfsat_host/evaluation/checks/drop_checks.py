@@ -62,13 +62,13 @@ def checks_of(
         lag_check(motion, calibration),
         attitude_check(motion, calibration, model),
     ]
-    whole = whole_residual(motion, fit, data, stated)
+    residuals = whole_residual(motion, fit, data, stated)
     # Accelerometers and noise have causes of their own.
     own = [check for check in rest if check.name != BIAS.name]
     biases = [check for check in rest if check.name == BIAS.name]
     filed = [weight_check(motion, data), axes_check(motion, calibration)]
     momentum = momentum_checks(motion, fit, model.base)
-    contradictory = [*biases, *sensors, *filed, *momentum, evidence_check(whole)]
+    contradictory = [*biases, *sensors, *filed, *momentum, evidence_check(residuals)]
     if diagnosed and any(check.failed for check in contradictory):
-        contradictory = explain_checks(contradictory, whole)
+        contradictory = explain_checks(contradictory, residuals)
     return (*complete, *own, *contradictory)

@@ -62,75 +62,97 @@ class TestedHypothesis(NamedTuple):
     columns: FloatArray
 
 
-def try_hypotheses(whole: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
+def try_hypotheses(residuals: WholeResidual, hypotheses: Iterable[Hypothesis]) -> list[TestedHypothesis]:
     """Compute the evidence of each hypothesis."""
-    as_it_is = whole.whiten(whole.residual)
-    found: list[TestedHypothesis] = []
+    as_it_is = residuals.whiten(residuals.residual)
+    trials: list[TestedHypothesis] = []
     chosen = list(hypotheses)
-    widths = np.cumsum([0, *(one.columns.shape[1] for one in chosen)])
-    columns = whole.whiten(np.concatenate([one.columns for one in chosen], axis=1))
-    for first, last, one in zip(widths, widths[1:], chosen, strict=False):
-        left = as_it_is if one.left is None else whole.whiten(one.left)
-        found.append(_try_hypothesis(one, left, columns[:, first:last]))
-    return found
+    widths = np.cumsum([0, *(hypothesis.columns.shape[1] for hypothesis in chosen)])
+    columns = residuals.whiten(np.concatenate([hypothesis.columns for hypothesis in chosen], axis=1))
+    for first, last, hypothesis in zip(widths, widths[1:], chosen, strict=False):
+        whitened_residual = as_it_is if hypothesis.left is None else residuals.whiten(hypothesis.left)
+        trials.append(_try_hypothesis(hypothesis, whitened_residual, columns[:, first:last]))
+    return trials
 
 
-def _try_hypothesis(one: Hypothesis, left: FloatArray, columns: FloatArray) -> TestedHypothesis:
+def _try_hypothesis(
+    hypothesis: Hypothesis, whitened_residual: FloatArray, columns: FloatArray
+) -> TestedHypothesis:
     """Compute a hypothesis's evidence in the eigenvectors of its columns' normal matrix.
 
     There the evidence is equally easy to compute for every size of the fault.
     """
     values, axes = np.linalg.eigh(columns.T @ columns)
-    along, values = axes.T @ (columns.T @ left), np.maximum(values, 0.0)
+    along, values = axes.T @ (columns.T @ whitened_residual), np.maximum(values, 0.0)
     squares = np.array(SIZES if len(values) else (1.0,))[:, None] ** 2
     shrunk = squares / (1.0 + squares * values)
     logs = 0.5 * (shrunk * along**2).sum(axis=1) - 0.5 * np.log1p(squares * values).sum(axis=1)
     likeliest = int(logs.argmax())
     best = shrunk[likeliest]
-    evidence = float(logsumexp(logs) - np.log(len(squares)) - 0.5 * left @ left)
+    evidence = float(logsumexp(logs) - np.log(len(squares)) - 0.5 * whitened_residual @ whitened_residual)
 
     def words() -> str:
         numbers = -axes @ (best * along)
-        unexplained = float(((left + columns @ numbers) ** 2).mean())
+        unexplained = float(((whitened_residual + columns @ numbers) ** 2).mean())
         still = f"; with it the data still contradict each other {unexplained:.3g} times as much as their errors allow"
-        return one.words(numbers) + (still if unexplained > _ENDS_IT else "")
+        return hypothesis.words(numbers) + (still if unexplained > _ENDS_IT else "")
 
-    return TestedHypothesis(one.kind, evidence, words, one.next_step, np.sqrt(squares[likeliest]) * columns)
-
-
-def of_no_kind(whole: WholeResidual) -> list[TestedHypothesis]:
-    """Compute the evidence of two special hypotheses: nothing is wrong, and everything is."""
-    left = whole.whiten(whole.residual)
-    return [_try_no_error(left), _try_any_error(left)]
-
-
-def _try_no_error(left: FloatArray) -> TestedHypothesis:
-    agree = f"{UNKNOWN}; gyros, angle sensors and model agree to {(left**2).mean():.3g} times what their errors allow"
-    return TestedHypothesis(SOUND, float(-0.5 * left @ left), lambda: agree, _LOOK, np.zeros((len(left), 0)))
-
-
-def _try_any_error(left: FloatArray) -> TestedHypothesis:
-    factors = np.array(_WORSE)
-    logs = -len(left) * np.log(factors) - 0.5 * (left @ left) / factors**2
-    apart = f"{UNKNOWN}; the data contradict each other {(left**2).mean():.3g} times as much as their errors allow"
     return TestedHypothesis(
-        UNKNOWN, float(logsumexp(logs) - np.log(len(factors))), lambda: apart, _LOOK, np.zeros((len(left), 0))
+        hypothesis.kind, evidence, words, hypothesis.next_step, np.sqrt(squares[likeliest]) * columns
     )
 
 
-def rank_causes(found: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
+def of_no_kind(residuals: WholeResidual) -> list[TestedHypothesis]:
+    """Compute the evidence of two special hypotheses: nothing is wrong, and everything is."""
+    whitened_residual = residuals.whiten(residuals.residual)
+    return [_try_no_error(whitened_residual), _try_any_error(whitened_residual)]
+
+
+def _try_no_error(whitened_residual: FloatArray) -> TestedHypothesis:
+    agree = (
+        f"{UNKNOWN}; gyros, angle sensors and model agree to {(whitened_residual**2).mean():.3g} "
+        "times what their errors allow"
+    )
+    return TestedHypothesis(
+        SOUND,
+        float(-0.5 * whitened_residual @ whitened_residual),
+        lambda: agree,
+        _LOOK,
+        np.zeros((len(whitened_residual), 0)),
+    )
+
+
+def _try_any_error(whitened_residual: FloatArray) -> TestedHypothesis:
+    factors = np.array(_WORSE)
+    logs = (
+        -len(whitened_residual) * np.log(factors) - 0.5 * (whitened_residual @ whitened_residual) / factors**2
+    )
+    apart = (
+        f"{UNKNOWN}; the data contradict each other {(whitened_residual**2).mean():.3g} times as "
+        "much as their errors allow"
+    )
+    return TestedHypothesis(
+        UNKNOWN,
+        float(logsumexp(logs) - np.log(len(factors))),
+        lambda: apart,
+        _LOOK,
+        np.zeros((len(whitened_residual), 0)),
+    )
+
+
+def rank_causes(trials: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
     """Kinds of causes, the likeliest first."""
     kinds: dict[str, list[TestedHypothesis]] = {}
-    for one in found:
-        kinds.setdefault(one.kind, []).append(one)
+    for trial in trials:
+        kinds.setdefault(trial.kind, []).append(trial)
     logs = {
-        kind: float(logsumexp([one.log_evidence for one in of_kind]) - np.log(len(of_kind)))
+        kind: float(logsumexp([trial.log_evidence for trial in of_kind]) - np.log(len(of_kind)))
         for kind, of_kind in kinds.items()
     }
     total = float(logsumexp([*logs.values()]))
     causes: list[Cause] = []
     for kind in sorted(logs, key=lambda kind: -logs[kind]):
-        best = max(kinds[kind], key=lambda one: one.log_evidence)
+        best = max(kinds[kind], key=lambda trial: trial.log_evidence)
         probability = float(np.exp(logs[kind] - total))
         if probability >= _LISTED or not causes:
             causes.append(Cause(kind, best.words(), probability, best.next_step))
@@ -144,7 +166,9 @@ def in_words(causes: Sequence[Cause]) -> tuple[str, str]:
     """
     first, *others = causes
     if others and first.probability < TIE * others[0].probability:
-        pair = " from ".join(f"{one.cause} (probability {one.probability:.2f})" for one in (first, others[0]))
+        pair = " from ".join(
+            f"{cause.cause} (probability {cause.probability:.2f})" for cause in (first, others[0])
+        )
         named = first if first.kind not in (SOUND, UNKNOWN) else others[0]
         return f"cannot tell {pair}", named.next_step
     certain = "" if first.probability >= _CERTAIN else f" (probability {first.probability:.2f})"

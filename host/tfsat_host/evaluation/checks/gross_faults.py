@@ -29,17 +29,17 @@ _REWIRE = f"Compare the IMUs' bus and address of each body {ROBOT}; then decode 
 Shifted = Callable[[float], FloatArray]
 
 
-def gross_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+def gross_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield all gross faults that can be tried on one drop."""
-    data = whole.data
-    none = np.zeros((whole.size, 0))
-    for kind, left, cause, next_step in _put_right(data):
-        yield Hypothesis(kind, none, fixed_words(cause), next_step, whole.with_sensors(left))
-    for left, cause, next_step in _other_low_passes(whole):
-        yield Hypothesis("low-pass", none, fixed_words(cause), next_step, left)
-    yield from _reversed_sensors(whole)
-    yield from _late_sensors(whole)
-    yield from _one_left_out(whole)
+    data = residuals.data
+    none = np.zeros((residuals.size, 0))
+    for kind, sensor_residual, cause, next_step in _put_right(data):
+        yield Hypothesis(kind, none, fixed_words(cause), next_step, residuals.with_sensors(sensor_residual))
+    for corrected_residual, cause, next_step in _other_low_passes(residuals):
+        yield Hypothesis("low-pass", none, fixed_words(cause), next_step, corrected_residual)
+    yield from _reversed_sensors(residuals)
+    yield from _late_sensors(residuals)
+    yield from _one_left_out(residuals)
 
 
 Right = tuple[str, FloatArray, str, str]
@@ -57,8 +57,8 @@ def _put_right(data: Consistency) -> Iterator[Right]:
 def signed_exchanges() -> FloatArray:
     """(47, 3, 3) what shows instead of the truth: every exchange and reversal of axes but none at all."""
     orders, signs = permutations(range(3)), list(product((1.0, -1.0), repeat=3))
-    found = np.array([np.diag(sign) @ np.eye(3)[list(order)] for order in orders for sign in signs])
-    return np.asarray(found[(found != np.eye(3)).any(axis=(1, 2))])
+    matrices = np.array([np.diag(sign) @ np.eye(3)[list(order)] for order in orders for sign in signs])
+    return np.asarray(matrices[(matrices != np.eye(3)).any(axis=(1, 2))])
 
 
 def _in_words(exchange: FloatArray) -> str:
@@ -104,8 +104,8 @@ def _reread(
     data: Consistency, body: int, exchanges: FloatArray, gyro: FloatArray, rest: FloatArray
 ) -> Iterator[Right]:
     others = data.residual - data.gyro_parts[body]
-    for one, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
-        cause = f"gyro of body {body + 1}: {_in_words(one)}"
+    for exchange, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
+        cause = f"gyro of body {body + 1}: {_in_words(exchange)}"
         yield "mounting", others + part, cause, _REMOUNT
 
 
@@ -123,25 +123,25 @@ def _wrong_orders(data: Consistency) -> Iterator[Right]:
         if len(moved) > 2:
             stands = ", ".join(f"that of body {b + 1} in place {order[b] + 1}" for b in moved)
             cause = f"wrong order of the IMUs: {stands}"
-        left = angles + sum(parts[b][place] for b, place in enumerate(order))
-        yield "order of the IMUs", left, cause, _REWIRE
+        residual = angles + sum(parts[b][place] for b, place in enumerate(order))
+        yield "order of the IMUs", residual, cause, _REWIRE
 
 
-def _reversed_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _reversed_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield angle sensors that count backwards or were turned round on the shaft.
 
     Turning one round moves its zero point too.
     """
-    data = whole.data
+    data = residuals.data
     for joint, sensor in np.ndindex(data.joints, 2):
         cause = fixed_words(f"{sensor_name(joint, sensor)}: its direction is reversed")
         step = f"Compare its direction {ROBOT}; then tfsat-host calibrate zero --joint {joint + 1}"
         in_counts = data.sensor_angles(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
-        offset = np.zeros((whole.size, 1))
+        offset = np.zeros((residuals.size, 1))
         offset[data.along(joint, sensor)] = _ANYWHERE_RAD
         for angle in (in_counts, -data.sensed_angles[joint][sensor]):
-            left = whole.with_sensors(data.with_one(joint, sensor, angle))
-            yield Hypothesis("reversed sensor", offset, cause, step, left)
+            corrected_residual = residuals.with_sensors(data.with_one(joint, sensor, angle))
+            yield Hypothesis("reversed sensor", offset, cause, step, corrected_residual)
 
 
 def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
@@ -150,129 +150,141 @@ def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
         if first[0] == second[0]:
             continue
         columns = [data.sensors(joint)[sensor] for joint, sensor in (first, second)]
-        shown = data.shown_rad.copy()
-        shown[:, columns] = shown[:, columns[::-1]]
+        readings_rad = data.shown_rad.copy()
+        readings_rad[:, columns] = readings_rad[:, columns[::-1]]
         sensed = list(data.sensed_angles)
         for joint, _ in (first, second):
-            sensed[joint] = data.sensor_angles(joint, shown)
+            sensed[joint] = data.sensor_angles(joint, readings_rad)
         cause = f"{sensor_name(*first)} and {sensor_name(*second)} exchanged"
         step = f"Compare the cables of the angle sensors {ROBOT}"
         yield "exchanged sensors", data.residual_with_angles(sensed), cause, step
 
 
-def _late_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _late_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield delays too large to linearize, of each sensor and of all gyros against all angle sensors."""
-    data, by_delay = whole.data, whole.by_gyros.delay
+    data, by_delay = residuals.data, residuals.by_gyros.delay
     for body in range(data.bodies):
         name = f"gyro of body {body + 1}"
-        yield _late(whole, name, _gyros_later(data, [body]), by_delay[:, [body]])
+        yield _late(residuals, name, _gyros_later(data, [body]), by_delay[:, [body]])
     slip, every = "clock slip: all gyros against the angle sensors", range(data.bodies)
-    yield _late(whole, slip, _gyros_later(data, every), by_delay.sum(axis=1, keepdims=True))
+    yield _late(residuals, slip, _gyros_later(data, every), by_delay.sum(axis=1, keepdims=True))
     for joint, sensor in np.ndindex(data.joints, 2):
         shifted = _sensor_later(data, joint, sensor)
-        yield _late(whole, sensor_name(joint, sensor), shifted, np.zeros((whole.size, 1)))
+        yield _late(residuals, sensor_name(joint, sensor), shifted, np.zeros((residuals.size, 1)))
 
 
 def _gyros_later(data: Consistency, bodies: Sequence[int]) -> Shifted:
     others = data.residual - data.gyro_parts[list(bodies)].sum(axis=0)
 
     def vector(late_s: float) -> FloatArray:
-        left = others.copy()
+        residual = others.copy()
         for body in bodies:
             columns = [np.interp(data.t_s + late_s, data.t_s, column) for column in data.rates[body].T]
-            left += data.rate_part(body, np.column_stack(columns), data.rotations)
-            left += data.rest_part(body, data.rest_rad_s[body])
-        return np.asarray(left)
+            residual += data.rate_part(body, np.column_stack(columns), data.rotations)
+            residual += data.rest_part(body, data.rest_rad_s[body])
+        return np.asarray(residual)
 
     return vector
 
 
 def _sensor_later(data: Consistency, joint: int, sensor: int) -> Shifted:
     angle = data.sensed_angles[joint][sensor]
-    known = np.isfinite(angle)
+    is_finite = np.isfinite(angle)
 
     def vector(late_s: float) -> FloatArray:
         shifted = np.full_like(angle, np.nan)
-        if known.any():
-            shifted[known] = np.interp(data.t_s[known] + late_s, data.t_s[known], angle[known])
+        if is_finite.any():
+            shifted[is_finite] = np.interp(
+                data.t_s[is_finite] + late_s, data.t_s[is_finite], angle[is_finite]
+            )
         return data.with_one(joint, sensor, shifted)
 
     return vector
 
 
-def _late(whole: WholeResidual, name: str, shifted: Shifted, column: FloatArray) -> Hypothesis:
+def _late(residuals: WholeResidual, name: str, shifted: Shifted, column: FloatArray) -> Hypothesis:
     """About the delay that fits the sensors best, by Gauss-Newton; `column` (size, 1) of a small one."""
-    sensors, late_s, column = whole.data.size, 0.0, column.copy()
-    left = shifted(late_s)
+    sensors, late_s, column = residuals.data.size, 0.0, column.copy()
+    residual = shifted(late_s)
     for _ in range(_STEPS):
-        slope = (shifted(late_s + _DIFFERENCE_S) - left) / _DIFFERENCE_S
+        slope = (shifted(late_s + _DIFFERENCE_S) - residual) / _DIFFERENCE_S
         column[:sensors, 0] = slope
-        white, direction = (whole.whiten(whole.stack(one)) for one in (left[:, None], slope[:, None]))
+        white, direction = (
+            residuals.whiten(residuals.stack(vector)) for vector in (residual[:, None], slope[:, None])
+        )
         length = float((direction**2).sum())
         if length == 0.0:
             break
         late_s = float(np.clip(late_s - (direction * white).sum() / length, -_MAX_DELAY_S, _MAX_DELAY_S))
-        left = shifted(late_s)
-    return late(name, column)._replace(left=whole.with_sensors(left - late_s * column[:sensors, 0]))
+        residual = shifted(late_s)
+    return late(name, column)._replace(left=residuals.with_sensors(residual - late_s * column[:sensors, 0]))
 
 
-def _other_low_passes(whole: WholeResidual) -> Iterator[tuple[FloatArray, str, str]]:
+def _other_low_passes(residuals: WholeResidual) -> Iterator[tuple[FloatArray, str, str]]:
     """Another low-pass than the header's: the residual with it, the cause, what to do."""
-    data = whole.data
+    data = residuals.data
     angles = data.residual - data.gyro_parts.sum(axis=0)
     for setting in range(len(data.low_pass.parts[0].gyro_delay_us)):
         if setting == data.low_pass.dlpf_cfg:
             continue
         other = replace(data.low_pass, dlpf_cfg=setting)
         gyro, rest = sheet_lag(other).remove(data.t_s, data.lagging_rad_s), data.rest_rad_s
-        left = whole.with_sensors(
+        corrected_residual = residuals.with_sensors(
             angles + sum(data.gyro_part(b, gyro[:, b], rest[b]) for b in range(data.bodies))
         )
-        if whole.model is not None:
-            rates = [one.body_rates(gyro[:, b]) for b, one in enumerate(data.calibration.gyros)]
-            more = np.stack(rates, axis=1) - np.stack(data.rates, axis=1)
-            left[data.size :] += whole.model.by_gyros(more[None])[:, 0]
+        if residuals.model is not None:
+            rates = [
+                gyro_calibration.body_rates(gyro[:, b])
+                for b, gyro_calibration in enumerate(data.calibration.gyros)
+            ]
+            rate_changes = np.stack(rates, axis=1) - np.stack(data.rates, axis=1)
+            corrected_residual[data.size :] += residuals.model.by_gyros(rate_changes[None])[:, 0]
         cause = (
             f"the gyros lag by {1e3 * other.gyro_delay_s:.1f} ms as with DLPF_CFG {setting}, "
             f"but the header says DLPF_CFG {data.low_pass.dlpf_cfg}"
         )
-        yield left, cause, "Set the low-pass and record again: tfsat-host logger-settings"
+        yield corrected_residual, cause, "Set the low-pass and record again: tfsat-host logger-settings"
 
 
-def _one_left_out(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _one_left_out(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield faults of the last resort: one sensor is wrong in an unknown way, or the model is.
 
     All other sensors agree without that one.
     """
-    data = whole.data
-    of_model = slice(data.size, whole.size)
+    data = residuals.data
+    of_model = slice(data.size, residuals.size)
     for body in range(data.bodies):
         parts = [data.at_rest(body), of_model]
         for joint in range(data.joints):
             if body in data.pair(joint):
                 parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
         cause = _lies_with(data.t_s, f"gyro of body {body + 1}", data.lagging_rad_s[:, body])
-        for columns in (_anyhow(whole, parts), by_blocks(whole, body)):
+        for columns in (_anyhow(residuals, parts), by_blocks(residuals, body)):
             yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK)
     for joint, sensor in np.ndindex(data.joints, 2):
-        left = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
-        shown = data.shown_rad[:, data.sensors(joint)[sensor], None]
-        cause = _lies_with(data.t_s, sensor_name(joint, sensor), shown)
-        columns = _anyhow(whole, [data.along(joint, sensor)])
-        yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK, whole.with_sensors(left))
-    if whole.model is not None:
-        bounded = ", ".join(whole.model.fit.bounded)
+        sensor_residual = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
+        readings_rad = data.shown_rad[:, data.sensors(joint)[sensor], None]
+        cause = _lies_with(data.t_s, sensor_name(joint, sensor), readings_rad)
+        columns = _anyhow(residuals, [data.along(joint, sensor)])
+        yield Hypothesis(
+            "one sensor", columns, fixed_words(cause), LOOK, residuals.with_sensors(sensor_residual)
+        )
+    if residuals.model is not None:
+        bounded = ", ".join(residuals.model.fit.bounded)
         cause = "unknown; it lies with the robot file, all sensors agree"
         if bounded:
             cause = f"the robot file: {bounded} would have to be off by more than its bound"
         yield Hypothesis(
-            "robot file", _anyhow(whole, [of_model]), fixed_words(cause), f"Weigh the bodies, compare {ROBOT}"
+            "robot file",
+            _anyhow(residuals, [of_model]),
+            fixed_words(cause),
+            f"Weigh the bodies, compare {ROBOT}",
         )
 
 
-def _anyhow(whole: WholeResidual, parts: Sequence[slice]) -> FloatArray:
+def _anyhow(residuals: WholeResidual, parts: Sequence[slice]) -> FloatArray:
     """(size, k) any errors of the k rows in these parts."""
-    return np.asarray(_ANYHOW * np.eye(whole.size)[:, np.r_[*parts]])
+    return np.asarray(_ANYHOW * np.eye(residuals.size)[:, np.r_[*parts]])
 
 
 def _lies_with(t_s: FloatArray, name: str, readings: FloatArray) -> str:

@@ -55,9 +55,13 @@ class ModelRows:
     def residual(self) -> FloatArray:
         """(3 k,) without offsets and without errors of the sensors."""
         fit, solved, root = self.fit, self.motion.solved, self._root
-        taken = np.linalg.solve(root, solved.errors) + fit.errors
-        found = fit.derivatives
-        return self._rows(found.residual_rad_s - found.by_errors @ taken - found.by_offsets @ fit.values)
+        total_errors = np.linalg.solve(root, solved.errors) + fit.errors
+        linearization = fit.derivatives
+        return self._rows(
+            linearization.residual_rad_s
+            - linearization.by_errors @ total_errors
+            - linearization.by_offsets @ fit.values
+        )
 
     @cached_property
     def noise(self) -> FloatArray:
@@ -95,14 +99,14 @@ class ModelRows:
         for _ in range(_CARRIED):
             angles = own + turned_from(t, by_angles[:, 3:] @ angles)
         rates, settled = direct + by_angles @ angles, self._settled[fall]
-        flown = replace(
+        kinematics = replace(
             self.flown,
             rate_errors=rates[settled],
             angle_errors=angles[settled],
             tilt_errors=np.zeros((*self.flown.tilt_rad.shape, q)),
         )
         fit = self.fit
-        return self._rows(derivatives(fit.offsets, fit.values, flown, fit.momentum_kg_m2_s).by_errors)
+        return self._rows(derivatives(fit.offsets, fit.values, kinematics, fit.momentum_kg_m2_s).by_errors)
 
     @cached_property
     def _rates_by_angles(self) -> FloatArray:

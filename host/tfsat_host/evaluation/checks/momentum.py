@@ -29,8 +29,8 @@ def momentum_checks(motion: Motion, fit: ModelFit | None, base: int) -> Iterator
         yield CONSTANT.not_possible(why)
         yield BEFORE_AFTER.not_possible(why)
         return
-    left = _Left.of(motion, fit)
-    yield _constant(left)
+    block_residuals = _Left.of(motion, fit)
+    yield _constant(block_residuals)
     yield _before_after(motion, fit, base)
 
 
@@ -55,15 +55,15 @@ class _Left(NamedTuple):
         return cls(t[blocks.edges], blocks.mean(fit.residual_rad_s), noise + RATE_FLOOR_RAD_S**2 * np.eye(3))
 
 
-def _constant(left: _Left) -> Check:
-    rms = float(np.sqrt((left.rate_rad_s**2).mean()))
-    expected = float(np.sqrt(np.trace(left.variance.mean(axis=0)) / 3.0))
-    worst = int(np.linalg.norm(left.rate_rad_s, axis=1).argmax())
+def _constant(block_residuals: _Left) -> Check:
+    rms = float(np.sqrt((block_residuals.rate_rad_s**2).mean()))
+    expected = float(np.sqrt(np.trace(block_residuals.variance.mean(axis=0)) / 3.0))
+    worst = int(np.linalg.norm(block_residuals.rate_rad_s, axis=1).argmax())
     sentence = (
         f"The model leaves {np.rad2deg(rms):.3f} deg/s rms of the base's rate unexplained, most of it at "
-        f"{left.t_s[worst]:.1f} s."
+        f"{block_residuals.t_s[worst]:.1f} s."
     )
-    limit = expected * rms_limit(left.rate_rad_s.size)
+    limit = expected * rms_limit(block_residuals.rate_rad_s.size)
     return CONSTANT.judge(float(np.rad2deg(rms)), float(np.rad2deg(limit)), sentence)
 
 

@@ -65,9 +65,9 @@ def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
         if silent.any():
             bridged = f"in {100.0 * silent.mean():.1f} % neither of the joint's did, and its gyros alone tell its angle"
     others = int((missing > 100.0 * MISSING_SHARE).sum()) - 1
-    more = f" {others} more did not answer in over {100.0 * MISSING_SHARE:g} %." if others > 0 else ""
+    others_text = f" {others} more did not answer in over {100.0 * MISSING_SHARE:g} %." if others > 0 else ""
     sentence = (
-        f"The {name} did not answer in {missing[worst]:.1f} % of the fall; {bridged}.{more}"
+        f"The {name} did not answer in {missing[worst]:.1f} % of the fall; {bridged}.{others_text}"
         if missing[worst] > 0.0
         else "All sensors answered throughout the fall."
     )
@@ -159,20 +159,20 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
     if len(edges_s) > MAX_EDGES:
         return MANEUVER.not_possible("The stroke line chatters: no stroke can be identified by it.")
     wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
-    surplus = [t_s for t_s in edges_s if not any(abs(one.logged_s - t_s) < 1e-6 for one in strokes)]
-    unseen = {one.number for one in strokes if not np.isfinite(one.logged_s)}
+    surplus = [t_s for t_s in edges_s if not any(abs(stroke.logged_s - t_s) < 1e-6 for stroke in strokes)]
+    unseen = {stroke.number for stroke in strokes if not np.isfinite(stroke.logged_s)}
     if surplus and unseen:
         wrong |= unseen
     sentence = "Nothing says that another maneuver was flown than the file's."
     if wrong:
-        flown = "; ".join(map(str, _rises(motion, edges_s)))
+        flown_text = "; ".join(map(str, _rises(motion, edges_s)))
         filed = "; ".join(
-            f"{one.scheduled_s:.3f} s joint {one.joint} by {np.rad2deg(one.commanded_rad):+.2f} deg"
-            for one in strokes
+            f"{stroke.scheduled_s:.3f} s joint {stroke.joint} by {np.rad2deg(stroke.commanded_rad):+.2f} deg"
+            for stroke in strokes
         )
         sentence = (
             f"Another maneuver was flown than the file says. The file: {filed}. Flown, by the stroke line and the "
-            f"angle sensors: {flown}. Single strokes are compared with the file."
+            f"angle sensors: {flown_text}. Single strokes are compared with the file."
         )
     return MANEUVER.judge(float(len(wrong)), 0.0, sentence).caused_by(
         "the file is not the one that was uploaded last, or the cables of two servos are exchanged",
@@ -184,23 +184,23 @@ def _off_time(log: DropLog, strokes: Sequence[FlownStroke]) -> set[int]:
     """Numbers of strokes whose line rose where no clock would have it."""
     release_s = 0.0 if log.release is None else (log.release.latest_us - log.release.earliest_us) / 1e6
     return {
-        one.number
-        for one in strokes
-        if abs(one.logged_s - one.scheduled_s)
-        > OFF_TIME_S + RESONATOR_PPM * 1e-6 * one.scheduled_s + release_s
+        stroke.number
+        for stroke in strokes
+        if abs(stroke.logged_s - stroke.scheduled_s)
+        > OFF_TIME_S + RESONATOR_PPM * 1e-6 * stroke.scheduled_s + release_s
     }
 
 
 def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
     """Numbers of strokes at which another joint moved than the one that was to."""
-    begins = [one.logged_s if np.isfinite(one.logged_s) else one.scheduled_s for one in strokes]
+    begins = [stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s for stroke in strokes]
     untils = [*begins[1:], float(motion.t_s[-1])]
     return {
-        one.number
-        for one, begin_s, until_s in zip(strokes, begins, untils, strict=True)
-        if not one.moved
-        and np.isfinite(one.size_rad)
-        and _mover(motion, begin_s, until_s, OTHER_JOINT_RAD) not in (0, one.joint)
+        stroke.number
+        for stroke, begin_s, until_s in zip(strokes, begins, untils, strict=True)
+        if not stroke.moved
+        and np.isfinite(stroke.size_rad)
+        and _mover(motion, begin_s, until_s, OTHER_JOINT_RAD) not in (0, stroke.joint)
     }
 
 
@@ -212,7 +212,7 @@ def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
     t, end_s = motion.t_s, float(motion.t_s[-1])
     untils_s = [*edges_s[1:].tolist(), end_s]
     movers = [_mover(motion, t_s, until_s) for t_s, until_s in zip(edges_s.tolist(), untils_s, strict=True)]
-    found = []
+    rises = []
     for i, (t_s, joint) in enumerate(zip(edges_s.tolist(), movers, strict=True)):
         again = (k for k in range(i + 1, len(movers)) if movers[k] == joint)
         before, after = (
@@ -220,10 +220,10 @@ def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
             at_rest(t, edges_s[k] if (k := next(again, None)) is not None else end_s),
         )
         if not joint or before is None or after is None:
-            found.append(_Rise(t_s, 0, 0.0, 0.0))
+            rises.append(_Rise(t_s, 0, 0.0, 0.0))
         else:
-            found.append(_Rise(t_s, joint, *change_of(motion.joints[joint - 1], before, after)))
-    return found
+            rises.append(_Rise(t_s, joint, *change_of(motion.joints[joint - 1], before, after)))
+    return rises
 
 
 def _mover(motion: Motion, from_s: float, until_s: float, least_rad: float = MOVED_RAD) -> int:

@@ -48,12 +48,15 @@ def rest_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
 
 def _gravity(rest: RestBeforeRelease) -> Check:
     """Accelerometers are not calibrated: three of their standard deviations hold 50 mg, 80 mg along z, and 3 %."""
-    found = [check_gravity(b + 1, one, None, None) for b, one in enumerate(rest.force) if one is not None]
-    if not found:
+    gravity_checks = [
+        check_gravity(b + 1, force, None, None) for b, force in enumerate(rest.force) if force is not None
+    ]
+    if not gravity_checks:
         return GRAVITY.not_possible("No accelerometer answered before the release.")
-    worst = max(found, key=lambda one: abs(one.norm_g - 1.0) / one.norm_std_g)
+    worst = max(gravity_checks, key=lambda check: abs(check.norm_g - 1.0) / check.norm_std_g)
     sentence = (
-        f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of {len(found)} bodies."
+        f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of "
+        f"{len(gravity_checks)} bodies."
     )
     return GRAVITY.judge(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
         f"accelerometer of body {worst.body}: its range or its scale is not the header's, or it is defective",
@@ -94,17 +97,17 @@ def _directions(
     angles = np.where(np.isfinite(rest.angles_rad), rest.angles_rad, starts)
     rotation, _ = poses(Multibody.of(model), angles)
     return {
-        b: (rotation[b] @ one.mean_g / np.linalg.norm(one.mean_g), across_std(one), rotation[b])
-        for b, one in enumerate(rest.force)
-        if one is not None and np.linalg.norm(one.mean_g) > 0.0
+        b: (rotation[b] @ force.mean_g / np.linalg.norm(force.mean_g), across_std(force), rotation[b])
+        for b, force in enumerate(rest.force)
+        if force is not None and np.linalg.norm(force.mean_g) > 0.0
     }
 
 
-def across_std(one: AtRest) -> float:
+def across_std(force: AtRest) -> float:
     """Compute the standard deviation of a direction from the errors perpendicular to it, rad."""
-    norm = float(np.linalg.norm(one.mean_g))
-    along = (one.mean_g / norm) ** 2
-    return float(np.sqrt(((1.0 - along) * one.std_g**2).sum())) / norm
+    norm = float(np.linalg.norm(force.mean_g))
+    along = (force.mean_g / norm) ** 2
+    return float(np.sqrt(((1.0 - along) * force.std_g**2).sum())) / norm
 
 
 def _axis(vector: FloatArray) -> str:
@@ -120,10 +123,10 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
     limits = z_limit(len(rows)) * np.sqrt(np.diag(stated.covariance)[rows])
     worst = int((np.abs(data.residual[rows]) / limits).argmax())
     body, axis = divmod(int(rows[worst]) - data.at_rest(0).start, 3)
-    off_deg, taken = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
+    off_deg, bias_time = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
     against = "no bias at all, for none was calibrated"
-    if taken:
-        against = f"the bias of {taken:%Y-%m-%d %H:%M} UTC"
+    if bias_time:
+        against = f"the bias of {bias_time:%Y-%m-%d %H:%M} UTC"
     sentence = (
         f"At rest the gyro of body {body + 1} shows {off_deg:+.3f} deg/s about its {'xyz'[axis]} "
         f"relative to {against}."
@@ -166,11 +169,11 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
     angles = angles_at_rest(log, rows, calibration, model)
     measured = np.array([sensors.zero_taken is not None for sensors in calibration.joints])
     off_deg = np.rad2deg(angles - np.array([servo.start_rad for servo in model.servos]))
-    known = np.flatnonzero(measured & np.isfinite(off_deg))
-    if not len(known):
+    measured_joints = np.flatnonzero(measured & np.isfinite(off_deg))
+    if not len(measured_joints):
         why = "No joint has a calibrated angle sensor that tells where it stood at the release."
         return START_POSE.not_possible(why)
-    worst = int(known[np.abs(off_deg[known]).argmax()])
+    worst = int(measured_joints[np.abs(off_deg[measured_joints]).argmax()])
     std_deg = np.rad2deg(np.sqrt(calibration.joints[worst].zero_covariance.max()))
     start_deg, value = float(np.rad2deg(model.servos[worst].start_rad)), float(abs(off_deg[worst]))
     at = f"{start_deg + off_deg[worst]:+.2f} ± {max(std_deg, 0.01):.2f} deg"

@@ -59,8 +59,8 @@ def stated_check(motion: Motion, calibration: Calibration) -> Check:
     if not is_measured(calibration):
         return AS_STATED.not_possible(LITTLE_STATED)
     # The many errors that are as stated must not hide the few that are not.
-    found = map(_by_stated, motion.solved.stated[:2])
-    value, limit = max(found, key=lambda one: one[0] / one[1])
+    pairs = map(_by_stated, motion.solved.stated[:2])
+    value, limit = max(pairs, key=lambda pair: pair[0] / pair[1])
     sentence = f"Gyros and angle sensors are off by {value:.2f} times what their certificate states."
     return AS_STATED.judge(value, limit, sentence)
 
@@ -208,15 +208,15 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
         why = "Without calibrated zero points of all joints no attitude can be carried from body to body."
         return ATTITUDES.not_possible(why)
     tree = Multibody.of(model)
-    answered = [b for b, one in enumerate(motion.bodies) if not one.bridged.all()]
+    answered = [b for b, body in enumerate(motion.bodies) if not body.bridged.all()]
     others = [b for b in answered if b != tree.base]
     if tree.base not in answered or not others:
         return ATTITUDES.not_possible("Too few gyros answered for a second opinion on the attitude.")
     start, end = poses(tree, motion.angles_rad[motion.samples.fall][[0, -1]])[0]
     first = int(np.flatnonzero(motion.samples.fall)[0])
     bent = sum(joint.difference_std_rad(first, -1) ** 2 for joint in motion.joints) + ATTITUDE_FLOOR_RAD**2
-    found = [(_apart(motion, tree.base, b, start[b], end[b], bent), b) for b in others]
-    (ratio, angle, std), worst = max(found, key=lambda one: one[0][0])
+    differences = [(_apart(motion, tree.base, b, start[b], end[b], bent), b) for b in others]
+    (ratio, angle, std), worst = max(differences, key=lambda difference: difference[0][0])
     sentence = (
         f"At the end of the fall the gyros of bodies {worst + 1} and {tree.base + 1} differ by {np.rad2deg(angle):.3f} "
         "deg in the base's attitude."

@@ -35,29 +35,29 @@ LOOK = "Look at its samples: tfsat-host decode; leave the sensor out or repair i
 CLOCK = "Look at the late samples: tfsat-host decode; check the logger: tfsat-host status"
 
 
-def stated_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+def stated_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield faults in which a stated quantity is off by more than its file says throughout; quick to try."""
-    if whole.model is not None:
-        yield from _robot_files(whole)
-    yield from _leaning_axes(whole)
-    yield from _changed_gyros(whole)
-    yield from _heavy_gyros(whole)
-    yield from _late_gyros(whole)
-    yield from _bad_certificates(whole)
+    if residuals.model is not None:
+        yield from _robot_files(residuals)
+    yield from _leaning_axes(residuals)
+    yield from _changed_gyros(residuals)
+    yield from _heavy_gyros(residuals)
+    yield from _late_gyros(residuals)
+    yield from _bad_certificates(residuals)
 
 
-def passing_faults(whole: WholeResidual) -> Iterator[Hypothesis]:
+def passing_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield faults that happen at one time, which is to be found."""
-    yield from _bias_steps(whole)
-    yield from _slipped_sensors(whole)
-    yield from _cut_off(whole)
-    if whole.model is not None:
-        yield from _pushes(whole)
+    yield from _bias_steps(residuals)
+    yield from _slipped_sensors(residuals)
+    yield from _cut_off(residuals)
+    if residuals.model is not None:
+        yield from _pushes(residuals)
 
 
-def _robot_files(whole: WholeResidual) -> Iterator[Hypothesis]:
-    assert whole.model is not None
-    offsets = whole.model.fit.offsets
+def _robot_files(residuals: WholeResidual) -> Iterator[Hypothesis]:
+    assert residuals.model is not None
+    offsets = residuals.model.fit.offsets
     groups = {
         "masses": [kind == "mass" for kind in offsets.kinds],
         "inertias": [kind == "inertia" for kind in offsets.kinds],
@@ -67,7 +67,7 @@ def _robot_files(whole: WholeResidual) -> Iterator[Hypothesis]:
     for kind, chosen in groups.items():
         if not any(chosen):
             continue
-        columns = WORSE * whole.stack(None, whole.model.by_offsets[:, chosen])
+        columns = WORSE * residuals.stack(None, residuals.model.by_offsets[:, chosen])
         names = np.array(offsets.names)[chosen]
         units, stds = np.array(offsets.units)[chosen], WORSE * offsets.prior_std[chosen]
         what = f"the CoM of {names[0].split(' CoM')[0]}" if kind == "CoM" else f"the {kind}"
@@ -88,8 +88,8 @@ def _robot_files(whole: WholeResidual) -> Iterator[Hypothesis]:
         yield Hypothesis(kind, columns, words, f"Weigh the bodies, measure the hinges, compare {ROBOT}")
 
 
-def _leaning_axes(whole: WholeResidual) -> Iterator[Hypothesis]:
-    std = WORSE * (axis_std_rad(whole.data) or np.deg2rad(0.5))
+def _leaning_axes(residuals: WholeResidual) -> Iterator[Hypothesis]:
+    std = WORSE * (axis_std_rad(residuals.data) or np.deg2rad(0.5))
 
     def words(numbers: FloatArray) -> str:
         off_deg = np.rad2deg(std * np.linalg.norm(numbers.reshape(-1, 2), axis=1))
@@ -99,14 +99,17 @@ def _leaning_axes(whole: WholeResidual) -> Iterator[Hypothesis]:
             "allows"
         )
 
-    yield Hypothesis(AXIS, std * whole.by_tilts, words, f"Measure the hinges, compare {ROBOT}")
+    yield Hypothesis(AXIS, std * residuals.by_tilts, words, f"Measure the hinges, compare {ROBOT}")
 
 
-def _changed_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Another bias, mounting or scale: three numbers each."""
-    for body, calibrated in enumerate(whole.data.calibration.gyros):
-        taken, columns = calibrated.bias_taken, whole.by_gyros.parameters[:, body]
-        gyro, since = f"gyro of body {body + 1}:", f" since {taken:%Y-%m-%d %H:%M} UTC" if taken else ""
+    for body, calibrated in enumerate(residuals.data.calibration.gyros):
+        bias_time, columns = calibrated.bias_taken, residuals.by_gyros.parameters[:, body]
+        gyro, since = (
+            f"gyro of body {body + 1}:",
+            f" since {bias_time:%Y-%m-%d %H:%M} UTC" if bias_time else "",
+        )
 
         def bias(numbers: FloatArray, gyro: str = gyro, since: str = since) -> str:
             off = list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))
@@ -137,9 +140,9 @@ def list_numbers(numbers: FloatArray) -> str:
     return "/".join(f"{round(float(number), 2) + 0.0:+.2f}" for number in numbers) + " (x/y/z)"
 
 
-def _heavy_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _heavy_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield the fault that all gyros' biases change more with their weight than the data sheet states."""
-    biases = whole.by_gyros.in_fall[:, :, :3].reshape(whole.size, -1)
+    biases = residuals.by_gyros.in_fall[:, :, :3].reshape(residuals.size, -1)
 
     def words(numbers: FloatArray) -> str:
         off = np.rad2deg(WORSE * WEIGHT_STD_RAD_S * np.sqrt((numbers**2).mean()))
@@ -153,10 +156,10 @@ def _heavy_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
     )
 
 
-def _late_gyros(whole: WholeResidual) -> Iterator[Hypothesis]:
-    for body in range(whole.data.bodies):
-        yield late(f"gyro of body {body + 1}", whole.by_gyros.delay[:, [body]])
-    every = whole.by_gyros.delay.sum(axis=1, keepdims=True)
+def _late_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
+    for body in range(residuals.data.bodies):
+        yield late(f"gyro of body {body + 1}", residuals.by_gyros.delay[:, [body]])
+    every = residuals.by_gyros.delay.sum(axis=1, keepdims=True)
     yield late("clock slip: all gyros against the angle sensors", every)
 
 
@@ -173,11 +176,11 @@ def late(name: str, column: FloatArray) -> Hypothesis:
     return Hypothesis("timing", _LATE_S * column, words, CLOCK)
 
 
-def _bad_certificates(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _bad_certificates(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield the fault that gyros and angle sensors are off by more than their certificate states."""
-    gyros = whole.data.calibration.gyros
-    parts = [whole.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
-    columns = WORSE * np.concatenate([*parts, whole.stack(whole.stated.by_sensors)], axis=1)
+    gyros = residuals.data.calibration.gyros
+    parts = [residuals.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
+    columns = WORSE * np.concatenate([*parts, residuals.stack(residuals.stated.by_sensors)], axis=1)
     cause = "the certificate: its gyros and angle sensors are off by several times what it states"
     yield Hypothesis("certificate", columns, fixed_words(cause), "Calibrate again: tfsat-host calibrate show")
 
@@ -188,19 +191,19 @@ def _since(columns: FloatArray, blocks: int) -> FloatArray:
     return np.asarray(each[:, ::-1].cumsum(axis=1)[:, ::-1])
 
 
-def by_blocks(whole: WholeResidual, body: int) -> FloatArray:
+def by_blocks(residuals: WholeResidual, body: int) -> FloatArray:
     """(size, 3 blocks) by what a gyro's axes show less, block by block, in typical biases."""
-    data, gyro = whole.data, whole.data.calibration.gyros[body]
+    data, gyro = residuals.data, residuals.data.calibration.gyros[body]
     within = np.repeat(np.eye(data.blocks), data.block.counts, axis=1)
     axes = -_BIAS_RAD_S * (gyro.rotation / gyro.scale)
     rates = within[:, None, :, None] * axes.T[None, :, None, :]
-    return whole.by_gyro(body, rates.reshape(-1, len(data.t_s), 3))
+    return residuals.by_gyro(body, rates.reshape(-1, len(data.t_s), 3))
 
 
-def _bias_steps(whole: WholeResidual) -> Iterator[Hypothesis]:
-    data = whole.data
+def _bias_steps(residuals: WholeResidual) -> Iterator[Hypothesis]:
+    data = residuals.data
     for body in range(data.bodies):
-        steps = _since(by_blocks(whole, body), data.blocks)
+        steps = _since(by_blocks(residuals, body), data.blocks)
         for block, edge in enumerate(data.block.edges):
             yield _step(f"gyro of body {body + 1}", float(data.t_s[edge]), steps[:, block])
 
@@ -214,21 +217,21 @@ def _step(gyro: str, at_s: float, columns: FloatArray) -> Hypothesis:
     return Hypothesis("bias step", columns, words, "Leave this gyro out: it did not bear the drop")
 
 
-def _slipped_sensors(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _slipped_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield angle sensors that slip at some time; from then on only the joint's other sensor is right."""
-    data = whole.data
+    data = residuals.data
     for joint, sensor in np.ndindex(data.joints, 2):
         rows = data.along(joint, sensor)
-        left = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
-        left[rows] = data.residual[rows]
-        shown = np.zeros((whole.size, data.blocks))
-        shown[rows] = -_SLIPPED_RAD * np.eye(data.blocks)
+        sensor_residual = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
+        sensor_residual[rows] = data.residual[rows]
+        slip_columns = np.zeros((residuals.size, data.blocks))
+        slip_columns[rows] = -_SLIPPED_RAD * np.eye(data.blocks)
         for block, edge in enumerate(data.block.edges):
             # For some of its block it had not slipped yet, unless it was before the release.
-            parts = (shown[:, block + 1 :], shown[:, [block]]) if block else (shown,)
+            parts = (slip_columns[:, block + 1 :], slip_columns[:, [block]]) if block else (slip_columns,)
             columns = np.stack([part.sum(axis=1) for part in parts], axis=1)
-            one = _slip(joint, sensor, float(data.t_s[edge]), columns)
-            yield one._replace(left=whole.with_sensors(left))
+            hypothesis = _slip(joint, sensor, float(data.t_s[edge]), columns)
+            yield hypothesis._replace(left=residuals.with_sensors(sensor_residual))
 
 
 def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothesis:
@@ -244,16 +247,16 @@ def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothes
     return Hypothesis("slipped sensor", columns, words, f"tfsat-host calibrate zero --joint {joint + 1}")
 
 
-def _cut_off(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _cut_off(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield gyros that saturate at some limit although no count is at full scale."""
-    data = whole.data
+    data = residuals.data
     for body, gyro in enumerate(data.calibration.gyros):
         # With the low-pass in them: taking it off makes corners overshoot.
         readings = data.lagging_rad_s[:, body]
         lacking = [
             np.outer(hat, axis)
-            for one, axis in zip(readings.T, (gyro.rotation / gyro.scale).T, strict=True)
-            for hat in _plateaus(data.t_s, np.abs(one))
+            for axis_rates, axis in zip(readings.T, (gyro.rotation / gyro.scale).T, strict=True)
+            for hat in _plateaus(data.t_s, np.abs(axis_rates))
         ]
         if not lacking:
             continue
@@ -262,7 +265,7 @@ def _cut_off(whole: WholeResidual) -> Iterator[Hypothesis]:
             f"gyro of body {body + 1}: saturation without a flag, its rates are cut off, at {at_deg_s:.0f} deg/s or "
             "less"
         )
-        columns = _CUT_OFF_RAD_S * whole.by_gyro(body, np.array(lacking))
+        columns = _CUT_OFF_RAD_S * residuals.by_gyro(body, np.array(lacking))
         yield Hypothesis(
             "saturation", columns, fixed_words(cause), "Set a wider range: tfsat-host logger-settings"
         )
@@ -281,10 +284,10 @@ def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
             yield shape
 
 
-def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
+def _pushes(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield pushes from outside, which change the momentum."""
-    assert whole.model is not None
-    by_momentum, t_s = whole.model.by_momentum, whole.model.t_s
+    assert residuals.model is not None
+    by_momentum, t_s = residuals.model.by_momentum, residuals.model.t_s
     for at in range(1, len(t_s) - 1):
         step = by_momentum.copy()
         step[: at + 1] = 0.0
@@ -295,7 +298,7 @@ def _pushes(whole: WholeResidual) -> Iterator[Hypothesis]:
         cause = f"a push from outside at {t_s[at]:.1f} s: something touched the robot"
         yield Hypothesis(
             "push",
-            whole.stack(None, pushed),
+            residuals.stack(None, pushed),
             fixed_words(cause),
             "Look at the video, and at what hangs on the robot in the fall",
         )

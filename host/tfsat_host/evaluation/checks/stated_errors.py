@@ -63,8 +63,10 @@ class StatedErrors:
     def chi_square_of(self, vector: FloatArray, rows: BoolArray) -> tuple[float, int]:
         """Chi-square of those of some rows (size,) that are known, without the others, and how many they are."""
         chosen = rows & self.known
-        left = vector[chosen]
-        return float(left @ np.linalg.solve(self.among(chosen), left)) if len(left) else 0.0, len(left)
+        residual = vector[chosen]
+        return float(residual @ np.linalg.solve(self.among(chosen), residual)) if len(residual) else 0.0, len(
+            residual
+        )
 
 
 class ByGyros(NamedTuple):
@@ -118,8 +120,10 @@ def stated_errors(data: Consistency) -> StatedErrors:
         ],
         axis=1,
     )
-    known, sensed = _known_rows(data)
-    return StatedErrors(known, sensed, design @ design.T + noise, by_gyros, sensors, fallback, starts, noise)
+    known_rows, sensed = _known_rows(data)
+    return StatedErrors(
+        known_rows, sensed, design @ design.T + noise, by_gyros, sensors, fallback, starts, noise
+    )
 
 
 def axis_std_rad(data: Consistency) -> float:
@@ -186,11 +190,11 @@ def _by_sensors(data: Consistency) -> FloatArray:
     columns = []
     for joint, sensors in enumerate(data.calibration.joints):
         zeros, bends = np.zeros((data.size, 2)), np.zeros((data.size, 8))
-        shown = data.shown_rad[:, data.sensors(joint)]
+        readings_rad = data.shown_rad[:, data.sensors(joint)]
         for k in range(2):
             rows = data.along(joint, k)
             zeros[rows, k] = -sensors.direction[k]
-            curve = np.nan_to_num(-sensors.direction[k] * sensors.bend_curve(k, shown[:, k]))
+            curve = np.nan_to_num(-sensors.direction[k] * sensors.bend_curve(k, readings_rad[:, k]))
             bends[rows, 4 * k : 4 * k + 4] = data.mean(curve.T).T
         columns += [
             zeros @ root_of(sensors.zero_covariance),
@@ -235,15 +239,17 @@ def _askew(data: Consistency, body: int) -> FloatArray:
 
 def _known_rows(data: Consistency) -> tuple[BoolArray, BoolArray]:
     """(size,) rows with enough readings, of an integral with all of them; and rows whose angle sensor answered."""
-    out, shown = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
+    out, sensed_rows = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
     share = data.mean(data.answered.T.astype(np.float64))
     through = bool(np.diff(data.t_s).max() <= MAX_HOLE_S)
     for joint in range(data.joints):
-        whole = (share[list(data.pair(joint))] >= MIN_ANSWERED).all(axis=0)
-        out[data.off_axis(joint)] = np.tile(whole, 2)
+        complete_blocks = (share[list(data.pair(joint))] >= MIN_ANSWERED).all(axis=0)
+        out[data.off_axis(joint)] = np.tile(complete_blocks, 2)
         for k, angles in enumerate(data.sensed_angles[joint]):
-            shown[data.along(joint, k)] = data.mean(np.isfinite(angles).astype(np.float64)) >= MIN_ANSWERED
-            out[data.along(joint, k)] = shown[data.along(joint, k)] & whole.all() & through
+            sensed_rows[data.along(joint, k)] = (
+                data.mean(np.isfinite(angles).astype(np.float64)) >= MIN_ANSWERED
+            )
+            out[data.along(joint, k)] = sensed_rows[data.along(joint, k)] & complete_blocks.all() & through
     for body in range(data.bodies):
         out[data.at_rest(body)] = np.isfinite(data.rest_rad_s[body])
-    return out, shown
+    return out, sensed_rows

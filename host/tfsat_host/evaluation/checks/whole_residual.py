@@ -104,9 +104,9 @@ class WholeResidual:
         if self.model is None:
             return self.data.tilt_jacobian
         prior = self.model.motion.fusion.prior
-        known = prior.tilt > 0.0
-        unit = np.where(known, prior.tilt, 1.0)
-        return self.stack(self.data.tilt_jacobian, known * self.model.by_errors[:, prior.tilts] / unit)
+        has_tilt = prior.tilt > 0.0
+        unit = np.where(has_tilt, prior.tilt, 1.0)
+        return self.stack(self.data.tilt_jacobian, has_tilt * self.model.by_errors[:, prior.tilts] / unit)
 
     @cached_property
     def whitening(self) -> FloatArray:

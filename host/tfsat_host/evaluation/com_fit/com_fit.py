@@ -109,22 +109,22 @@ class ModelFit:
         return tuple(name for name, at in zip(self.offsets.names, self.at_bound, strict=True) if at)
 
 
-def fit_model(offsets: Offsets, flown: FallSamples, before: ModelFit | None = None) -> ModelFit:
+def fit_model(offsets: Offsets, kinematics: FallSamples, before: ModelFit | None = None) -> ModelFit:
     """Fits the offsets to one drop; from where another fit of the same drop ended, if there is one."""
     if before is None:
-        momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
-        start = Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
+        momentum = inertial_momentum(offsets.body, kinematics).mean(axis=0)
+        start = Place(np.zeros(len(offsets)), momentum, kinematics.taken, 0, converged=False)
     else:
         start = Place.of(before)
-    place = _converge(offsets, flown, start, 1.0)
-    system = _System.of(offsets, place, flown)
-    rows = system.design.reshape(len(flown.t_s), 3, -1)
-    left = system.target.reshape(len(flown.t_s), 3)
-    excess = max(1.0, Blocks.of(flown.t_s, _BLOCK_S).excess(rows, left, system.normal, system.prior))
+    place = _converge(offsets, kinematics, start, 1.0)
+    system = _System.of(offsets, place, kinematics)
+    rows = system.design.reshape(len(kinematics.t_s), 3, -1)
+    residual = system.target.reshape(len(kinematics.t_s), 3)
+    excess = max(1.0, Blocks.of(kinematics.t_s, _BLOCK_S).excess(rows, residual, system.normal, system.prior))
     if excess > 1.0:
-        place = _converge(offsets, flown, place, excess, system)
-        system = _System.of(offsets, place, flown)
-    return _fit(offsets, flown, system, place, excess, excess)
+        place = _converge(offsets, kinematics, place, excess, system)
+        system = _System.of(offsets, place, kinematics)
+    return _fit(offsets, kinematics, system, place, excess, excess)
 
 
 def widen_fit(fit: ModelFit, misfit: float) -> ModelFit:
@@ -160,9 +160,9 @@ class OffsetEquations(NamedTuple):
         return Place(values, self.momentum_unit * own[:3], own[3:], 0, converged=False)
 
 
-def linearize(offsets: Offsets, flown: FallSamples, place: Place, widening: float) -> OffsetEquations:
+def linearize(offsets: Offsets, kinematics: FallSamples, place: Place, widening: float) -> OffsetEquations:
     """Return a drop's equations by derivatives at a place that need not be its own fit's."""
-    return _System.of(offsets, place, flown).equations(place, widening)
+    return _System.of(offsets, place, kinematics).equations(place, widening)
 
 
 class Place(NamedTuple):
@@ -181,7 +181,7 @@ class Place(NamedTuple):
 
 
 def _converge(
-    offsets: Offsets, flown: FallSamples, place: Place, widening: float, system: _System | None = None
+    offsets: Offsets, kinematics: FallSamples, place: Place, widening: float, system: _System | None = None
 ) -> Place:
     """Iterate from a place, with its system if that is already known, until the steps vanish.
 
@@ -192,7 +192,7 @@ def _converge(
     p = len(offsets)
     share, before = 1.0, np.inf
     for _ in range(_STEPS):
-        system = system or _System.of(offsets, place, flown)
+        system = system or _System.of(offsets, place, kinematics)
         moved = system.solve(offsets, place, widening)
         length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
@@ -212,7 +212,7 @@ def _converge(
 
 
 def _fit(
-    offsets: Offsets, flown: FallSamples, system: _System, place: Place, excess: float, widening: float
+    offsets: Offsets, kinematics: FallSamples, system: _System, place: Place, excess: float, widening: float
 ) -> ModelFit:
     """Build the fit at a place."""
     p = len(offsets)
@@ -223,7 +223,7 @@ def _fit(
         offsets,
         place.values,
         np.linalg.inv(data + system.prior) * np.outer(scale, scale),
-        flown,
+        kinematics,
         system.equations(place, widening),
         place.momentum,
         place.errors,
@@ -248,25 +248,27 @@ class _System(NamedTuple):
     found: Derivatives
 
     @classmethod
-    def of(cls, offsets: Offsets, place: Place, flown: FallSamples) -> _System:
-        flown = flown.correct(place.errors)
-        found = derivatives(offsets, place.values, flown, place.momentum)
-        inertia = locked_inertia(offsets.body, flown.angles_rad[:1])
+    def of(cls, offsets: Offsets, place: Place, kinematics: FallSamples) -> _System:
+        kinematics = kinematics.correct(place.errors)
+        linearization = derivatives(offsets, place.values, kinematics, place.momentum)
+        inertia = locked_inertia(offsets.body, kinematics.angles_rad[:1])
         unit = float(np.trace(inertia[0])) / 3.0 * np.deg2rad(1.0)
-        columns = np.concatenate([found.by_offsets, unit * found.by_momentum, found.by_errors], axis=2)
-        whitening = np.linalg.inv(np.linalg.cholesky(found.noise))
-        p, r = len(offsets), found.by_errors.shape[2]
+        columns = np.concatenate(
+            [linearization.by_offsets, unit * linearization.by_momentum, linearization.by_errors], axis=2
+        )
+        whitening = np.linalg.inv(np.linalg.cholesky(linearization.noise))
+        p, r = len(offsets), linearization.by_errors.shape[2]
         # The prior pulls towards no offset at all, from wherever the last step led.
         prior = np.diag([*offsets.prior_std**-2.0, *np.zeros(3), *np.ones(r)])
         design = (whitening @ columns).reshape(-1, p + 3 + r)
         return cls(
             design,
             design.T @ design,
-            -np.einsum("nij,nj->ni", whitening, found.residual_rad_s).reshape(-1),
+            -np.einsum("nij,nj->ni", whitening, linearization.residual_rad_s).reshape(-1),
             prior,
             whitening,
             unit,
-            found,
+            linearization,
         )
 
     def equations(self, place: Place, widening: float) -> OffsetEquations:

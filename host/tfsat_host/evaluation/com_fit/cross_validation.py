@@ -165,17 +165,17 @@ def _disagreement(joint: JointFit, prior_std: FloatArray) -> tuple[float, float]
     """
     if len(joint.drops) < 2:
         return 0.0, 0.0
-    chi_square, known = 0.0, 0
+    chi_square, direction_count = 0.0, 0
     for drop in joint.drops:
         # Along the directions that the drop tells, in standard deviations of the prior.
         tells, directions = np.linalg.eigh(prior_std[:, None] * drop.information * prior_std)
         pull = drop.right_hand_side - drop.information @ joint.unbounded
-        left = directions.T @ (prior_std * pull)
+        projected_pull = directions.T @ (prior_std * pull)
         telling = tells > _TELLS_LEAST
-        chi_square += float((left[telling] ** 2 / tells[telling]).sum())
-        known += int(telling.sum())
-    taken = float(np.trace(joint.covariance @ sum(drop.information for drop in joint.drops)))
-    return chi_square, max(known - taken, 0.0)
+        chi_square += float((projected_pull[telling] ** 2 / tells[telling]).sum())
+        direction_count += int(telling.sum())
+    effective_parameters = float(np.trace(joint.covariance @ sum(drop.information for drop in joint.drops)))
+    return chi_square, max(direction_count - effective_parameters, 0.0)
 
 
 def _chance(chi_square: float, freedom: float) -> float:
@@ -217,7 +217,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
     """
     if len(drops) < 2:
         raise ValueError("cross-validation needs two drops or more")
-    found = []
+    validations = []
     for drop in drops:
         _require_same(drop.fit.offsets, drops[0].fit.offsets)
         fits = [other.fit for other in find_trusted_drops(drops) if other is not drop]
@@ -228,7 +228,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
         objective = averaged_momentum(
             offsets.apply(np.stack([none, others.values])), drop.flown, size
         ).objective
-        found.append(
+        validations.append(
             LeftOut(
                 name=drop.name,
                 others=others,
@@ -240,7 +240,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
                 own_off_std=_off(drop.fit, others),
             )
         )
-    return tuple(found)
+    return tuple(validations)
 
 
 def _off(fit: ModelFit, others: CombinedOffsets) -> float:

@@ -98,20 +98,20 @@ class Identifiability:
     def sentences(self) -> tuple[str, ...]:
         """Format sentences for a person who has to decide which offsets to believe."""
         weakest, p = self.directions[0], len(self.directions)
-        found = [
+        sentences = [
             f"The data tell {p - len(self.undetermined)} of {p} directions of the offsets; condition number "
             f"{self.condition:.0f}.",
             f"The weakest is {weakest.composition}: ± {weakest.std:.2g} {self.unit} after the fit, where "
             f"± {weakest.prior_std:.2g} {self.unit} was allowed.",
         ]
-        found += [
+        sentences += [
             f"Not told: {direction.composition} (± {direction.std:.2g} {self.unit}); its value is the prior's, "
             "correct nothing by it."
             for direction in self.undetermined[:_MAX_SHOWN]
         ]
         if len(self.undetermined) > _MAX_SHOWN:
-            found.append(f"{len(self.undetermined) - _MAX_SHOWN} more directions are not told either.")
-        return tuple(found)
+            sentences.append(f"{len(self.undetermined) - _MAX_SHOWN} more directions are not told either.")
+        return tuple(sentences)
 
 
 def identifiability(fit: ModelFit) -> Identifiability:
@@ -121,7 +121,7 @@ def identifiability(fit: ModelFit) -> Identifiability:
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
     singular = np.sqrt(np.maximum(values, 0.0))
     prior = offsets.prior_std**2
-    known = singular > _RANK * singular[-1]
+    in_rank = singular > _RANK * singular[-1]
     directions = tuple(
         Direction(
             offsets.names,
@@ -131,9 +131,9 @@ def identifiability(fit: ModelFit) -> Identifiability:
             float(np.sqrt(vector @ covariance @ vector)),
             float(np.sqrt(vector**2 @ prior)),
         )
-        for value, vector, is_known in zip(singular, vectors.T, known, strict=True)
+        for value, vector, is_known in zip(singular, vectors.T, in_rank, strict=True)
     )
-    return Identifiability(offsets.units[0], directions, int(known.sum()))
+    return Identifiability(offsets.units[0], directions, int(in_rank.sum()))
 
 
 PARTNERS = 3
@@ -212,42 +212,45 @@ class _Numbers:
     def of(self, groups: Sequence[str]) -> NDArray[np.intp]:
         return np.flatnonzero(np.isin(self.groups, groups))
 
-    def std_if_known(self, wanted: NDArray[np.intp], known: NDArray[np.intp]) -> FloatArray:
+    def std_if_known(self, target_indices: NDArray[np.intp], known_indices: NDArray[np.intp]) -> FloatArray:
         """Compute the standard deviations of the wanted numbers, given the known ones."""
-        own = self.covariance[np.ix_(wanted, wanted)]
-        if not len(known):
+        own = self.covariance[np.ix_(target_indices, target_indices)]
+        if not len(known_indices):
             return np.sqrt(np.diag(own))
-        unit = np.sqrt(np.diag(self.covariance)[known])
+        unit = np.sqrt(np.diag(self.covariance)[known_indices])
         unit = np.where(unit > 0.0, unit, 1.0)
-        cross = self.covariance[np.ix_(wanted, known)] / unit
-        given = self.covariance[np.ix_(known, known)] / np.outer(unit, unit)
-        left = own - cross @ np.linalg.pinv(given, rcond=1e-13, hermitian=True) @ cross.T
-        return np.sqrt(np.maximum(np.diag(left), 0.0))
+        cross = self.covariance[np.ix_(target_indices, known_indices)] / unit
+        known_covariance = self.covariance[np.ix_(known_indices, known_indices)] / np.outer(unit, unit)
+        conditional_covariance = (
+            own - cross @ np.linalg.pinv(known_covariance, rcond=1e-13, hermitian=True) @ cross.T
+        )
+        return np.sqrt(np.maximum(np.diag(conditional_covariance), 0.0))
 
 
-def couplings(fit: ModelFit, flown: FallSamples) -> tuple[Coupling, ...]:
+def couplings(fit: ModelFit, kinematics: FallSamples) -> tuple[Coupling, ...]:
     """Compute the coupling of each offset that a fit sought, in the fit's order.
 
     Args:
         fit: Of one drop.
-        flown: The same drop.
+        kinematics: The same drop.
     """
-    numbers = _numbers(fit, flown)
-    wanted = np.arange(fit.offsets.sought)
+    numbers = _numbers(fit, kinematics)
+    offset_indices = np.arange(fit.offsets.sought)
     others = [group for group in dict.fromkeys(numbers.groups) if group not in (_KINDS["com"], "momentum")]
     std = np.sqrt(np.diag(numbers.covariance))
-    alone = numbers.std_if_known(wanted, numbers.of(others))
+    alone = numbers.std_if_known(offset_indices, numbers.of(others))
     growth = {
-        group: numbers.std_if_known(wanted, numbers.of([other for other in others if other != group])) / alone
+        group: numbers.std_if_known(offset_indices, numbers.of([other for other in others if other != group]))
+        / alone
         for group in others
     }
     nameable = np.flatnonzero([bool(name) and s > 0.0 for name, s in zip(numbers.names, std, strict=True)])
-    found = []
-    for row, index in enumerate(wanted):
+    offset_couplings = []
+    for row, index in enumerate(offset_indices):
         with_others = nameable[nameable != index]
         correlation = numbers.covariance[index, with_others] / (std[index] * std[with_others])
         order = np.argsort(-np.abs(correlation))[:PARTNERS]
-        found.append(
+        offset_couplings.append(
             Coupling(
                 numbers.names[index],
                 fit.offsets.units[index],
@@ -258,7 +261,7 @@ def couplings(fit: ModelFit, flown: FallSamples) -> tuple[Coupling, ...]:
                 _determined_combination(fit, int(index)),
             )
         )
-    return tuple(found)
+    return tuple(offset_couplings)
 
 
 def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
@@ -270,8 +273,8 @@ def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
     if not len(points):
         return None
     factors = np.zeros(len(fit.values))
-    given = fit.covariance[np.ix_(points, points)]
-    together = np.linalg.solve(given, fit.covariance[points, index])
+    point_covariance = fit.covariance[np.ix_(points, points)]
+    together = np.linalg.solve(point_covariance, fit.covariance[points, index])
     factors[points] = np.where(np.abs(np.abs(together) - 1.0) < ONE_TO_ONE, -np.sign(together), 0.0)
     factors[index] = 1.0
     p = len(factors)
@@ -283,12 +286,12 @@ def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
     return Combination(names[index] + "".join(parts), float(factors @ fit.values), std)
 
 
-def _numbers(fit: ModelFit, flown: FallSamples) -> _Numbers:
+def _numbers(fit: ModelFit, kinematics: FallSamples) -> _Numbers:
     """Build the fit's numbers, the sensors' errors transformed from independent ones to their own units."""
     offsets = fit.offsets
     first = len(offsets) + 3
     back = np.eye(len(fit.covariance))
-    back[first:, first:] = flown.sensor_errors
+    back[first:, first:] = kinematics.sensor_errors
     names = [*offsets.names, *[f"momentum {axis}" for axis in "xyz"]]
     groups = [
         _NUISANCE_CENTER if kind == "com" and k >= offsets.sought else _KINDS[kind]

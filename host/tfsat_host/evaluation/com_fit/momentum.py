@@ -126,21 +126,21 @@ class OwnGyros:
     noise: FloatArray
 
 
-def flown_of(motion: Motion, taken: FloatArray | None = None) -> FallSamples:
+def flown_of(motion: Motion, errors: FloatArray | None = None) -> FallSamples:
     """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
     root = root_of(motion.solved.jacobians.covariance)
-    if taken is None:
-        taken, solved = np.zeros(len(root)), motion.solved
+    if errors is None:
+        errors, solved = np.zeros(len(root)), motion.solved
     else:
-        solved = motion.fusion.without(motion.solved, root @ taken)
+        solved = motion.fusion.without(motion.solved, root @ errors)
     fall = motion.t_s >= SETTLED_S
     fused, jacobians, prior = solved.fused, solved.jacobians, motion.fusion.prior
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
     silent = fused.bridged[..., None, None]
-    left = np.where(silent[fall], 0.0, jacobians.gyros[fall] - jacobians.bodies[fall])
-    seen = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
-    alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - seen)
+    relative_jacobians = np.where(silent[fall], 0.0, jacobians.gyros[fall] - jacobians.bodies[fall])
+    fused_covariance = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
+    alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - fused_covariance)
     return FallSamples(
         t,
         solved.angles_rad[fall],
@@ -148,7 +148,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> FallSamples:
         base,
         fused.covariance[fall],
         integrate_rates(t, base).as_matrix(),
-        taken,
+        errors,
         _by_unit_errors(jacobians.rates[fall], root),
         _by_unit_errors(jacobians.angles[fall], root),
         jacobians.in_own_units @ root,
@@ -158,7 +158,7 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> FallSamples:
         OwnGyros(
             _corrected_gyro_rates(motion, solved)[fall],
             fused.gyro_map[fall],
-            _by_unit_errors(left, root),
+            _by_unit_errors(relative_jacobians, root),
             alone[fall],
         ),
     )
@@ -177,20 +177,22 @@ def _corrected_gyro_rates(motion: Motion, solved: FusionSolution) -> FloatArray:
     return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
 
 
-def momentum_of(body: Multibody, flown: FallSamples) -> FloatArray:
+def momentum_of(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
-    robot = body.tilt_hinges(flown.tilt_rad)
-    return angular_momentum(robot, flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s)
+    robot = body.tilt_hinges(kinematics.tilt_rad)
+    return angular_momentum(
+        robot, kinematics.angles_rad, kinematics.base_rate_rad_s, kinematics.joint_rate_rad_s
+    )
 
 
-def _momentum(inertia: FloatArray, joints: FloatArray, flown: FallSamples) -> FloatArray:
-    of_base = np.einsum("...nij,nj->...ni", inertia, flown.base_rate_rad_s)
-    return np.asarray(of_base + np.einsum("...nij,nj->...ni", joints, flown.joint_rate_rad_s))
+def _momentum(inertia: FloatArray, joints: FloatArray, kinematics: FallSamples) -> FloatArray:
+    of_base = np.einsum("...nij,nj->...ni", inertia, kinematics.base_rate_rad_s)
+    return np.asarray(of_base + np.einsum("...nij,nj->...ni", joints, kinematics.joint_rate_rad_s))
 
 
-def inertial_momentum(body: Multibody, flown: FallSamples) -> FloatArray:
+def inertial_momentum(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(..., m, 3) the same in inertial axes: constant, were model and measurement exact."""
-    return np.asarray(np.einsum("nij,...nj->...ni", flown.attitude, momentum_of(body, flown)))
+    return np.asarray(np.einsum("nij,...nj->...ni", kinematics.attitude, momentum_of(body, kinematics)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,65 +214,78 @@ class Derivatives:
     residual_rad_s: FloatArray
 
 
-def residual_rate(body: Multibody, flown: FallSamples, momentum: FloatArray) -> FloatArray:
+def residual_rate(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
-    left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
-    return np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0])
+    inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
+    residual_momentum = _momentum(inertia, joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
+    return np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0])
 
 
 def derivatives(
-    offsets: Offsets, vector: FloatArray, flown: FallSamples, momentum: FloatArray
+    offsets: Offsets, vector: FloatArray, kinematics: FallSamples, momentum: FloatArray
 ) -> Derivatives:
     """Compute the derivatives at offsets `vector` (p,) and momentum (3,), inertial axes.
 
     They are taken at smoothed rates, for the base those that the model predicts: see `smooth_rates`.
     """
     body = offsets.correct(vector)
-    inertia, of_joints = inertia_and_joint_momentum(body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
-    left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
+    inertia, of_joints = inertia_and_joint_momentum(
+        body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad
+    )
+    residual_momentum = (
+        _momentum(inertia, of_joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
+    )
     inverse = np.linalg.inv(inertia)
-    rate = np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0], dtype=np.float64)
-    flown = replace(
-        flown,
-        base_rate_rad_s=smooth_rates(flown.base_rate_rad_s - rate),
-        joint_rate_rad_s=smooth_rates(flown.joint_rate_rad_s),
+    rate = np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0], dtype=np.float64)
+    kinematics = replace(
+        kinematics,
+        base_rate_rad_s=smooth_rates(kinematics.base_rate_rad_s - rate),
+        joint_rate_rad_s=smooth_rates(kinematics.joint_rate_rad_s),
     )
     moving = MovingBodies.of(
-        body.tilt_hinges(flown.tilt_rad), flown.angles_rad, flown.base_rate_rad_s, flown.joint_rate_rad_s
+        body.tilt_hinges(kinematics.tilt_rad),
+        kinematics.angles_rad,
+        kinematics.base_rate_rad_s,
+        kinematics.joint_rate_rad_s,
     )
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
-    by_angles = inverse @ _momentum_by_angles(body, flown)
-    by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, flown), flown.tilt_errors, 2)
+    by_angles = inverse @ _momentum_by_angles(body, kinematics)
+    by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, kinematics), kinematics.tilt_errors, 2)
     # An error that turns the attitude turns the momentum in base axes.
-    turned = cumulative_trapezoid(flown.attitude @ flown.rate_errors[:, :3], flown.t_s, axis=0, initial=0)
-    by_momentum = -inverse @ flown.attitude.swapaxes(1, 2)
+    turned = cumulative_trapezoid(
+        kinematics.attitude @ kinematics.rate_errors[:, :3], kinematics.t_s, axis=0, initial=0
+    )
+    by_momentum = -inverse @ kinematics.attitude.swapaxes(1, 2)
     by_attitude = by_momentum @ np.cross(momentum, np.eye(3), axisb=0, axisc=0)
     by_all = np.concatenate([both, by_angles, by_attitude], axis=2)
     return Derivatives(
         inverse @ momentum_slopes(offsets, vector, moving),
         by_momentum,
-        by_all @ np.concatenate([flown.rate_errors, flown.angle_errors, turned], axis=1) + by_tilts,
-        both @ flown.rate_covariance @ both.swapaxes(1, 2),
+        by_all @ np.concatenate([kinematics.rate_errors, kinematics.angle_errors, turned], axis=1) + by_tilts,
+        both @ kinematics.rate_covariance @ both.swapaxes(1, 2),
         rate,
     )
 
 
-def _momentum_by_angles(body: Multibody, flown: FallSamples) -> FloatArray:
+def _momentum_by_angles(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
     steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
-    high, low = (momentum_of(body, replace(flown, angles_rad=flown.angles_rad + s)) for s in (steps, -steps))
+    high, low = (
+        momentum_of(body, replace(kinematics, angles_rad=kinematics.angles_rad + s)) for s in (steps, -steps)
+    )
     return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
 
 
-def _momentum_by_tilts(body: Multibody, flown: FallSamples) -> FloatArray:
+def _momentum_by_tilts(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
-    steps = _ANGLE_STEP_RAD * np.eye(flown.tilt_rad.size).reshape(-1, 1, *flown.tilt_rad.shape)
-    high, low = (momentum_of(body, replace(flown, tilt_rad=flown.tilt_rad + s)) for s in (steps, -steps))
+    steps = _ANGLE_STEP_RAD * np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
+    high, low = (
+        momentum_of(body, replace(kinematics, tilt_rad=kinematics.tilt_rad + s)) for s in (steps, -steps)
+    )
     return np.asarray(
         np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1).reshape(
-            *high.shape[1:], *flown.tilt_rad.shape
+            *high.shape[1:], *kinematics.tilt_rad.shape
         )
     )
 
@@ -343,19 +358,19 @@ def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) 
     width = size * period
     low, high = t_s - 0.5 * width, t_s + 0.5 * width
     slack = 1e-6 * period
-    whole = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
+    is_full = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
     inside = np.searchsorted(t_s, high) - np.searchsorted(t_s, low)
-    kept = np.flatnonzero(whole & (inside >= _MIN_SHARE * size))
+    rows = np.flatnonzero(is_full & (inside >= _MIN_SHARE * size))
     sums = np.concatenate(
         [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
     )
-    means = (_between(edges, sums, high[kept]) - _between(edges, sums, low[kept])) / width
-    return MovingAverage(t_s[kept], means, size, width)
+    means = (_between(edges, sums, high[rows]) - _between(edges, sums, low[rows])) / width
+    return MovingAverage(t_s[rows], means, size, width)
 
 
-def averaged_momentum(body: Multibody, flown: FallSamples, size: int = PAPER_SIZE) -> MovingAverage:
+def averaged_momentum(body: Multibody, kinematics: FallSamples, size: int = PAPER_SIZE) -> MovingAverage:
     """Compute the moving average of the momentum by a model or a batch of models: kg m^2/s, inertial axes."""
-    return moving_average(flown.t_s, inertial_momentum(body, flown), size)
+    return moving_average(kinematics.t_s, inertial_momentum(body, kinematics), size)
 
 
 def _between(edges: FloatArray, sums: FloatArray, at: FloatArray) -> FloatArray:

@@ -83,23 +83,23 @@ class Offsets:
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters; `units`, `kinds`, `prior_std` and `bounds` likewise."""
-        return tuple(one.name for one in self.parameters)
+        return tuple(parameter.name for parameter in self.parameters)
 
     @property
     def units(self) -> tuple[str, ...]:
-        return tuple(one.unit for one in self.parameters)
+        return tuple(parameter.unit for parameter in self.parameters)
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
-        return tuple(one.kind for one in self.parameters)
+        return tuple(parameter.kind for parameter in self.parameters)
 
     @property
     def prior_std(self) -> FloatArray:
-        return np.array([one.prior_std for one in self.parameters])
+        return np.array([parameter.prior_std for parameter in self.parameters])
 
     @property
     def bounds(self) -> FloatArray:
-        return np.array([one.bound for one in self.parameters])
+        return np.array([parameter.bound for parameter in self.parameters])
 
     @property
     def alone(self) -> Offsets:
@@ -117,15 +117,15 @@ class Offsets:
         """Build the robot corrected by one vector (p,) of offsets."""
         return self._with(vector, sampled=False)
 
-    def inertia_slope(self, one: Parameter, vector: FloatArray) -> FloatArray:
+    def inertia_slope(self, parameter: Parameter, vector: FloatArray) -> FloatArray:
         """(3, 3) of a body's tensor at offsets (p,) by one entry of its E, SI; to second order in E."""
-        root = _root(self.body.inertia_kg_m2[one.of])
+        root = _root(self.body.inertia_kg_m2[parameter.of])
         strain = sum(
             value * other.si * other.shape
             for value, other in zip(vector, self.parameters, strict=True)
-            if other.kind == "inertia" and other.of == one.of
+            if other.kind == "inertia" and other.of == parameter.of
         )
-        half = expm(strain) @ one.shape
+        half = expm(strain) @ parameter.shape
         return _inertia(root @ (0.5 * (half + half.T)) @ root.T)
 
     def _with(self, vectors: FloatArray, *, sampled: bool) -> Multibody:
@@ -136,9 +136,11 @@ class Offsets:
             "mass": np.zeros((*lead, body.n_bodies)),
             "inertia": np.zeros((*lead, *body.inertia_kg_m2.shape)),
         }
-        for index, one in enumerate(self.parameters):
-            value = one.si * vectors[..., index]
-            moved[one.kind][(slice(None),) * len(lead) + (one.of,)] += np.multiply.outer(value, one.shape)
+        for index, parameter in enumerate(self.parameters):
+            value = parameter.si * vectors[..., index]
+            moved[parameter.kind][(slice(None),) * len(lead) + (parameter.of,)] += np.multiply.outer(
+                value, parameter.shape
+            )
         fields = {
             "com_m": moved["com"],
             "joint_point_m": moved["point"],
@@ -205,9 +207,9 @@ def _centers(model: RobotModel, bound_m: float) -> tuple[Parameter, ...]:
     """
     bound_mm = 1e3 * bound_m
     return tuple(
-        one._replace(bound=bound_mm)
+        parameter._replace(bound=bound_mm)
         for body in COM_BODIES
-        for one in _center(model, body - 1, bound_mm / 3.0**0.5)
+        for parameter in _center(model, body - 1, bound_mm / 3.0**0.5)
     )
 
 

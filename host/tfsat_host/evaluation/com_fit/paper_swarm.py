@@ -83,27 +83,27 @@ class SwarmFit:
     @property
     def converged(self) -> bool:
         """The best lies at the bottom of its valley, and no lower place is known."""
-        known = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
-        return bool(self.objective <= (1.0 + ARRIVED_SHARE) * known)
+        lowest = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
+        return bool(self.objective <= (1.0 + ARRIVED_SHARE) * lowest)
 
     def sentences(self) -> tuple[str, ...]:
         """Format for a person how the swarms searched and whether to believe the result."""
-        found = [
+        sentences = [
             f"{len(self.each)} swarm{'' if len(self.each) == 1 else 's'} of {self.particles} particles, "
             f"{self.iterations} iterations each."
         ]
         if self.objective > self.objective_before:
-            found.append(
+            sentences.append(
                 f"What they found is worse than no correction: J is {self.objective:.3g} kg m^2/s, and "
                 f"{self.objective_before:.3g} kg m^2/s as the model is."
             )
         if not self.converged:
             lowest = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
-            found.append(
+            sentences.append(
                 f"They did not converge: the best stopped at J = {self.objective:.3g} kg m^2/s, and "
                 f"{lowest:.3g} kg m^2/s is possible. Its offsets are for comparison, and mean nothing."
             )
-        return tuple(found)
+        return tuple(sentences)
 
     @property
     def spread(self) -> FloatArray:
@@ -133,12 +133,14 @@ def powers(vectors: FloatArray) -> FloatArray:
     )
 
 
-def momentum_polynomial(offsets: Offsets, flown: FallSamples, size: int = PAPER_SIZE) -> MomentumPolynomial:
+def momentum_polynomial(
+    offsets: Offsets, kinematics: FallSamples, size: int = PAPER_SIZE
+) -> MomentumPolynomial:
     """Fit the momentum polynomial to as many robots as it has coefficients.
 
     Args:
         offsets: Of centers of mass alone.
-        flown: One drop.
+        kinematics: One drop.
         size: N of the moving average.
     """
     p = len(offsets)
@@ -146,15 +148,15 @@ def momentum_polynomial(offsets: Offsets, flown: FallSamples, size: int = PAPER_
     unit = offsets.bounds * np.eye(p)
     rows, columns = np.triu_indices(p, 1)
     places = np.concatenate([np.zeros((1, p)), unit, -unit, unit[rows] + unit[columns]])
-    averages = averaged_momentum(offsets.apply(places), flown, size).values
+    averages = averaged_momentum(offsets.apply(places), kinematics, size).values
     strayed = (averages - averages[:, :1]).swapaxes(1, 2)
-    found = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
-    return MomentumPolynomial(np.asarray(found, dtype=np.float64).reshape(strayed.shape))
+    coefficients = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
+    return MomentumPolynomial(np.asarray(coefficients, dtype=np.float64).reshape(strayed.shape))
 
 
 def swarm_fit(
     fit: ModelFit,
-    flown: FallSamples,
+    kinematics: FallSamples,
     *,
     size: int = PAPER_SIZE,
     settings: SwarmSettings | None = None,
@@ -164,14 +166,14 @@ def swarm_fit(
 
     Args:
         fit: With all that it held uncertain; the paper took all but the centers of mass for exact.
-        flown: The same drop.
+        kinematics: The same drop.
         size: N of the moving average.
         settings: Of the swarm; the paper's by default.
         seeds: One or more, a swarm each.
     """
     offsets, settings = fit.offsets.alone, settings or SwarmSettings()
-    polynomial = momentum_polynomial(offsets, flown, size)
-    found = [
+    polynomial = momentum_polynomial(offsets, kinematics, size)
+    minima = [
         minimize(
             lambda columns: polynomial.objective(columns.T),
             -offsets.bounds,
@@ -181,16 +183,16 @@ def swarm_fit(
         )
         for seed in seeds
     ]
-    best = min(found, key=lambda one: one.value)
+    best = min(minima, key=lambda minimum: minimum.value)
     before = polynomial.objective(np.zeros((1, len(offsets))))[0]
     return SwarmFit(
         best.position,
         best.value,
         float(before),
-        float(averaged_momentum(fit.offsets.correct(fit.values), flown, size).objective),
+        float(averaged_momentum(fit.offsets.correct(fit.values), kinematics, size).objective),
         _bottom(polynomial, best.position, offsets.bounds),
-        np.stack([one.position for one in found]),
-        np.array([one.value for one in found]),
+        np.stack([minimum.position for minimum in minima]),
+        np.array([minimum.value for minimum in minima]),
         np.abs(best.position) >= offsets.bounds * (1.0 - 1e-9),
         fit.values[: len(offsets)],
         settings.particles,
@@ -204,7 +206,7 @@ def _bottom(polynomial: MomentumPolynomial, start: FloatArray, bounds: FloatArra
     def at(vector: FloatArray) -> float:
         return float(polynomial.objective(vector[None])[0])
 
-    found = descend(
+    descent = descend(
         at, start.tolist(), method="L-BFGS-B", bounds=[(-float(bound), float(bound)) for bound in bounds]
     )
-    return min(float(found.fun), at(start))
+    return min(float(descent.fun), at(start))

@@ -47,32 +47,32 @@ class Prediction:
     attitude: FloatArray
 
 
-def initial_momentum(body: Multibody, flown: FallSamples, quiet: BoolArray) -> FloatArray:
+def initial_momentum(body: Multibody, kinematics: FallSamples, quiet: BoolArray) -> FloatArray:
     """(3,) mean over the quiet samples before the first stroke, inertial axes."""
-    return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
+    return np.asarray(inertial_momentum(body, kinematics)[quiet].mean(axis=0))
 
 
-def predict(body: Multibody, flown: FallSamples, momentum: FloatArray) -> Prediction:
+def predict(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> Prediction:
     """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
 
     Args:
         body: The model, one robot.
-        flown: Joint angles and rates that drive it.
+        kinematics: Joint angles and rates that drive it.
         momentum: (3,) H, inertial axes.
     """
-    body = body.tilt_hinges(flown.tilt_rad)
-    inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
-    joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
+    body = body.tilt_hinges(kinematics.tilt_rad)
+    inverse = np.linalg.inv(conserved.locked_inertia(body, kinematics.angles_rad))
+    joints = conserved.joint_momentum(body, kinematics.angles_rad) @ kinematics.joint_rate_rad_s[..., None]
     driven = -(inverse @ joints)[..., 0]
     rates, attitude = np.empty_like(driven), np.eye(3)
     for k in range(len(driven)):
         if k:
-            step_s = flown.t_s[k] - flown.t_s[k - 1]
+            step_s = kinematics.t_s[k] - kinematics.t_s[k - 1]
             # H is small: where it is seen from the last sample's attitude, it is off by a hundredth of itself.
             ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
             attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
         rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
-    return Prediction(momentum, rates, integrate_rates(flown.t_s, rates).as_matrix())
+    return Prediction(momentum, rates, integrate_rates(kinematics.t_s, rates).as_matrix())
 
 
 def _turn(rotation: FloatArray) -> FloatArray:
@@ -131,7 +131,7 @@ class AttitudeError:
 
 def attitude_error(
     prediction: Prediction,
-    flown: FallSamples,
+    kinematics: FallSamples,
     rotation: FloatArray,
     body: int,
     lag: Lag,
@@ -141,29 +141,34 @@ def attitude_error(
 
     Args:
         prediction: Of the base.
-        flown: What drove it.
+        kinematics: What drove it.
         rotation: (m, 3, 3) from the body's axes to the base's.
         body: Index of the body.
         lag: Of the gyros.
         covariance: (m, 3, 3) by `difference_covariance`, of the same body.
     """
-    shown = flown.own.rate_rad_s[:, body]
-    joint_part = np.einsum("nij,nj->ni", flown.own.gyro_map[:, body, :, 3:], flown.joint_rate_rad_s)
+    measured_rates = kinematics.own.rate_rad_s[:, body]
+    joint_part = np.einsum("nij,nj->ni", kinematics.own.gyro_map[:, body, :, 3:], kinematics.joint_rate_rad_s)
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
-    seen = lag.apply(flown.t_s, exact)
-    ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
+    predicted_rates = lag.apply(kinematics.t_s, exact)
+    ours, theirs = (
+        integrate_rates(kinematics.t_s, measured_rates),
+        integrate_rates(kinematics.t_s, predicted_rates),
+    )
     by_turn = euler_zyx_by_turn(theirs.as_matrix())
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
     difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
-    return AttitudeError(flown.t_s, wrap_angle(difference), shown - seen, std, spread[-1])
+    return AttitudeError(
+        kinematics.t_s, wrap_angle(difference), measured_rates - predicted_rates, std, spread[-1]
+    )
 
 
 def difference_covariance(
-    flown: FallSamples,
+    kinematics: FallSamples,
     rotation: FloatArray,
     body: int,
-    found: Derivatives,
+    linearization: Derivatives,
     errors: FloatArray,
     quiet: BoolArray,
     *,
@@ -176,36 +181,36 @@ def difference_covariance(
     counted twice.
 
     Args:
-        flown: What drove the prediction.
+        kinematics: What drove the prediction.
         rotation: (m, 3, 3) from the body's axes to the base's.
         body: Index of the body.
-        found: Derivatives of the unexplained rate.
+        linearization: Derivatives of the unexplained rate.
         errors: Covariance of the sensors' errors (r, r), or of offsets and those (p + r, p + r) if `fitted`.
         quiet: Samples before the first stroke.
         fitted: The offsets were fitted to this drop; else the model is as it is.
     """
-    own = flown.own
-    left = own.errors[:, body]
-    columns = found.by_errors
+    own = kinematics.own
+    own_errors = own.errors[:, body]
+    columns = linearization.by_errors
     if fitted:
-        columns = np.concatenate([found.by_offsets, columns], axis=2)
-        left = np.concatenate([np.zeros_like(found.by_offsets), left], axis=2)
+        columns = np.concatenate([linearization.by_offsets, columns], axis=2)
+        own_errors = np.concatenate([np.zeros_like(linearization.by_offsets), own_errors], axis=2)
     # by_momentum = -I^-1 R^T, so its inverse turns a rate back into a momentum.
-    to_momentum = np.linalg.inv(found.by_momentum[quiet])
-    taken = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
-    explained = columns + found.by_momentum @ taken
-    steps = np.gradient(flown.t_s)[:, None, None]
-    to_first = flown.attitude * steps
-    by_model, by_own = (np.cumsum(to_first @ part, axis=0) for part in (explained, rotation @ left))
+    to_momentum = np.linalg.inv(linearization.by_momentum[quiet])
+    momentum_by_errors = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
+    explained = columns + linearization.by_momentum @ momentum_by_errors
+    steps = np.gradient(kinematics.t_s)[:, None, None]
+    to_first = kinematics.attitude * steps
+    by_model, by_own = (np.cumsum(to_first @ part, axis=0) for part in (explained, rotation @ own_errors))
     noise = (
-        flown.attitude
-        @ (found.noise + rotation @ own.noise[:, body] @ rotation.swapaxes(1, 2))
-        @ flown.attitude.swapaxes(1, 2)
+        kinematics.attitude
+        @ (linearization.noise + rotation @ own.noise[:, body] @ rotation.swapaxes(1, 2))
+        @ kinematics.attitude.swapaxes(1, 2)
     )
     integrated = np.cumsum(noise * steps**2, axis=0)
     # The quiet samples' noise is in the momentum, too.
-    by_taken = np.cumsum(to_first @ found.by_momentum, axis=0)
-    of_taken = to_momentum @ found.noise[quiet] / quiet.sum()
+    by_taken = np.cumsum(to_first @ linearization.by_momentum, axis=0)
+    of_taken = to_momentum @ linearization.noise[quiet] / quiet.sum()
     taken_covariance = (of_taken @ to_momentum.swapaxes(1, 2)).sum(axis=0) / quiet.sum()
     in_both = np.zeros_like(integrated)
     in_both[quiet] = -to_first[quiet] @ of_taken.swapaxes(1, 2)
@@ -219,7 +224,7 @@ def difference_covariance(
         total = total + by_model @ errors @ by_model.swapaxes(1, 2)
     total = _at_least(total, LEFT_LEAST * integrated)
     # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
-    total = total + flown.missed[:, None, None] * np.eye(3)
+    total = total + kinematics.missed[:, None, None] * np.eye(3)
     return np.asarray(rotation[0].T @ total @ rotation[0])
 
 
@@ -284,24 +289,26 @@ class ModelInput:
     def with_offsets(self, values: FloatArray) -> Sides:
         """Compare the measurement with the model at given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.correct(values), self.flown, self.quiet)
-        found = derivatives(self.offsets, values, self.flown, momentum)
-        return self._compare_sides(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
+        linearization = derivatives(self.offsets, values, self.flown, momentum)
+        return self._compare_sides(
+            values, linearization, np.eye(linearization.by_errors.shape[2]), fitted=False
+        )
 
     def with_fit(self, fit: ModelFit) -> Sides:
         """Compare the measurement with the model at offsets that were fitted to this very drop."""
         p = len(self.offsets)
-        kept = np.r_[0:p, p + 3 : len(fit.covariance)]
+        indices = np.r_[0:p, p + 3 : len(fit.covariance)]
         return self._compare_sides(
-            fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True
+            fit.values, fit.derivatives, fit.covariance[np.ix_(indices, indices)], fitted=True
         )
 
     def _compare_sides(
-        self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool
+        self, values: FloatArray, linearization: Derivatives, errors: FloatArray, *, fitted: bool
     ) -> Sides:
         body, turned = self.offsets.correct(values), self.rotation[:, BODY_1]
         prediction = predict(body, self.flown, initial_momentum(body, self.flown, self.quiet))
         covariance = difference_covariance(
-            self.flown, turned, BODY_1, found, errors, self.quiet, fitted=fitted
+            self.flown, turned, BODY_1, linearization, errors, self.quiet, fitted=fitted
         )
         error = attitude_error(prediction, self.flown, turned, BODY_1, self.lag, covariance)
         return Sides(values, prediction, error)
@@ -385,9 +392,9 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         first_stroke_s: Until then nothing but the release has moved the robot.
     """
 
-    def driven_by(flown: FallSamples, lag: Lag) -> ModelInput:
-        rotation, _ = poses(offsets.body.tilt_hinges(flown.tilt_rad), flown.angles_rad)
-        return ModelInput(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
+    def driven_by(kinematics: FallSamples, lag: Lag) -> ModelInput:
+        rotation, _ = poses(offsets.body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
+        return ModelInput(kinematics, rotation, quiet_samples(kinematics.t_s, first_stroke_s), lag, offsets)
 
     def sensed_by(fit: ModelFit) -> tuple[ModelInput, Sides, float]:
         """Sensors without the errors that a fit found; the model it found against them, in expected distances."""
@@ -395,15 +402,15 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         after = sensed.with_fit(fit)
         return sensed, after, after.error.mahalanobis / EXPECTED_DISTANCE
 
-    flown = flown_of(motion)
-    driven = driven_by(flown, motion.lag)
-    fit = fit_model(offsets, flown)
+    kinematics = flown_of(motion)
+    driven = driven_by(kinematics, motion.lag)
+    fit = fit_model(offsets, kinematics)
     sensed, after, misfit = sensed_by(fit)
     for _ in range(_RELINEARIZED):
-        if flown.turned_by(fit.errors) < _LINEAR_RAD or misfit > _CONTRADICTED:
+        if kinematics.turned_by(fit.errors) < _LINEAR_RAD or misfit > _CONTRADICTED:
             break
-        flown = sensed.flown
-        fit = fit_model(offsets, flown, fit)
+        kinematics = sensed.flown
+        fit = fit_model(offsets, kinematics, fit)
         sensed, after, misfit = sensed_by(fit)
     if misfit > 1.0:
         stated, fit = fit, widen_fit(fit, misfit)

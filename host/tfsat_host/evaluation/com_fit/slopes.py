@@ -97,7 +97,7 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: MovingBodies) 
     slopes = np.empty((len(moving.rate_rad_s), 3, len(offsets)))
     for (kind, of), columns in _by_what(offsets.parameters).items():
         parameters = [offsets.parameters[column] for column in columns]
-        units = np.array([one.si for one in parameters])
+        units = np.array([parameter.si for parameter in parameters])
         slopes[:, :, columns] = units * _slopes(kind, of, parameters, offsets, vector, moving)
     return slopes
 
@@ -105,8 +105,8 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: MovingBodies) 
 def _by_what(parameters: Sequence[Parameter]) -> dict[tuple[Kind, int], list[int]]:
     """Group the parameters' columns by kind and by body or joint."""
     columns: dict[tuple[Kind, int], list[int]] = {}
-    for column, one in enumerate(parameters):
-        columns.setdefault((one.kind, one.of), []).append(column)
+    for column, parameter in enumerate(parameters):
+        columns.setdefault((parameter.kind, parameter.of), []).append(column)
     return columns
 
 
@@ -125,7 +125,7 @@ def _slopes(
     if kind == "inertia":
         turn = moving.rotation[:, of]
         own_rate = np.einsum("mij,mi->mj", turn, moving.rate_rad_s[:, of])
-        changes = np.stack([offsets.inertia_slope(one, vector) for one in parameters], axis=-1)
+        changes = np.stack([offsets.inertia_slope(parameter, vector) for parameter in parameters], axis=-1)
         return turn @ np.tensordot(own_rate, changes, ((1,), (1,)))
     if kind == "com":
         by_point = moving.shift_momentum(of, of)
@@ -136,4 +136,4 @@ def _slopes(
             moving.shift_momentum(far, step.parent) - moving.shift_momentum(far, step.child) for far in beyond
         ]
         by_point = np.sum(shifts, axis=0)
-    return by_point @ np.stack([one.shape for one in parameters], axis=-1)
+    return by_point @ np.stack([parameter.shape for parameter in parameters], axis=-1)

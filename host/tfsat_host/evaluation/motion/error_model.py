@@ -115,11 +115,11 @@ class Prior:
         """Of the joints' axes."""
         return slice(self.slower.stop, self.slower.stop + len(self.tilt))
 
-    def as_late(self, t_s: FloatArray, shown: FloatArray, errors: FloatArray) -> FloatArray:
+    def as_late(self, t_s: FloatArray, gyro_rates: FloatArray, errors: FloatArray) -> FloatArray:
         """(n, 4, 3) what gyros with the mean lag would show of what they show with errors (r,)."""
         by_delay, by_second = (self.apart @ errors[self.slower]).T[..., None]
-        first = derivative(t_s, shown)
-        return np.asarray(shown + by_delay * first + by_second * derivative(t_s, first))
+        first = derivative(t_s, gyro_rates)
+        return np.asarray(gyro_rates + by_delay * first + by_second * derivative(t_s, first))
 
     def tilt_of(self, errors: FloatArray) -> FloatArray:
         """(3, 2) tilts of the axes with errors (r,), rad."""
@@ -155,7 +155,7 @@ class Prior:
 
 
 def gyro_errors(
-    prior: Prior, t_s: FloatArray, lag: Lag, shown: FloatArray, by_parameters: FloatArray
+    prior: Prior, t_s: FloatArray, lag: Lag, gyro_rates: FloatArray, by_parameters: FloatArray
 ) -> FloatArray:
     """(n, 4, 3, r) each gyro's rate, its lag taken off, by the errors.
 
@@ -163,17 +163,17 @@ def gyro_errors(
         prior: Of the errors.
         t_s: (n,).
         lag: As taken off.
-        shown: (n, 4, 3) what the gyros show, body axes.
+        gyro_rates: (n, 4, 3) what the gyros show, body axes.
         by_parameters: (n, 4, 3, 9) that by each gyro's parameters.
     """
-    n, bodies = shown.shape[:2]
+    n, bodies = gyro_rates.shape[:2]
     errors = np.zeros((n, bodies, 3, len(prior)))
     # An error in proportion to the rate lags as the rate does.
     by_own = lag.remove(t_s, by_parameters)
     for body in range(bodies):
         own = slice(9 * body, 9 * body + 9)
         errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]
-    first = derivative(t_s, shown)
+    first = derivative(t_s, gyro_rates)
     moments = np.stack([first, derivative(t_s, first)], axis=-1)
     errors[..., prior.moments] = moments * prior.lag
     errors[..., prior.slower] = moments @ prior.apart
@@ -202,9 +202,9 @@ def error_jacobians(
     """
     n = len(t_s)
     gyros = np.where(fused.bridged[..., None, None], 0.0, gyros)
-    seen = -gyros
-    seen[..., prior.tilts] += by_tilts * prior.tilt
-    direct = -fused.gains @ seen.reshape(n, -1, len(prior))
+    residual_by_errors = -gyros
+    residual_by_errors[..., prior.tilts] += by_tilts * prior.tilt
+    direct = -fused.gains @ residual_by_errors.reshape(n, -1, len(prior))
     own = np.zeros((n, len(prior.start), len(prior)))
     for joint, walk in enumerate(prior.walks):
         direct[:, 3 + joint, prior.walk(joint)] += walk.rate
@@ -262,15 +262,15 @@ def random_walk(
         holes: Missing samples, with the rotation the joint may have made in them beyond what was carried over.
     """
     knots = _knots(t_s, unsensed, fine_s, holes)
-    left, right = knots[:-1], knots[1:]
-    angle = np.clip((t_s[:, None] - left) / (right - left), 0.0, 1.0)
-    by_slope = np.interp(0.5 * (left + right), t_s, unsensed.astype(float)) > 0.5
-    variance = 0.5 * density_rad_s_rthz**2 * (right - left)
+    left_knots, right = knots[:-1], knots[1:]
+    angle = np.clip((t_s[:, None] - left_knots) / (right - left_knots), 0.0, 1.0)
+    by_slope = np.interp(0.5 * (left_knots + right), t_s, unsensed.astype(float)) > 0.5
+    variance = 0.5 * density_rad_s_rthz**2 * (right - left_knots)
     variance = variance + np.where(by_slope, sensed_std_rad**2, 0.0)
-    variance = variance + holes.variance_between(left, right)
+    variance = variance + holes.variance_between(left_knots, right)
     step = np.sqrt(variance)
-    inside = (t_s[:, None] >= left) & (t_s[:, None] < right) & by_slope
-    return RandomWalk(angle * step, np.where(inside, step / (right - left), 0.0))
+    inside = (t_s[:, None] >= left_knots) & (t_s[:, None] < right) & by_slope
+    return RandomWalk(angle * step, np.where(inside, step / (right - left_knots), 0.0))
 
 
 def _knots(t_s: FloatArray, unsensed: BoolArray, fine_s: float, holes: Holes) -> FloatArray:

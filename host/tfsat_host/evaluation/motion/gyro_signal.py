@@ -56,12 +56,12 @@ def _density(squares: FloatArray) -> float:
 
     They are NaN where the gyro did not answer.
     """
-    known = squares[np.isfinite(squares)]
-    if len(known) < 3 * MIN_BLOCKS or not known.any():
+    finite_squares = squares[np.isfinite(squares)]
+    if len(finite_squares) < 3 * MIN_BLOCKS or not finite_squares.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.
-    found = float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(known) / 0.4549))
-    return max(found, MIN_DENSITY_RAD_S_RTHZ)  # type: ignore[no-any-return]
+    density = float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(finite_squares) / 0.4549))
+    return max(density, MIN_DENSITY_RAD_S_RTHZ)  # type: ignore[no-any-return]
 
 
 def sample_covariance(
@@ -120,10 +120,10 @@ class Lag:
     measured: bool
     implausible_s: float | None = None
 
-    def remove(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
+    def remove(self, t_s: FloatArray, signal: FloatArray) -> FloatArray:
         """(n, ...) what was to be shown at each time, of what was shown."""
-        first = derivative(t_s, shown)
-        return np.asarray(shown + self.delay_s * first + self.second_s2 * derivative(t_s, first))
+        first = derivative(t_s, signal)
+        return np.asarray(signal + self.delay_s * first + self.second_s2 * derivative(t_s, first))
 
     def apply(self, t_s: FloatArray, exact: FloatArray) -> FloatArray:
         """(n, k) what the gyros show of rates (n, k): one pole and a pure delay with these moments.
@@ -140,13 +140,13 @@ class Lag:
         return np.column_stack([np.interp(late_s, fine_s, column) for column in filtered.T])
 
 
-def _one_pole(shown: FloatArray, constant: float) -> FloatArray:
+def _one_pole(signals: FloatArray, constant: float) -> FloatArray:
     """(n, k) of signals that are linear between two samples; the time constant is in samples. It begins settled."""
     pole = np.exp(-1.0 / constant)
     mean = (1.0 - pole) * constant
-    driven = np.concatenate([shown[:1], (1.0 - mean) * shown[1:] + (mean - pole) * shown[:-1]])
+    driven = np.concatenate([signals[:1], (1.0 - mean) * signals[1:] + (mean - pole) * signals[:-1]])
     # y[n] - pole y[n - 1] = driven[n], all rows at once.
-    rows = np.stack([np.ones(len(shown)), np.full(len(shown), -pole)])
+    rows = np.stack([np.ones(len(signals)), np.full(len(signals), -pole)])
     return np.asarray(solve_banded((1, 0), rows, driven))
 
 

@@ -83,9 +83,9 @@ class SensedJoint:
         apart = apart[np.isfinite(apart)]
         half = 0.5 * float(apart.mean()) if len(apart) else 0.0
         each = self.angle_rad + np.array([half, -half])
-        known = np.isfinite(each)
-        total = np.where(known, each, 0.0).sum(axis=1)
-        return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+        is_finite = np.isfinite(each)
+        total = np.where(is_finite, each, 0.0).sum(axis=1)
+        return np.where(is_finite.any(axis=1), total / np.maximum(is_finite.sum(axis=1), 1), np.nan)
 
 
 def _find_distrusted(
@@ -103,9 +103,9 @@ def _find_distrusted(
     limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
     if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
         return None
-    known = both & np.isfinite(turned_rad)
-    if known.any():
-        drift = np.unwrap(angle_rad[known] - turned_rad[known, None], axis=0)
+    usable_rows = both & np.isfinite(turned_rad)
+    if usable_rows.any():
+        drift = np.unwrap(angle_rad[usable_rows] - turned_rad[usable_rows, None], axis=0)
         low, high = np.quantile(drift, [_LASTING, 1.0 - _LASTING], axis=0)
         first, second = high - low
         if abs(second - first) > 0.5 * limit:
@@ -139,7 +139,7 @@ def errors_by_sensors(
     by_errors: FloatArray,
     errors: FloatArray,
     free: BoolArray,
-    known: tuple[FloatArray, FloatArray],
+    outside_information: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray, Squares]:
     """(r,) the errors and (r, r) their covariance; and what zero points and bends are off by.
 
@@ -149,15 +149,15 @@ def errors_by_sensors(
         by_errors: (n, 3, r) what more of them does to the angles.
         errors: (r,) as believed; each of variance one around zero before.
         free: (r,) which ones the sensors may tell; the others keep their variance.
-        known: (r, r) information from elsewhere, and (r,) its right-hand side.
+        outside_information: (r, r) information from elsewhere, and (r,) its right-hand side.
     """
     r, extra = len(errors), _NUISANCES * len(joints)
     sensors = block_diag(*(_nuisance_covariance(joint.sensors) for joint in joints))
     stated = np.asarray(np.linalg.inv(sensors), dtype=np.float64)
     information = np.asarray(block_diag(np.eye(r), stated))
     right = np.zeros(r + extra)
-    information[:r, :r] += known[0]
-    right[:r] += known[1]
+    information[:r, :r] += outside_information[0]
+    right[:r] += outside_information[1]
     for j, joint in enumerate(joints):
         nuisance = r + _NUISANCES * j + np.arange(_NUISANCES)
         for k in range(2):
@@ -168,14 +168,14 @@ def errors_by_sensors(
             rows[:, nuisance[k]] = -joint.sensors.direction[k]
             bend = nuisance[2 + 4 * k : 6 + 4 * k]
             # Where the joint is, not where a noisy sample has it: a bend that follows the noise would explain it.
-            shown = joint.sensors.zero_rad[k] + joint.sensors.direction[k] * angles_rad[there, j]
-            curve = joint.sensors.bend_curve(k, shown)
+            reading_rad = joint.sensors.zero_rad[k] + joint.sensors.direction[k] * angles_rad[there, j]
+            curve = joint.sensors.bend_curve(k, reading_rad)
             rows[:, bend] = -joint.sensors.direction[k] * curve
             information += rows.T @ rows / joint.noise_rad[k] ** 2
             right += rows.T @ off / joint.noise_rad[k] ** 2
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    found = covariance @ right
-    return found[:r], covariance[:r, :r], Squares.of(found[r:], stated, covariance[r:, r:])
+    solution = covariance @ right
+    return solution[:r], covariance[:r, :r], Squares.of(solution[r:], stated, covariance[r:, r:])
 
 
 def _nuisance_covariance(sensors: JointSensors) -> FloatArray:
@@ -230,9 +230,9 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
     stds = np.full(len(joints), np.pi)
     for j, joint in enumerate(joints):
         angle = joint.mean_rad
-        known = np.isfinite(angle)
-        if known.sum() > SMOOTHED:
-            smooth = smooth_savitzky_golay(np.interp(t_s, t_s[known], angle[known]))
+        is_finite = np.isfinite(angle)
+        if is_finite.sum() > SMOOTHED:
+            smooth = smooth_savitzky_golay(np.interp(t_s, t_s[is_finite], angle[is_finite]))
             rates[:, j] = derivative(t_s, smooth)
             stds[j] = sample_noise_rad(angle)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.

@@ -94,16 +94,16 @@ def motion_of(
     )
     fusion = SensorFusion.of(samples, sensed, calibration, model, densities, low_pass)
     solved = fusion.solve()
-    left = fusion.smoothing_rad(solved.fused)
+    smoothing_rad = fusion.smoothing_rad(solved.fused)
     joints = tuple(
         JointMotion.of(
-            one,
+            joint,
             solved.angles_rad[:, j],
             solved.jacobians.angles[:, j],
             solved.jacobians.covariance,
-            left[:, j],
+            smoothing_rad[:, j],
         )
-        for j, one in enumerate(sensed)
+        for j, joint in enumerate(sensed)
     )
     return Motion(samples, densities, fusion, solved, joints, _bodies(samples, solved, fusion.noise))
 
@@ -112,7 +112,7 @@ def _bodies(samples: Samples, solved: FusionSolution, noise: FloatArray) -> tupl
     """Compute the motion of each body by its own gyro, and by the others where that did not answer."""
     fused, jacobians = solved.fused, solved.jacobians
     bridge = fused.body_rates()
-    found = []
+    body_motions = []
     for b in range(noise.shape[1]):
         bridged = fused.bridged[:, b]
         apart = bridged[:, None, None]
@@ -120,12 +120,12 @@ def _bodies(samples: Samples, solved: FusionSolution, noise: FloatArray) -> tupl
         spread = fused.gyro_map[:, b] @ fused.covariance @ fused.gyro_map[:, b].swapaxes(1, 2)
         spread = np.where(apart, spread, noise[:, b])
         rate = np.where(bridged[:, None], bridge[:, b], solved.rates_rad_s[:, b])
-        found.append(
+        body_motions.append(
             body_motion(
                 samples.t_s, Rates(rate, by_errors, spread, bridged), jacobians.covariance, samples.rate_hz
             )
         )
-    return tuple(found)
+    return tuple(body_motions)
 
 
 def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatArray:
@@ -133,13 +133,13 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
     outer, inner = int(model.joint_outer[joint]), int(model.joint_inner[joint])
     # What turns about the axis looks the same from both bodies.
     rate = (samples.rate_rad_s[:, outer] - samples.rate_rad_s[:, inner]) @ model.joint_axis[joint]
-    known = np.isfinite(rate)
+    is_finite = np.isfinite(rate)
     if (
-        not known.any()
-        or np.diff(samples.t_s[known], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > MAX_GAP_S
+        not is_finite.any()
+        or np.diff(samples.t_s[is_finite], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > MAX_GAP_S
     ):
         return np.full_like(rate, np.nan)
-    return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[known], rate[known]))
+    return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[is_finite], rate[is_finite]))
 
 
 SETTLED_S = 0.03
@@ -178,7 +178,7 @@ def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
 
 def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, ...]:
     """Compute each body's initial mean rate as its turn over the time, with the turn's uncertainty."""
-    found = []
+    rates = []
     for moved in motion.bodies:
         rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
         first, last = rows[0], rows[-1]
@@ -187,8 +187,8 @@ def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, .
         turned = turned + moved.noise_covariance[last] - moved.noise_covariance[first]
         duration_s = moved.t_s[last] - moved.t_s[first]
         rate = moved.rate_rad_s[rows].mean(axis=0)
-        found.append(InitialRate(rate, np.sqrt(np.diag(turned)) / duration_s))
-    return tuple(found)
+        rates.append(InitialRate(rate, np.sqrt(np.diag(turned)) / duration_s))
+    return tuple(rates)
 
 
 def notes_of(motion: Motion) -> list[str]:

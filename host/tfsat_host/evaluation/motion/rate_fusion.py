@@ -73,10 +73,10 @@ def fuse(
     """
     n, bodies = rates_rad_s.shape[:2]
     answered = np.logical_and.reduce(np.isfinite(rates_rad_s), axis=2)
-    seen = gyro_map(body, angles_rad)
-    design = seen.reshape(n, 3 * bodies, -1)
+    gyro_jacobian = gyro_map(body, angles_rad)
+    design = gyro_jacobian.reshape(n, 3 * bodies, -1)
     information: FloatArray = np.where(answered[..., None, None], np.linalg.inv(noise), 0.0)
-    weighted = (information @ seen).reshape(design.shape)
+    weighted = (information @ gyro_jacobian).reshape(design.shape)
     normal = design.swapaxes(1, 2) @ weighted
     joint_weights = np.where(answered.all(axis=1)[:, None], 0.0, 1.0 / sensed_variance)
     joints = np.arange(3, 3 + body.n_joints)
@@ -93,7 +93,7 @@ def fuse(
         inverse,
         inverse[:, joints, joints] * joint_weights,
         gains,
-        seen,
+        gyro_jacobian,
         rates_rad_s - explained,
         ~answered,
     )
@@ -107,13 +107,13 @@ def gyro_map(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         angles_rad: (n, joints).
     """
     rotation, _ = poses(body, angles_rad)
-    seen = np.zeros((*rotation.shape[:2], 3, 3 + body.n_joints))
-    seen[..., :3] = rotation.swapaxes(-1, -2)
+    jacobian = np.zeros((*rotation.shape[:2], 3, 3 + body.n_joints))
+    jacobian[..., :3] = rotation.swapaxes(-1, -2)
     for step in body.steps:
         axis = step.sign * np.einsum("nij,j->ni", rotation[:, step.parent], body.joint_axis[step.joint])
         for far in body.moved_by(step.joint):
-            seen[:, far, :, 3 + step.joint] = np.einsum("nji,nj->ni", rotation[:, far], axis)
-    return seen
+            jacobian[:, far, :, 3 + step.joint] = np.einsum("nji,nj->ni", rotation[:, far], axis)
+    return jacobian
 
 
 _STEP_RAD = 1e-4
@@ -202,11 +202,11 @@ def information_by_neighbours(
     n, r = int(fall.sum()), len(errors)
     bridged = fused.bridged[fall]
     whitening = np.where(bridged[..., None, None], 0.0, np.linalg.inv(np.linalg.cholesky(noise[fall])))
-    left = (whitening @ np.nan_to_num(fused.residual_rad_s[fall])[..., None]).reshape(n, -1)
+    residuals = (whitening @ np.nan_to_num(fused.residual_rad_s[fall])[..., None]).reshape(n, -1)
     rows = (whitening @ left_by_errors[fall]).reshape(n, -1, r) * free
     flat = rows.reshape(-1, r)
-    normal, pull = flat.T @ flat, flat.T @ left.ravel()
+    normal, pull = flat.T @ flat, flat.T @ residuals.ravel()
     # The errors that are yet to be found explain a part of it.
-    left = left + rows @ np.linalg.solve(normal + np.eye(r), -pull - errors)
-    excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, left, normal, np.eye(r)))
+    residuals = residuals + rows @ np.linalg.solve(normal + np.eye(r), -pull - errors)
+    excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, residuals, normal, np.eye(r)))
     return normal / excess, (normal @ errors - pull) / excess

@@ -58,7 +58,7 @@ class Blocks(NamedTuple):
         counts = self.counts.reshape(-1, *[1] * (values.ndim - 1))
         return np.asarray(np.add.reduceat(values, self.edges, axis=0) / counts)
 
-    def excess(self, rows: FloatArray, left: FloatArray, normal: FloatArray, prior: FloatArray) -> float:
+    def excess(self, rows: FloatArray, residuals: FloatArray, normal: FloatArray, prior: FloatArray) -> float:
         """Compute the ratio of a least-squares solution's variance to that expected from unit noise.
 
         Residuals count as far as they move the solution, block by block: frames that ring after each stroke look
@@ -67,14 +67,14 @@ class Blocks(NamedTuple):
 
         Args:
             rows: (n, k, r) slopes of the numbers by the solved parameters.
-            left: (n, k) residuals.
+            residuals: (n, k) residuals.
             normal: (r, r) information in the rows, rows^T rows.
             prior: (r, r) information from elsewhere.
         """
-        pulls = np.add.reduceat((left[:, None] @ rows)[:, 0], self.edges, axis=0)
+        pulls = np.add.reduceat((residuals[:, None] @ rows)[:, 0], self.edges, axis=0)
         gain = np.linalg.inv(normal + prior)
-        told = float((gain * normal).sum())
-        return float(((pulls @ gain) * pulls).sum()) / told if told > 0.0 else 0.0
+        degrees_of_freedom = float((gain * normal).sum())
+        return float(((pulls @ gain) * pulls).sum()) / degrees_of_freedom if degrees_of_freedom > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,21 +140,21 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
     first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s], side="right")
     part = rows_of(log, slice(int(first), int(last)))
     answered = part.imu_valid & ~_find_saturated(part)
-    kept = np.flatnonzero(answered.any(axis=1))
-    _require_no_hole(part.t_s[kept], until_s)
+    sample_rows = np.flatnonzero(answered.any(axis=1))
+    _require_no_hole(part.t_s[sample_rows], until_s)
     counts = Counts.from_log(part)
     calibrated = apply_calibration(counts, calibration, model)
     # At the samples' times, which those of `DropLog` are not.
-    shown = np.where(part.angle_valid, SensorSamples.from_counts(counts).sensor_angle_rad, np.nan)
+    sensor_angles_rad = np.where(part.angle_valid, SensorSamples.from_counts(counts).sensor_angle_rad, np.nan)
     rates = np.where(answered[..., None], calibrated.rate_rad_s, np.nan)
     return Samples(
-        part.t_s[kept],
-        rates[kept],
-        calibrated.rate_jacobian[kept],
+        part.t_s[sample_rows],
+        rates[sample_rows],
+        calibrated.rate_jacobian[sample_rows],
         weightless(calibrated.parameter_covariance),
         calibrated.parameter_covariance,
-        shown[kept],
-        answered[kept],
+        sensor_angles_rad[sample_rows],
+        answered[sample_rows],
         float(log.header.rate_hz or SAMPLE_RATE_HZ),
         until_s,
     )
@@ -291,8 +291,10 @@ def _bridged_over(t_s: FloatArray, readings: FloatArray) -> FloatArray:
     filled = readings.copy()
     for index in np.ndindex(readings.shape[1:]):
         column = readings[(slice(None), *index)]
-        known = np.isfinite(column)
-        filled[(slice(None), *index)] = np.interp(t_s, t_s[known], column[known]) if known.any() else 0.0
+        is_finite = np.isfinite(column)
+        filled[(slice(None), *index)] = (
+            np.interp(t_s, t_s[is_finite], column[is_finite]) if is_finite.any() else 0.0
+        )
     return filled
 
 

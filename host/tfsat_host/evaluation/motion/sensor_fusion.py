@@ -142,13 +142,13 @@ class SensorFusion:
             sheet_lag(low_pass),
             Readings.of(samples, calibration.gyros),
         )
-        t, shown = samples.t_s, readings.rates(calibration.gyros)
-        noise = sample_covariance(densities, t, shown, samples.rate_hz, low_pass)
+        t, measured_rates = samples.t_s, readings.rates(calibration.gyros)
+        noise = sample_covariance(densities, t, measured_rates, samples.rate_hz, low_pass)
         slopes = sensed_slopes(t, joints, samples.rate_hz)
-        held = np.array([servo.start_rad for servo in model.servos])
+        start_angles_rad = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])
-        geometry = _geometry(t, joints, held)
-        rates = np.where(readings.usable[..., None], sheet.remove(t, shown), np.nan)
+        geometry = _geometry(t, joints, start_angles_rad)
+        rates = np.where(readings.usable[..., None], sheet.remove(t, measured_rates), np.nan)
         fused = fuse(body, geometry, rates, noise, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
@@ -158,43 +158,49 @@ class SensorFusion:
         )
         started = np.where(answered, np.pi, UNSENSED_STD_RAD)
         prior = Prior.of(samples, sheet, axis_std_rad, started, walks)
-        start = np.where(answered, 0.0, held)
+        start = np.where(answered, 0.0, start_angles_rad)
         return cls(samples, joints, body, readings, noise, slopes, sheet, start, geometry, prior)
 
     def solve(self) -> FusionSolution:
         """Solve the fusion; an implausible delay or implausible errors of the gyros keep their prior values."""
         free = np.ones(len(self.prior), bool)
-        found = self._gauss_newton(free)
+        solution = self._gauss_newton(free)
         implausible_s = None
-        if abs(found.lag.delay_s - self.sheet.delay_s) > PLAUSIBLE_STDS * self.sheet.delay_std_s:
+        if abs(solution.lag.delay_s - self.sheet.delay_s) > PLAUSIBLE_STDS * self.sheet.delay_std_s:
             # Another fault; as a delay it would spoil every rate.
-            implausible_s = found.lag.delay_s
+            implausible_s = solution.lag.delay_s
             free[self.prior.moments] = False
-            found = self._gauss_newton(free)
+            solution = self._gauss_newton(free)
         gyros, tilts = np.r_[self.prior.gyro], np.r_[self.prior.tilts]
-        stated = (self._squares(found, gyros), self._certificate_prior(found), self._squares(found, tilts))
+        stated = (
+            self._squares(solution, gyros),
+            self._certificate_prior(solution),
+            self._squares(solution, tilts),
+        )
         contradicted = bool(stated[0].sum > chdtri(stated[0].determined, _CHANCE_LEAST))
         if contradicted:
             free[gyros] = free[tilts] = False
-            found = self._gauss_newton(free)
+            solution = self._gauss_newton(free)
         measured = implausible_s is None and self._has_moving_joint()
-        lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
-        return replace(found, lag=lag, contradicted=contradicted, stated=stated)
+        lag = replace(solution.lag, measured=measured, implausible_s=implausible_s)
+        return replace(solution, lag=lag, contradicted=contradicted, stated=stated)
 
-    def _squares(self, found: FusionSolution, errors: IntArray) -> Squares:
+    def _squares(self, solution: FusionSolution, errors: IntArray) -> Squares:
         """Compute the chi-square of some of the lasting errors."""
-        after = found.jacobians.covariance[np.ix_(errors, errors)]
-        return Squares.of(found.errors[errors], np.eye(len(errors)), after)
+        after = solution.jacobians.covariance[np.ix_(errors, errors)]
+        return Squares.of(solution.errors[errors], np.eye(len(errors)), after)
 
-    def _certificate_prior(self, found: FusionSolution) -> Squares:
+    def _certificate_prior(self, solution: FusionSolution) -> Squares:
         """Compute the chi-square of all that the certificate states, except biases."""
         root, own = self.prior.gyro_root, self.prior.gyro
-        before, after = root @ root.T, root @ found.jacobians.covariance[own, own] @ root.T
-        parts = [found.sensors]
-        for body, off in enumerate(self.prior.parameters_of(found.errors)):
+        before, after = root @ root.T, root @ solution.jacobians.covariance[own, own] @ root.T
+        parts = [solution.sensors]
+        for body, off in enumerate(self.prior.parameters_of(solution.errors)):
             mounting_and_scale = slice(9 * body + 3, 9 * body + 9)
-            stated, left = (one[mounting_and_scale, mounting_and_scale] for one in (before, after))
-            parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), left))
+            stated, posterior = (
+                covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
+            )
+            parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), posterior))
         return Squares.total(parts)
 
     def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
@@ -226,19 +232,21 @@ class SensorFusion:
         for _ in range(_MAX_STEPS):
             here = self._at(errors, angles)
             columns = self._columns(here, covariance)
-            left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
-            known = information_by_neighbours(
-                self.samples.t_s, here.fused, left, self.noise, errors, no_lag, self.least_excess
+            residual_jacobian = columns.gyros - np.where(
+                here.fused.bridged[..., None, None], 0.0, columns.bodies
             )
-            found, posterior, squares = errors_by_sensors(
-                self.joints, here.angles, columns.angles, errors, free, known
+            information = information_by_neighbours(
+                self.samples.t_s, here.fused, residual_jacobian, self.noise, errors, no_lag, self.least_excess
             )
-            proposed = here.angles + columns.angles @ (found - errors)
+            estimate, posterior, squares = errors_by_sensors(
+                self.joints, here.angles, columns.angles, errors, free, information
+            )
+            proposed = here.angles + columns.angles @ (estimate - errors)
             change_rad = float(np.abs(proposed - angles).max())
             # It diverges where sensors contradict each other, as with another robot's certificate.
             if change_rad > max(last_rad, np.pi):
                 break
-            errors, angles, covariance, last_rad = found, proposed, posterior, change_rad
+            errors, angles, covariance, last_rad = estimate, proposed, posterior, change_rad
             sensors = squares
             if change_rad < _CLOSE_RAD:
                 break
@@ -261,12 +269,12 @@ class SensorFusion:
         """Rates without those errors, fused over joint angles (n, 3), and the joint angles that follow."""
         t, lag = self.samples.t_s, self.prior.lag_of(self.sheet, errors)
         gyros = self.readings.without(self.prior.parameters_of(errors))
-        shown = self.prior.as_late(t, self.readings.rates(gyros), errors)
-        rates = np.where(self.readings.usable[..., None], lag.remove(t, shown), np.nan)
+        measured_rates = self.prior.as_late(t, self.readings.rates(gyros), errors)
+        rates = np.where(self.readings.usable[..., None], lag.remove(t, measured_rates), np.nan)
         body = self.body.tilt_hinges(self.prior.tilt_of(errors))
         fused = fuse(body, angles, rates, self.noise, self.slopes.rate_rad_s, self.slopes.variance)
         turned = turned_from(t, fused.joint_rate_rad_s) + self.prior.own_angles(errors)
-        return _Step(body, gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
+        return _Step(body, gyros, lag, measured_rates, rates, fused, angles, self.start_rad + turned)
 
     def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
         by_parameters = self.readings.by_parameters(here.gyros)
@@ -300,10 +308,14 @@ class _Step(NamedTuple):
 def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatArray) -> FloatArray:
     """(n, 3) joint angles by the angle sensors; a joint without any is taken to stand where its servo holds it."""
     columns = []
-    for joint, held in zip(joints, held_rad, strict=True):
+    for joint, servo_angle_rad in zip(joints, held_rad, strict=True):
         angle = joint.mean_rad
-        known = np.isfinite(angle)
-        columns.append(np.interp(t_s, t_s[known], angle[known]) if known.any() else np.full_like(t_s, held))
+        is_finite = np.isfinite(angle)
+        columns.append(
+            np.interp(t_s, t_s[is_finite], angle[is_finite])
+            if is_finite.any()
+            else np.full_like(t_s, servo_angle_rad)
+        )
     return np.column_stack(columns)
 
 

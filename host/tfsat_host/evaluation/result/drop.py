@@ -52,20 +52,20 @@ STROKES: Columns = (
 )
 
 
-def _joint(one: JointRest | JointEnds) -> str:
-    return f"joint {one.joint}"
+def _joint(row: JointRest | JointEnds) -> str:
+    return f"joint {row.joint}"
 
 
-def _state(one: JointRest) -> str:
-    return "moved" if one.unexpected else "crept" if one.crept else "stood"
+def _state(rest: JointRest) -> str:
+    return "moved" if rest.unexpected else "crept" if rest.crept else "stood"
 
 
-def _farthest(one: JointRest) -> str:
-    return f"{number(float(np.rad2deg(one.greatest_rad)), '+.3f')} at {number(one.greatest_at_s, '.2f')} s"
+def _farthest(rest: JointRest) -> str:
+    return f"{number(float(np.rad2deg(rest.greatest_rad)), '+.3f')} at {number(rest.greatest_at_s, '.2f')} s"
 
 
-def _time(one: JointRest) -> str:
-    return f"{one.from_s:.2f} to {one.until_s:.2f}"
+def _time(rest: JointRest) -> str:
+    return f"{rest.from_s:.2f} to {rest.until_s:.2f}"
 
 
 STANDING: Columns = (
@@ -91,8 +91,10 @@ class JointEnds(NamedTuple):
 
     def off(self, sensor: int) -> str:
         """Format an angle sensor's difference from the fused angle."""
-        one = self.sensors[sensor]
-        mean, expected, rms = np.rad2deg([one.mean_rad, one.expected_rad, one.rms_rad])
+        disagreement = self.sensors[sensor]
+        mean, expected, rms = np.rad2deg(
+            [disagreement.mean_rad, disagreement.expected_rad, disagreement.rms_rad]
+        )
         if not np.isfinite(mean):
             return "never answered"
         return f"{plus_minus(mean, expected, sign=True, unknown=UNKNOWN)}, rms {number(rms, '.2f')}"
@@ -109,58 +111,58 @@ JOINTS: Columns = (
 )
 
 
-def joints(found: Evaluation) -> list[JointEnds]:
+def joints(evaluation: Evaluation) -> list[JointEnds]:
     """Return the ends of all joints; NaN where the results of their sensors are withheld."""
-    motion, given = found.motion, 1.0 if found.gives() else np.nan
+    motion, factor = evaluation.motion, 1.0 if evaluation.gives() else np.nan
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
         JointEnds(
-            one.joint,
-            given * float(one.angle_rad[release]),
-            given * float(one.std_rad()[release]),
-            given * float(one.angle_rad[-1]),
-            given * float(one.std_rad()[-1]),
-            one.sensed,
-            tuple(one.sensors) if found.gives() else (),
+            joint.joint,
+            factor * float(joint.angle_rad[release]),
+            factor * float(joint.std_rad()[release]),
+            factor * float(joint.angle_rad[-1]),
+            factor * float(joint.std_rad()[-1]),
+            joint.sensed,
+            tuple(joint.sensors) if evaluation.gives() else (),
         )
-        for one in motion.joints
+        for joint in motion.joints
     ]
 
 
-def bodies(found: Evaluation) -> list[dict[str, Any]]:
+def bodies(evaluation: Evaluation) -> list[dict[str, Any]]:
     """Return each body's turn and initial rate for JSON."""
     return [
         {"body": number, **record(TURN, turn), **record(INITIAL_RATE, rate)}
-        for number, (turn, rate) in enumerate(zip(found.turns, found.initial_rates, strict=True), 1)
+        for number, (turn, rate) in enumerate(zip(evaluation.turns, evaluation.initial_rates, strict=True), 1)
     ]
 
 
-def stroke_table(found: Evaluation) -> Table:
+def stroke_table(evaluation: Evaluation) -> Table:
     """Commanded and flown; without rows if no maneuver is known."""
-    remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in found.strokes if stroke.remark]
+    remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in evaluation.strokes if stroke.remark]
     caption = "Dead time: from the rise of the stroke line to the start of the joint."
-    return Table("Strokes", STROKES, found.strokes, " ".join([caption, *remarks]))
+    return Table("Strokes", STROKES, evaluation.strokes, " ".join([caption, *remarks]))
 
 
-def joint_table(found: Evaluation) -> Table:
+def joint_table(evaluation: Evaluation) -> Table:
     """Build the table of joint angles at the release and at the end, and of their sensors' agreement."""
-    if not found.gives():
+    if not evaluation.gives():
         return Table("Joints", JOINTS, (), fold="Joint angles: withheld.")
     return Table(
         "Joints",
         JOINTS,
-        joints(found),
+        joints(evaluation),
         "Sensors: mean difference from the fused angle ± what their calibration allows, and the rms of all "
         "differences, noise included.",
     )
 
 
-def standing_table(found: Evaluation) -> Table:
+def standing_table(evaluation: Evaluation) -> Table:
     """Joints while nothing commanded them; without rows if no maneuver is known."""
     return Table(
         "Joints between their strokes",
         STANDING,
-        found.standing,
+        evaluation.standing,
         "Drift: from the first samples to the last. Farthest: from the first samples, noise included.",
     )
 
@@ -173,11 +175,13 @@ _EVENT: Columns = (
 
 
 def _used(fit: ClockFit) -> str:
-    return f"{sum(one.used for one in fit.residuals)} of {len(fit.residuals)}"
+    return f"{sum(residual.used for residual in fit.residuals)} of {len(fit.residuals)}"
 
 
 def _greatest_residual_s(fit: ClockFit) -> float:
-    return max((abs(one.residual_s) for one in fit.residuals if one.used), default=float("nan"))
+    return max(
+        (abs(residual.residual_s) for residual in fit.residuals if residual.used), default=float("nan")
+    )
 
 
 CLOCK: Columns = (
@@ -212,7 +216,7 @@ _MICRO_GRAVITY: Columns = (
             *fields("body"),
             Column("felt_g", of="norm_g", std="norm_std_g"),
             Column("less_fall_g", of="less_fall_norm_g", std="less_fall_std_g"),
-            Column("passes", of=lambda one: bool(one.passes)),
+            Column("passes", of=lambda row: bool(row.passes)),
         ),
     ),
 )
@@ -236,28 +240,28 @@ _RELEASE_VELOCITY: Columns = (
 )
 
 
-def fall(found: Evaluation) -> dict[str, Any]:
+def fall(evaluation: Evaluation) -> dict[str, Any]:
     """Return the JSON keys about the fall."""
-    clocks, instants = found.clocks, found.instants
+    clocks, instants = evaluation.clocks, evaluation.instants
     return {
         "clocks": {
             "sequencer": json_objects(CLOCK, clocks.sequencer if clocks else None),
             "video": json_objects(CLOCK, clocks.video if clocks else None),
         },
-        "rest": {"duration_s": found.rest.duration_s},
+        "rest": {"duration_s": evaluation.rest.duration_s},
         "release": {"std_s": instants.release_std_s, "felt": json_objects(_INSTANT, instants.release)},
         "landing": {"logged_s": instants.landing_logged_s, "felt": json_objects(_INSTANT, instants.landing)},
         "micro_gravity": json_objects(
-            _MICRO_GRAVITY, found.micro_gravity if found.gives("micro-gravity") else None
+            _MICRO_GRAVITY, evaluation.micro_gravity if evaluation.gives("micro-gravity") else None
         ),
-        "release_velocity": json_objects(_RELEASE_VELOCITY, found.release_velocity),
-        "fall_findings": [*instants.findings, *found.micro_gravity.findings],
+        "release_velocity": json_objects(_RELEASE_VELOCITY, evaluation.release_velocity),
+        "fall_findings": [*instants.findings, *evaluation.micro_gravity.findings],
     }
 
 
-def clock_table(found: Evaluation) -> Table:
+def clock_table(evaluation: Evaluation) -> Table:
     """Build the table of the clocks other than the logger's."""
-    fits = (found.clocks.sequencer, found.clocks.video) if found.clocks else ()
+    fits = (evaluation.clocks.sequencer, evaluation.clocks.video) if evaluation.clocks else ()
     return Table(
         "Clocks",
         _SHOWN_CLOCK,

@@ -21,40 +21,42 @@ _WITHHELD = "withheld"
 _CORRECTION = "Largest CoM correction"
 
 
-def key_numbers_of(found: Evaluation) -> list[Quantity]:
+def key_numbers_of(evaluation: Evaluation) -> list[Quantity]:
     """Return the key numbers in the order in which readers ask for them."""
     return [
-        _reorientation(found),
-        _error("Attitude error, model as filed", found.explained.before.error, given=found.gives()),
+        _reorientation(evaluation),
+        _error(
+            "Attitude error, model as filed", evaluation.explained.before.error, is_given=evaluation.gives()
+        ),
         _error(
             "Attitude error, model corrected",
-            found.explained.after.error,
-            given=np.isfinite(withholding_factor(found)),
+            evaluation.explained.after.error,
+            is_given=np.isfinite(withholding_factor(evaluation)),
         ),
-        _largest_correction(found),
-        *_initial_rates(found),
-        *_strokes(found),
-        *_release_velocity(found),
-        _fall(found),
-        _change_of_force(found),
-        _completeness(found.log),
+        _largest_correction(evaluation),
+        *_initial_rates(evaluation),
+        *_strokes(evaluation),
+        *_release_velocity(evaluation),
+        _fall(evaluation),
+        _change_of_force(evaluation),
+        _completeness(evaluation.log),
     ]
 
 
-def _reorientation(found: Evaluation) -> Quantity:
-    turn, until_s = found.reorientation, found.motion.bodies[BODY_1].t_s[-1]
+def _reorientation(evaluation: Evaluation) -> Quantity:
+    turn, until_s = evaluation.reorientation, evaluation.motion.bodies[BODY_1].t_s[-1]
     note = f"of body 1, from the release to {until_s:.2f} s"
-    if "attitudes" in found.withheld:
-        note = f"{_WITHHELD}: the check of {found.withheld['attitudes']} failed"
+    if "attitudes" in evaluation.withheld:
+        note = f"{_WITHHELD}: the check of {evaluation.withheld['attitudes']} failed"
     if turn.bridged:
         note += "; samples of its gyro are missing and were bridged"
     angle, std = np.rad2deg([turn.angle_rad, turn.std_rad])
     return Quantity(angle, std, "deg", label="Reorientation", note=note)
 
 
-def _error(label: str, error: AttitudeError, *, given: bool) -> Quantity:
+def _error(label: str, error: AttitudeError, *, is_given: bool) -> Quantity:
     """Norm of the final Euler angles' error. Its std is that along the error, which tells how sure the norm is."""
-    if not given:
+    if not is_given:
         return Quantity(_NONE, unit="deg", label=label, note=_WITHHELD)
     norm = error.final_norm_rad
     along = error.final_rad / norm if norm > 0.0 else np.zeros(3)
@@ -63,11 +65,11 @@ def _error(label: str, error: AttitudeError, *, given: bool) -> Quantity:
     return Quantity(np.rad2deg(norm), np.rad2deg(std), "deg", label=label, note=note)
 
 
-def _largest_correction(found: Evaluation) -> Quantity:
-    fit = found.explained.fit
+def _largest_correction(evaluation: Evaluation) -> Quantity:
+    fit = evaluation.explained.fit
     greatest = int(np.abs(fit.values[: fit.offsets.sought]).argmax())
-    worth = worth_of(found)
-    if np.isnan(withholding_factor(found)):
+    worth = worth_of(evaluation)
+    if np.isnan(withholding_factor(evaluation)):
         return Quantity(_NONE, unit="mm", label=_CORRECTION, note=f"{_WITHHELD}: change nothing by it")
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
     if worth != "to be made":
@@ -76,28 +78,28 @@ def _largest_correction(found: Evaluation) -> Quantity:
             if worth == "not called for"
             else "; withheld: change nothing by it"
         )
-    value, std = (float(one[greatest]) for one in (fit.values, fit.std))
+    value, std = (float(column[greatest]) for column in (fit.values, fit.std))
     return Quantity(value, std, "mm", "+.2f", _CORRECTION, note)
 
 
-def _initial_rates(found: Evaluation) -> Iterator[Quantity]:
-    initial = found.initial_rates[BODY_1]
+def _initial_rates(evaluation: Evaluation) -> Iterator[Quantity]:
+    initial = evaluation.initial_rates[BODY_1]
     pairs = zip(np.rad2deg(initial.rate_rad_s), np.rad2deg(initial.std_rad_s), strict=True)
     group = "Initial rates of body 1, until the first stroke"
     for axis, (rate, std) in zip("xyz", pairs, strict=True):
         yield Quantity(rate, std, "deg/s", "+.2f", f"Initial rate {axis}", group=group)
 
 
-def _strokes(found: Evaluation) -> Iterator[Quantity]:
-    for stroke in found.strokes:
+def _strokes(evaluation: Evaluation) -> Iterator[Quantity]:
+    for stroke in evaluation.strokes:
         commanded, size, std = np.rad2deg([stroke.commanded_rad, stroke.size_rad, stroke.size_std_rad])
         note = f"joint {stroke.joint}, {number(commanded, '+.2f')} deg commanded"
         yield Quantity(size, std, "deg", "+.2f", f"Stroke {stroke.number}", note, group="Strokes")
 
 
-def _release_velocity(found: Evaluation) -> Iterator[Quantity]:
+def _release_velocity(evaluation: Evaluation) -> Iterator[Quantity]:
     """Yield the release velocity and the transversal velocity; nothing without laser tracks."""
-    velocity = found.release_velocity
+    velocity = evaluation.release_velocity
     if velocity is None:
         return
     down = velocity.downward
@@ -109,24 +111,24 @@ def _release_velocity(found: Evaluation) -> Iterator[Quantity]:
         yield Quantity(speed.value_mm_s, speed.std_mm_s, "mm/s", label="Transversal velocity", note=note)
 
 
-def _fall(found: Evaluation) -> Quantity:
-    landing = found.instants.landing
+def _fall(evaluation: Evaluation) -> Quantity:
+    landing = evaluation.instants.landing
     if landing is None:
         return Quantity(_NONE, unit="s", label="Fall", note="no accelerometer felt a landing")
-    std = float(np.hypot(landing.std_s, found.instants.release_std_s))
+    std = float(np.hypot(landing.std_s, evaluation.instants.release_std_s))
     note = "from the release by the switches to the shock that is felt"
     return Quantity(landing.t_s, std, "s", label="Fall", note=note)
 
 
-def _change_of_force(found: Evaluation) -> Quantity:
+def _change_of_force(evaluation: Evaluation) -> Quantity:
     """Return the greatest change of force among the bodies between the two quiet windows.
 
     The zero-g output is in both windows, so it cannot hide a change.
     """
-    changes, stds = found.micro_gravity.changes_g, found.micro_gravity.changes_std_g
+    changes, stds = evaluation.micro_gravity.changes_g, evaluation.micro_gravity.changes_std_g
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"
-    if not found.gives("micro-gravity"):
+    if not evaluation.gives("micro-gravity"):
         return Quantity(_NONE, unit=MM_S2, label=label, note=_WITHHELD)
     if not np.isfinite(norms).any():
         return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")

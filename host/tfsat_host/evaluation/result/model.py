@@ -23,37 +23,37 @@ MISSED = f"95 % lie below {EXPECTED_DISTANCE:g}"
 Worth = Literal["to be made", "not called for", "withheld"]
 
 
-def significance(found: Evaluation) -> float:
+def significance(evaluation: Evaluation) -> float:
     """Distance of the offsets from zero over what 95 % of corrections of a right model stay below."""
-    fit = found.explained.fit
+    fit = evaluation.explained.fit
     p = len(fit.values)
     squared = fit.values @ np.linalg.solve(fit.covariance[:p, :p], fit.values)
     return float(np.sqrt(squared / chdtri(max(fit.determined_numbers, 1.0), NOT_CALLED_FOR)))
 
 
-def worth_of(found: Evaluation) -> Worth:
+def worth_of(evaluation: Evaluation) -> Worth:
     """Judge whether the fitted correction is to be made; any failed check withholds it."""
-    if found.explained.withheld or found.failed_checks:
+    if evaluation.explained.withheld or evaluation.failed_checks:
         return "withheld"
-    before = found.explained.before.error.mahalanobis
-    if before <= EXPECTED_DISTANCE and significance(found) <= 1.0:
+    before = evaluation.explained.before.error.mahalanobis
+    if before <= EXPECTED_DISTANCE and significance(evaluation) <= 1.0:
         return "not called for"
     return "to be made"
 
 
-def correction_sentences(found: Evaluation) -> tuple[str, ...]:
+def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
     """Format sentences for a person who has to decide what to change in the robot file."""
-    worth = worth_of(found)
+    worth = worth_of(evaluation)
     if worth == "withheld":
-        failed = tuple(f"The check of {check.name} failed." for check in found.failed_checks[:1])
-        explained = found.explained.withheld if found.gives() else ()
+        failed = tuple(f"The check of {check.name} failed." for check in evaluation.failed_checks[:1])
+        explained = evaluation.explained.withheld if evaluation.gives() else ()
         return ("The correction is withheld: change nothing by it.", *failed, *explained)
     if worth == "not called for":
         return (
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
             "within its own uncertainty.",
         )
-    if found.identifiability.undetermined:
+    if evaluation.identifiability.undetermined:
         return (
             "The offsets go together: single ones along directions that the data do not determine are the prior's, "
             "and none of those is to be filed.",
@@ -85,24 +85,26 @@ OFFSETS: Columns = (
     Column("name", "what"),
     Column("unit", "unit"),
     Column("value", "correction", std="std", form="+.2f"),
-    Column("prior_std", "allowed before", words=lambda one: f"± {number(one.prior_std, '.3g')}"),
-    Column("", "of that left", words=lambda one: f"{100.0 * one.std / one.prior_std:.0f} %"),
+    Column("prior_std", "allowed before", words=lambda offset: f"± {number(offset.prior_std, '.3g')}"),
+    Column("", "of that left", words=lambda offset: f"{100.0 * offset.std / offset.prior_std:.0f} %"),
     *fields("bound at_bound"),
 )
 
 
-def withholding_factor(found: Evaluation) -> float:
+def withholding_factor(evaluation: Evaluation) -> float:
     """1, or NaN where the correction is not given; to multiply its numbers with."""
-    return 1.0 if found.gives("offsets") and found.gives() else np.nan
+    return 1.0 if evaluation.gives("offsets") and evaluation.gives() else np.nan
 
 
 def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
     """Return the offsets of a fit; `times` is the factor of `withholding_factor`."""
-    found = fit.offsets
-    numbers = (times * fit.values, times * fit.std, found.prior_std, found.bounds, fit.at_bound)
+    fit_offsets = fit.offsets
+    numbers = (times * fit.values, times * fit.std, fit_offsets.prior_std, fit_offsets.bounds, fit.at_bound)
     return [
-        Offset(*one)
-        for one in zip(found.names, found.units, *(all_.tolist() for all_ in numbers), strict=True)
+        Offset(*row)
+        for row in zip(
+            fit_offsets.names, fit_offsets.units, *(all_.tolist() for all_ in numbers), strict=True
+        )
     ]
 
 
@@ -114,7 +116,7 @@ _DIRECTION = "composition components told=determined std std_by_data prior_std"
 _IDENTIFIABILITY: Columns = (
     *fields("unit condition rank"),
     Column("directions", columns=fields(_DIRECTION)),
-    Column("sentences", of=lambda found: found.sentences()),
+    Column("sentences", of=lambda identifiability: identifiability.sentences()),
 )
 TRADE_EXACTLY = (
     "Where a hinge and a center of mass move together, nothing that a drop measures changes: the sums below are "
@@ -140,15 +142,15 @@ _SWARM: Columns = (
 )
 
 
-def model(found: Evaluation) -> dict[str, Any]:
+def model(evaluation: Evaluation) -> dict[str, Any]:
     """Return the JSON keys about the model."""
-    explained = found.explained
+    explained = evaluation.explained
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
     centers = slice(fit.offsets.sought)
-    times = withholding_factor(found)
+    times = withholding_factor(evaluation)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
-    if not found.gives():
+    if not evaluation.gives():
         errors["before"] = dict.fromkeys(errors["before"])
     if np.isnan(times):
         errors["after"] = dict.fromkeys(errors["after"])
@@ -161,50 +163,52 @@ def model(found: Evaluation) -> dict[str, Any]:
         "attitude_error_deg": {side: error["final_norm_deg"] for side, error in errors.items()},
         "attitude_error": errors,
         "correction": {
-            "worth": worth_of(found),
-            "significance": times * significance(found),
+            "worth": worth_of(evaluation),
+            "significance": times * significance(evaluation),
             "offered": explained.offered,
-            "withheld": list(explained.withheld) if found.gives() else [],
+            "withheld": list(explained.withheld) if evaluation.gives() else [],
             "converged": fit.converged,
         },
         "momentum_kg_m2_s": times * fit.momentum_kg_m2_s,
         "excess_variance": times * fit.excess,
-        "identifiability": json_objects(_IDENTIFIABILITY, found.identifiability if found.gives() else None),
-        "trades": records(_TRADE, couplings(fit, explained.driven.flown) if found.gives() else ()),
-        "swarm": json_objects(_SWARM, found.swarm if found.gives() else None),
+        "identifiability": json_objects(
+            _IDENTIFIABILITY, evaluation.identifiability if evaluation.gives() else None
+        ),
+        "trades": records(_TRADE, couplings(fit, explained.driven.flown) if evaluation.gives() else ()),
+        "swarm": json_objects(_SWARM, evaluation.swarm if evaluation.gives() else None),
     }
 
 
-def offset_table(found: Evaluation) -> Table:
+def offset_table(evaluation: Evaluation) -> Table:
     """Build the table of offsets with their standard deviations, and those of the paper's swarm."""
-    fit, swarm = found.explained.fit, found.swarm
-    rows, columns = offsets(fit, withholding_factor(found)), OFFSETS
+    fit, swarm = evaluation.explained.fit, evaluation.swarm
+    rows, columns = offsets(fit, withholding_factor(evaluation)), OFFSETS
     if swarm is not None:
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
         columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
-    if np.isnan(withholding_factor(found)):
-        return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(found)))
-    sentences = [*correction_sentences(found), *_stuck(rows), *found.identifiability.sentences()]
-    held = len(fit.offsets) - fit.offsets.sought
+    if np.isnan(withholding_factor(evaluation)):
+        return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(evaluation)))
+    sentences = [*correction_sentences(evaluation), *_stuck(rows), *evaluation.identifiability.sentences()]
+    fixed_count = len(fit.offsets) - fit.offsets.sought
     return Table(
         "Correction of the model",
         columns,
         rows,
         " ".join(sentences),
-        folded=held,
-        fold=f"{held} more numbers that the robot file calls uncertain",
+        folded=fixed_count,
+        fold=f"{fixed_count} more numbers that the robot file calls uncertain",
     )
 
 
-def remarks(found: Evaluation) -> list[str]:
+def remarks(evaluation: Evaluation) -> list[str]:
     """Format sentences on the couplings of single offsets and on the swarm's result, where there are any."""
-    fit, swarm = found.explained.fit, found.swarm
+    fit, swarm = evaluation.explained.fit, evaluation.swarm
     sentences: list[str] = []
-    if np.isnan(withholding_factor(found)):
+    if np.isnan(withholding_factor(evaluation)):
         return sentences
-    trades = couplings(fit, found.explained.driven.flown)
+    trades = couplings(fit, evaluation.explained.driven.flown)
     if any(trade.determined for trade in trades):
         sentences.append(TRADE_EXACTLY)
         sentences += [trade.sentence() for trade in trades if trade.determined]
@@ -275,7 +279,7 @@ def _z_scores(side: _Side) -> str:
     return ", ".join(number(score, "+.1f") for score in side.error.z_scores)
 
 
-def error_table(found: Evaluation) -> Table:
+def error_table(evaluation: Evaluation) -> Table:
     """Measured less predicted attitude of body 1 at the end."""
     columns = (
         Column("name", "model"),
@@ -288,11 +292,11 @@ def error_table(found: Evaluation) -> Table:
         "Attitude error of the model",
         columns,
         [
-            *([_Side("as filed", found.explained.before.error)] if found.gives() else []),
+            *([_Side("as filed", evaluation.explained.before.error)] if evaluation.gives() else []),
             *(
                 []
-                if np.isnan(withholding_factor(found))
-                else [_Side("corrected", found.explained.after.error)]
+                if np.isnan(withholding_factor(evaluation))
+                else [_Side("corrected", evaluation.explained.after.error)]
             ),
         ],
         "Measured less predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
@@ -316,13 +320,13 @@ LEFT_OUT: Columns = (
 
 
 def comparison(
-    found: Sequence[Evaluation],
+    evaluations: Sequence[Evaluation],
     combined: CombinedOffsets | None,
     left_out: Sequence[LeftOut],
     remarks: Sequence[str],
 ) -> dict[str, Any]:
     """Return the comparison for JSON; the arguments are those of `comparison_tables`."""
-    free = found[0].explained.fit.offsets
+    free = evaluations[0].explained.fit.offsets
     return {
         "offsets": None
         if combined is None
@@ -339,7 +343,7 @@ def comparison(
 
 
 def comparison_tables(
-    found: Mapping[str, Evaluation],
+    evaluations: Mapping[str, Evaluation],
     combined: CombinedOffsets,
     left_out: Sequence[LeftOut],
     remarks: Sequence[str],
@@ -347,16 +351,16 @@ def comparison_tables(
     """Build the tables of the common correction and of each drop judged by the others.
 
     Args:
-        found: The drops by name.
+        evaluations: The drops by name.
         combined: All of them together.
         left_out: Each drop that others can judge.
         remarks: Cautions about the result; sentences.
     """
-    fits = {name: one.explained.fit for name, one in found.items()}
+    fits = {name: evaluation.explained.fit for name, evaluation in evaluations.items()}
     label = "all drops" if combined.agree else "all drops, DOUBTFUL"
     columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
     first = next(iter(fits.values()))
-    better = sum(one.improved for one in left_out)
+    better = sum(prediction.improved for prediction in left_out)
     return [
         Table(
             "Correction of the model, by all drops together",

@@ -19,9 +19,9 @@ from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number,
 from tfsat_host.sdlog import DropLog
 
 
-def tables_of(found: Evaluation) -> list[Table]:
+def tables_of(evaluation: Evaluation) -> list[Table]:
     """Build the tables that have content."""
-    made = (
+    builders = (
         stroke_table,
         joint_table,
         standing_table,
@@ -31,7 +31,7 @@ def tables_of(found: Evaluation) -> list[Table]:
         cause_table,
         clock_table,
     )
-    tables = [table(found) for table in made]
+    tables = [table(evaluation) for table in builders]
     return [table for table in tables if table.rows]
 
 
@@ -62,9 +62,9 @@ CHECKS: Columns = (
 )
 
 
-def check_table(found: Evaluation) -> Table:
+def check_table(evaluation: Evaluation) -> Table:
     """Build the table of checks; failed ones come first and passed ones are folded."""
-    checks = sorted(found.checks, key=lambda check: _ORDER.index(check.verdict))
+    checks = sorted(evaluation.checks, key=lambda check: _ORDER.index(check.verdict))
     passed = sum(check.verdict == "passed" for check in checks)
     return Table(
         "Integrity checks",
@@ -83,12 +83,12 @@ CAUSES: Columns = (
 )
 
 
-def cause_table(found: Evaluation) -> Table:
+def cause_table(evaluation: Evaluation) -> Table:
     """Build the table of the failed checks' causes; without rows if no failed check can have such a cause."""
     return Table(
         "Causes",
         CAUSES,
-        found.causes,
+        evaluation.causes,
         "All causes that were compared for the checks above, as likely as another before the drop: what is left out "
         "is less likely than 0.001. Two of which the one is less than 3 times as likely cannot be told apart.",
     )
@@ -98,22 +98,23 @@ NEARLY_ALL = 0.5
 """Of the checks that were possible: no single sensor makes so many fail."""
 
 
-def reasons_of(found: Evaluation, verdict: Verdict) -> tuple[str, ...]:
+def reasons_of(evaluation: Evaluation, verdict: Verdict) -> tuple[str, ...]:
     """Sentences.
 
     Where nearly everything failed at once, the causes that single checks name would mend nothing: then all checks are
     one sentence.
 
     Args:
-        found: One drop.
+        evaluation: One drop.
         verdict: Its verdict.
     """
-    failed = {check.sentence: check for check in found.failed_checks}
-    possible = sum(check.verdict != "not possible" for check in found.checks)
-    if len(found.failed_checks) <= NEARLY_ALL * possible:
+    failed = {check.sentence: check for check in evaluation.failed_checks}
+    possible = sum(check.verdict != "not possible" for check in evaluation.checks)
+    if len(evaluation.failed_checks) <= NEARLY_ALL * possible:
         return tuple(_explain_check(failed[text]) if text in failed else text for text in verdict.reasons)
     everything = (
-        f"{len(found.failed_checks)} of {possible} checks failed at once, which no single sensor brings about: most "
+        f"{len(evaluation.failed_checks)} of {possible} checks failed at once, which no single sensor "
+        "brings about: most "
         "likely the calibration, the robot file or the order of the bodies is not this robot's."
     )
     return (everything, *(text for text in verdict.reasons if text not in failed))
@@ -142,23 +143,23 @@ def utc(moment: datetime | None) -> str:
     return UNKNOWN if moment is None else f"{moment.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
 
 
-def calibration_table(found: Evaluation) -> Table:
+def calibration_table(evaluation: Evaluation) -> Table:
     """Build the table of the calibration used, with when each quantity was measured."""
-    calibration, taken = found.calibration, _Taken(found)
+    calibration, date_of = evaluation.calibration, _Taken(evaluation)
     rows = []
     for gyro in calibration.gyros:
         name = f"bias of body {gyro.body}"
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
-        rows.append([name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", taken(name)])
+        rows.append([name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)])
     rows += [
-        [*_misalignment_row(gyro, found), taken(f"misalignment of body {gyro.body}")]
+        [*_misalignment_row(gyro, evaluation), date_of(f"misalignment of body {gyro.body}")]
         for gyro in calibration.gyros
     ]
-    rows += [[*_scale(gyro), taken("scale factor", f"of body {gyro.body}")] for gyro in calibration.gyros]
+    rows += [[*_scale(gyro), date_of("scale factor", f"of body {gyro.body}")] for gyro in calibration.gyros]
     for joint in calibration.joints:
         name = f"zero point of joint {joint.joint}"
         std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
-        rows.append([name, vector(np.rad2deg(joint.zero_rad) % 360.0, std), "deg", taken(name)])
+        rows.append([name, vector(np.rad2deg(joint.zero_rad) % 360.0, std), "deg", date_of(name)])
     return Table(
         "Calibration",
         _COLUMNS,
@@ -171,28 +172,29 @@ def calibration_table(found: Evaluation) -> Table:
 class _Taken:
     """When quantities were measured: the earliest of those that a row holds, and whether they hold yet."""
 
-    def __init__(self, found: Evaluation) -> None:
-        self._quantities = quantities(found.calibration)
+    def __init__(self, evaluation: Evaluation) -> None:
+        self._quantities = quantities(evaluation.calibration)
         self._lacking = {
-            one.name: one.reason for one in found.calibration.shortcomings(release_time(found.log))
+            defect.name: defect.reason
+            for defect in evaluation.calibration.shortcomings(release_time(evaluation.log))
         }
 
     def __call__(self, *parts: str) -> str:
         """Format when the quantities whose names contain all parts were measured."""
-        of_row = [one for one in self._quantities if all(part in one.name for part in parts)]
-        missing = sum(one.taken is None for one in of_row)
+        of_row = [quantity for quantity in self._quantities if all(part in quantity.name for part in parts)]
+        missing = sum(quantity.taken is None for quantity in of_row)
         if missing == len(of_row):
             return "never"
-        earliest = min(one.taken for one in of_row if one.taken is not None)
+        earliest = min(quantity.taken for quantity in of_row if quantity.taken is not None)
         remarks = [f"{missing} of {len(of_row)} never"] if missing else []
-        if any(self._lacking.get(one.name) == "stale" for one in of_row):
+        if any(self._lacking.get(quantity.name) == "stale" for quantity in of_row):
             remarks.append("before a landing")
         return ", ".join([utc(earliest), *remarks])
 
 
-def _misalignment_row(gyro: GyroCalibration, found: Evaluation) -> list[str]:
+def _misalignment_row(gyro: GyroCalibration, evaluation: Evaluation) -> list[str]:
     """Format the angle between the sensor's mounting and its design."""
-    turn = gyro.rotation @ found.model.imus[gyro.body - 1].sensor_to_body.T
+    turn = gyro.rotation @ evaluation.model.imus[gyro.body - 1].sensor_to_body.T
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
     std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
     return [f"misalignment of body {gyro.body}", vector(np.array([angle]), std), "deg"]

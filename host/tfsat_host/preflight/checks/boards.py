@@ -46,7 +46,7 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
 
     The images are compared by the CRC that the board computes over its own flash.
     """
-    name, identity, wanted = board.name, board.identity, board.image
+    name, identity, expected_image = board.name, board.identity, board.image
     if isinstance(identity, Missing):
         return not_made(f"What the {name} runs is not known.", "See protocol.")
     if identity.runs_natively:
@@ -55,30 +55,32 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
             natively=True,
         )
     runs = f"The {name} runs image {identity.image_crc}"
-    if isinstance(wanted, Missing):
+    if isinstance(expected_image, Missing):
         return not_made(
-            f"{runs}; which it should run is not known: {wanted.reason}",
-            wanted.next_step,
+            f"{runs}; which it should run is not known: {expected_image.reason}",
+            expected_image.next_step,
             image_crc=identity.image_crc,
         )
     numbers = {
         "image_crc": identity.image_crc,
-        "expected_image_crc": wanted.crc,
-        "source": wanted.source,
-        "calibrated": wanted.calibrated,
+        "expected_image_crc": expected_image.crc,
+        "source": expected_image.source,
+        "calibrated": expected_image.calibrated,
     }
-    if identity.image_crc == wanted.crc:
-        whose = "as when it was calibrated" if wanted.calibrated else f"that of {wanted.source}"
+    if identity.image_crc == expected_image.crc:
+        whose = (
+            "as when it was calibrated" if expected_image.calibrated else f"that of {expected_image.source}"
+        )
         return go(f"{runs}, {whose}.", **numbers)
-    if wanted.calibrated:
+    if expected_image.calibrated:
         return no_go(
-            f"{runs}; when it was calibrated it ran {wanted.crc} ({wanted.source}).",
+            f"{runs}; when it was calibrated it ran {expected_image.crc} ({expected_image.source}).",
             f"If it was flashed since, name what it runs now: --logger-image {identity.image_crc}. If not, "
             f"{_FLASH[name]}.",
             **numbers,
         )
     return no_go(
-        f"{runs}, not {wanted.crc} of {wanted.source}.",
+        f"{runs}, not {expected_image.crc} of {expected_image.source}.",
         f"To run that one: {_FLASH[name]}. If what it runs is right, as the Arduino IDE made it, name that: "
         f"--{name}-image {identity.image_crc}",
         **numbers,

@@ -31,7 +31,9 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         return not_made("Whose sensors these are the logger did not answer.", "tfsat-host status")
     subject, last = calibration.subject, calibration.last_landing
     shortcomings = [
-        one for one in calibration.shortcomings() if evidence.servos_too or not one.name.startswith("servo ")
+        defect
+        for defect in calibration.shortcomings()
+        if evidence.servos_too or not defect.name.startswith("servo ")
     ]
     numbers = {
         "file": evidence.calibration_file,
@@ -39,7 +41,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         "logger_serial": subject.logger_serial,
         "written": calibration.written.isoformat(),
         "last_landing": None if last is None else last.isoformat(),
-        "shortcomings": [{"quantity": one.name, "reason": one.reason} for one in shortcomings],
+        "shortcomings": [{"quantity": defect.name, "reason": defect.reason} for defect in shortcomings],
     }
     if other := _of_others(evidence, calibration, evidence.origin):
         return no_go(
@@ -62,7 +64,10 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
             "tfsat-host log fetch all, tfsat-host decode of that recording next to the certificate; then calibrate.",
             **numbers,
         )
-    newest = max((one.taken for one in quantities(calibration) if one.taken), default=calibration.written)
+    newest = max(
+        (quantity.taken for quantity in quantities(calibration) if quantity.taken),
+        default=calibration.written,
+    )
     return go(
         "Complete, of these sensors, and newer than any known landing; last measured "
         f"{newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
@@ -77,9 +82,9 @@ def _of_others(evidence: Evidence, calibration: Calibration, origin: Origin) -> 
         return other
     if subject.robot != evidence.robot.name:
         return f"It is of the robot {subject.robot}; the robot file is of {evidence.robot.name}."
-    calibrated, found = bytes.fromhex(subject.who_am_i), bytes.fromhex(origin.who_am_i)
+    calibrated, current_ids = bytes.fromhex(subject.who_am_i), bytes.fromhex(origin.who_am_i)
     # One that does not answer at all is found by the check of the gyros.
-    changed = [str(body + 1) for body in range(IMU_COUNT) if found[body] not in (0, calibrated[body])]
+    changed = [str(body + 1) for body in range(IMU_COUNT) if current_ids[body] not in (0, calibrated[body])]
     if changed:
         return f"The IMU of body {' and '.join(changed)} is of another kind than the one that was calibrated."
     return ""

@@ -157,5 +157,5 @@ def _slow(dropped: int, stall_ms: int, peak: int, ring: int) -> list[str]:
     return wrong
 
 
-def _percent(part: int, whole: int) -> str:
-    return f"{100 * part / max(whole, 1):.0f} %"
+def _percent(part: int, total: int) -> str:
+    return f"{100 * part / max(total, 1):.0f} %"

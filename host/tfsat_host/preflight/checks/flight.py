@@ -25,7 +25,7 @@ def check_maneuver(evidence: Evidence) -> PreflightCheck:
     stored = answers.maneuver
     if isinstance(stored, Missing):
         return no_go(stored.reason, stored.next_step)
-    wanted = tuple((stroke.joint, stroke.angle_cdeg, stroke.t_us) for stroke in schedule.strokes)
+    file_strokes = tuple((stroke.joint, stroke.angle_cdeg, stroke.t_us) for stroke in schedule.strokes)
     numbers = {
         "crc": f"{stored.crc:04x}",
         "generation": stored.generation,
@@ -35,23 +35,25 @@ def check_maneuver(evidence: Evidence) -> PreflightCheck:
     upload = "tfsat-host upload-sequence --file maneuver.toml, then run this preflight again."
     if stored.origin == Origin.FACTORY:
         return no_go("No maneuver was uploaded: the board would refuse to arm.", upload, **numbers)
-    if stored.strokes != wanted or stored.speed_cdeg_s != schedule.speed_cdeg_s:
+    if stored.strokes != file_strokes or stored.speed_cdeg_s != schedule.speed_cdeg_s:
         return no_go(
-            f"The sequencer holds another maneuver than the file: {_difference(stored.strokes, schedule, wanted)}.",
+            "The sequencer holds another maneuver than the file: "
+            f"{_difference(stored.strokes, schedule, file_strokes)}.",
             upload,
             **numbers,
-            file_strokes=[_stroke(row) for row in wanted],
+            file_strokes=[_stroke(row) for row in file_strokes],
         )
     return go(
-        f"Read back and equal to the file: {len(wanted)} strokes, CRC {stored.crc:04x}, upload {stored.generation}.",
+        f"Read back and equal to the file: {len(file_strokes)} strokes, CRC {stored.crc:04x}, upload "
+        f"{stored.generation}.",
         **numbers,
     )
 
 
-def _difference(stored: tuple[Row, ...], schedule: Schedule, wanted: tuple[Row, ...]) -> str:
-    if len(stored) != len(wanted):
-        return f"{len(stored)} strokes, the file has {len(wanted)}"
-    for number, (ours, theirs) in enumerate(zip(wanted, stored, strict=True), 1):
+def _difference(stored: tuple[Row, ...], schedule: Schedule, file_strokes: tuple[Row, ...]) -> str:
+    if len(stored) != len(file_strokes):
+        return f"{len(stored)} strokes, the file has {len(file_strokes)}"
+    for number, (ours, theirs) in enumerate(zip(file_strokes, stored, strict=True), 1):
         if ours != theirs:
             return f"stroke {number} is {_words(theirs)}, in the file {_words(ours)}"
     return f"its speed is not {schedule.speed_deg_s:g} deg/s"
@@ -87,17 +89,17 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
 
 def check_pause(evidence: Evidence) -> PreflightCheck:
     """Check the facility's limits on the time before the first stroke."""
-    return _of_facility(evidence, lambda one: one.name in _PAUSE)
+    return _of_facility(evidence, lambda check: check.name in _PAUSE)
 
 
 def check_duration(evidence: Evidence) -> PreflightCheck:
     """Check the facility's limits on the end of the maneuver."""
-    return _of_facility(evidence, lambda one: one.name in _DURATION)
+    return _of_facility(evidence, lambda check: check.name in _DURATION)
 
 
 def check_envelope(evidence: Evidence) -> PreflightCheck:
     """Envelope, release and drift within the facility."""
-    return _of_facility(evidence, lambda one: one.name not in (*_PAUSE, *_DURATION), _reach)
+    return _of_facility(evidence, lambda check: check.name not in (*_PAUSE, *_DURATION), _reach)
 
 
 def _of_facility(
@@ -105,19 +107,19 @@ def _of_facility(
     mine: Callable[[FacilityCheck], bool],
     words: Callable[[Sequence[FacilityCheck]], str] = lambda checks: checks[0].sentence,
 ) -> PreflightCheck:
-    checks = [one for one in require(evidence.facility) if mine(one)]
-    failed = [f"{one.name}: {one.sentence}" for one in checks if not one.passed]
+    checks = [check for check in require(evidence.facility) if mine(check)]
+    failed = [f"{check.name}: {check.sentence}" for check in checks if not check.passed]
     return judge(
         [" ".join(failed)] if failed else [],
         "{}",
         "tfsat-host envelope --file maneuver.toml shows all of it; tfsat-host design makes one that fits.",
         words(checks),
-        **{one.name: {key: getattr(one, key) for key in _NUMBERS} for one in checks},
+        **{check.name: {key: getattr(check, key) for key in _NUMBERS} for check in checks},
     )
 
 
 def _reach(checks: Sequence[FacilityCheck]) -> str:
-    reach = next(one for one in checks if one.name == "envelope")
+    reach = next(check for check in checks if check.name == "envelope")
     return (
         f"The robot reaches {reach.value:.0f} mm of {reach.limit:.0f} mm; release, drift and travel fit too."
     )

@@ -60,7 +60,7 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
         "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
         "switch the power off and on.",
         f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.",
-        who_am_i=[f"{one:02x}" for one in who],
+        who_am_i=[f"{byte:02x}" for byte in who],
         samples=len(counts.t_us),
         valid_samples=counts.imu_valid.sum(axis=0).tolist(),
         clipped_samples=counts.clipped.sum(axis=0).tolist(),
@@ -115,9 +115,9 @@ def check_biases(evidence: Evidence) -> PreflightCheck:
     biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
     worst = np.abs(biases_deg_s).max(axis=1)
     beyond = [
-        f"body {body}: {one:.1f} deg/s"
-        for body, one in zip(bodies + 1, worst, strict=True)
-        if one > MAX_BIAS_DEG_S
+        f"body {body}: {bias_deg_s:.1f} deg/s"
+        for body, bias_deg_s in zip(bodies + 1, worst, strict=True)
+        if bias_deg_s > MAX_BIAS_DEG_S
     ]
     return judge(
         beyond,

@@ -58,12 +58,12 @@ def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
 
     Returns None if no such date is known.
     """
-    known = [(EARLIEST, "this program")]
+    known_dates = [(EARLIEST, "this program")]
     if not isinstance(evidence.calibration, Missing):
-        known.append((evidence.calibration.written, f"the certificate {evidence.calibration_file}"))
+        known_dates.append((evidence.calibration.written, f"the certificate {evidence.calibration_file}"))
     if evidence.newest_file is not None:
-        known.append(evidence.newest_file)
-    newest, whose = max(known)
+        known_dates.append(evidence.newest_file)
+    newest, whose = max(known_dates)
     if evidence.now >= newest - BEHIND:
         return None
     return newest, whose

@@ -48,13 +48,13 @@ class EulerAngles:
     after_rad: FloatArray
 
 
-def euler_angles(found: Evaluation) -> EulerAngles:
+def euler_angles(evaluation: Evaluation) -> EulerAngles:
     """Compute the measured and predicted Euler angles of body 1, with standard deviations."""
-    moved = found.motion.bodies[BODY_1]
+    moved = evaluation.motion.bodies[BODY_1]
     measured = moved.attitude.as_matrix()
-    driven = driven_samples(found)
+    driven = driven_samples(evaluation)
     start = measured[driven][0]
-    carried = found.explained.driven.rotation[:, BODY_1]
+    carried = evaluation.explained.driven.rotation[:, BODY_1]
 
     def by_model(sides: Sides) -> FloatArray:
         base = sides.prediction.attitude @ carried
@@ -67,14 +67,14 @@ def euler_angles(found: Evaluation) -> EulerAngles:
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 0.0))
     angles = continuous(euler_zyx_rad(measured))
     return EulerAngles(
-        moved.t_s, angles, std, by_model(found.explained.before), by_model(found.explained.after)
+        moved.t_s, angles, std, by_model(evaluation.explained.before), by_model(evaluation.explained.after)
     )
 
 
-def driven_samples(found: Evaluation) -> BoolArray:
+def driven_samples(evaluation: Evaluation) -> BoolArray:
     """(k,) those samples from the release on that the models were driven with."""
-    fall = found.motion.t_s[found.motion.samples.fall]
-    return np.asarray(fall >= found.explained.driven.flown.t_s[0])
+    fall = evaluation.motion.t_s[evaluation.motion.samples.fall]
+    return np.asarray(fall >= evaluation.explained.driven.flown.t_s[0])
 
 
 def continuous(angles_rad: FloatArray) -> FloatArray:
@@ -82,9 +82,9 @@ def continuous(angles_rad: FloatArray) -> FloatArray:
     return np.asarray(np.unwrap(angles_rad, axis=0))
 
 
-def euler_chart(found: Evaluation) -> Chart:
+def euler_chart(evaluation: Evaluation) -> Chart:
     """z-y-x Euler angles over the drop's times."""
-    angles, fall = euler_angles(found), found.motion.samples.fall
+    angles, fall = euler_angles(evaluation), evaluation.motion.samples.fall
     sides: list[Side] = [
         (
             "measured",
@@ -101,29 +101,32 @@ def euler_chart(found: Evaluation) -> Chart:
         tuple(lines_of([f"φ{AXES[axis]}" for axis in ZYX], sides, ZYX)),
         "Since the release. The models are driven by the measured joint angles and begin where the measured attitude "
         "is when the release has settled. The error below compares what the gyros show late with a model made as late: "
-        f"these curves differ from it by up to {_beside_error_deg(found, angles):.2g} deg while joints move and by "
-        f"{_beside_error_deg(found, angles, last=True):.2g} deg at the end. Band: one standard deviation.",
+        f"these curves differ from it by up to {_beside_error_deg(evaluation, angles):.2g} deg while "
+        "joints move and by "
+        f"{_beside_error_deg(evaluation, angles, last=True):.2g} deg at the end. Band: one standard deviation.",
     )
 
 
-def _beside_error_deg(found: Evaluation, angles: EulerAngles, *, last: bool = False) -> float:
+def _beside_error_deg(evaluation: Evaluation, angles: EulerAngles, *, last: bool = False) -> float:
     """Compute how far the differences of Euler angles deviate from the attitude error, in deg.
 
     The differences are those of the measured and the predicted curves. The result is the greatest deviation, or
     with `last` the final one.
     """
     driven = np.isfinite(angles.before_rad[:, 0])
-    apart = (angles.measured_rad - angles.before_rad)[driven] - found.explained.before.error.euler_zyx_rad
+    apart = (angles.measured_rad - angles.before_rad)[
+        driven
+    ] - evaluation.explained.before.error.euler_zyx_rad
     size = np.rad2deg(np.abs(wrap_angle(apart)))
     return float(size[-1].max() if last else size.max())
 
 
-def attitude_error_chart(found: Evaluation) -> Chart:
+def attitude_error_chart(evaluation: Evaluation) -> Chart:
     """Measured less predicted Euler angles, and their norm."""
-    rows = found.motion.t_s >= found.explained.driven.flown.t_s[0]
+    rows = evaluation.motion.t_s >= evaluation.explained.driven.flown.t_s[0]
     errors: dict[Kind, AttitudeError] = {
-        "before": found.explained.before.error,
-        "after": found.explained.after.error,
+        "before": evaluation.explained.before.error,
+        "after": evaluation.explained.after.error,
     }
     sides: list[Side] = [
         (kind, pad_rows(rows, np.rad2deg(error.euler_zyx_rad)), pad_rows(rows, np.rad2deg(error.std_rad)))
@@ -143,9 +146,9 @@ def attitude_error_chart(found: Evaluation) -> Chart:
     )
 
 
-def attitude_spectrum_chart(found: Evaluation) -> Chart:
+def attitude_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the spectrum of the attitude error: measured less predicted Euler angles."""
-    sides = found.explained.before.error, found.explained.after.error
+    sides = evaluation.explained.before.error, evaluation.explained.after.error
     before, after = (np.rad2deg(error.euler_zyx_rad) for error in sides)
     return spectrum_chart(
         "attitude_spectrum",

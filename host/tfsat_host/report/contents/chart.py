@@ -96,7 +96,9 @@ def lines_of(
         by_side: Order the lines by side instead of by column.
     """
     columns = list(enumerate(names))
-    pairs = product(sides, columns) if by_side else ((side, one) for one, side in product(columns, sides))
+    pairs = (
+        product(sides, columns) if by_side else ((side, column) for column, side in product(columns, sides))
+    )
     return [
         Line(
             f"{name} {WORDS[kind]}",
@@ -128,18 +130,19 @@ def spectrum_chart(
         components: Their colors.
     """
     before, after = (
-        np.where(one.amplitude[1:] > 0.0, one.amplitude[1:], np.nan)
-        for one in (compared.before, compared.after)
+        np.where(spectrum.amplitude[1:] > 0.0, spectrum.amplitude[1:], np.nan)
+        for spectrum in (compared.before, compared.after)
     )
     window = "Rectangular" if compared.before.window == "rectangular" else f"{compared.before.window}'s"
-    left = f": {100.0 * compared.left:.0f} % are left" if np.isfinite(compared.left) else ""
+    remainder_text = f": {100.0 * compared.left:.0f} % are left" if np.isfinite(compared.left) else ""
     return Chart(
         chart_id,
         title,
         f"amplitude ({unit})",
         tuple(lines_of(names, [("before", before, None), ("after", after, None)], components)),
         f"{window} window; a sine of amplitude a shows a. Below {compared.cutoff_hz:g} Hz, shaded, "
-        f"{compared.rms_before:.3g} {unit} rms before the correction and {compared.rms_after:.3g} after{left}.",
+        f"{compared.rms_before:.3g} {unit} rms before the correction and {compared.rms_after:.3g} "
+        f"after{remainder_text}.",
         x=compared.before.frequency_hz[1:],
         x_label=FREQUENCY,
         log_x=True,
@@ -175,13 +178,13 @@ def plot_of(chart: Chart) -> Plot:
 
 def numbers(values: FloatArray) -> list[float | None]:
     """Convert values to a list for JSON, with None for NaN and infinity."""
-    found = values.astype(object)
-    found[~np.isfinite(values)] = None
-    return list(found.tolist())
+    json_values = values.astype(object)
+    json_values[~np.isfinite(values)] = None
+    return list(json_values.tolist())
 
 
 def pad_rows(rows: BoolArray, values: FloatArray) -> FloatArray:
     """(n, ...) with `values` (m, ...) where m of the n rows are True, NaN elsewhere."""
-    whole = np.full((len(rows), *values.shape[1:]), np.nan)
-    whole[rows] = values
-    return whole
+    padded_values = np.full((len(rows), *values.shape[1:]), np.nan)
+    padded_values[rows] = values
+    return padded_values

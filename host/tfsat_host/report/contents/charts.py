@@ -34,31 +34,31 @@ _MOMENTA = [f"h{axis}" for axis in AXES]
 _NAMES = [f"ω{axis}" for axis in AXES]
 
 
-def charts_of(found: Evaluation) -> dict[str, Chart]:
+def charts_of(evaluation: Evaluation) -> dict[str, Chart]:
     """Build all charts of an evaluation, by id."""
-    drawn = (
-        euler_chart(found),
-        rate_chart(found),
-        joint_chart(found),
-        averaged_momentum_chart(found),
-        attitude_error_chart(found),
-        momentum_spectrum_chart(found),
-        rate_spectrum_chart(found),
-        attitude_spectrum_chart(found),
-        momentum_chart(found),
-        unexplained_chart(found),
-        gyro_residual_chart(found),
-        force_chart(found),
-        window_chart(found),
+    charts = (
+        euler_chart(evaluation),
+        rate_chart(evaluation),
+        joint_chart(evaluation),
+        averaged_momentum_chart(evaluation),
+        attitude_error_chart(evaluation),
+        momentum_spectrum_chart(evaluation),
+        rate_spectrum_chart(evaluation),
+        attitude_spectrum_chart(evaluation),
+        momentum_chart(evaluation),
+        unexplained_chart(evaluation),
+        gyro_residual_chart(evaluation),
+        force_chart(evaluation),
+        window_chart(evaluation),
     )
-    return {chart.id: chart for chart in drawn}
+    return {chart.id: chart for chart in charts}
 
 
-def rate_chart(found: Evaluation) -> Chart:
+def rate_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the angular rate of body 1, as its own gyro measured it."""
-    moved, fall = found.motion.bodies[BODY_1], found.motion.samples.fall
+    moved, fall = evaluation.motion.bodies[BODY_1], evaluation.motion.samples.fall
     rates = np.rad2deg(pad_rows(fall, moved.rate_rad_s))
-    lag = found.motion.lag
+    lag = evaluation.motion.lag
     how = "measured against the angle sensors" if lag.measured else "by the data sheet"
     return Chart(
         "rates",
@@ -70,9 +70,9 @@ def rate_chart(found: Evaluation) -> Chart:
     )
 
 
-def rate_spectrum_chart(found: Evaluation) -> Chart:
+def rate_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the spectrum of body 1's rate error: measured less predicted."""
-    sides = found.explained.before.error, found.explained.after.error
+    sides = evaluation.explained.before.error, evaluation.explained.after.error
     before, after = (np.rad2deg(error.rate_rad_s) for error in sides)
     return spectrum_chart(
         "rate_spectrum",
@@ -83,17 +83,19 @@ def rate_spectrum_chart(found: Evaluation) -> Chart:
     )
 
 
-def unexplained_chart(found: Evaluation) -> Chart:
+def unexplained_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the base's rate residual that constant momentum does not explain."""
-    explained, flown = found.explained, found.explained.driven.flown
-    rows = found.motion.t_s >= flown.t_s[0]
-    before = residual_rate(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
+    explained, kinematics = evaluation.explained, evaluation.explained.driven.flown
+    rows = evaluation.motion.t_s >= kinematics.t_s[0]
+    before = residual_rate(
+        explained.driven.offsets.body, kinematics, explained.before.prediction.momentum_kg_m2_s
+    )
     values = (before, explained.fit.residual_rad_s)
     filed, corrected = (np.rad2deg(pad_rows(rows, rates)) for rates in values)
     sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
     return Chart(
         "unexplained",
-        f"Rate of {found.model.body_names[found.model.base]} that nothing explains",
+        f"Rate of {evaluation.model.body_names[evaluation.model.base]} that nothing explains",
         "rate (deg/s)",
         tuple(lines_of(_NAMES, sides, by_side=True)),
         "Measured rate less the one that keeps the momentum constant; with the corrected model also less what the "
@@ -102,20 +104,20 @@ def unexplained_chart(found: Evaluation) -> Chart:
     )
 
 
-def bodies_of(found: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
+def bodies_of(evaluation: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
     """Return the multibody model as filed and as corrected."""
-    explained = found.explained
+    explained = evaluation.explained
     offsets = explained.driven.offsets
     return ("before", offsets.body), ("after", offsets.correct(explained.fit.values))
 
 
-def momentum_chart(found: Evaluation) -> Chart:
+def momentum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the angular momentum, every sample without averaging."""
-    flown = found.explained.driven.flown
-    rows = found.motion.t_s >= flown.t_s[0]
+    kinematics = evaluation.explained.driven.flown
+    rows = evaluation.motion.t_s >= kinematics.t_s[0]
     sides: list[Side] = [
-        (kind, pad_rows(rows, PER_KG_M2_S * inertial_momentum(body, flown)), None)
-        for kind, body in bodies_of(found)
+        (kind, pad_rows(rows, PER_KG_M2_S * inertial_momentum(body, kinematics)), None)
+        for kind, body in bodies_of(evaluation)
     ]
     return Chart(
         "momentum_raw",
@@ -126,11 +128,11 @@ def momentum_chart(found: Evaluation) -> Chart:
     )
 
 
-def averaged_momentum_chart(found: Evaluation) -> Chart:
+def averaged_momentum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the angular momentum by the paper's moving average."""
-    averages = dict(averages_of(found))
+    averages = dict(averages_of(evaluation))
     sides: list[Side] = [
-        (kind, pad_rows(np.isin(found.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
+        (kind, pad_rows(np.isin(evaluation.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
         for kind, average in averages.items()
     ]
     cutoff = averages["before"].cutoff_hz
@@ -146,30 +148,30 @@ def averaged_momentum_chart(found: Evaluation) -> Chart:
     )
 
 
-def averages_of(found: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...]:
+def averages_of(evaluation: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...]:
     """Compute the momentum by either model, averaged over the paper's window.
 
     A shorter record is averaged over all its samples.
     """
-    flown = found.explained.driven.flown
-    size = min(PAPER_SIZE, len(flown.t_s))
-    return tuple((kind, averaged_momentum(body, flown, size)) for kind, body in bodies_of(found))
+    kinematics = evaluation.explained.driven.flown
+    size = min(PAPER_SIZE, len(kinematics.t_s))
+    return tuple((kind, averaged_momentum(body, kinematics, size)) for kind, body in bodies_of(evaluation))
 
 
-def momentum_spectrum_chart(found: Evaluation) -> Chart:
+def momentum_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the momentum's spectrum, computed from every sample."""
-    flown = found.explained.driven.flown
-    before, after = (PER_KG_M2_S * inertial_momentum(body, flown) for _, body in bodies_of(found))
+    kinematics = evaluation.explained.driven.flown
+    before, after = (PER_KG_M2_S * inertial_momentum(body, kinematics) for _, body in bodies_of(evaluation))
     return spectrum_chart(
         "momentum_spectrum",
         "Spectrum of the momentum",
         _MOMENTUM_UNIT,
-        compare_spectra(flown.t_s, before, after),
+        compare_spectra(kinematics.t_s, before, after),
         _MOMENTA,
     )
 
 
-def joint_chart(found: Evaluation) -> Chart:
+def joint_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of all joint angles over the drop's times, measured and commanded."""
     lines = [
         Line(
@@ -179,9 +181,9 @@ def joint_chart(found: Evaluation) -> Chart:
             "measured",
             np.rad2deg(joint.std_rad()),
         )
-        for joint in found.motion.joints
+        for joint in evaluation.motion.joints
     ]
-    commanded = commanded_rad(found)
+    commanded = commanded_rad(evaluation)
     if commanded is not None:
         lines += [
             Line(f"joint {index + 1} commanded", np.rad2deg(angle), index, "commanded")
@@ -197,25 +199,25 @@ def joint_chart(found: Evaluation) -> Chart:
     )
 
 
-def commanded_rad(found: Evaluation) -> FloatArray | None:
+def commanded_rad(evaluation: Evaluation) -> FloatArray | None:
     """(n, joints) at the samples' times; None if the maneuver is not known."""
-    if found.schedule is None:
+    if evaluation.schedule is None:
         return None
-    t_s = found.motion.t_s
-    angles = np.tile([servo.start_rad for servo in found.model.servos], (len(t_s), 1))
-    for timed, flown in zip(found.schedule.strokes, found.strokes, strict=True):
-        begin = flown.logged_s if np.isfinite(flown.logged_s) else timed.t_s
+    t_s = evaluation.motion.t_s
+    angles = np.tile([servo.start_rad for servo in evaluation.model.servos], (len(t_s), 1))
+    for timed, stroke in zip(evaluation.schedule.strokes, evaluation.strokes, strict=True):
+        begin = stroke.logged_s if np.isfinite(stroke.logged_s) else timed.t_s
         took = max(s_from_us(timed.end_us - timed.t_us), 1e-6)
         share = np.clip((t_s - begin) / took, 0.0, 1.0)
         angles[:, timed.joint - 1] += np.deg2rad(timed.angle_deg) * share
     return np.asarray(angles)
 
 
-def gyro_residual_chart(found: Evaluation) -> Chart:
+def gyro_residual_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of each gyro's residual against the motion that fits all of them best."""
-    left = np.rad2deg(found.motion.fused.residual_rad_s)
-    left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
-    averaged = np.stack([_moving_average(body) for body in left.swapaxes(0, 1)], axis=1)
+    residual_deg_s = np.rad2deg(evaluation.motion.fused.residual_rad_s)
+    residual_deg_s = np.where(evaluation.motion.samples.fall[:, None, None], residual_deg_s, np.nan)
+    averaged = np.stack([_moving_average(body) for body in residual_deg_s.swapaxes(0, 1)], axis=1)
     return Chart(
         "gyro_residuals",
         "What adjacent gyros disagree about",
@@ -226,29 +228,29 @@ def gyro_residual_chart(found: Evaluation) -> Chart:
     )
 
 
-def force_chart(found: Evaluation) -> Chart:
+def force_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the specific force, the accelerometers' readings less their zero-g output."""
     return Chart(
         "forces",
         "Micro-gravity",
         "specific force, norm (g)",
-        _norms(specific_force_g(found)),
+        _norms(specific_force_g(evaluation)),
         "Less what each accelerometer shows between release and first stroke, which is its zero-g output. 1 g before "
         "the release; strokes shake the sensors, which sit off the center of mass.",
         log_y=True,
     )
 
 
-def specific_force_g(found: Evaluation) -> FloatArray:
+def specific_force_g(evaluation: Evaluation) -> FloatArray:
     """(n, 4, 3) at the motion's samples, body axes, less the zero-g output; NaN where that or the sample is missing."""
-    log, t_s = found.log, found.motion.t_s
+    log, t_s = evaluation.log, evaluation.motion.t_s
     first, last = np.searchsorted(log.t_s, [t_s[0], t_s[-1]])
     part = rows_of(log, slice(int(first), int(last) + 1))
-    calibrated = apply_calibration(Counts.from_log(part), found.calibration, found.model)
+    calibrated = apply_calibration(Counts.from_log(part), evaluation.calibration, evaluation.model)
     rows = np.searchsorted(part.t_s, t_s)
     forces = calibrated.specific_force_m_s2[rows] / STANDARD_GRAVITY_M_S2
     zero = np.full(forces.shape[1:], np.nan)
-    quiet = found.micro_gravity.windows[0]
+    quiet = evaluation.micro_gravity.windows[0]
     for body in quiet.bodies:
         zero[body.body - 1] = body.residual_g
     return np.asarray(forces - zero)
@@ -270,9 +272,9 @@ def _moving_average(values: FloatArray) -> FloatArray:
     return averaged
 
 
-def window_chart(found: Evaluation) -> Chart:
+def window_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the spectral leakage of the windows: the spectrum they show for a pure sine."""
-    t_s = found.explained.driven.flown.t_s
+    t_s = evaluation.explained.driven.flown.t_s
     shares = {window: leakage(t_s, window, SHOWN_HZ) for window in WINDOWS}
     lines = [
         Line(f"{window} window", np.maximum(share, _FLOOR), 3 if window == "Hann" else 0, "measured")

@@ -109,58 +109,70 @@ def document_of(
 
 
 def _drop(drop: ReportedDrop) -> Drop:
-    found = drop.evaluation
+    evaluation = drop.evaluation
     verdict = drop.verdict
-    samples = found.motion.samples
+    samples = evaluation.motion.samples
     return Drop(
         name=drop.name,
         verdict=PageVerdict(
-            level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(found, verdict))
+            level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(evaluation, verdict))
         ),
-        key_numbers=[key_number(one) for one in key_numbers_of(found)],
+        key_numbers=[key_number(key_quantity) for key_quantity in key_numbers_of(evaluation)],
         notes=_notes(drop),
-        t_s=found.motion.t_s.tolist(),
+        t_s=evaluation.motion.t_s.tolist(),
         window_s=[0.0, samples.until_s],
-        events=events_of(found),
-        plots=[plot_of(chart) for chart in charts_of(found).values()],
-        replay=replay_of(found),
-        tables=[table(one) for one in (*tables_of(found), calibration_table(found), provenance_table(drop))],
+        events=events_of(evaluation),
+        plots=[plot_of(chart) for chart in charts_of(evaluation).values()],
+        replay=replay_of(evaluation),
+        tables=[
+            table(source_table)
+            for source_table in (
+                *tables_of(evaluation),
+                calibration_table(evaluation),
+                provenance_table(drop),
+            )
+        ],
     )
 
 
 def _notes(drop: ReportedDrop) -> list[str]:
     """Collect a drop's notes on unusable data and assumptions that its verdict does not give already."""
-    found, velocity = drop.evaluation, drop.evaluation.release_velocity
-    notes = [*found.notes, *found.micro_gravity.notes, *(velocity.notes if velocity else ()), *drop.remarks]
+    evaluation, velocity = drop.evaluation, drop.evaluation.release_velocity
+    notes = [
+        *evaluation.notes,
+        *evaluation.micro_gravity.notes,
+        *(velocity.notes if velocity else ()),
+        *drop.remarks,
+    ]
     return [note for note in dict.fromkeys(notes) if note not in drop.verdict.reasons]
 
 
-def table(shown: quantity.Table) -> PageTable:
+def table(source_table: quantity.Table) -> PageTable:
     """Convert a table to the form that the page shows."""
-    columns = shown.shown
-    made = PageTable(
-        title=shown.title,
-        columns=[f"{one.label} ({one.unit})" if one.unit else one.label for one in columns],
-        rows=[[_text(one, row) for one in columns] for row in shown.rows],
-        caption=shown.caption,
+    columns = source_table.shown
+    page_table = PageTable(
+        title=source_table.title,
+        columns=[f"{column.label} ({column.unit})" if column.unit else column.label for column in columns],
+        rows=[[_text(column, row) for column in columns] for row in source_table.rows],
+        caption=source_table.caption,
     )
-    if shown.folded:
-        made["fold"] = Fold(first=len(shown.rows) - shown.folded, words=shown.fold)
-    return made
+    if source_table.folded:
+        page_table["fold"] = Fold(first=len(source_table.rows) - source_table.folded, words=source_table.fold)
+    return page_table
 
 
-def key_number(one: Quantity) -> KeyNumber:
+def key_number(key_quantity: Quantity) -> KeyNumber:
     """Convert a quantity to a key number of the page, with None for values that are not finite."""
-    made = KeyNumber(
-        label=one.label,
-        value=_finite(one.value),
-        std=_finite(one.std) if math.isfinite(one.value) else None,
-        unit=one.unit,
-        note=one.note,
+    entry = KeyNumber(
+        label=key_quantity.label,
+        value=_finite(key_quantity.value),
+        std=_finite(key_quantity.std) if math.isfinite(key_quantity.value) else None,
+        unit=key_quantity.unit,
+        note=key_quantity.note,
     )
-    if one.group:
-        made["row"] = one.group
-    return made
+    if key_quantity.group:
+        entry["row"] = key_quantity.group
+    return entry
 
 
 def _finite(value: float | None) -> float | None:
@@ -178,8 +190,8 @@ def _text(column: Column, row: Any) -> str:
 
 def provenance_table(drop: ReportedDrop) -> quantity.Table:
     """Files, versions, sensors, time of day."""
-    found = drop.evaluation
-    log, header = found.log, found.log.header
+    evaluation = drop.evaluation
+    log, header = evaluation.log, evaluation.log.header
     rate = f"{log.rate_hz:.2f} Hz" if np.isfinite(log.rate_hz) else "unknown"
     rows = [
         ["recording", str(log.path)],
@@ -187,17 +199,19 @@ def provenance_table(drop: ReportedDrop) -> quantity.Table:
         ["SHA-256 of the recording", drop.recording_sha256],
         ["released", utc(release_time(log))],
         ["samples", f"{len(log)}, {log.samples_lost} lost; {rate} ({header.rate_hz:g} Hz commanded)"],
-        ["logger", _logger(found)],
+        ["logger", _logger(evaluation)],
         [
             "gyros",
             f"± {header.gyro_range_deg_s} deg/s, low-pass setting {header.dlpf_cfg}, WHO_AM_I {header.who_am_i.hex()}",
         ],
-        ["robot", f"{found.model.name} ({found.model.path})"],
+        ["robot", f"{evaluation.model.name} ({evaluation.model.path})"],
         [
             "calibration",
-            "none" if drop.certificate is None else f"{drop.certificate}, {_measurement_time_text(found)}",
+            "none"
+            if drop.certificate is None
+            else f"{drop.certificate}, {_measurement_time_text(evaluation)}",
         ],
-        ["maneuver", _maneuver(found)],
+        ["maneuver", _maneuver(evaluation)],
         *([source.what, f"{source.path}, SHA-256 {source.sha256}"] for source in drop.sources),
         ["options", " ".join(drop.options) or "none"],
         ["tfsat-host", f"{__version__}, protocol {PROTOCOL_HASH.hex()}"],
@@ -206,30 +220,35 @@ def provenance_table(drop: ReportedDrop) -> quantity.Table:
     return quantity.Table("Provenance", columns, [{"what": what, "is": text} for what, text in rows])
 
 
-def _logger(found: Evaluation) -> str:
-    header = found.log.header
+def _logger(evaluation: Evaluation) -> str:
+    header = evaluation.log.header
     firmware = ".".join(map(str, header.firmware_version))
-    kind = "emulated" if found.log.is_emulated else f"image {header.image_crc:08x}"
+    kind = "emulated" if evaluation.log.is_emulated else f"image {header.image_crc:08x}"
     serial = header.board_serial.hex() if any(header.board_serial) else "unknown"
     return f"serial {serial}, firmware {firmware} ({kind}), protocol {header.protocol_hash.hex()}"
 
 
-def _measurement_time_text(found: Evaluation) -> str:
+def _measurement_time_text(evaluation: Evaluation) -> str:
     """Format the time when the calibration's quantities were measured.
 
     The file's own date is that of its last change.
     """
-    taken = sorted(one.taken for one in quantities(found.calibration) if one.taken is not None)
-    if not taken:
+    measurement_times = sorted(
+        measurement.taken
+        for measurement in quantities(evaluation.calibration)
+        if measurement.taken is not None
+    )
+    if not measurement_times:
         return "nothing in it was ever measured"
-    first, last = utc(taken[0]), utc(taken[-1])
+    first, last = utc(measurement_times[0]), utc(measurement_times[-1])
     return f"measured {first}" if first == last else f"measured from {first} to {last}"
 
 
-def _maneuver(found: Evaluation) -> str:
-    if found.schedule is None:
+def _maneuver(evaluation: Evaluation) -> str:
+    if evaluation.schedule is None:
         return "not known"
     strokes = ", ".join(
-        f"joint {one.joint} {one.angle_deg:+g} deg at {one.t_s:g} s" for one in found.schedule.strokes
+        f"joint {stroke.joint} {stroke.angle_deg:+g} deg at {stroke.t_s:g} s"
+        for stroke in evaluation.schedule.strokes
     )
     return strokes or UNKNOWN

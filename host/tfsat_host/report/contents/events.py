@@ -25,19 +25,19 @@ _NOT_SHOWN = {"stroke", "release", "landing", "switch_edge", "ring_high_water", 
 _BOUNCE_US = 5_000
 
 
-def events_of(found: Evaluation) -> list[Event]:
+def events_of(evaluation: Evaluation) -> list[Event]:
     """Return the events of a drop, sorted by time."""
-    first, last = -BEFORE_S, found.motion.samples.until_s + AFTER_S
-    near = [event for event in _all(found) if first <= event["t_s"] <= last]
+    first, last = -BEFORE_S, evaluation.motion.samples.until_s + AFTER_S
+    near = [event for event in _all(evaluation) if first <= event["t_s"] <= last]
     return sorted(near, key=lambda event: event["t_s"])[:_AT_MOST]
 
 
-def _all(found: Evaluation) -> Iterator[Event]:
-    log = found.log
+def _all(evaluation: Evaluation) -> Iterator[Event]:
+    log = evaluation.log
     yield _event(0.0, "release", "release")
-    yield from _strokes(found)
-    yield from _landing_events(found)
-    yield from _switches(found)
+    yield from _strokes(evaluation)
+    yield from _landing_events(evaluation)
+    yield from _switches(evaluation)
     for event in log.events:
         if event.name not in _NOT_SHOWN:
             yield _event(log.seconds(event.t_us), "other", event.name.replace("_", " "))
@@ -47,30 +47,30 @@ def _all(found: Evaluation) -> Iterator[Event]:
             yield _event(log.seconds(gap.start_us), "gap", label, log.seconds(gap.end_us))
 
 
-def _strokes(found: Evaluation) -> Iterator[Event]:
+def _strokes(evaluation: Evaluation) -> Iterator[Event]:
     """Yield the strokes as flown; without a schedule, the edges of the stroke line."""
-    for stroke in found.strokes:
+    for stroke in evaluation.strokes:
         begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
         turned = f"{number(np.rad2deg(stroke.size_rad), '+.1f')} deg" if stroke.moved else "did not move"
         label = f"{stroke.number}: joint {stroke.joint}, {turned}"
         yield _event(begin, "stroke", label, stroke.end_s if np.isfinite(stroke.end_s) else None)
-    if found.schedule is None:
-        for event in found.log.events:
+    if evaluation.schedule is None:
+        for event in evaluation.log.events:
             if event.name == "stroke":
-                yield _event(found.log.seconds(event.t_us), "stroke", f"stroke {event.index + 1}")
+                yield _event(evaluation.log.seconds(event.t_us), "stroke", f"stroke {event.index + 1}")
 
 
-def _landing_events(found: Evaluation) -> Iterator[Event]:
-    instants = found.instants
+def _landing_events(evaluation: Evaluation) -> Iterator[Event]:
+    instants = evaluation.instants
     if instants.landing is not None:
         yield _event(instants.landing.t_s, "landing", "landing")
     elif instants.landing_logged_s is not None:
         yield _event(instants.landing_logged_s, "landing", "landing, as the logger recorded it")
 
 
-def _switches(found: Evaluation) -> Iterator[Event]:
+def _switches(evaluation: Evaluation) -> Iterator[Event]:
     """Yield the release switches' edges, keeping the last edge of each bounce."""
-    log = found.log
+    log = evaluation.log
     for index in range(SWITCH_COUNT):
         edges = [event for event in log.events if event.name == "switch_edge" and event.index == index]
         for edge, following in zip_longest(edges, edges[1:]):

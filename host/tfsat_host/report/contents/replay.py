@@ -41,18 +41,18 @@ class BodyPoses:
     predicted: FloatArray
 
 
-def body_poses(found: Evaluation) -> BodyPoses:
+def body_poses(evaluation: Evaluation) -> BodyPoses:
     """Compute the poses of the bodies during one drop, measured and predicted."""
-    moved = found.motion.bodies[found.model.base]
-    angles = found.motion.angles_rad[found.motion.samples.fall]
+    moved = evaluation.motion.bodies[evaluation.model.base]
+    angles = evaluation.motion.angles_rad[evaluation.motion.samples.fall]
     attitude = moved.attitude.as_matrix()
-    driven = driven_samples(found)
-    offsets, sides = found.explained.driven.offsets, found.explained.before
+    driven = driven_samples(evaluation)
+    offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.before
     predicted = attitude[driven][0] @ sides.prediction.attitude
-    ghost = _place_bodies(offsets.body, found.model, angles[driven], predicted)
-    corrected = offsets.correct(found.explained.fit.values)
+    ghost = _place_bodies(offsets.body, evaluation.model, angles[driven], predicted)
+    corrected = offsets.correct(evaluation.explained.fit.values)
     return BodyPoses(
-        moved.t_s, _place_bodies(corrected, found.model, angles, attitude), pad_rows(driven, ghost)
+        moved.t_s, _place_bodies(corrected, evaluation.model, angles, attitude), pad_rows(driven, ghost)
     )
 
 
@@ -69,9 +69,9 @@ def _place_bodies(
     return np.concatenate([np.einsum("kij,kbj->kbi", attitude, origin), quaternion], axis=2)
 
 
-def replay_of(found: Evaluation) -> Replay:
+def replay_of(evaluation: Evaluation) -> Replay:
     """Measured, and by the model as its file has it."""
-    model, moved = found.model, body_poses(found)
+    model, moved = evaluation.model, body_poses(evaluation)
     return Replay(
         bodies=[
             ReplayBody(name=name, boxes_m=boxes_of(model, body)) for body, name in enumerate(model.body_names)
@@ -90,8 +90,8 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     corners_m, com_m = model.shape_m[body], model.com_m[body]
     if not len(corners_m):
         return [[(com_m - _HALF_CUBE_M).tolist(), (com_m + _HALF_CUBE_M).tolist()]]
-    count, left = divmod(len(corners_m), _CORNERS)
-    boxes = corners_m[None] if left else corners_m.reshape(count, _CORNERS, 3)
+    count, remainder = divmod(len(corners_m), _CORNERS)
+    boxes = corners_m[None] if remainder else corners_m.reshape(count, _CORNERS, 3)
     return [[box.min(axis=0).tolist(), box.max(axis=0).tolist()] for box in boxes]
 
 

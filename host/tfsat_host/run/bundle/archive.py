@@ -253,11 +253,11 @@ def _is_extracted(
 
 def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, archive: Path) -> str:
     """Writes one file, never more than its stated size; gives the SHA-256 of what came."""
-    digest, left = hashlib.sha256(), entry.file_size
+    digest, remaining_bytes = hashlib.sha256(), entry.file_size
     with opened.open(entry) as source:
-        while chunk := source.read(min(_CHUNK_BYTES, left + 1)):
-            left -= len(chunk)
-            if left < 0:
+        while chunk := source.read(min(_CHUNK_BYTES, remaining_bytes + 1)):
+            remaining_bytes -= len(chunk)
+            if remaining_bytes < 0:
                 _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
             digest.update(chunk)
             target.write(chunk)
@@ -267,17 +267,24 @@ def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, 
 def _damage_error(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
     """Build the error that names the damaged files, those still intact, and how to recover them."""
     recording, count = manifest.evaluated.recording, len(manifest.files)
-    one = len(wrong) == 1
+    is_single = len(wrong) == 1
     if recording in wrong:
-        left = f"The raw log {recording} is damaged itself: decode uses every block of it that is whole."
+        recording_text = (
+            f"The raw log {recording} is damaged itself: decode uses every block of it that is whole."
+        )
     else:
-        left = f"The raw log {recording} is whole{', as is all else' if count > len(wrong) + 1 else ''}."
+        recording_text = (
+            f"The raw log {recording} is whole{', as is all else' if count > len(wrong) + 1 else ''}."
+        )
     if set(wrong) <= {EVALUATION, REPORT, ENVIRONMENT}:
-        left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made again."
+        recording_text += (
+            f" What is damaged is no evidence: {'it' if is_single else 'they'} can be made again."
+        )
     return BundleError(
-        what=f"{len(wrong)} of {count} files in {archive} {'is' if one else 'are'} not what its manifest says: "
+        what=f"{len(wrong)} of {count} files in {archive} {'is' if is_single else 'are'} not what its manifest says: "
         f"{_list_names(wrong)}.",
-        meaning=f"{'It was' if one else 'They were'} damaged or changed after the bundle was made. {_NOTHING} {left}",
+        meaning=f"{'It was' if is_single else 'They were'} damaged or changed after the bundle was "
+        f"made. {_NOTHING} {recording_text}",
         next_step=f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
         "rest, and tfsat-host bundle rescued/run makes a new one of it.",
     )
@@ -295,8 +302,8 @@ def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> 
         _check_entry(entry, archive, limits)
     entries = [entry for entry in listed if not entry.is_dir()]
     if collision := collision_among(entry.filename for entry in entries):
-        one, two = collision
-        _refuse(archive, f"holds {one!r} and {two!r}, which some system takes for one")
+        first_name, two = collision
+        _refuse(archive, f"holds {first_name!r} and {two!r}, which some system takes for one")
     total, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
     if total > limits.bytes:
         _refuse(archive, f"would unpack to {total} bytes; {limits.bytes} are allowed")
@@ -347,14 +354,14 @@ def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archi
         if entries[name].file_size != file.bytes:
             says = f"{entries[name].file_size} bytes; its manifest says {file.bytes}"
             _refuse(archive, f"holds {name!r} with {says}")
-    for one in (manifest.evaluated.recording, *manifest.evaluated.files.values()):
-        if one not in listed:
-            _refuse(archive, f"was evaluated with {one!r}, which is not in it")
+    for file_name in (manifest.evaluated.recording, *manifest.evaluated.files.values()):
+        if file_name not in listed:
+            _refuse(archive, f"was evaluated with {file_name!r}, which is not in it")
 
 
 def _list_names(names: list[str]) -> str:
-    shown = [name if name.isprintable() else repr(name) for name in names[:_SHOWN]]
-    return ", ".join(shown) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+    listed_names = [name if name.isprintable() else repr(name) for name in names[:_SHOWN]]
+    return ", ".join(listed_names) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 
 
 def _refuse(archive: Path, what: str) -> NoReturn:

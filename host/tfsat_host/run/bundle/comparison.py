@@ -102,39 +102,39 @@ class _Place(NamedTuple):
     scale: float
 
 
-def _walk(one: Any, two: Any, tolerance: Tolerance, at: _Place) -> Iterator[Difference]:
-    if isinstance(one, dict) and isinstance(two, dict):
-        for name in dict.fromkeys((*one, *two)):
+def _walk(first: Any, two: Any, tolerance: Tolerance, at: _Place) -> Iterator[Difference]:
+    if isinstance(first, dict) and isinstance(two, dict):
+        for name in dict.fromkeys((*first, *two)):
             inner = _Place(f"{at.key}.{name}" if at.key else str(name), str(name), 0.0)
-            yield from _walk(one.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner)
-    elif isinstance(one, list) and isinstance(two, list):
-        if len(one) != len(two):
-            yield Difference(f"{at.key} (length)", len(one), len(two), None)
-        scale = max(at.scale, _largest(one), _largest(two))
-        for index, (a, b) in enumerate(zip(one, two, strict=False)):
+            yield from _walk(first.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner)
+    elif isinstance(first, list) and isinstance(two, list):
+        if len(first) != len(two):
+            yield Difference(f"{at.key} (length)", len(first), len(two), None)
+        scale = max(at.scale, _largest(first), _largest(two))
+        for index, (a, b) in enumerate(zip(first, two, strict=False)):
             yield from _walk(a, b, tolerance, _Place(f"{at.key}[{index}]", at.name, scale))
-    elif _is_number(one) and _is_number(two):
-        if _apart(one, two, tolerance, at.scale):
-            yield Difference(at.key, one, two, abs(one - two) / max(abs(one), abs(two)))
-    elif isinstance(one, str) and isinstance(two, str) and at.name in tolerance.sentences:
-        if not same_figures(one, two):
-            yield Difference(at.key, one, two, None)
-    elif type(one) is not type(two) or one != two:
-        yield Difference(at.key, _format_value(one), _format_value(two), None)
+    elif _is_number(first) and _is_number(two):
+        if _apart(first, two, tolerance, at.scale):
+            yield Difference(at.key, first, two, abs(first - two) / max(abs(first), abs(two)))
+    elif isinstance(first, str) and isinstance(two, str) and at.name in tolerance.sentences:
+        if not same_figures(first, two):
+            yield Difference(at.key, first, two, None)
+    elif type(first) is not type(two) or first != two:
+        yield Difference(at.key, _format_value(first), _format_value(two), None)
 
 
 def _format_value(value: Any) -> Any:
     return f"{len(value)} entries" if isinstance(value, list | dict) else value
 
 
-def same_figures(one: str, two: str) -> bool:
+def same_figures(first_text: str, two: str) -> bool:
     """Return whether two sentences have the same figures, within one unit in the last decimal digit."""
-    one, two = (" ".join(_FIGURE.findall(text)) for text in (one, two))
-    if _DECIMAL.sub("#", one) != _DECIMAL.sub("#", two):
+    first_text, two = (" ".join(_FIGURE.findall(text)) for text in (first_text, two))
+    if _DECIMAL.sub("#", first_text) != _DECIMAL.sub("#", two):
         return False
     return all(
         abs(_value(a) - _value(b)) <= 1.001 * max(_last_digit(a), _last_digit(b))
-        for a, b in zip(_DECIMAL.findall(one), _DECIMAL.findall(two), strict=True)
+        for a, b in zip(_DECIMAL.findall(first_text), _DECIMAL.findall(two), strict=True)
     )
 
 
@@ -147,11 +147,11 @@ def _last_digit(text: str) -> float:
     return float(10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2])))
 
 
-def _apart(one: float, two: float, tolerance: Tolerance, scale: float) -> bool:
-    if one == two:
+def _apart(first_value: float, two: float, tolerance: Tolerance, scale: float) -> bool:
+    if first_value == two:
         return False
-    allowed = max(tolerance.relative * max(abs(one), abs(two), scale), tolerance.absolute)
-    return not abs(one - two) <= allowed < math.inf
+    allowed = max(tolerance.relative * max(abs(first_value), abs(two), scale), tolerance.absolute)
+    return not abs(first_value - two) <= allowed < math.inf
 
 
 def _is_number(value: object) -> bool:

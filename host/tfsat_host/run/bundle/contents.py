@@ -126,42 +126,42 @@ def collect(
         TfsatError: there is no recording, a file that was named is not there, or one that was not named lies elsewhere.
     """
     files = run_files(place, options.maneuver, command=command, nothing=nothing)
-    found = BundleContents(files.recording.parent, files.recording)
+    contents = BundleContents(files.recording.parent, files.recording)
     try:
-        found.log = load(files.recording, session=options.session)
+        contents.log = load(files.recording, session=options.session)
     except TfsatError as error:
-        found.refusal = error
-    kinds = (False, True) if found.log is None else (origin_of_log(found.log.header).emulated,)
-    tried = (find_certificate(options.calibration, found.folder, Path(), emulated=kind) for kind in kinds)
-    certificate = next((one for one in tried if one is not None), None)
+        contents.refusal = error
+    kinds = (False, True) if contents.log is None else (origin_of_log(contents.log.header).emulated,)
+    tried = (find_certificate(options.calibration, contents.folder, Path(), emulated=kind) for kind in kinds)
+    certificate = next((candidate for candidate in tried if candidate is not None), None)
     for named in (files.maneuver, certificate, options.facility, options.video, options.laser):
         _require(named)
     robot = find_robot(options.robot or robot_beside(files.recording))
     named_ones = (options.maneuver, options.calibration, *([] if place.is_dir() else [place]))
     for path in (files.recording, files.maneuver, certificate, *([] if options.robot else [robot])):
-        if path is not None and path not in named_ones and path.parent == found.folder:
+        if path is not None and path not in named_ones and path.parent == contents.folder:
             _require_there(path, nothing)
     evaluated = EvaluationInputs(
-        recording=str(found.add(files.recording, RUN)),
-        maneuver=found.add(files.maneuver, "maneuver"),
-        calibration=found.add(certificate, "calibration"),
-        robot=found.add(robot, "robot"),
-        facility=found.add(options.facility or default_facility_path(), "facility"),
-        video=found.add(options.video, "witnesses"),
-        laser=found.add(options.laser, "witnesses"),
+        recording=str(contents.add(files.recording, RUN)),
+        maneuver=contents.add(files.maneuver, "maneuver"),
+        calibration=contents.add(certificate, "calibration"),
+        robot=contents.add(robot, "robot"),
+        facility=contents.add(options.facility or default_facility_path(), "facility"),
+        video=contents.add(options.video, "witnesses"),
+        laser=contents.add(options.laser, "witnesses"),
         session=None if options.session is None else f"{options.session:08x}",
         video_rate=options.video_rate,
         swarm=options.swarm,
     )
-    note = None if found.log is None else find_note(files.recording, found.log.session)
+    note = None if contents.log is None else find_note(files.recording, contents.log.session)
     if note is not None:
-        found.add_named(f"{RUN}/{note.name}", note, note.parent)
+        contents.add_named(f"{RUN}/{note.name}", note, note.parent)
     if certificate is not None and evaluated.calibration is not None:
-        _add_recordings(found, certificate, evaluated.calibration)
-    _add_signed(found)
-    _add_others(found, listed=place.is_dir())
-    _name_absent(found, evaluated, note)
-    return found, evaluated
+        _add_recordings(contents, certificate, evaluated.calibration)
+    _add_signed(contents)
+    _add_others(contents, listed=place.is_dir())
+    _name_absent(contents, evaluated, note)
+    return contents, evaluated
 
 
 def _require(path: Path | None) -> None:
@@ -183,7 +183,7 @@ def _require_there(path: Path, nothing: str) -> None:
         )
 
 
-def _add_recordings(found: BundleContents, certificate: Path, name: str) -> None:
+def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> None:
     """Add a certificate's recordings, kept in their place next to it.
 
     Recordings that the certificate rests on and that are gone are named as missing.
@@ -192,32 +192,36 @@ def _add_recordings(found: BundleContents, certificate: Path, name: str) -> None
     inside = f"{name.removesuffix('.toml')}-recordings"
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
         if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
-            found.add_named(f"{inside}/{path.name}", path, certificate.parent)
+            contents.add_named(f"{inside}/{path.name}", path, certificate.parent)
     raw_data = "raw data of the calibration"
     try:
         calibration = read_calibration(certificate)
     except TfsatError as error:
-        found.lack(raw_data, error.what, lost=True)
+        contents.lack(raw_data, error.what, lost=True)
         return
     if not calibration.papers:
-        found.lack(raw_data, "The certificate names no recordings that it was computed from.")
+        contents.lack(raw_data, "The certificate names no recordings that it was computed from.")
     elif calibration.drawn:
-        drawn = in_words(calibration.drawn)
-        found.lack("raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn}.")
+        drawn_names = in_words(calibration.drawn)
+        contents.lack(
+            "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn_names}."
+        )
     for paper in calibration.papers:
-        path, kept = folder / paper.file, f"{inside}/{paper.file}"
+        path, bundle_name = folder / paper.file, f"{inside}/{paper.file}"
         if not path.is_file():
-            found.lack(kept, f"{path} is not there.", lost=True)
-        elif kept not in found.files:
-            found.lack(kept, f"{path} {found.left_out.get(kept, 'was not taken')}.", lost=True)
+            contents.lack(bundle_name, f"{path} is not there.", lost=True)
+        elif bundle_name not in contents.files:
+            contents.lack(
+                bundle_name, f"{path} {contents.left_out.get(bundle_name, 'was not taken')}.", lost=True
+            )
         elif sha256_of(path) != paper.sha256:
             why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
-            found.lack(kept, why, lost=True)
+            contents.lack(bundle_name, why, lost=True)
 
 
-def _add_signed(found: BundleContents) -> None:
+def _add_signed(contents: BundleContents) -> None:
     """Add the files that the run's record vouches for, so that the bundle can be verified, too."""
-    record = found.folder / RECORD
+    record = contents.folder / RECORD
     if not record.is_file():
         return
     try:
@@ -225,64 +229,72 @@ def _add_signed(found: BundleContents) -> None:
     except ValueError:
         return  # named with all else that is wrong with the record
     for name in sorted({file.name for entry in entries for file in entry.files if is_inside(file.name)}):
-        path = found.folder / name
-        if path.is_file() and (why := found.add_named(f"{RUN}/{name}", path)):
-            found.lack(f"{RUN}/{name}", f"{path} {why}.", lost=True)
+        path = contents.folder / name
+        if path.is_file() and (why := contents.add_named(f"{RUN}/{name}", path)):
+            contents.lack(f"{RUN}/{name}", f"{path} {why}.", lost=True)
 
 
-def _add_others(found: BundleContents, *, listed: bool) -> None:
+def _add_others(contents: BundleContents, *, listed: bool) -> None:
     """Add notes and results from the run's folder.
 
     If `listed`, everything else in the folder is named as left out.
     """
-    taken = {os.path.realpath(path) for path in found.files.values()}
-    for path in sorted(found.folder.iterdir()):
-        if path.name.startswith(".") or f"{RUN}/{path.name}" in found.files.keys() | found.left_out.keys():
+    bundled_paths = {os.path.realpath(path) for path in contents.files.values()}
+    for path in sorted(contents.folder.iterdir()):
+        if (
+            path.name.startswith(".")
+            or f"{RUN}/{path.name}" in contents.files.keys() | contents.left_out.keys()
+        ):
             continue
-        wanted = any(path.match(pattern) for pattern in _TAKEN)
-        trouble = trouble_with_file(path, found.folder)
-        if trouble and (listed or wanted):
-            found.left_out[path.name] = trouble
-        elif wanted and path.is_file():
-            found.add_named(f"{RUN}/{path.name}", path)
-        elif listed and not _holds_any(path, taken):
-            found.left_out[path.name + ("/" if path.is_dir() else "")] = MADE_AGAIN
+        is_selected = any(path.match(pattern) for pattern in _TAKEN)
+        trouble = trouble_with_file(path, contents.folder)
+        if trouble and (listed or is_selected):
+            contents.left_out[path.name] = trouble
+        elif is_selected and path.is_file():
+            contents.add_named(f"{RUN}/{path.name}", path)
+        elif listed and not _holds_any(path, bundled_paths):
+            contents.left_out[path.name + ("/" if path.is_dir() else "")] = MADE_AGAIN
 
 
-def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
-    return folder.is_dir() and any(Path(path).is_relative_to(os.path.realpath(folder)) for path in taken)
+def _holds_any(folder: Path, bundled_paths: Iterable[str]) -> bool:
+    return folder.is_dir() and any(
+        Path(path).is_relative_to(os.path.realpath(folder)) for path in bundled_paths
+    )
 
 
-def _name_absent(found: BundleContents, evaluated: EvaluationInputs, note: Path | None) -> None:
+def _name_absent(contents: BundleContents, evaluated: EvaluationInputs, note: Path | None) -> None:
     """Name the parts of a complete bundle that are absent."""
     if evaluated.maneuver is None and note is None:
-        found.lack("maneuver", "No maneuver.toml lies next to the recording, and none was named.")
+        contents.lack("maneuver", "No maneuver.toml lies next to the recording, and none was named.")
     if evaluated.calibration is None:
-        found.lack("calibration", "No certificate was found, and none was named.")
-    if f"{RUN}/{PREFLIGHT}" not in found.files:
-        found.lack(PREFLIGHT, "The run has none: nothing tells what was checked before.")
-    if f"{RUN}/{RECORD}" not in found.files:
-        found.lack(RECORD, "The run has none: nothing in it was signed.")
+        contents.lack("calibration", "No certificate was found, and none was named.")
+    if f"{RUN}/{PREFLIGHT}" not in contents.files:
+        contents.lack(PREFLIGHT, "The run has none: nothing tells what was checked before.")
+    if f"{RUN}/{RECORD}" not in contents.files:
+        contents.lack(RECORD, "The run has none: nothing in it was signed.")
 
 
-def doubts_of(found: BundleContents, used: EvaluationInputs, preflight: Any) -> tuple[str, ...]:
+def doubts_of(contents: BundleContents, inputs: EvaluationInputs, preflight: Any) -> tuple[str, ...]:
     """List the doubts about the drop, one sentence each.
 
     They are lost samples, files of another robot, and files changed since a rehearsal left them.
     `preflight` is the contents of `preflight.json`.
     """
     doubts = []
-    if found.log is not None:
-        if found.log.verdict != "complete" or found.log.samples_lost:
+    if contents.log is not None:
+        if contents.log.verdict != "complete" or contents.log.samples_lost:
             doubts.append(
-                f"{found.recording.name} is {found.log.verdict}, {found.log.samples_lost} samples are lost. What is "
+                f"{contents.recording.name} is {contents.log.verdict}, {contents.log.samples_lost} "
+                "samples are lost. What is "
                 "missing: tfsat-host decode"
             )
-        doubts += _of_other_robots(origin_of_log(found.log.header).logger_serial, found, used, preflight)
-    return (*doubts, *_not_as_rehearsed(found.folder))
+        doubts += _of_other_robots(
+            origin_of_log(contents.log.header).logger_serial, contents, inputs, preflight
+        )
+    return (*doubts, *_not_as_rehearsed(contents.folder))
 
 
-def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: EvaluationInputs) -> list[str]:
+def not_as_checked(preflight: Any, at_hand: Mapping[str, str], inputs: EvaluationInputs) -> list[str]:
     """List the files that are gone or have changed since the preflight checked them, one sentence each.
 
     A certificate is rewritten after the landing: the one that was checked is then among those that were kept.
@@ -290,15 +302,15 @@ def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: EvaluationI
     Args:
         preflight: The contents of `preflight.json`; anything that is not a preflight's names no files.
         at_hand: SHA-256 of every file, by its name in the bundle.
-        used: The files that the drop is evaluated with.
+        inputs: The files that the drop is evaluated with.
     """
     files = preflight.get("files") if isinstance(preflight, dict) else None
     if not isinstance(files, dict):
         return []
-    found = (
-        _change_text(kind, files[kind], at_hand, getattr(used, kind)) for kind in _CHECKED if kind in files
+    sentences = (
+        _change_text(kind, files[kind], at_hand, getattr(inputs, kind)) for kind in _CHECKED if kind in files
     )
-    return [sentence for sentence in found if sentence]
+    return [sentence for sentence in sentences if sentence]
 
 
 def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str | None) -> str:
@@ -306,8 +318,8 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
     sha256 = checked.get("sha256") if isinstance(checked, dict) else None
     if not isinstance(sha256, str):
         return f"preflight.json does not say which {kind} was checked."
-    kept = kind == "calibration" and sha256 in at_hand.values()
-    if kept or (name is not None and at_hand.get(name) == sha256):
+    is_archived = kind == "calibration" and sha256 in at_hand.values()
+    if is_archived or (name is not None and at_hand.get(name) == sha256):
         return ""
     then = f"{checked.get('path')}, SHA-256 {sha256[:12]}…"
     if name is None:
@@ -316,14 +328,16 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
     return f"{name} is not the {kind} that the preflight checked ({then}){copies}."
 
 
-def _of_other_robots(serial: str, found: BundleContents, used: EvaluationInputs, preflight: Any) -> list[str]:
+def _of_other_robots(
+    serial: str, contents: BundleContents, inputs: EvaluationInputs, preflight: Any
+) -> list[str]:
     """List the files that name another logger than the recording does, one sentence each."""
     for key in ("boards", "logger", "serial"):  # whatever is no preflight's names none
         preflight = preflight.get(key) if isinstance(preflight, dict) else None
     loggers = {"preflight.json": preflight if isinstance(preflight, str) else None}
-    if used.calibration is not None:
+    if inputs.calibration is not None:
         with suppress(TfsatError):  # one that cannot be read stands with what is missing
-            certificate = read_calibration(found.files[used.calibration])
+            certificate = read_calibration(contents.files[inputs.calibration])
             loggers["the certificate"] = certificate.subject.logger_serial
     return [
         f"The recording is of logger {serial or 'without a serial number'}, {what} of logger "

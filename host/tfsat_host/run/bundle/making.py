@@ -72,7 +72,9 @@ class WrittenBundle:
     def lost(self) -> bool:
         """Something was lost, changed, or is doubtful."""
         manifest = self.manifest
-        return bool(manifest.record or manifest.doubts) or any(one.lost for one in manifest.missing)
+        return bool(manifest.record or manifest.doubts) or any(
+            missing_part.lost for missing_part in manifest.missing
+        )
 
 
 @dataclass(frozen=True)
@@ -111,54 +113,56 @@ def bundle(
     Raises:
         TfsatError: a file that was named is not there, or something is in the way. Nothing was written.
     """
-    found, used = collect(place, options)
-    name = names_of([found.recording])[0][:NAME_CHARACTERS_MAX]
+    contents, inputs = collect(place, options)
+    name = names_of([contents.recording])[0][:NAME_CHARACTERS_MAX]
     target = target or Path(f"{name}{ENDING}")
     check_may_write(target, marker=MARKER, force=force)
     new_folder = new_folder_of(target)
-    with tempfile.TemporaryDirectory(prefix="tfsat-bundle-") as made:
-        folder = Path(made)
+    with tempfile.TemporaryDirectory(prefix="tfsat-bundle-") as temporary_folder:
+        folder = Path(temporary_folder)
         with notices.progress(f"Evaluating {name}"):
-            manifest = _stage_bundle(folder, found, used, name)
+            manifest = _stage_bundle(folder, contents, inputs, name)
         files = {inside: folder / inside for inside in (*manifest.files, MANIFEST)}
         write_all([OutputFile(target, MARKER, partial(write_archive, files=files))], force=force)
         manifest_sha256 = sha256_of(folder / MANIFEST)
     tell_new_folder(new_folder, notices)
-    log, recording = found.log, "cannot be decoded"
+    log, recording = contents.log, "cannot be decoded"
     if log is not None:
         recording = f"{log.verdict}: {len(log)} samples, {log.samples_lost} lost"
     return WrittenBundle(target, manifest, manifest_sha256, recording)
 
 
-def _stage_bundle(folder: Path, found: BundleContents, used: EvaluationInputs, name: str) -> Manifest:
+def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInputs, name: str) -> Manifest:
     """Lays out the bundle in a folder and evaluates it there, as `reproduce` will."""
-    for inside, path in found.files.items():
+    for inside, path in contents.files.items():
         (folder / inside).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, folder / inside)
-    done = recompute(folder, name, used)
-    made = {EVALUATION: _json(done.evaluation), ENVIRONMENT: _json(environment())}
-    if done.page is None:
-        found.lack(REPORT, f"The drop cannot be evaluated: {done.evaluation['error']['what']}", lost=True)
+    recomputation = recompute(folder, name, inputs)
+    computed_texts = {EVALUATION: _json(recomputation.evaluation), ENVIRONMENT: _json(environment())}
+    if recomputation.page is None:
+        contents.lack(
+            REPORT, f"The drop cannot be evaluated: {recomputation.evaluation['error']['what']}", lost=True
+        )
     else:
-        made[REPORT] = done.page
-    for inside, text in made.items():
+        computed_texts[REPORT] = recomputation.page
+    for inside, text in computed_texts.items():
         (folder / inside).write_bytes(text.encode())
     files = {
         inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
-        for inside in sorted((*found.files, *made))
+        for inside in sorted((*contents.files, *computed_texts))
     }
     preflight = _preflight(folder)
-    checked = not_as_checked(preflight, {name: file.sha256 for name, file in files.items()}, used)
+    checked = not_as_checked(preflight, {name: file.sha256 for name, file in files.items()}, inputs)
     manifest = Manifest(
         f"tfsat-host bundle {__version__}",
         name,
-        used,
-        _images(found, preflight),
+        inputs,
+        _images(contents, preflight),
         files,
-        tuple(found.missing),
-        (*(finding.sentence for finding in verify(found.folder)), *checked),
-        found.left_out,
-        doubts_of(found, used, preflight),
+        tuple(contents.missing),
+        (*(finding.sentence for finding in verify(contents.folder)), *checked),
+        contents.left_out,
+        doubts_of(contents, inputs, preflight),
     )
     (folder / MANIFEST).write_bytes(format_manifest(manifest).encode())
     return manifest
@@ -176,13 +180,13 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
-def _images(found: BundleContents, preflight: Any) -> dict[str, Any]:
+def _images(contents: BundleContents, preflight: Any) -> dict[str, Any]:
     """Hashes of the firmware that flew: the logger's from the recording, the sequencer's from the preflight."""
     images: dict[str, Any] = {}
-    if found.log is None:
-        found.lack("image of the logger", "The recording that would tell it cannot be decoded.")
+    if contents.log is None:
+        contents.lack("image of the logger", "The recording that would tell it cannot be decoded.")
     else:
-        origin = origin_of_log(found.log.header)
+        origin = origin_of_log(contents.log.header)
         images["logger"] = {
             "firmware": origin.firmware,
             "image_crc": origin.image_crc,
@@ -191,7 +195,7 @@ def _images(found: BundleContents, preflight: Any) -> dict[str, Any]:
         }
     sequencer = _identity_in(preflight, "sequencer")
     if sequencer is None:
-        found.lack("image of the sequencer", "No preflight.json tells it.")
+        contents.lack("image of the sequencer", "No preflight.json tells it.")
     else:
         images["sequencer"] = sequencer
     return images
@@ -200,15 +204,15 @@ def _images(found: BundleContents, preflight: Any) -> dict[str, Any]:
 def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
     """Find a board's identity, a dict with an `image_crc`, at any depth of a JSON value."""
     if isinstance(value, dict):
-        one = value.get(board)
-        if isinstance(one, dict) and "image_crc" in one:
-            return one
+        board_identity = value.get(board)
+        if isinstance(board_identity, dict) and "image_crc" in board_identity:
+            return board_identity
         value = list(value.values())
     below = (_identity_in(item, board) for item in value) if isinstance(value, list) else ()
-    return next((one for one in below if one is not None), None)
+    return next((identity for identity in below if identity is not None), None)
 
 
-def recompute(folder: Path, name: str, used: EvaluationInputs) -> RecomputedEvaluation:
+def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEvaluation:
     """Decodes, calibrates, evaluates, draws; no file of the bundle changes.
 
     An evaluation notes the landing of the drop in the certificate: it gets a copy.
@@ -216,56 +220,58 @@ def recompute(folder: Path, name: str, used: EvaluationInputs) -> RecomputedEval
     Args:
         folder: The bundle, unpacked.
         name: Of the drop.
-        used: How it is to be evaluated.
+        inputs: How it is to be evaluated.
 
     Raises:
         OSError: a file cannot be read.
     """
     folder = folder.resolve()
-    with tempfile.TemporaryDirectory(prefix="tfsat-certificate-") as made:
-        scratch = Path(made).resolve()
+    with tempfile.TemporaryDirectory(prefix="tfsat-certificate-") as temporary_folder:
+        scratch = Path(temporary_folder).resolve()
         roots = (scratch, folder)
-        options = _options(folder, scratch, used)
+        options = _options(folder, scratch, inputs)
         try:
             robot = drop_evaluation.robot_of(options.robot)
-            done = drop_evaluation.evaluate_run(folder / used.recording, options, robot)
+            evaluated_run = drop_evaluation.evaluate_run(folder / inputs.recording, options, robot)
         except TfsatError as error:
             return RecomputedEvaluation(
                 _relative({"error": jsonable(error_as_dict(error))}, roots), None, None
             )
-        result = {**MADE_BY_EVALUATE, **jsonable(done.as_dict())}
-        certificate = None if done.held is None else done.held.path
+        result = {**MADE_BY_EVALUATE, **jsonable(evaluated_run.as_dict())}
+        certificate = None if evaluated_run.held is None else evaluated_run.held.path
         # The time in it is the drop's own, so that it does not hang on when it was made.
         drop = ReportedDrop(
             name,
-            done.found,
-            done.verdict,
-            sha256_of(done.files.recording),
+            evaluated_run.found,
+            evaluated_run.verdict,
+            sha256_of(evaluated_run.files.recording),
             certificate,
-            done.remarks,
+            evaluated_run.remarks,
             tuple(
-                Source(f"file of the {what}", Path(used.files[what]), sha256_of(folder / used.files[what]))
+                Source(
+                    f"file of the {what}", Path(inputs.files[what]), sha256_of(folder / inputs.files[what])
+                )
                 for what in _SOURCES
-                if what in used.files
+                if what in inputs.files
             ),
             options.as_arguments(),
         )
-        page = render(_relative(document_of([drop], done.recorded or _NO_TIME), roots))
-        held = None if certificate is None else _relative(str(certificate), roots)
-        return RecomputedEvaluation(_relative(result, roots), page, held)
+        page = render(_relative(document_of([drop], evaluated_run.recorded or _NO_TIME), roots))
+        certificate_name = None if certificate is None else _relative(str(certificate), roots)
+        return RecomputedEvaluation(_relative(result, roots), page, certificate_name)
 
 
-def _options(folder: Path, scratch: Path, used: EvaluationInputs) -> EvaluationOptions:
-    files = {kind: folder / name for kind, name in used.files.items()}
-    if used.maneuver == f"{RUN}/{MANEUVER}":
+def _options(folder: Path, scratch: Path, inputs: EvaluationInputs) -> EvaluationOptions:
+    files = {kind: folder / name for kind, name in inputs.files.items()}
+    if inputs.maneuver == f"{RUN}/{MANEUVER}":
         del files["maneuver"]  # evaluate finds it, and holds it against what the sequencer held
-    if used.calibration is not None:
-        files["calibration"] = _copy_certificate(folder, scratch, used.calibration)
+    if inputs.calibration is not None:
+        files["calibration"] = _copy_certificate(folder, scratch, inputs.calibration)
     return EvaluationOptions(
         **files,
-        session=None if used.session is None else int(used.session, 16),
-        video_rate=used.video_rate,
-        swarm=used.swarm,
+        session=None if inputs.session is None else int(inputs.session, 16),
+        video_rate=inputs.video_rate,
+        swarm=inputs.swarm,
     )
 
 
@@ -275,8 +281,8 @@ def _copy_certificate(folder: Path, scratch: Path, certificate: str) -> Path:
     copy.parent.mkdir(parents=True)
     shutil.copyfile(folder / certificate, copy)
     recordings_folder(copy).mkdir()
-    for kept in recordings_folder(folder / certificate).glob("certificate-*.toml"):
-        shutil.copyfile(kept, recordings_folder(copy) / kept.name)
+    for archived_certificate in recordings_folder(folder / certificate).glob("certificate-*.toml"):
+        shutil.copyfile(archived_certificate, recordings_folder(copy) / archived_certificate.name)
     return copy
 
 

@@ -125,8 +125,8 @@ class Manifest:
         """Return the manifest as a dict for JSON."""
         values = asdict(self)
         names = ("made_by", "name", "evaluated", "images", "missing", "record", "doubts", "left_out")
-        found = {name: values[name] for name in names} | {"files": dict(sorted(values["files"].items()))}
-        return {"made_by": found.pop("made_by"), "format": FORMAT, **found}
+        entries = {name: values[name] for name in names} | {"files": dict(sorted(values["files"].items()))}
+        return {"made_by": entries.pop("made_by"), "format": FORMAT, **entries}
 
 
 def format_manifest(manifest: Manifest) -> str:
@@ -201,7 +201,7 @@ def changed_since(before: Any) -> list[str]:
     if not isinstance(before, dict) or not isinstance(before.get("packages"), dict):
         return ["The bundle does not say with what it was computed."]
     now = environment()
-    then, here = ({**one, **one["packages"]} for one in (before, now))
+    then, here = ({**snapshot, **snapshot["packages"]} for snapshot in (before, now))
     return [
         f"{key}: {then.get(key, 'unknown')} then, {value} now."
         for key, value in here.items()

@@ -96,14 +96,18 @@ class Reproduction:
     @property
     def same(self) -> bool:
         """What was computed does not differ."""
-        return not any(one.differs for one in self.compared)
+        return not any(part.differs for part in self.compared)
 
     @property
     def incomplete(self) -> list[str]:
         """Why sameness is worth less than it seems: what could not be computed, is lost, or was changed."""
         return [
-            *(f"NOT COMPUTED: {one.sentence}" for one in self.compared if one.lacking),
-            *(f"LOST: {one.what}: {one.why}" for one in self.manifest.missing if one.lost),
+            *(f"NOT COMPUTED: {part.sentence}" for part in self.compared if part.lacking),
+            *(
+                f"LOST: {missing_part.what}: {missing_part.why}"
+                for missing_part in self.manifest.missing
+                if missing_part.lost
+            ),
             *(f"CHANGED: {sentence}" for sentence in self.record),
             *(f"DOUBTFUL: {sentence}" for sentence in self.manifest.doubts),
         ]
@@ -120,17 +124,17 @@ class Reproduction:
             "files": len(self.manifest.files),
             "compared": [
                 {
-                    "what": one.what,
-                    "sentence": one.sentence,
-                    "lacking": one.lacking,
-                    "differences": None if one.differs is None else [asdict(each) for each in one.differs],
+                    "what": part.what,
+                    "sentence": part.sentence,
+                    "lacking": part.lacking,
+                    "differences": None if part.differs is None else [asdict(each) for each in part.differs],
                 }
-                for one in self.compared
+                for part in self.compared
             ],
             "not_computed": [name for name in sorted(self.manifest.files) if _is_result(name)],
             "record": list(self.record),
             "doubts": list(self.manifest.doubts),
-            "missing": [asdict(one) for one in self.manifest.missing],
+            "missing": [asdict(missing_part) for missing_part in self.manifest.missing],
             "environment": list(self.environment),
         }
 
@@ -163,11 +167,11 @@ def reproduce(
     with notices.progress("Unpacking and checking"):
         manifest, manifest_sha256 = unpack(bundle, folder)
     with notices.progress(f"Recomputing {printable(manifest.name)}"):
-        done = making.recompute(folder, manifest.name, manifest.evaluated)
+        recomputation = making.recompute(folder, manifest.name, manifest.evaluated)
         compared = (
-            _evaluation(folder, done),
-            _report(folder, done),
-            *_calibrations(folder, manifest, done),
+            _evaluation(folder, recomputation),
+            _report(folder, recomputation),
+            *_calibrations(folder, manifest, recomputation),
         )
     record = tuple(_find_changes(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
@@ -193,7 +197,7 @@ def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
     return [*(finding.sentence for finding in verify(run)), *checked]
 
 
-def _evaluation(folder: Path, done: RecomputedEvaluation) -> ComparedPart:
+def _evaluation(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPart:
     bundled = _load(folder / EVALUATION)
     if bundled is _UNREADABLE:
         there = (folder / EVALUATION).is_file()
@@ -202,65 +206,69 @@ def _evaluation(folder: Path, done: RecomputedEvaluation) -> ComparedPart:
         return ComparedPart(
             "evaluation", differs, f"{sentence} What the raw data give is not held against anything."
         )
-    differs = _differences(bundled, done.evaluation, EVALUATION_TOLERANCE)
-    if "error" in done.evaluation:
+    differs = _differences(bundled, recomputation.evaluation, EVALUATION_TOLERANCE)
+    if "error" in recomputation.evaluation:
         then = "now, and was not then" if differs else "now as then"
-        why = done.evaluation["error"]["what"]
+        why = recomputation.evaluation["error"]["what"]
         return ComparedPart(
             "evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True
         )
-    count = _numbers(done.evaluation)
+    count = _numbers(recomputation.evaluation)
     return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated again.")
 
 
-def _report(folder: Path, done: RecomputedEvaluation) -> ComparedPart:
+def _report(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPart:
     bundled: Any = NOT_THERE
     sentence = "The bundle has no report."
     try:
         bundled = document_in((folder / REPORT).read_text(encoding="utf-8"))
     except FileNotFoundError:
-        if done.page is None:
+        if recomputation.page is None:
             return ComparedPart("report", None, "There is none, now as then.")
     except ValueError as error:
         bundled, sentence = "unreadable", f"The bundled page cannot be read: {error}."
     if isinstance(bundled, str):
         return ComparedPart("report", [Difference("report", bundled, "a page", None)], sentence)
-    if done.page is None:
+    if recomputation.page is None:
         sentence = "The bundle has a report, and none can be made."
         return ComparedPart("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
-    document = document_in(done.page)
+    document = document_in(recomputation.page)
     differs = _differences(bundled, document, REPORT_TOLERANCE)
     return ComparedPart("report", differs, f"{_numbers(document)} numbers of the page were made again.")
 
 
 def document_in(page: str) -> Any:
     """Parse the document embedded in a report page. Raises ValueError: there is none."""
-    found = _DOCUMENT.search(page)
-    if found is None:
+    match = _DOCUMENT.search(page)
+    if match is None:
         raise ValueError("it holds no document")
     try:
-        return json.loads(found[1])
+        return json.loads(match[1])
     except RecursionError as error:
         raise ValueError("its document is nested too deeply") from error
 
 
-def _calibrations(folder: Path, manifest: Manifest, done: RecomputedEvaluation) -> list[ComparedPart]:
+def _calibrations(
+    folder: Path, manifest: Manifest, recomputation: RecomputedEvaluation
+) -> list[ComparedPart]:
     """Recompute and compare the bundle's certificate.
 
     The previous certificate is compared, too, if it was the one in force at the release.
     """
-    used = manifest.evaluated
-    if used.calibration is None:
+    inputs = manifest.evaluated
+    if inputs.calibration is None:
         return [ComparedPart("calibration", None, "The bundle has no certificate.")]
-    found = []
-    names = dict.fromkeys([used.calibration, *([done.certificate] if done.certificate else [])])
+    parts = []
+    names = dict.fromkeys(
+        [inputs.calibration, *([recomputation.certificate] if recomputation.certificate else [])]
+    )
     for name in (name for name in names if name in manifest.files):
         try:
-            robot = load_robot(None if used.robot is None else folder / used.robot)
-            found.append(_recalibrate(folder / name, robot, name))
+            robot = load_robot(None if inputs.robot is None else folder / inputs.robot)
+            parts.append(_recalibrate(folder / name, robot, name))
         except TfsatError as error:
-            found.append(ComparedPart("calibration", None, error.what, lacking=True))
-    return found
+            parts.append(ComparedPart("calibration", None, error.what, lacking=True))
+    return parts
 
 
 def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
@@ -271,55 +279,65 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
     Raises:
         CalibrationError: the certificate cannot be read.
     """
-    found, kept = read_calibration(certificate), recordings_folder(certificate)
-    recordings = kept if kept.is_dir() else certificate.parent
-    drawn = f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
-    if not found.papers:
+    calibration, archive_folder = read_calibration(certificate), recordings_folder(certificate)
+    recordings = archive_folder if archive_folder.is_dir() else certificate.parent
+    drawn_text = (
+        f" Not recorded in a rehearsal, but drawn: {in_words(calibration.drawn)}."
+        if calibration.drawn
+        else ""
+    )
+    if not calibration.papers:
         why = "The certificate names no recordings: its values cannot be recomputed."
-        return ComparedPart("calibration", None, f"{name}: {why}{drawn}")
+        return ComparedPart("calibration", None, f"{name}: {why}{drawn_text}")
     try:
-        evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in found.papers]
-        tried = [_solved_differently(found, evidence, model, landing) for landing in _landings(found)]
+        evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in calibration.papers]
+        tried = [
+            _solved_differently(calibration, evidence, model, landing) for landing in _landings(calibration)
+        ]
     except CalibrationError as error:
         why = f"The calibration cannot be recomputed: {error.what}"
         return ComparedPart("calibration", None, f"{name}: {why}", lacking=True)
     of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
-    sentence, left = f"The calibration was recomputed from {of}.", []
-    if found.drawn:
+    sentence, unmeasured_names = f"The calibration was recomputed from {of}.", []
+    if calibration.drawn:
         measured = measured_by(evidence)
-        left = [one for one in DRAWABLE if one not in (*found.drawn, *measured)]
-        sentence = f"Recomputed from {of}: {in_words(measured)}.{drawn}"
-        sentence += f" Neither recorded nor drawn: {in_words(left)}." if left else ""
-    return ComparedPart("calibration", min(tried, key=len), f"{name}: {sentence}", bool(left))
+        unmeasured_names = [
+            quantity for quantity in DRAWABLE if quantity not in (*calibration.drawn, *measured)
+        ]
+        sentence = f"Recomputed from {of}: {in_words(measured)}.{drawn_text}"
+        sentence += f" Neither recorded nor drawn: {in_words(unmeasured_names)}." if unmeasured_names else ""
+    return ComparedPart("calibration", min(tried, key=len), f"{name}: {sentence}", bool(unmeasured_names))
 
 
-def _landings(found: Calibration) -> list[datetime | None]:
+def _landings(calibration: Calibration) -> list[datetime | None]:
     """List the landings that may have been the last one known when the certificate was computed.
 
     A landing noted later is in the certificate, too, but did not change its values.
     """
-    newest = max(paper.taken for paper in found.papers)
-    known = [landing.at for landing in found.landings]
-    before = [at for at in known if at <= newest]
-    return list(dict.fromkeys([*reversed(before), None, *(at for at in known if at > newest)]))
+    newest = max(paper.taken for paper in calibration.papers)
+    landing_times = [landing.at for landing in calibration.landings]
+    before = [at for at in landing_times if at <= newest]
+    return list(dict.fromkeys([*reversed(before), None, *(at for at in landing_times if at > newest)]))
 
 
 def _solved_differently(
-    found: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
+    calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
 ) -> list[Difference]:
-    if found.drawn:
-        again = with_measured(found, evidence, model)
+    if calibration.drawn:
+        again = with_measured(calibration, evidence, model)
     else:
         solution = solve(evidence, model, landing)
         servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         again = replace(
-            found,
+            calibration,
             gyros=solution.gyros,
             joints=solution.joints,
-            servo_maps=tuple(servo_map_of(one, joints, model) for one, joints in servos),
-            servo_taken=tuple(one.taken for one, _ in servos),
+            servo_maps=tuple(
+                servo_map_of(servo_evidence, joints, model) for servo_evidence, joints in servos
+            ),
+            servo_taken=tuple(servo_evidence.taken for servo_evidence, _ in servos),
         )
-    then, now = (_plain(certificate_values(one)) for one in (found, again))
+    then, now = (_plain(certificate_values(version)) for version in (calibration, again))
     return differences(then, now, CERTIFICATE_TOLERANCE)
 
 
@@ -345,7 +363,11 @@ def _evidence(path: Path, expected_sha256: str) -> Evidence:
 
 
 def _differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:
-    return [one for one in differences(bundled, recomputed, tolerance) if one.key not in _OF_ITS_TIME]
+    return [
+        difference
+        for difference in differences(bundled, recomputed, tolerance)
+        if difference.key not in _OF_ITS_TIME
+    ]
 
 
 def _load(path: Path) -> Any:

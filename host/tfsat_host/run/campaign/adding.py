@@ -105,18 +105,18 @@ def add(
         example = f'tfsat-host {command} {shlex.quote(str(run))} --note "wind from the west"'
         campaign.check_note(note, example)
     _check_places(folder, run, move=move)
-    found, _ = collect(run, AS_FOUND, command=command, nothing=_NOTHING)
-    if isinstance(found.refusal, NoBlockError):  # no drop: its number could never be given again
-        raise TfsatError(what=found.refusal.what, meaning=_NOTHING, next_step=found.refusal.next_step)
-    _require_text_name(found.recording)
+    contents, _ = collect(run, AS_FOUND, command=command, nothing=_NOTHING)
+    if isinstance(contents.refusal, NoBlockError):  # no drop: its number could never be given again
+        raise TfsatError(what=contents.refusal.what, meaning=_NOTHING, next_step=contents.refusal.next_step)
+    _require_text_name(contents.recording)
     staged = Path(tempfile.mkdtemp(prefix=campaign.STAGING, dir=folder))
     try:
         with notices.progress(f"Copying {run}"):
-            left_out = _copy(run, found, staged)
-        changed = _sign(staged, found, notices)
-        entry = campaign.add(folder, staged, lambda number: _entry(number, run, found, staged, note))
+            left_out = _copy(run, contents, staged)
+        changed = _sign(staged, contents, notices)
+        entry = campaign.add(folder, staged, lambda number: _entry(number, run, contents, staged, note))
     except campaign.SameDropError as error:
-        raise _with_samples(error, found, folder) from error
+        raise _with_samples(error, contents, folder) from error
     finally:
         shutil.rmtree(staged, ignore_errors=True)
     place = folder / entry.folder
@@ -132,25 +132,25 @@ def add(
         notices.warn(f"{printable(name)} {printable(why)}: it was left out.")
     if move and left_out:
         notices.warn(f"{run} was not removed: not all of it is in the campaign.")
-    return AddedDrop(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
+    return AddedDrop(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(contents)])
 
 
-def _doubts_of(found: BundleContents) -> list[str]:
-    if found.log is None:
-        why = "" if found.refusal is None else f" {found.refusal.what}"
+def _doubts_of(contents: BundleContents) -> list[str]:
+    if contents.log is None:
+        why = "" if contents.refusal is None else f" {contents.refusal.what}"
         return [f"Its recording cannot be decoded: it is kept, and left out of the report.{why}"]
-    if found.log.verdict == "complete":
+    if contents.log.verdict == "complete":
         return []
-    return [f"Its recording is {found.log.verdict}. What is missing: tfsat-host decode"]
+    return [f"Its recording is {contents.log.verdict}. What is missing: tfsat-host decode"]
 
 
-def _with_samples(error: campaign.SameDropError, found: BundleContents, folder: Path) -> TfsatError:
+def _with_samples(error: campaign.SameDropError, contents: BundleContents, folder: Path) -> TfsatError:
     """Add to the error which of the two copies holds more samples."""
     try:
         there = len(load(folder / error.drop.folder / error.drop.recording))
     except TfsatError:
         there = 0
-    here = 0 if found.log is None else len(found.log)
+    here = 0 if contents.log is None else len(contents.log)
     if here > there:
         error.meaning = f"This copy has more samples ({here}) than that one ({there}). {error.meaning}"
     return error
@@ -173,7 +173,7 @@ def _check_places(folder: Path, run: Path, *, move: bool) -> None:
         )
 
 
-def _copy(run: Path, found: BundleContents, staged: Path) -> dict[str, str]:
+def _copy(run: Path, contents: BundleContents, staged: Path) -> dict[str, str]:
     """Copy a run into the staged folder.
 
     A folder is copied whole, a recording with the files that belong to it; the certificate and its recordings
@@ -181,11 +181,13 @@ def _copy(run: Path, found: BundleContents, staged: Path) -> dict[str, str]:
 
     Returns the files that were left out, each with the reason.
     """
-    left_out = {name.removeprefix("run/"): why for name, why in found.left_out.items() if why != MADE_AGAIN}
+    left_out = {
+        name.removeprefix("run/"): why for name, why in contents.left_out.items() if why != MADE_AGAIN
+    }
     if run.is_dir():
         named = {name: why for name, why in left_out.items() if "its name" not in why}
         left_out = named | _copy_folder(run, staged)
-    for name, path in found.files.items():
+    for name, path in contents.files.items():
         kind, _, inside = name.partition("/")
         if kind in ("run", "calibration") and not (staged / inside).exists():
             (staged / inside).parent.mkdir(parents=True, exist_ok=True)
@@ -218,7 +220,7 @@ def _stop(error: OSError) -> None:
     raise error
 
 
-def _sign(staged: Path, found: BundleContents, notices: Notices) -> list[str]:
+def _sign(staged: Path, contents: BundleContents, notices: Notices) -> list[str]:
     """Vouches for all that the drop's evaluation rests on; gives what was changed since it was signed before.
 
     That is not signed again: it would look as if it had always been so.
@@ -226,9 +228,9 @@ def _sign(staged: Path, found: BundleContents, notices: Notices) -> list[str]:
     findings = verify(staged)
     certificates = []
     for name in (CERTIFICATE, EMULATED_CERTIFICATE):
-        _teach_landing(staged / name, found)
+        _teach_landing(staged / name, contents)
         certificates += [staged / name, *sorted(recordings_folder(staged / name).glob("[!.]*"))]
-    named = (found.recording.name, MANEUVER, ROBOT, PREFLIGHT)
+    named = (contents.recording.name, MANEUVER, ROBOT, PREFLIGHT)
     changed = {staged / finding.name for finding in findings}
     files = [*(staged / name for name in named), *certificates]
     try:
@@ -239,16 +241,16 @@ def _sign(staged: Path, found: BundleContents, notices: Notices) -> list[str]:
     return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]
 
 
-def _teach_landing(certificate: Path, found: BundleContents) -> None:
+def _teach_landing(certificate: Path, contents: BundleContents) -> None:
     """Lets a certificate know of this drop's landing, as `evaluate` would: after that no evaluation changes it."""
-    if found.log is None or not certificate.is_file():
+    if contents.log is None or not certificate.is_file():
         return
     try:
         present = read_calibration(certificate)
     except TfsatError:
         return  # it is kept as it is; the evaluation says what is wrong with it
-    if is_of_robot(present, origin_of_log(found.log.header)):
-        note_landing_of(found.log, certificate, present)
+    if is_of_robot(present, origin_of_log(contents.log.header)):
+        note_landing_of(contents.log, certificate, present)
 
 
 def _require_text_name(recording: Path) -> None:
@@ -263,12 +265,12 @@ def _require_text_name(recording: Path) -> None:
         ) from None
 
 
-def _entry(number: int, run: Path, found: BundleContents, staged: Path, note: str | None) -> DropEntry:
-    log, now = found.log, datetime.now(UTC)
+def _entry(number: int, run: Path, contents: BundleContents, staged: Path, note: str | None) -> DropEntry:
+    log, now = contents.log, datetime.now(UTC)
     entry = DropEntry(
         number=number,
-        recording=found.recording.name,
-        sha256=sha256_of(staged / found.recording.name),
+        recording=contents.recording.name,
+        sha256=sha256_of(staged / contents.recording.name),
         session=None if log is None else f"{log.session:08x}",
         released=None if log is None else time_of_day(log, log.release_us),
         added=now,

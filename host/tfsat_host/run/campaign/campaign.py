@@ -127,17 +127,17 @@ def read(folder: Path) -> Contents:
             meaning="Nothing was done.",
             next_step=f"Make it one: tfsat-host campaign init {shlex.quote(str(folder))}",
         )
-    known, findings, damaged = _read_index(index)
-    found = {drop.number: drop for drop in known}
+    index_entries, findings, damaged = _read_index(index)
+    entries_by_number = {drop.number: drop for drop in index_entries}
     for number, path in sorted(folders.items()):
-        if number not in found:
+        if number not in entries_by_number:
             entry, sentence = _adopt_entry(path, number)
             findings.append(sentence)
             if entry is not None:
-                found[number] = entry
-    findings += filter(None, (_gone_or_other(folder, drop, drop.number in folders) for drop in known))
-    drops = tuple(found[number] for number in sorted(found))
-    return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
+                entries_by_number[number] = entry
+    findings += filter(None, (_gone_or_other(folder, drop, drop.number in folders) for drop in index_entries))
+    drops = tuple(entries_by_number[number] for number in sorted(entries_by_number))
+    return Contents(drops, tuple(findings), max([*entries_by_number, *folders], default=0), damaged)
 
 
 def list_drops(folder: Path) -> dict[str, Any]:
@@ -256,7 +256,9 @@ def changes_in(folder: Path, drop: DropEntry) -> list[str]:
         return [f"{recording} is missing."]
     changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
     findings = verify(place, closed_by=SIGNED_BY)
-    return changes + [one.sentence for one in findings if one.name != drop.recording]
+    return changes + [
+        record_finding.sentence for record_finding in findings if record_finding.name != drop.recording
+    ]
 
 
 def check_note(text: str, example: str) -> None:
@@ -307,10 +309,10 @@ def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datet
 
 
 def _require_no_run(folder: Path) -> None:
-    found = next((path.name for pattern in _OF_A_RUN for path in sorted(folder.glob(pattern))), None)
-    if found is not None:
+    run_file_name = next((path.name for pattern in _OF_A_RUN for path in sorted(folder.glob(pattern))), None)
+    if run_file_name is not None:
         raise CampaignError(
-            what=f"{folder} is the folder of a run: it holds {found}.",
+            what=f"{folder} is the folder of a run: it holds {run_file_name}.",
             meaning="A campaign holds runs, a folder each, and is none itself. Nothing was changed.",
             next_step="Give the name of a new folder; campaign add then copies the run into it.",
         )
@@ -344,8 +346,8 @@ def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
 
 
 def _folders(folder: Path) -> dict[int, Path]:
-    found = ((number_of(path.name), path) for path in folder.iterdir() if path.is_dir())
-    return {number: path for number, path in found if number is not None}
+    numbered_folders = ((number_of(path.name), path) for path in folder.iterdir() if path.is_dir())
+    return {number: path for number, path in numbered_folders if number is not None}
 
 
 def _read_index(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:

@@ -103,8 +103,8 @@ def folder_name(number: int) -> str:
 
 def number_of(folder: str) -> int | None:
     """Parse the drop's number from its folder's name; return None if it is no drop's folder."""
-    found = _FOLDER.fullmatch(folder)
-    return int(found[1]) if found and int(found[1]) > 0 else None
+    match = _FOLDER.fullmatch(folder)
+    return int(match[1]) if match and int(match[1]) > 0 else None
 
 
 def parse_index(text: str) -> tuple[DropEntry, ...]:
@@ -113,11 +113,13 @@ def parse_index(text: str) -> tuple[DropEntry, ...]:
         index = json.loads(text)
         if index["made_by"] != MADE_BY or index["format"] != FORMAT:
             raise ValueError(f"it is of {index['made_by']!r}, format {index['format']!r}")
-        found = (json_values.parse_dataclass(DropEntry, one, _OPTIONAL) for one in index["drops"])
-        drops = tuple(sorted(found, key=lambda drop: drop.number))
-    for one, other in pairwise(drops):
-        if one.number == other.number:
-            raise ValueError(f"drop {one.number} is in it twice")
+        entries = (
+            json_values.parse_dataclass(DropEntry, raw_entry, _OPTIONAL) for raw_entry in index["drops"]
+        )
+        drops = tuple(sorted(entries, key=lambda drop: drop.number))
+    for entry, other in pairwise(drops):
+        if entry.number == other.number:
+            raise ValueError(f"drop {entry.number} is in it twice")
     return drops
 
 
@@ -152,8 +154,11 @@ def _json(value: object) -> str:
 
 def _plain(entry: DropEntry | Note) -> dict[str, Any]:
     """Return the entry's fields as a dict, with times as text."""
-    found = {one.name: getattr(entry, one.name) for one in fields(entry)}
-    return {key: _format_time(one) if isinstance(one, datetime) else one for key, one in found.items()}
+    values_by_name = {entry_field.name: getattr(entry, entry_field.name) for entry_field in fields(entry)}
+    return {
+        key: _format_time(field_value) if isinstance(field_value, datetime) else field_value
+        for key, field_value in values_by_name.items()
+    }
 
 
 def _format_time(at: datetime) -> str:

@@ -86,52 +86,55 @@ class CampaignReport:
     @property
     def good(self) -> bool:
         """Nothing speaks against any of it."""
-        evaluations = (one for _, one in self.tried)
+        evaluations = (attempt for _, attempt in self.tried)
         return (
-            all(isinstance(one, EvaluatedRun) and one.verdict.level == "good" for one in evaluations)
+            all(
+                isinstance(attempt, EvaluatedRun) and attempt.verdict.level == "good"
+                for attempt in evaluations
+            )
             and not any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
             and not self.findings
         )
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the rows of the table `DROPS_OF_ALL`, one per drop."""
-        found = []
-        for drop, one in self.tried:
-            done = None if isinstance(one, TfsatError) else one
-            robot = drop.robot if done is None else dropped_robot(done.found.log).kind
+        table_rows = []
+        for drop, attempt in self.tried:
+            evaluated_run = None if isinstance(attempt, TfsatError) else attempt
+            robot = drop.robot if evaluated_run is None else dropped_robot(evaluated_run.found.log).kind
             notes = "; ".join(note.text for note in drop.notes) or UNKNOWN
-            found.append({**row_of(drop.number, done), "robot": robot, "notes": notes})
-        return found
+            table_rows.append({**row_of(drop.number, evaluated_run), "robot": robot, "notes": notes})
+        return table_rows
 
     def sentences(self) -> list[str]:
         """List the drops left out, with reasons, and the separation of different robots, as sentences."""
-        found = [
-            f"Drop {drop.number} cannot be evaluated: {one.what} {one.next_step}"
-            for drop, one in self.tried
-            if isinstance(one, TfsatError)
+        sentences = [
+            f"Drop {drop.number} cannot be evaluated: {attempt.what} {attempt.next_step}"
+            for drop, attempt in self.tried
+            if isinstance(attempt, TfsatError)
         ]
         for drop in self.void:
             why = "" if drop.void is None else f": {drop.void.text}"
-            found.append(f"Drop {drop.number} is void and not counted{why}")
+            sentences.append(f"Drop {drop.number} is void and not counted{why}")
         if len(self.robots) > 1:
             apart = "robots or robot files: none is combined with those of another."
-            found.append(f"The drops are of {len(self.robots)} {apart}")
-            found += [
-                f"Drop {one.numbers[0]} is the only one of the {one.name}: compared with nothing."
-                for one in self.robots
-                if one.compared is None
+            sentences.append(f"The drops are of {len(self.robots)} {apart}")
+            sentences += [
+                f"Drop {robot.numbers[0]} is the only one of the {robot.name}: compared with nothing."
+                for robot in self.robots
+                if robot.compared is None
             ]
-        return found
+        return sentences
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as a dict for `--json`."""
         return {
             "report": None if self.page is None else str(self.page),
             "drops": [
-                {**drop.as_dict(), "error": error_as_dict(one), "evaluation": None}
-                if isinstance(one, TfsatError)
-                else {**drop.as_dict(), "evaluation": one.as_dict()}
-                for drop, one in self.tried
+                {**drop.as_dict(), "error": error_as_dict(attempt), "evaluation": None}
+                if isinstance(attempt, TfsatError)
+                else {**drop.as_dict(), "evaluation": attempt.as_dict()}
+                for drop, attempt in self.tried
             ],
             "void": [drop.as_dict() for drop in self.void],
             "comparisons": [robot.as_dict() for robot in self.robots],
@@ -166,14 +169,16 @@ def report(
     present = [drop for drop in counting if _recording_file(folder, drop).is_file()]
     if not present:
         raise _nothing_to_compare(folder, contents.findings)
-    wanted = ReportOptions(page or folder / PAGE, force=force)
-    files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, wanted)
+    report_options = ReportOptions(page or folder / PAGE, force=force)
+    files = ReportFiles.of([_recording_file(folder, drop) for drop in present], None, report_options)
     files.check()
     options = EvaluationOptions(robot=robot)
     if robot is not None:
         drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
     tried = [(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
-    robots = by_robot([(drop.number, one) for drop, one in tried if isinstance(one, EvaluatedRun)])
+    robots = by_robot(
+        [(drop.number, attempt) for drop, attempt in tried if isinstance(attempt, EvaluatedRun)]
+    )
     if robots:
         _write(tried, robots, files, notices)
     void = [drop for drop in contents.drops if drop.void is not None]
@@ -242,9 +247,9 @@ def _write(
 ) -> None:
     """Write the report page of the drops that can be evaluated, with a comparison per robot."""
     drops = {
-        drop.number: report_drop(_name(drop, one), one)
-        for drop, one in tried
-        if isinstance(one, EvaluatedRun)
+        drop.number: report_drop(_name(drop, attempt), attempt)
+        for drop, attempt in tried
+        if isinstance(attempt, EvaluatedRun)
     }
     tables: list[PageTable] = []
     for robot in robots:
@@ -253,7 +258,11 @@ def _write(
             for table in of_them:
                 table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
             tables += of_them
-    without = [explain_absence(Path(drop.folder), one) for drop, one in tried if isinstance(one, TfsatError)]
+    without = [
+        explain_absence(Path(drop.folder), attempt)
+        for drop, attempt in tried
+        if isinstance(attempt, TfsatError)
+    ]
     files.write(list(drops.values()), tables, without, notices)
 
 
@@ -263,10 +272,10 @@ def _name(drop: DropEntry, run: EvaluatedRun) -> str:
     return f"{drop.folder} (emulated)" if emulated else drop.folder
 
 
-def by_robot(done: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRobot]:
-    """Group the drops by robot; `done` are their numbers and evaluations."""
+def by_robot(numbered_runs: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRobot]:
+    """Group the drops by robot; `numbered_runs` are their numbers and evaluations."""
     grouped: dict[_Key, list[tuple[int, EvaluatedRun]]] = {}
-    for number, run in done:
+    for number, run in numbered_runs:
         key = (dropped_robot(run.found.log), sha256_of(run.found.model.path))
         grouped.setdefault(key, []).append((number, run))
     return [
@@ -282,7 +291,7 @@ def by_robot(done: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRobot]:
 
 def _robot_name(key: _Key, all_of_them: Sequence[_Key]) -> str:
     robot, sha256 = key
-    alike = {one for one, _ in all_of_them if one.kind == robot.kind}
+    alike = {other_robot for other_robot, _ in all_of_them if other_robot.kind == robot.kind}
     name = str(robot) if len(alike) > 1 else f"{robot.kind} robot"
-    files = [one for one in all_of_them if one[0] == robot]
+    files = [other_key for other_key in all_of_them if other_key[0] == robot]
     return f"{name}, robot file {sha256[:_SHOWN]}…" if len(files) > 1 else name
