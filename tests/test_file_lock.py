@@ -70,9 +70,9 @@ def test_who_opened_the_file_that_the_last_one_removed_does_not_hold_the_lock(
             raise AssertionError("two at once")
 
 
-def _hold(lock: Path, said: Connection) -> None:
+def _hold(lock: Path, connection: Connection) -> None:
     with one_at_a_time(lock, "the record"):
-        said.send("held")
+        connection.send("held")
         signal.pause()
 
 

@@ -39,9 +39,9 @@ def without_home(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_needs_a_home_folder_names_the_variable(
     without_home: None, tfsat_host: RunCli, command: str
 ) -> None:
-    said = tfsat_host(*command.split(), expect=1).stderr
-    assert "this user has no home folder" in said
-    assert "export XDG_STATE_HOME=" in said
+    error_text = tfsat_host(*command.split(), expect=1).stderr
+    assert "this user has no home folder" in error_text
+    assert "export XDG_STATE_HOME=" in error_text
 
 
 def test_recordings_are_listed_and_fetched_without_a_home_folder(
@@ -68,9 +68,9 @@ def test_a_bug_is_kept_without_a_home_folder(
     without_home: None, tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tfsat_host.cli.robot.run", lambda *_: 1 / 0)
-    said = tfsat_host("robot", expect=1).stderr
-    assert "met a bug of its own: ZeroDivisionError" in said
-    assert "with the file /" in " ".join(said.split())
+    error_text = tfsat_host("robot", expect=1).stderr
+    assert "met a bug of its own: ZeroDivisionError" in error_text
+    assert "with the file /" in " ".join(error_text.split())
 
 
 @pytest.mark.parametrize("refusal", ["chmod", "fsync"])
@@ -106,10 +106,10 @@ def test_a_refused_lock_is_found_out_before_anything_is_measured(
 
     monkeypatch.setattr(fcntl, "flock", refuse)
     refused = tfsat_host("calibrate", "bias", "--emulated", "--yes", expect=1)
-    said = " ".join(refused.stderr.split())
-    assert ".calibration-emulated.toml.lock cannot be locked: No locks available." in said
-    assert "Work in a folder on a disk of this computer" in said
-    assert "recording" not in said.lower(), "nothing was measured"
+    error_text = " ".join(refused.stderr.split())
+    assert ".calibration-emulated.toml.lock cannot be locked: No locks available." in error_text
+    assert "Work in a folder on a disk of this computer" in error_text
+    assert "recording" not in error_text.lower(), "nothing was measured"
 
 
 @pytest.mark.parametrize("place", ["/dev/null", "/dev/stdout", "fifo"])
@@ -120,7 +120,7 @@ def test_what_is_no_file_is_refused_as_a_place_for_output(
     os.mkfifo(tfsat_host.folder / "fifo")
     before = Path("/dev/null").stat().st_rdev
     for command in (["design"], ["upload-sequence", "59", "70", "--dry-run"]):
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", "tfsat_host", *command, "--out", place, *force],
             cwd=tfsat_host.folder,
             capture_output=True,
@@ -128,28 +128,30 @@ def test_what_is_no_file_is_refused_as_a_place_for_output(
             timeout=60,
             check=False,
         )
-        assert done.returncode in (1, 2), done
-        assert "is a device, pipe or socket, not a file" in done.stderr
-        assert "--force" not in done.stderr
+        assert process.returncode in (1, 2), process
+        assert "is a device, pipe or socket, not a file" in process.stderr
+        assert "--force" not in process.stderr
     assert Path("/dev/null").stat().st_rdev == before
 
 
 @pytest.mark.parametrize("command", ["robot", "robot --json", "--help", "decode SD.bin"])
 def test_a_full_disk_behind_stdout_is_one_sentence(tfsat_host: RunCli, command: str) -> None:
     shutil.copy(made_folder() / "SD.bin", tfsat_host.folder / "SD.bin")
-    done = _with_streams(tfsat_host.folder, command.split(), stdout="/dev/full", stderr=subprocess.PIPE)
-    assert done.returncode == 1
-    assert done.stderr.count("Error:") == 1
-    assert "No space left on device" in done.stderr
-    assert "Traceback" not in done.stderr
+    process = _with_streams(tfsat_host.folder, command.split(), stdout="/dev/full", stderr=subprocess.PIPE)
+    assert process.returncode == 1
+    assert process.stderr.count("Error:") == 1
+    assert "No space left on device" in process.stderr
+    assert "Traceback" not in process.stderr
     assert (tfsat_host.folder / "SD.csv").is_file() == command.startswith("decode"), "the work was done"
 
 
 def test_a_full_disk_behind_stderr_does_not_stop_the_work(tfsat_host: RunCli) -> None:
     shutil.copy(made_folder() / "SD.bin", tfsat_host.folder / "SD.bin")
-    done = _with_streams(tfsat_host.folder, ["decode", "SD.bin"], stdout=subprocess.PIPE, stderr="/dev/full")
-    assert done.returncode == 1
-    assert "SD.csv" in done.stdout
+    process = _with_streams(
+        tfsat_host.folder, ["decode", "SD.bin"], stdout=subprocess.PIPE, stderr="/dev/full"
+    )
+    assert process.returncode == 1
+    assert "SD.csv" in process.stdout
     assert (tfsat_host.folder / "SD.csv").is_file()
 
 
@@ -184,7 +186,7 @@ def test_processes_do_not_import_what_lies_in_the_folder(tfsat_host: RunCli) -> 
     """Many a lab has a signal.py of its own."""
     (tfsat_host.folder / "signal.py").write_text("raise SystemExit('not this one')\n")
     script = Path(sys.executable).with_name("tfsat-host")
-    done = subprocess.run(
+    process = subprocess.run(
         [script, *map(str, STUDY)],
         cwd=tfsat_host.folder,
         capture_output=True,
@@ -192,7 +194,7 @@ def test_processes_do_not_import_what_lies_in_the_folder(tfsat_host: RunCli) -> 
         timeout=60,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
 
 
 def test_without_shared_memory_one_process_computes_the_same(

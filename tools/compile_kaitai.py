@@ -66,10 +66,10 @@ def main() -> int:
 
 def _copied(name: str) -> bool:
     """Put one file of the package list where npm works; whether it was another one before."""
-    wanted, there = _PACKAGES / name, _WORK / name
-    if there.exists() and there.read_bytes() == wanted.read_bytes():
+    source, there = _PACKAGES / name, _WORK / name
+    if there.exists() and there.read_bytes() == source.read_bytes():
         return False
-    shutil.copyfile(wanted, there)
+    shutil.copyfile(source, there)
     return True
 
 

@@ -32,9 +32,9 @@ def draw(run: Path, picture: Path) -> None:
     log = load(run / "SD.bin")
     truth = np.loadtxt(run / "truth.csv", delimiter=",", skiprows=1)
     figure, (joints, rates, attitude) = plt.subplots(1, 3, figsize=(13, 3.9), layout="constrained")
-    shown = (log.t_s > -0.25) & (log.t_s < 2.7)
-    _draw_joints(joints, log, shown)
-    _draw_rates(rates, log, shown)
+    in_window = (log.t_s > -0.25) & (log.t_s < 2.7)
+    _draw_joints(joints, log, in_window)
+    _draw_rates(rates, log, in_window)
     _draw_attitude(attitude, log, truth)
     for axes in (joints, rates, attitude):
         for event in log.events:
@@ -46,22 +46,22 @@ def draw(run: Path, picture: Path) -> None:
     figure.savefig(picture, dpi=130)
 
 
-def _draw_joints(axes: Any, log: DropLog, shown: Any) -> None:
+def _draw_joints(axes: Any, log: DropLog, in_window: Any) -> None:
     model = load_robot()
     angles = np.unwrap(log.sensor_angle_rad, axis=0)
     rest = angles[log.t_s < -0.2].mean(axis=0)
     for joint in range(3):
         sensor = model.angle_sensors[2 * joint]
         change = np.rad2deg(sensor.direction * (angles[:, 2 * joint] - rest[2 * joint]))
-        axes.plot(log.t_s[shown], change[shown], color=COLOURS[joint], label=f"joint {joint + 1}")
+        axes.plot(log.t_s[in_window], change[in_window], color=COLOURS[joint], label=f"joint {joint + 1}")
     axes.set(title="joint angles, from the card", ylabel="deg")
     axes.legend(frameon=False)
 
 
-def _draw_rates(axes: Any, log: DropLog, shown: Any) -> None:
+def _draw_rates(axes: Any, log: DropLog, in_window: Any) -> None:
     for axis, name in enumerate("xyz"):
         rate = np.rad2deg(log.rate_rad_s[:, 0, axis])
-        axes.plot(log.t_s[shown], rate[shown], color=COLOURS[axis], lw=0.9, label=name)
+        axes.plot(log.t_s[in_window], rate[in_window], color=COLOURS[axis], lw=0.9, label=name)
     axes.set(title="angular rate of body 1, from the card", ylabel="deg/s")
     axes.legend(frameon=False)
 

@@ -65,8 +65,8 @@ def main() -> int:
         subprocess.run(
             [npm, "ci", "--silent", "--no-audit", "--no-fund", "--ignore-scripts"], cwd=_WORK, check=True
         )
-        for wanted in WANTED:
-            (VENDOR / wanted.name).write_bytes(_content(node, wanted))
+        for vendor_file in WANTED:
+            (VENDOR / vendor_file.name).write_bytes(_content(node, vendor_file))
     except subprocess.CalledProcessError as error:
         print(f"Error: {Path(error.cmd[0]).name} ended with {error.returncode}.", file=sys.stderr)
         return 1
@@ -75,10 +75,10 @@ def main() -> int:
     return 0
 
 
-def _content(node: str, wanted: Wanted) -> bytes:
+def _content(node: str, vendor_file: Wanted) -> bytes:
     """The file as the page will carry it: without the source map's address, which nothing could reach."""
-    source = _WORK / "node_modules" / wanted.package / wanted.path
-    if not wanted.minify:
+    source = _WORK / "node_modules" / vendor_file.package / vendor_file.path
+    if not vendor_file.minify:
         return source.read_bytes()
     terser = _WORK / "node_modules" / "terser" / "bin" / "terser"
     command = [node, str(terser), str(source), "--compress", "--mangle", "--comments", "/@license/"]
@@ -90,16 +90,16 @@ def _sources() -> dict[str, dict[str, str]]:
     locked = json.loads((_PACKAGES / "package-lock.json").read_text())["packages"]
     minifier = f"terser {locked['node_modules/terser']['version']}"
     return {
-        wanted.name: {
-            "package": wanted.package,
-            "version": locked[f"node_modules/{wanted.package}"]["version"],
-            "license": locked[f"node_modules/{wanted.package}"]["license"],
-            "integrity": locked[f"node_modules/{wanted.package}"]["integrity"],
-            "path": wanted.path,
-            "changed": f"minified by {minifier}" if wanted.minify else "no",
-            "sha256": hashlib.sha256((VENDOR / wanted.name).read_bytes()).hexdigest(),
+        vendor_file.name: {
+            "package": vendor_file.package,
+            "version": locked[f"node_modules/{vendor_file.package}"]["version"],
+            "license": locked[f"node_modules/{vendor_file.package}"]["license"],
+            "integrity": locked[f"node_modules/{vendor_file.package}"]["integrity"],
+            "path": vendor_file.path,
+            "changed": f"minified by {minifier}" if vendor_file.minify else "no",
+            "sha256": hashlib.sha256((VENDOR / vendor_file.name).read_bytes()).hexdigest(),
         }
-        for wanted in WANTED
+        for vendor_file in WANTED
     }
 
 

@@ -159,8 +159,11 @@ class Model:
 
     def angles_cdeg(self, strokes: int) -> tuple[int, ...]:
         """Return the angle of each joint after the first `strokes` strokes."""
-        done = self.maneuver.record.strokes[:strokes]
-        return tuple(sum(angle for joint, angle, _ in done if joint == wanted) for wanted in JOINTS)
+        first_strokes = self.maneuver.record.strokes[:strokes]
+        return tuple(
+            sum(angle for joint, angle, _ in first_strokes if joint == joint_number)
+            for joint_number in JOINTS
+        )
 
     def held_ns(self) -> tuple[int, ...]:
         """Pulse widths that hold the joints where a reset found them; none for a board that is limp."""

@@ -196,12 +196,15 @@ class SideBySide(RuleBasedStateMachine):
         assert (status.last_refusal, status.resets_while_armed) == (model.refusal, model.resets)
         assert (status.knocks, status.switches_open) == (model.knocks, self.opened)
         assert status.false_releases == model.false_releases
-        held = sequencer.read_back()
-        assert (held.strokes, held.speed_cdeg_s) == (
+        stored_maneuver = sequencer.read_back()
+        assert (stored_maneuver.strokes, stored_maneuver.speed_cdeg_s) == (
             model.maneuver.record.strokes,
             model.maneuver.record.speed_cdeg_s,
         )
-        assert (held.origin, held.generation) == (model.maneuver.origin, model.maneuver.generation)
+        assert (stored_maneuver.origin, stored_maneuver.generation) == (
+            model.maneuver.origin,
+            model.maneuver.generation,
+        )
         self.settings_are_kept()
         self.read_the_token()
         self.the_pins_fit(status)
@@ -209,9 +212,9 @@ class SideBySide(RuleBasedStateMachine):
 
     def settings_are_kept(self) -> None:
         store = self.model.settings
-        held = client(self.board).request(SettingsReadRequest(), SettingsReadReply)
-        assert (held.origin, held.generation) == (store.origin, store.generation)
-        assert SettingsWriteRequest(held.frame_us, held.servo) == store.record
+        settings_reply = client(self.board).request(SettingsReadRequest(), SettingsReadReply)
+        assert (settings_reply.origin, settings_reply.generation) == (store.origin, store.generation)
+        assert SettingsWriteRequest(settings_reply.frame_us, settings_reply.servo) == store.record
 
     def the_pins_fit(self, status: SequencerStatusReply) -> None:
         model = self.model

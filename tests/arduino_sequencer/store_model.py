@@ -60,7 +60,7 @@ class Slot(Generic[Record]):
         older = self.whole and self.generation < newest
         if self.marker == COMPLETE:
             return Kind.WHOLE if older else Kind.DAMAGED
-        begun = sum(is_ == said for is_, said in zip(self.marker, BEGUN, strict=True))
+        begun = sum(is_ == expected_byte for is_, expected_byte in zip(self.marker, BEGUN, strict=True))
         if begun < BEGUN_FROM and older:
             return Kind.WHOLE
         if begun < BEGUN_FROM and self.record is None and not self.flipped:
@@ -82,8 +82,8 @@ class Store(Generic[Record]):
 
     @property
     def record(self) -> Record:
-        held = None if self.current is None else self.slots[self.current].record
-        return self.factory if held is None else held
+        stored_record = None if self.current is None else self.slots[self.current].record
+        return self.factory if stored_record is None else stored_record
 
     @property
     def generation(self) -> int:
@@ -140,8 +140,8 @@ class Store(Generic[Record]):
 
 def without_markers(image: bytes) -> bytes:
     """Return the EEPROM image with its markers erased: the rest, which an unfinished upload leaves alone."""
-    left = bytearray(image)
+    stripped_image = bytearray(image)
     for store in (MANEUVER_AT, SETTINGS_AT):
         for slot in (store, store + SLOT_BYTES):
-            left[slot : slot + MARKER_BYTES] = ERASED
-    return bytes(left)
+            stripped_image[slot : slot + MARKER_BYTES] = ERASED
+    return bytes(stripped_image)

@@ -194,15 +194,17 @@ class AnyOrder(SideBySide):
         self.request(JogRequest(self.model.jogged.joint, 9001, to_cdeg, JOG_CONFIRM))
 
     @rule(wanted=st.sampled_from([*SETTINGS, *SENSELESS]), times=st.integers(1, 2))
-    def write_settings(self, wanted: SettingsWriteRequest, times: int) -> None:
+    def write_settings(self, settings_request: SettingsWriteRequest, times: int) -> None:
         for _ in range(times):
-            self.request(wanted)
+            self.request(settings_request)
 
     @rule(wanted=st.sampled_from(SETTINGS), data=st.data())
-    def ask_while_settings_are_stored(self, wanted: SettingsWriteRequest, data: st.DataObject) -> None:
+    def ask_while_settings_are_stored(
+        self, settings_request: SettingsWriteRequest, data: st.DataObject
+    ) -> None:
         others: list[Payload] = [*SETTINGS, ArmRequest(self.model.token), JogRequest(1, 0, 100, JOG_CONFIRM)]
         others += [request for request in self.sent if isinstance(request, ManeuverCommitRequest)]
-        self.send(wanted, await_stores=False)
+        self.send(settings_request, await_stores=False)
         for other in data.draw(st.lists(st.sampled_from(others), min_size=1, max_size=4)):
             self.send(other, await_stores=False)
         self.await_stores()
@@ -246,12 +248,12 @@ class AnyOrder(SideBySide):
         turned = []
         for of_settings, slot, byte, bit in flips:
             if of_settings:
-                at, used = SETTINGS_AT, SETTINGS_USED_BYTES
-                self.model.settings.slots[slot].flip(byte % used, bit)
+                at, used_bytes = SETTINGS_AT, SETTINGS_USED_BYTES
+                self.model.settings.slots[slot].flip(byte % used_bytes, bit)
             else:
-                at, used = MANEUVER_AT, MANEUVER_USED_BYTES
-                self.model.maneuver.slots[slot].flip(byte % used, bit)
-            turned.append((at + slot * SLOT_BYTES + byte % used, bit))
+                at, used_bytes = MANEUVER_AT, MANEUVER_USED_BYTES
+                self.model.maneuver.slots[slot].flip(byte % used_bytes, bit)
+            turned.append((at + slot * SLOT_BYTES + byte % used_bytes, bit))
         self.restart(None, turned)
 
     @rule()

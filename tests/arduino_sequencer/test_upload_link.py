@@ -113,10 +113,10 @@ def test_a_lossy_cable_leaves_the_old_or_the_new_maneuver(new_board: NewBoard, r
         cable.deliver_late()
         board.run(1_000_000)
         board.write(b"\0")
-        held = held_after_power_cycle(board).strokes
-        assert held in (rows(OLD), rows(NEW)), f"seed {seed}"
-        assert held == rows(NEW) or not verified, f"seed {seed}"
-        outcomes["new" if held == rows(NEW) else "old"] += 1
+        stored_strokes = held_after_power_cycle(board).strokes
+        assert stored_strokes in (rows(OLD), rows(NEW)), f"seed {seed}"
+        assert stored_strokes == rows(NEW) or not verified, f"seed {seed}"
+        outcomes["new" if stored_strokes == rows(NEW) else "old"] += 1
         outcomes["verified"] += verified
     assert outcomes["new"] >= outcomes["verified"]
     if rate < 0.3:
@@ -164,9 +164,9 @@ class CountingCable(Cable):
 
 @pytest.mark.parametrize("settle_us", [0, 60, 5000])
 def test_cable_pulled_at_every_byte_of_an_upload(new_board: NewBoard, settle_us: int) -> None:
-    whole = new_board()
-    connect(whole).upload(OLD)
-    image = whole.eeprom()
+    reference_board = new_board()
+    connect(reference_board).upload(OLD)
+    image = reference_board.eeprom()
     counter = CountingCable(new_board(image))
     SequencerClient.connect(counter).upload(NEW)
     assert counter.committed > 60
@@ -178,15 +178,15 @@ def test_cable_pulled_at_every_byte_of_an_upload(new_board: NewBoard, settle_us:
         assert board.eeprom() == image or n_bytes >= counter.begun
         assert without_markers(board.eeprom()) == without_markers(image) or n_bytes >= counter.committed
         board.cable(True)
-        held = held_after_power_cycle(board)
+        stored_maneuver = held_after_power_cycle(board)
         stored = n_bytes >= counter.committed and (settle_us > 0 or n_bytes > counter.committed)
         if settle_us == 5000 or n_bytes != counter.committed:
-            assert held.strokes == rows(NEW if stored else OLD), n_bytes
+            assert stored_maneuver.strokes == rows(NEW if stored else OLD), n_bytes
         if counter.begun < n_bytes < counter.committed:
             assert why_not_armed(board) == ErrorCode.UPLOAD_INTERRUPTED
         if n_bytes < counter.begun or n_bytes > counter.committed:
             assert why_not_armed(board) == ErrorCode.NONE
-        assert held.strokes in (rows(OLD), rows(NEW))
+        assert stored_maneuver.strokes in (rows(OLD), rows(NEW))
         if n_bytes % 10 == 0:
             assert connect(board).upload(NEW).stored.strokes == rows(NEW)
 

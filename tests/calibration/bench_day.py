@@ -94,7 +94,7 @@ def day(*left_out: StepKind) -> list[Evidence]:
 
 def before(step: Step) -> list[Evidence]:
     """Return the evidence recorded before a step on a good day."""
-    return [done(one) for one in STEPS[: STEPS.index(step)]]
+    return [done(earlier_step) for earlier_step in STEPS[: STEPS.index(step)]]
 
 
 def known(*evidence: Evidence) -> list[Evidence]:
@@ -127,7 +127,7 @@ def refused(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel =
 
 
 def hands_move(
-    joint: int, held: Sequence[int], stops_deg: Sequence[float], leg_s: float, rest_s: float
+    joint: int, held_bodies: Sequence[int], stops_deg: Sequence[float], leg_s: float, rest_s: float
 ) -> tuple[Callable[[EmulatedRobot], None], float]:
     """Through these stops from where the joint is, by steady hands; and how long that takes."""
     legs = tuple(Leg(float(np.deg2rad(stop)), leg_s, rest_s) for stop in stops_deg)
@@ -136,7 +136,7 @@ def hands_move(
     def move(robot: EmulatedRobot) -> None:
         robot.hold((4,))
         robot.operator.close_joint(joint)
-        robot.hold(tuple(held))
+        robot.hold(tuple(held_bodies))
         robot.operator.move_joint(joint, motion)
 
     return move, motion.duration_s + 1.0

@@ -46,13 +46,15 @@ def moved(
     stops_deg: Sequence[float],
     leg_s: float = 1.0,
     rest_s: float = 0.0,
-    held: Sequence[int] | None = None,
+    held_bodies: Sequence[int] | None = None,
 ) -> Evidence:
     """Record the step's joint moved through these stops by steady hands.
 
-    They hold the bodies that the step says, or `held`.
+    They hold the bodies that the step says, or `held_bodies`.
     """
-    hands = hands_move(step.moving_joint, step.held if held is None else held, stops_deg, leg_s, rest_s)
+    hands = hands_move(
+        step.moving_joint, step.held if held_bodies is None else held_bodies, stops_deg, leg_s, rest_s
+    )
     return record(step, motion=hands[0], last_s=hands[1])
 
 

@@ -37,7 +37,7 @@ def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     with EmulatedRobot(seed=5) as robot:
         robot.advance(SETTLE_US)
 
-        def run(*arguments: str, typed: str = "", **doing: Doing) -> tuple[int, list[Step]]:
+        def run(*arguments: str, stdin_text: str = "", **doing: Doing) -> tuple[int, list[Step]]:
             person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
 
             @contextmanager
@@ -46,7 +46,7 @@ def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
                 yield Bench(logger, person, origin_of(logger))
 
             monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
-            monkeypatch.setattr("sys.stdin", Terminal(typed))
+            monkeypatch.setattr("sys.stdin", Terminal(stdin_text))
             return main(arguments), person.asked
 
         yield run

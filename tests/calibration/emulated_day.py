@@ -57,7 +57,7 @@ def calibration_day(
 
 def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOperator, step: Step) -> Evidence:
     """Record one step."""
-    taken = DAY_BEGINS + timedelta(microseconds=robot.now_us)
+    recorded_at = DAY_BEGINS + timedelta(microseconds=robot.now_us)
     identity, who = logger.identity, logger.status().who_am_i
     origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)
     samples: list[LiveSample] = []
@@ -66,4 +66,4 @@ def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOpera
         end_us = robot.now_us + round(1e6 * operator.duration_s(step))
         while robot.now_us < end_us:
             samples += logger.live_samples()
-    return Evidence(step, Counts.from_live(samples, scales), taken, origin)
+    return Evidence(step, Counts.from_live(samples, scales), recorded_at, origin)

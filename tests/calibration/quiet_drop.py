@@ -25,5 +25,7 @@ def quiet_drop(
         as_built: Use the very robot that `calibrate --emulated` has on its bench.
     """
     built = draw_as_built(DEFAULT_SEED) if as_built else None
-    one = drop(imperfections=built, seed=seed, armed=False, wait_us=wait_us - US_PER_S, unix_us=unix_us)
-    return one.card, one.imperfections.gyro_bias_rad_s
+    emulated_drop = drop(
+        imperfections=built, seed=seed, armed=False, wait_us=wait_us - US_PER_S, unix_us=unix_us
+    )
+    return emulated_drop.card, emulated_drop.imperfections.gyro_bias_rad_s

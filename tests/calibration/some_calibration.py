@@ -82,7 +82,8 @@ def drawn_calibration(seed: int) -> Calibration:
         tuple(Paper(f"step-{n}", when(), f"step-{n}.npz", f"{n:064x}") for n in range(rng.integers(4))),
         tuple(
             sorted(
-                (Landing(when(), f"recording {n}") for n in range(rng.integers(3))), key=lambda one: one.at
+                (Landing(when(), f"recording {n}") for n in range(rng.integers(3))),
+                key=lambda landing: landing.at,
             )
         ),
         when(),
@@ -108,14 +109,14 @@ def servo_map(rng: np.random.Generator, joint: int) -> ServoMap:
     )
 
 
-def whole_calibration(taken: datetime = MEASURED, subject: Subject = SUBJECT) -> Calibration:
-    """Everything measured at `taken`, on the sensors of tests/sdlog; no landing is known."""
+def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJECT) -> Calibration:
+    """Everything measured at `measured_at`, on the sensors of tests/sdlog; no landing is known."""
     rng = np.random.default_rng(7)
-    drawn = drawn_calibration(3)
+    random_calibration = drawn_calibration(3)
     mounted = [imu.sensor_to_body for imu in load_robot().imus]
     deviations = np.repeat(np.radians([0.005, 0.02, 0.05]), 3)
     return replace(
-        drawn,
+        random_calibration,
         subject=subject,
         gyros=tuple(
             replace(
@@ -124,16 +125,19 @@ def whole_calibration(taken: datetime = MEASURED, subject: Subject = SUBJECT) ->
                 covariance=np.diag(deviations**2),
                 noise_rad_s=np.full(3, 0.001),
                 temperature_c=25.0,
-                axes=dict.fromkeys("xy", taken),
-                scaled=dict.fromkeys("xyz", taken),
-                bias_taken=taken,
+                axes=dict.fromkeys("xy", measured_at),
+                scaled=dict.fromkeys("xyz", measured_at),
+                bias_taken=measured_at,
             )
-            for gyro, nominal in zip(drawn.gyros, mounted, strict=True)
+            for gyro, nominal in zip(random_calibration.gyros, mounted, strict=True)
         ),
-        joints=tuple(replace(joint, zero_taken=taken, bend_taken=taken) for joint in drawn.joints),
+        joints=tuple(
+            replace(joint, zero_taken=measured_at, bend_taken=measured_at)
+            for joint in random_calibration.joints
+        ),
         servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
-        servo_taken=(taken,) * 3,
+        servo_taken=(measured_at,) * 3,
         papers=(),
         landings=(),
-        written=taken,
+        written=measured_at,
     )

@@ -49,9 +49,9 @@ def by_imucal(data: Ferraris) -> Found:
         regions[f"acc_{name}_rot"] = turns.forward(turns.accel_m_s2)
     method = FerrarisCalibration(grav=GRAVITY_M_S2, expected_angle=ROUNDS * np.degrees(TURN_RAD))
     info = method.compute(FerrarisSignalRegions(**regions), RATE_HZ, "m/s^2", "deg/s")
-    left, _, right = np.linalg.svd(info.R_g)  # its rows are of length 1 but not quite orthogonal
+    left_vectors, _, right = np.linalg.svd(info.R_g)  # its rows are of length 1 but not quite orthogonal
     return Found(
-        np.radians(info.b_g), np.diag(info.K_g), (left @ right).T, np.linalg.inv(info.K_g @ info.R_g)
+        np.radians(info.b_g), np.diag(info.K_g), (left_vectors @ right).T, np.linalg.inv(info.K_g @ info.R_g)
     )
 
 
@@ -62,26 +62,28 @@ def by_ours(data: Ferraris, *, from_one_turn: bool = False) -> Found:
     for axis, turns in zip(np.eye(3), data.turns, strict=True):
         rates = turns.rate_rad_s - bias
         rate = np.gradient(turns.angle_rad, 1.0 / RATE_HZ)
-        seen = direction(rates, axis, rate)
+        response = direction(rates, axis, rate)
         t_s = np.arange(len(rates)) / RATE_HZ
         if from_one_turn:
-            responses.append(one_turn(seen, t_s, rates, turns.rests, covariance))
+            responses.append(one_turn(response, t_s, rates, turns.rests, covariance))
             continue
         angles = np.array([turns.angle_rad[rest].mean() for rest in turns.rests])
-        length, std = length_between_rests(t_s, rates @ seen.reading, turns.rests, angles)
-        responses.append(with_length(seen, length, std))
+        length, std = length_between_rests(t_s, rates @ response.reading, turns.rests, angles)
+        responses.append(with_length(response, length, std))
     mounting = solve_mounting(responses, wahba(responses))
     return Found(bias, mounting.scale, mounting.rotation, mounting.rotation @ np.diag(1.0 / mounting.scale))
 
 
 def one_turn(
-    seen: Response, t_s: FloatArray, rates: FloatArray, rests: list[slice], bias_covariance: FloatArray
+    response: Response, t_s: FloatArray, rates: FloatArray, rests: list[slice], bias_covariance: FloatArray
 ) -> Response:
     """Measure the response by its definition: the integral of the reading over one turn, per radian."""
     first, last = (rest.start for rest in rests[:2])
     turned = np.asarray(np.trapezoid(rates[first:last], t_s[first:last], axis=0))
     spread = (t_s[last] - t_s[first]) / TURN_RAD
-    return Response(seen.axis_body, turned / TURN_RAD, seen.covariance + spread**2 * bias_covariance, True)
+    return Response(
+        response.axis_body, turned / TURN_RAD, response.covariance + spread**2 * bias_covariance, True
+    )
 
 
 @cache
@@ -100,8 +102,8 @@ def apart_deg(a: FloatArray, b: FloatArray) -> float:
 def test_rotation_and_scale_agree_with_imucal_and_with_the_truth(seed: int, from_one_turn: bool) -> None:
     imu, data = case(seed)
     theirs, ours = by_imucal(data), by_ours(data, from_one_turn=from_one_turn)
-    for one, other in ((ours.rotation, theirs.rotation), (ours.rotation, imu.gyro.mounting)):
-        assert apart_deg(one, other) < ROTATION_DEG
+    for rotation, other in ((ours.rotation, theirs.rotation), (ours.rotation, imu.gyro.mounting)):
+        assert apart_deg(rotation, other) < ROTATION_DEG
     assert ours.scale == pytest.approx(theirs.scale, rel=SCALE)
     assert ours.scale == pytest.approx(imu.gyro.scale, rel=SCALE)
     assert np.degrees(ours.bias_rad_s) == pytest.approx(np.degrees(theirs.bias_rad_s), abs=0.001)

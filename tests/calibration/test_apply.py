@@ -93,41 +93,48 @@ def at_samples(robot: EmulatedRobot, t_s: FloatArray, columns: slice) -> FloatAr
 
 
 def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]) -> None:
-    robot, found = swung
+    robot, calibrated_samples = swung
     delays_s = np.arange(0.0, 0.02, 0.0005)  # of the low-pass, and when in its period a sensor is read
     errors = []
     for delay_s in delays_s:
-        true = at_samples(robot, found.t_s - delay_s, slice(20, 32)).reshape(-1, 4, 3)
-        errors.append(np.degrees(np.sqrt(np.mean((found.rate_rad_s - true) ** 2, axis=0))))
+        true = at_samples(robot, calibrated_samples.t_s - delay_s, slice(20, 32)).reshape(-1, 4, 3)
+        errors.append(np.degrees(np.sqrt(np.mean((calibrated_samples.rate_rad_s - true) ** 2, axis=0))))
     best = np.min(errors, axis=0)
-    assert np.degrees(np.abs(found.rate_rad_s).max()) > 60.0, "something moved"
+    assert np.degrees(np.abs(calibrated_samples.rate_rad_s).max()) > 60.0, "something moved"
     assert best.max() < 0.35
     still = [2, 3]  # bodies 3 and 4 were held
     assert best[still].max() < 0.08
-    assert np.degrees(np.abs(found.rate_rad_s[:, still].mean(axis=0)).max()) < 0.01
+    assert np.degrees(np.abs(calibrated_samples.rate_rad_s[:, still].mean(axis=0)).max()) < 0.01
 
 
 def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]) -> None:
-    robot, found = swung
+    robot, calibrated_samples = swung
     delays_s = np.arange(-0.004, 0.004, 0.0005)  # when in its period a sensor is read
     errors = [
-        np.degrees(found.joint_angle_rad - at_samples(robot, found.t_s + delay_s, slice(1, 4)))
+        np.degrees(
+            calibrated_samples.joint_angle_rad
+            - at_samples(robot, calibrated_samples.t_s + delay_s, slice(1, 4))
+        )
         for delay_s in delays_s
     ]
-    assert np.degrees(np.ptp(found.joint_angle_rad[:, 1])) > 50.0, "something moved"
+    assert np.degrees(np.ptp(calibrated_samples.joint_angle_rad[:, 1])) > 50.0, "something moved"
     best = np.min([np.sqrt(np.mean(error**2, axis=0)) for error in errors], axis=0)
     assert best.max() < 0.08
     assert np.abs(errors[0][:, [0, 2]].mean(axis=0)).max() < 0.01  # joints that stand
-    assert np.degrees(found.joint_angle_std_rad) == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
+    assert np.degrees(calibrated_samples.joint_angle_std_rad) == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
 
 
 def test_specific_forces_are_the_weight_where_nothing_moves(
     swung: tuple[EmulatedRobot, CalibratedSamples],
 ) -> None:
-    robot, found = swung
-    up = Rotation.from_quat(at_samples(robot, found.t_s[:1], slice(12, 16))[0]).inv().apply([0, 0, 9.80665])
-    assert found.specific_force_m_s2[:, 2].mean(axis=0) == pytest.approx(up, abs=0.05)
-    assert (found.specific_force_std_m_s2[:, 2] > 0.28).all()
+    robot, calibrated_samples = swung
+    up = (
+        Rotation.from_quat(at_samples(robot, calibrated_samples.t_s[:1], slice(12, 16))[0])
+        .inv()
+        .apply([0, 0, 9.80665])
+    )
+    assert calibrated_samples.specific_force_m_s2[:, 2].mean(axis=0) == pytest.approx(up, abs=0.05)
+    assert (calibrated_samples.specific_force_std_m_s2[:, 2] > 0.28).all()
 
 
 def counts_of(rng: np.random.Generator, n: int) -> Counts:
@@ -183,14 +190,14 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     applied = apply_calibration(counts, replace(calibration, gyros=gyros), MODEL)
     assert applied.parameter_covariance == pytest.approx(np.tile(root @ root.T, (4, 1, 1)))
     readings = np.radians(counts.imu_counts[:, 1, 4:7] / SCALES.gyro_lsb_per_deg_s)
-    drawn = np.array(
+    sampled_rates = np.array(
         [
             moved(gyros[1], root @ rng.normal(size=9)).body_rates(readings + 0.02 * rng.normal(size=(2, 3)))
             for _ in range(4000)
         ]
     )
     for n in range(2):
-        scatter = np.cov(drawn[:, n], rowvar=False)
+        scatter = np.cov(sampled_rates[:, n], rowvar=False)
         size = np.sqrt(np.outer(np.diag(scatter), np.diag(scatter)))
         assert applied.rate_covariance[n, 1] / size == pytest.approx(scatter / size, abs=0.08)
 
@@ -201,17 +208,18 @@ def test_a_die_that_is_warmer_than_when_it_rested_makes_its_bias_doubtful() -> N
     By the data sheet it drifts within 20 deg/s over 62.5 deg C, uniformly distributed.
     """
     counts = counts_of(np.random.default_rng(6), 50)
-    found = SensorSamples.from_counts(counts).temperature_c
+    temperature_c = SensorSamples.from_counts(counts).temperature_c
     calibration = whole_calibration()
     cold = tuple(
-        replace(gyro, temperature_c=float(found[:, gyro.body - 1].min()) - 3.0) for gyro in calibration.gyros
+        replace(gyro, temperature_c=float(temperature_c[:, gyro.body - 1].min()) - 3.0)
+        for gyro in calibration.gyros
     )
     applied = apply_calibration(counts, replace(calibration, gyros=cold), MODEL)
     for gyro, covariance in zip(cold, applied.parameter_covariance, strict=True):
-        warmer_c = float(found[:, gyro.body - 1].mean()) - gyro.temperature_c
-        more = np.diag(covariance - gyro.covariance)
-        assert np.degrees(np.sqrt(more[:3])) == pytest.approx([20.0 / 62.5 / 3**0.5 * warmer_c] * 3)
-        assert not more[3:].any()
+        warmer_c = float(temperature_c[:, gyro.body - 1].mean()) - gyro.temperature_c
+        added_variance = np.diag(covariance - gyro.covariance)
+        assert np.degrees(np.sqrt(added_variance[:3])) == pytest.approx([20.0 / 62.5 / 3**0.5 * warmer_c] * 3)
+        assert not added_variance[3:].any()
 
 
 def test_a_sensor_that_did_not_answer_gives_no_number() -> None:
@@ -219,30 +227,32 @@ def test_a_sensor_that_did_not_answer_gives_no_number() -> None:
     counts.imu_valid[1, 2] = False
     counts.angle_valid[3, sensor_columns(MODEL, 2)[1]] = False
     counts.clipped[2, 0] = True
-    found = apply_calibration(counts, whole_calibration(), MODEL)
+    calibrated_samples = apply_calibration(counts, whole_calibration(), MODEL)
     gone = ~counts.imu_valid
     for values in (
-        found.rate_rad_s,
-        found.rate_covariance,
-        found.rate_jacobian,
-        found.specific_force_m_s2,
-        found.specific_force_std_m_s2,
+        calibrated_samples.rate_rad_s,
+        calibrated_samples.rate_covariance,
+        calibrated_samples.rate_jacobian,
+        calibrated_samples.specific_force_m_s2,
+        calibrated_samples.specific_force_std_m_s2,
     ):
         missing = np.isnan(values.reshape(4, 4, -1))
         assert missing[gone].any(axis=1).all()
         assert not missing[~gone].any()
-    for values in (found.joint_angle_rad, found.joint_angle_std_rad):
+    for values in (calibrated_samples.joint_angle_rad, calibrated_samples.joint_angle_std_rad):
         assert np.argwhere(np.isnan(values)).tolist() == [[3, 1]]
-    assert np.argwhere(found.clipped).tolist() == [[2, 0]]
-    assert np.isnan(found.rate_rad_s[1, 2]).all()
-    assert np.isnan(found.rate_covariance[1, 2]).all()
+    assert np.argwhere(calibrated_samples.clipped).tolist() == [[2, 0]]
+    assert np.isnan(calibrated_samples.rate_rad_s[1, 2]).all()
+    assert np.isnan(calibrated_samples.rate_covariance[1, 2]).all()
 
 
 def test_what_was_never_measured_keeps_its_design() -> None:
     bare = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(MODEL.imus, 1))
     counts = counts_of(np.random.default_rng(2), 1)
-    found = apply_calibration(counts, replace(whole_calibration(), gyros=bare), MODEL)
+    calibrated_samples = apply_calibration(counts, replace(whole_calibration(), gyros=bare), MODEL)
     for body, imu in enumerate(MODEL.imus):
         reading = np.radians(counts.imu_counts[0, body, 4:7] / 65.5)
-        assert found.rate_rad_s[0, body] == pytest.approx(imu.sensor_to_body @ reading)
-    assert (np.degrees(np.sqrt(np.diagonal(found.rate_covariance[0], axis1=1, axis2=2))) > 11.5).all()
+        assert calibrated_samples.rate_rad_s[0, body] == pytest.approx(imu.sensor_to_body @ reading)
+    assert (
+        np.degrees(np.sqrt(np.diagonal(calibrated_samples.rate_covariance[0], axis1=1, axis2=2))) > 11.5
+    ).all()

@@ -24,20 +24,20 @@ from tfsat_host.calibration.errors import CalibrationError
 WHOLE = format_calibration(whole_calibration())
 
 
-def assert_same(found: Any, wanted: Any, where: str = "calibration") -> None:
+def assert_same(actual: Any, reference: Any, where: str = "calibration") -> None:
     """Field by field; numbers to 1e-9 of the largest next to them, NaN as NaN."""
-    if is_dataclass(wanted):
-        for field in fields(wanted):
-            assert_same(getattr(found, field.name), getattr(wanted, field.name), f"{where}.{field.name}")
-    elif isinstance(wanted, tuple):
-        assert len(found) == len(wanted), where
-        for number, (one, other) in enumerate(zip(found, wanted, strict=True)):
-            assert_same(one, other, f"{where}[{number}]")
-    elif isinstance(wanted, float | np.ndarray):
-        assert np.shape(found) == np.shape(wanted), where
-        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=0.0, equal_nan=True, err_msg=where)
+    if is_dataclass(reference):
+        for field in fields(reference):
+            assert_same(getattr(actual, field.name), getattr(reference, field.name), f"{where}.{field.name}")
+    elif isinstance(reference, tuple):
+        assert len(actual) == len(reference), where
+        for number, (element, other) in enumerate(zip(actual, reference, strict=True)):
+            assert_same(element, other, f"{where}[{number}]")
+    elif isinstance(reference, float | np.ndarray):
+        assert np.shape(actual) == np.shape(reference), where
+        np.testing.assert_allclose(actual, reference, rtol=1e-9, atol=0.0, equal_nan=True, err_msg=where)
     else:
-        assert found == wanted, where
+        assert actual == reference, where
 
 
 @settings(max_examples=15)
@@ -53,8 +53,8 @@ def test_people_can_read_it() -> None:
     assert WHOLE.startswith("# tfsat calibration: ")
     table = tomllib.loads(WHOLE)
     bias = table["gyro"][1]["bias"]
-    wanted = whole_calibration().gyros[1]
-    assert bias["value"] == pytest.approx(np.degrees(wanted.bias_rad_s))
+    gyro = whole_calibration().gyros[1]
+    assert bias["value"] == pytest.approx(np.degrees(gyro.bias_rad_s))
     assert bias["std"] == pytest.approx([0.005] * 3)
     assert (bias["unit"], bias["frame"]) == ("deg/s", "sensor")
     assert table["gyro"][1]["mounting"]["std"] == pytest.approx([0.02] * 3)
@@ -85,7 +85,7 @@ def test_what_was_never_measured_has_no_key() -> None:
 
 def in_table(header: str, number: int, old: str, new: str) -> str:
     """Return the whole certificate with one text changed in the `number`-th (from 1) table of that name."""
-    starts = [found.end() for found in re.finditer(re.escape(f"\n{header}\n"), WHOLE)]
+    starts = [match.end() for match in re.finditer(re.escape(f"\n{header}\n"), WHOLE)]
     start = starts[number - 1]
     assert re.search(old, WHOLE[start:])
     return WHOLE[:start] + re.sub(old, new, WHOLE[start:], count=1)
@@ -93,10 +93,10 @@ def in_table(header: str, number: int, old: str, new: str) -> str:
 
 def line_number(text: str, header: str, number: int, key: str) -> int:
     """Return the line number, from 1, of the key in that table."""
-    seen = 0
+    header_count = 0
     for line, content in enumerate(text.splitlines(), 1):
-        seen += content == header
-        if seen == number and content.startswith(f"{key} = "):
+        header_count += content == header
+        if header_count == number and content.startswith(f"{key} = "):
             return line
     raise AssertionError(f"no {key} in {header} {number}")
 
@@ -230,8 +230,8 @@ def test_a_file_of_something_else_is_refused(old: str, new: str, words: str) -> 
 
 def test_what_a_rehearsal_drew_is_read_back_and_of_a_real_robot_nothing_is_said() -> None:
     assert "drawn" not in WHOLE
-    drawn = replace(whole_calibration(), drawn=("zero", "servo"))
-    text = format_calibration(drawn)
+    rehearsal_calibration = replace(whole_calibration(), drawn=("zero", "servo"))
+    text = format_calibration(rehearsal_calibration)
     assert 'drawn = ["zero", "servo"]' in text
     assert parse_calibration(text).drawn == ("zero", "servo")
     for wrong in ('["zero", "all"]', '"zero"', "[1]"):

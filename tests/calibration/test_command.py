@@ -46,9 +46,9 @@ def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> 
 def check_bias(result: dict[str, object]) -> None:
     bodies = result["bodies"]
     assert isinstance(bodies, list)
-    found = np.array([body["bias_deg_s"] for body in bodies])
+    biases_deg_s = np.array([body["bias_deg_s"] for body in bodies])
     std = np.array([body["std_deg_s"] for body in bodies])
-    assert (np.abs(found - np.rad2deg(TRUTH.gyro_bias_rad_s)) < 5.0 * std).all()
+    assert (np.abs(biases_deg_s - np.rad2deg(TRUTH.gyro_bias_rad_s)) < 5.0 * std).all()
     assert std.max() < 0.01
 
 
@@ -81,18 +81,18 @@ def check_scale(
 ) -> None:
     scales = result["scales"]
     assert isinstance(scales, list)
-    assert [one["body"] for one in scales] == list(bodies + 1)
-    assert {(one["axis"], one["frame"]) for one in scales} == {("xyz"[axis], "body")}
+    assert [row["body"] for row in scales] == list(bodies + 1)
+    assert {(row["axis"], row["frame"]) for row in scales} == {("xyz"[axis], "body")}
     shares = np.array([TRUTH.mounting[body] @ load_robot().imus[body].sensor_to_body for body in bodies])
     true = (shares[:, axis] ** 2 * TRUTH.gyro_scale[bodies]).sum(axis=1)
-    off = np.array([one["scale"] for one in scales]) - true
-    assert (np.abs(off) < 4.0 * np.array([one["std"] for one in scales])).all()
+    off = np.array([row["scale"] for row in scales]) - true
+    assert (np.abs(off) < 4.0 * np.array([row["std"] for row in scales])).all()
     assert np.abs(off).max() < 0.003
 
 
 @pytest.mark.usefixtures("short_steps")
 def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) -> None:
-    done = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated")
+    process = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated")
     for words in (
         "Lay the robot on the bench",  # no bias was taken within the last quarter of an hour
         "Accepted: biases of bodies 1 to 4",
@@ -101,10 +101,10 @@ def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) ->
         "all 13 rests are there",
         "Accepted: body 4: scale factor x ",
     ):
-        assert words in done.stderr
+        assert words in process.stderr
     for words in ("Scale factors", "not calibrated", f"Written to {FILE}.", "of no use for a real one"):
-        assert words in done.stdout
-    assert "Reading" not in done.stdout
+        assert words in process.stdout
+    assert "Reading" not in process.stdout
     again = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated", "--resume")
     assert "kept from" in again.stderr and "Sweep of body 4 about joint 3: kept" in again.stderr
     assert "reading over truth" in again.stdout, "what is kept is the result"

@@ -43,25 +43,25 @@ from tfsat_host.robot import load_robot
 
 
 def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    code, asked = calibrate(*COMMAND, typed="\n\n", _2=nothing, _4=wrong_side)
+    code, steps = calibrate(*COMMAND, typed="\n\n", _2=nothing, _4=wrong_side)
     assert code == 0
-    assert [step.key for step in asked] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
-    said = capsys.readouterr()
-    assert said.err.count("Enter repeats the step, q ends") == 2
-    assert "at least" in said.err, "what was wrong with the first attempt"
-    assert "Joint 2" in said.out
-    assert [one.step for one in read_calibration(FILE).papers] == ["rest", FIRST.key, SECOND.key]
+    assert [step.key for step in steps] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
+    output = capsys.readouterr()
+    assert output.err.count("Enter repeats the step, q ends") == 2
+    assert "at least" in output.err, "what was wrong with the first attempt"
+    assert "Joint 2" in output.out
+    assert [paper.step for paper in read_calibration(FILE).papers] == ["rest", FIRST.key, SECOND.key]
 
 
 def test_q_after_a_refusal_keeps_what_was_accepted(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, asked = calibrate(*COMMAND, typed="q\n", _3=nothing)
-    assert (code, len(asked)) == (1, 3)
-    said = capsys.readouterr().err
-    assert "Ended before all steps were done." in said
-    assert f"2 of 3 steps are kept in {FILE}." in said
-    assert "tfsat-host calibrate misalignment --joint 2 --resume --port x" in said
+    code, steps = calibrate(*COMMAND, typed="q\n", _3=nothing)
+    assert (code, len(steps)) == (1, 3)
+    error_text = capsys.readouterr().err
+    assert "Ended before all steps were done." in error_text
+    assert f"2 of 3 steps are kept in {FILE}." in error_text
+    assert "tfsat-host calibrate misalignment --joint 2 --resume --port x" in error_text
 
 
 def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
@@ -70,11 +70,11 @@ def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
     code, _ = calibrate(*COMMAND, _3=interrupted)
     assert code == 130
     assert f"2 of 3 steps are kept in {FILE}." in capsys.readouterr().err
-    code, asked = calibrate(*COMMAND, "--resume")
-    assert (code, asked) == (0, [SECOND])
+    code, steps = calibrate(*COMMAND, "--resume")
+    assert (code, steps) == (0, [SECOND])
     assert "body 4" in capsys.readouterr().out
-    code, asked = calibrate(*COMMAND)
-    assert (code, asked) == (0, [FIRST, SECOND]), (
+    code, steps = calibrate(*COMMAND)
+    assert (code, steps) == (0, [FIRST, SECOND]), (
         "without --resume all is measured again, but for the fresh bias"
     )
 
@@ -82,8 +82,8 @@ def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
 def test_with_yes_a_refusal_ends_the_command_with_the_cure_first(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, asked = calibrate(*COMMAND, "--yes", _3=nothing)
-    assert (code, len(asked)) == (1, 3)
+    code, steps = calibrate(*COMMAND, "--yes", _3=nothing)
+    assert (code, len(steps)) == (1, 3)
     lines = capsys.readouterr().err.splitlines()
     assert "Enter repeats" not in "\n".join(lines)
     assert lines[-1].strip().startswith("To go on behind the steps that are kept: tfsat-host calibrate")
@@ -98,8 +98,8 @@ def test_what_refuses_a_step_is_said_not_taken_for_an_answer(
 
     code, _ = calibrate(*COMMAND, _2=refused)
     assert code == RefusedError.exit_code
-    said = capsys.readouterr().err
-    assert "The sequencer is armed." in said and f"1 of 3 steps is kept in {FILE}." in said
+    error_text = capsys.readouterr().err
+    assert "The sequencer is armed." in error_text and f"1 of 3 steps is kept in {FILE}." in error_text
 
 
 def test_nothing_is_written_when_the_first_step_is_refused(
@@ -117,10 +117,10 @@ def test_nothing_is_written_when_the_first_step_is_refused(
 
 def test_json_is_one_object_also_after_a_refusal(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
     code, _ = calibrate(*COMMAND, "--json", typed="\n\n", _2=nothing)
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     assert code == 1
-    assert "error" in json.loads(said.out)
-    assert said.err == ""
+    assert "error" in json.loads(output.out)
+    assert output.err == ""
 
 
 def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
@@ -130,8 +130,8 @@ def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
     assert calibrate(*zero_command)[0] == 0
     monkeypatch.setattr("tfsat_host.calibration.zero.MAX_DISAGREEMENT_RAD", -1.0)  # as if one had slipped
     assert calibrate(*zero_command)[0] == 1
-    said = capsys.readouterr().err
-    assert "tfsat-host calibrate zero --joint 1 --anew --port x" in said
+    error_text = capsys.readouterr().err
+    assert "tfsat-host calibrate zero --joint 1 --anew --port x" in error_text
     assert calibrate(*zero_command, "--anew")[0] == 0
 
 
@@ -156,9 +156,9 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     monkeypatch.setattr("sys.stdin", Terminal("\n"))
     before_us = robot.now_us
     assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0
-    said = capsys.readouterr().err
-    assert ("from 3 s from now on" in said) is yes
-    assert ("Enter when you are ready" in said) is not yes
+    error_text = capsys.readouterr().err
+    assert ("from 3 s from now on" in error_text) is yes
+    assert ("Enter when you are ready" in error_text) is not yes
     took_s = (robot.now_us - before_us) * 1e-6
     assert took_s == pytest.approx(DURATION_S[StepKind.REST] + lead_s, abs=0.5)
 

@@ -44,13 +44,16 @@ def full_disk() -> Iterator[Callable[..., None]]:
 def test_a_step_that_cannot_be_written_is_named_and_the_certificate_is_as_before(
     calibrate: Run, capsys: pytest.CaptureFixture[str], full_disk: Callable[..., None]
 ) -> None:
-    code, asked = calibrate(*COMMAND, "--yes", _3=full_disk)
-    assert (code, asked) == (1, [rest(), FIRST, SECOND])
-    said = capsys.readouterr().err
-    assert f"Error: {RECORDINGS / SECOND.key}-" in said and "could not be written: File too large." in said
-    assert f"This step was not kept; {FILE} is as before." in said
-    assert f"2 of 3 steps are kept in {FILE}." in said
-    assert said.count("tfsat-host calibrate misalignment --joint 2 --resume --port x") == 1
+    code, steps = calibrate(*COMMAND, "--yes", _3=full_disk)
+    assert (code, steps) == (1, [rest(), FIRST, SECOND])
+    error_text = capsys.readouterr().err
+    assert (
+        f"Error: {RECORDINGS / SECOND.key}-" in error_text
+        and "could not be written: File too large." in error_text
+    )
+    assert f"This step was not kept; {FILE} is as before." in error_text
+    assert f"2 of 3 steps are kept in {FILE}." in error_text
+    assert error_text.count("tfsat-host calibrate misalignment --joint 2 --resume --port x") == 1
     assert [paper.step for paper in read_calibration(FILE).papers] == ["rest", FIRST.key]
     assert len(list(RECORDINGS.glob("*.npz"))) == 2 and not list(RECORDINGS.glob(".*"))
 
@@ -90,17 +93,17 @@ def test_a_lost_recording_is_told_before_anything_is_measured(
     recording.unlink()
     capsys.readouterr()
     assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
-    said = capsys.readouterr().err
-    assert f"Warning: The recording {recording}" in said and "does not count any more" in said
+    error_text = capsys.readouterr().err
+    assert f"Warning: The recording {recording}" in error_text and "does not count any more" in error_text
 
 
 def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
-    said = capsys.readouterr().err
-    assert "Zero points of joints 1, 2, 3 are not calibrated: what follows will be less sure" in said
-    assert "tfsat-host calibrate zero --all --port x\n" in said
+    error_text = capsys.readouterr().err
+    assert "Zero points of joints 1, 2, 3 are not calibrated: what follows will be less sure" in error_text
+    assert "tfsat-host calibrate zero --all --port x\n" in error_text
     assert calibrate("calibrate", "zero", "--all", "--port", "x", "--yes")[0] == 0
     capsys.readouterr()
     assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
@@ -119,7 +122,7 @@ def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.Capture
 @pytest.mark.usefixtures("short_steps")
 def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("calibrate", "scale", "--joint", 2, "--jog", "--emulated", "--yes")
-    assert [one["body"] for one in result["scales"]] == [1, 2, 3, 4]
+    assert [row["body"] for row in result["scales"]] == [1, 2, 3, 4]
     assert [paper["key"] for paper in result["steps"]] == [
         "rest",
         "sweep-joint-2-body-1-2",
@@ -135,9 +138,9 @@ def test_a_jog_that_is_not_confirmed_is_refused_by_an_interlock(
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
     command = ["calibrate", "scale", "--joint", "1", "--jog", "--emulated"]
     assert main(command) == 4
-    said = capsys.readouterr().err
-    assert "Nothing was moved." in said and f"1 of 3 steps is kept in {FILE}." in said
-    assert "tfsat-host calibrate scale --joint 1 --jog --resume --emulated" in said
+    error_text = capsys.readouterr().err
+    assert "Nothing was moved." in error_text and f"1 of 3 steps is kept in {FILE}." in error_text
+    assert "tfsat-host calibrate scale --joint 1 --jog --resume --emulated" in error_text
 
 
 @pytest.mark.parametrize(
@@ -169,10 +172,10 @@ def test_commands_in_errors_have_the_options_that_they_take() -> None:
         port="a",
         sequencer_port="b",
     )
-    said = (
+    commands_text = (
         "tfsat-host calibrate zero --joint 2, tfsat-host calibrate servo --joint 2, tfsat-host calibrate show"
     )
-    assert as_typed_here(said, args).split(", ") == [
+    assert as_typed_here(commands_text, args).split(", ") == [
         "tfsat-host calibrate zero --joint 2 --port a",
         "tfsat-host calibrate servo --joint 2 --port a --sequencer-port b",
         "tfsat-host calibrate show",

@@ -76,8 +76,8 @@ def test_all_of_a_long_rest_is_taken(drop: DropLog) -> None:
     assert quiet is not None
     assert len(quiet.t_us) == 143 * RATE_HZ
     assert quiet.t_us[-1] < log.origin_us - 1_000_000
-    for one in estimate_biases(SensorSamples.from_counts(quiet)):
-        assert np.degrees(one.bias_rad_s) == pytest.approx(BIAS_COUNTS / 65.5, abs=0.003)
+    for estimate in estimate_biases(SensorSamples.from_counts(quiet)):
+        assert np.degrees(estimate.bias_rad_s) == pytest.approx(BIAS_COUNTS / 65.5, abs=0.003)
 
 
 def shift(rows: slice, column: int, counts: int) -> Callable[[DropLog], None]:
@@ -184,8 +184,8 @@ def test_too_short_a_rest_is_none(drop: DropLog) -> None:
 def test_without_a_release_all_of_it_counts(drop: DropLog) -> None:
     log = resting(drop, 30)
     log.imu_counts[:, :, 4:7] = BIAS_COUNTS
-    whole = stretch_s(replace(log, release=None))
-    assert whole == pytest.approx((0.0, 36.0), abs=0.1)
+    interval_s = stretch_s(replace(log, release=None))
+    assert interval_s == pytest.approx((0.0, 36.0), abs=0.1)
 
 
 def test_the_wait_in_the_emulated_releaser(tmp_path: Path) -> None:
@@ -199,5 +199,7 @@ def test_the_wait_in_the_emulated_releaser(tmp_path: Path) -> None:
     quiet = quiet_before_release(load(card))
     assert quiet is not None
     assert 12.0 <= len(quiet.t_us) / RATE_HZ <= 13.5
-    for one in estimate_biases(SensorSamples.from_counts(quiet)):
-        assert np.degrees(one.bias_rad_s) == pytest.approx(np.degrees(truth[one.body - 1]), abs=0.02)
+    for estimate in estimate_biases(SensorSamples.from_counts(quiet)):
+        assert np.degrees(estimate.bias_rad_s) == pytest.approx(
+            np.degrees(truth[estimate.body - 1]), abs=0.02
+        )

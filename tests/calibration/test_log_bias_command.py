@@ -26,7 +26,7 @@ def log(
 
 
 def biases(result: dict[str, list[dict[str, list[float]]]]) -> list[list[float]]:
-    return [one["bias_deg_s"] for one in result["bodies"]]
+    return [body["bias_deg_s"] for body in result["bodies"]]
 
 
 @pytest.mark.usefixtures("short_steps")
@@ -64,8 +64,8 @@ def test_a_newer_log_replaces_it_and_is_what_the_table_shows(tfsat_host: RunCli)
 
 def test_what_to_type_next_is_for_the_robot_of_the_recording(tfsat_host: RunCli) -> None:
     file, _ = log(tfsat_host.folder, BEGAN, seed=4)
-    shown = tfsat_host("calibrate", "bias", "--log", file, "--out", "mine.toml").stdout
-    assert "Next: tfsat-host calibrate zero --all --out mine.toml --emulated" in shown
+    output = tfsat_host("calibrate", "bias", "--log", file, "--out", "mine.toml").stdout
+    assert "Next: tfsat-host calibrate zero --all --out mine.toml --emulated" in output
     file.write_bytes(quiet_drop(4)[0])
     refused = tfsat_host("calibrate", "bias", "--log", file, expect=1)
     assert "tfsat-host calibrate bias --emulated" in refused.stderr

@@ -30,19 +30,21 @@ def response(
     bias, _ = mean_and_covariance(gyro.reads(np.zeros((int(3 * RATE_HZ), 3)), rng))
     angle, unsteady = swings(rng, 20.0)
     rate = np.gradient(angle, 1.0 / RATE_HZ)
-    seen = direction(gyro.reads(rate[:, None] * axis + unsteady, rng) - bias, axis, rate)
+    axis_response = direction(gyro.reads(rate[:, None] * axis + unsteady, rng) - bias, axis, rate)
     angle, rests = sweeps(8, angle_rad)
     rate = np.gradient(angle, 1.0 / RATE_HZ)
     reading = gyro.reads(rate[:, None] * axis + sway_between(rests, rng, len(rate)), rng) - bias
     t_s = np.arange(len(angle)) / RATE_HZ
     angles = np.array([angle_reading(angle[rest], rng) for rest in rests])
-    return with_length(seen, *length_between_rests(t_s, reading @ seen.reading, rests, angles))
+    return with_length(
+        axis_response, *length_between_rests(t_s, reading @ axis_response.reading, rests, angles)
+    )
 
 
-def errors(gyro: Gyro, found: Mounting) -> tuple[FloatArray, FloatArray]:
+def errors(gyro: Gyro, mounting: Mounting) -> tuple[FloatArray, FloatArray]:
     """(6,) errors, rotation vector in sensor axes and scale, and their stated standard deviations."""
-    off = Rotation.from_matrix(found.rotation.T @ gyro.mounting).as_rotvec()
-    return np.concatenate([off, found.scale - gyro.scale]), np.sqrt(np.diag(found.covariance))
+    off = Rotation.from_matrix(mounting.rotation.T @ gyro.mounting).as_rotvec()
+    return np.concatenate([off, mounting.scale - gyro.scale]), np.sqrt(np.diag(mounting.covariance))
 
 
 @pytest.mark.parametrize("robots", [30, pytest.param(100, marks=pytest.mark.prove)])
@@ -53,9 +55,9 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
         rng = np.random.default_rng(seed)
         gyro = Gyro.drawn(rng)
         turned = response(gyro, Z, rng, angle_rad=2.0 * np.pi)  # by hand, through a full turn
-        found = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng), turned], gyro.nominal)
-        off[seed], stated[seed] = errors(gyro, found)
-        misfits.append(found.misfit / found.degrees_of_freedom)
+        mounting = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng), turned], gyro.nominal)
+        off[seed], stated[seed] = errors(gyro, mounting)
+        misfits.append(mounting.misfit / mounting.degrees_of_freedom)
     assert np.degrees(np.sqrt((off[:, :3] ** 2).sum(axis=1).mean())) < 0.05
     assert np.sqrt((off[:, 3:] ** 2).mean()) < 0.002
     inside = np.abs(off) < 1.96 * stated
@@ -67,8 +69,8 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
 def test_the_axis_that_no_joint_turns_keeps_the_datasheets_tolerance() -> None:
     rng = np.random.default_rng(3)
     gyro = Gyro(np.eye(3), np.array([1.02, 0.98, 1.025]), np.zeros(3))
-    found = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
-    off, stated = errors(gyro, found)
+    mounting = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
+    off, stated = errors(gyro, mounting)
     assert stated[5] == pytest.approx(SCALE_STD, rel=0.02)
     assert np.abs(off[3:5]).max() < 0.003
     assert np.degrees(np.abs(off[:3]).max()) < 0.1
@@ -77,13 +79,13 @@ def test_the_axis_that_no_joint_turns_keeps_the_datasheets_tolerance() -> None:
 def test_directions_alone_tell_the_mounting_of_a_gyro_with_equal_scales() -> None:
     rng = np.random.default_rng(4)
     gyro = Gyro(Rotation.from_rotvec([0.02, -0.05, 0.08]).as_matrix(), np.full(3, 1.02), np.zeros(3))
-    seen = []
+    responses = []
     for axis in (X, Y):
         angle, unsteady = swings(rng, 20.0)
         rate = np.gradient(angle, 1.0 / RATE_HZ)
-        seen.append(direction(gyro.reads(rate[:, None] * axis + unsteady, rng), axis, rate))
-    assert not any(one.has_length for one in seen)
-    off, _ = errors(gyro, solve_mounting(seen, gyro.nominal))
+        responses.append(direction(gyro.reads(rate[:, None] * axis + unsteady, rng), axis, rate))
+    assert not any(response.has_length for response in responses)
+    off, _ = errors(gyro, solve_mounting(responses, gyro.nominal))
     assert np.degrees(np.abs(off[:3]).max()) < 0.1
 
 
@@ -92,10 +94,10 @@ def test_a_response_about_another_axis_than_it_says_shows_as_misfit() -> None:
     gyro = Gyro.drawn(rng)
     wrong = response(gyro, Rotation.from_rotvec([0.0, 0.0, 0.1]).apply(Y), rng)
     wrong = Response(Y, wrong.reading, wrong.covariance, True)
-    found = solve_mounting([response(gyro, X, rng), wrong], gyro.nominal)
+    mounting = solve_mounting([response(gyro, X, rng), wrong], gyro.nominal)
     right = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
     assert right.misfit < 12.0  # six numbers
-    assert found.misfit > 100.0
+    assert mounting.misfit > 100.0
 
 
 def test_a_swing_shortened_by_the_low_pass_would_be_wrong_but_rests_are_not() -> None:
@@ -167,6 +169,6 @@ def test_batch_means_know_that_filtered_noise_repeats_itself() -> None:
 def test_how_a_sensor_sits_is_said_in_words(turn_deg: tuple[float, ...], says: str) -> None:
     nominal = Rotation.from_euler("xyz", [90, 0, 90], degrees=True).as_matrix()
     rotation = nominal @ Rotation.from_rotvec(np.radians(turn_deg)).as_matrix()
-    said = describe_mounting(rotation, nominal)
-    assert said.endswith(says) or says in said
-    assert bool(said) == bool(says)
+    description = describe_mounting(rotation, nominal)
+    assert description.endswith(says) or says in description
+    assert bool(description) == bool(says)

@@ -51,20 +51,22 @@ def recording(certificate: Path) -> Path:
 
 def test_what_was_kept_is_read_back(certificate: Path) -> None:
     campaign = Campaign(certificate, MODEL, SUBJECT)
-    assert [one.step for one in campaign.evidence] == [REST, ZERO, *SWINGS[:2]]
-    for one in campaign.evidence:
-        assert np.array_equal(one.counts.imu_counts, done(one.step).counts.imu_counts)
+    assert [evidence.step for evidence in campaign.evidence] == [REST, ZERO, *SWINGS[:2]]
+    for evidence in campaign.evidence:
+        assert np.array_equal(evidence.counts.imu_counts, done(evidence.step).counts.imu_counts)
 
 
-@pytest.mark.parametrize(("image", "kept"), [("10660001", "10660001"), ("00000000", None)])
-def test_the_image_that_the_logger_ran_is_kept(certificate: Path, image: str, kept: str | None) -> None:
+@pytest.mark.parametrize(("image", "expected_image"), [("10660001", "10660001"), ("00000000", None)])
+def test_the_image_that_the_logger_ran_is_kept(
+    certificate: Path, image: str, expected_image: str | None
+) -> None:
     """Keep the CRC of the logger's image in the certificate.
 
     A core that runs natively has no image: its CRC is all zeros.
     """
     step = done(SWINGS[2])
     Campaign(certificate, MODEL, SUBJECT).accept(replace(step, origin=replace(step.origin, image_crc=image)))
-    assert read_calibration(certificate).logger_image == kept
+    assert read_calibration(certificate).logger_image == expected_image
 
 
 def test_a_refused_step_changes_nothing(certificate: Path) -> None:
@@ -81,11 +83,11 @@ def test_a_recording_that_is_gone_counts_no_more(certificate: Path) -> None:
     recording(certificate).unlink()
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert campaign.left_out[0].endswith("on which the calibration rests, is not there.")
-    found = campaign.accept(done(SWINGS[2]))
-    assert [paper.step for paper in found.papers] == [
-        one.key for one in (REST, SWINGS[0], SWINGS[1], SWINGS[2])
+    calibration = campaign.accept(done(SWINGS[2]))
+    assert [paper.step for paper in calibration.papers] == [
+        step.key for step in (REST, SWINGS[0], SWINGS[1], SWINGS[2])
     ]
-    assert found.joints[0].zero_taken is None
+    assert calibration.joints[0].zero_taken is None
     assert Campaign(certificate, MODEL, SUBJECT).left_out == ()
 
 
@@ -94,7 +96,7 @@ def test_a_recording_that_was_changed_counts_no_more(certificate: Path) -> None:
     recording(certificate).write_bytes(to_bytes(other))
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert "its SHA-256 differs" in campaign.left_out[0]
-    assert ZERO not in [one.step for one in campaign.evidence]
+    assert ZERO not in [evidence.step for evidence in campaign.evidence]
 
 
 def test_a_step_that_was_recorded_before_the_one_it_would_replace(certificate: Path) -> None:
@@ -113,9 +115,9 @@ def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None
     waiting, other = (Campaign(certificate, MODEL, SUBJECT) for _ in range(2))
     other.accept(done(SWINGS[2]))
     assert note_landing(certificate, Landing(done(SWINGS[2]).taken + timedelta(minutes=1), "recording 1"))
-    found = waiting.accept(done(SWINGS[3]))
-    assert {paper.step for paper in found.papers} >= {SWINGS[2].key, SWINGS[3].key}
-    assert [landing.told_by for landing in found.landings] == ["recording 1"]
+    calibration = waiting.accept(done(SWINGS[3]))
+    assert {paper.step for paper in calibration.papers} >= {SWINGS[2].key, SWINGS[3].key}
+    assert [landing.told_by for landing in calibration.landings] == ["recording 1"]
     assert not list(certificate.parent.glob(".*"))
 
 
@@ -209,10 +211,10 @@ def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None
     with pytest.raises(CalibrationError, match="--anew"):
         campaign.accept(again[2])
     campaign.sensors_moved(again[0].taken - timedelta(seconds=1))
-    found = [campaign.accept(one) for one in again[1:]][-1]
-    assert [landing.told_by for landing in found.landings] == ["a person: sensors were moved"]
-    assert not any("misalignment of body 2" in one.name for one in found.shortcomings())
-    gyro = found.gyros[1]
+    calibration = [campaign.accept(evidence) for evidence in again[1:]][-1]
+    assert [landing.told_by for landing in calibration.landings] == ["a person: sensors were moved"]
+    assert not any("misalignment of body 2" in gap.name for gap in calibration.shortcomings())
+    gyro = calibration.gyros[1]
     moved = Rotation.from_matrix(true_rotation(2).T @ gyro.rotation).magnitude()
     assert np.rad2deg(moved) == pytest.approx(12.0, abs=0.5)
     assert np.sqrt(np.diag(gyro.covariance)[3:6]) == pytest.approx(before, rel=1.0)
@@ -229,6 +231,6 @@ def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
     Campaign(certificate, MODEL, SUBJECT).accept(later(done(ZERO), 60))
     assert last.read_bytes() != certificate.read_bytes()
     assert note_landing(certificate, Landing(done(ZERO).taken + timedelta(minutes=90), "recording 1"))
-    noted = max(folder.glob("certificate-*.toml"))
-    assert noted.read_bytes() == certificate.read_bytes()
-    assert b"recording 1" in noted.read_bytes()
+    newest_certificate = max(folder.glob("certificate-*.toml"))
+    assert newest_certificate.read_bytes() == certificate.read_bytes()
+    assert b"recording 1" in newest_certificate.read_bytes()

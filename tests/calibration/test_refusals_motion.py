@@ -56,9 +56,9 @@ def by(step: Step, *changes: Change) -> Make:
     return lambda: changed(done(step), *changes)
 
 
-def instead(step: Step, asked: Step) -> Make:
+def instead(step: Step, requested_step: Step) -> Make:
     """Return a maker of a step recorded where another one was asked for."""
-    return lambda: replace(done(step), step=asked)
+    return lambda: replace(done(step), step=requested_step)
 
 
 def bent(sensor: int) -> Evidence:
@@ -120,9 +120,9 @@ def test_what_does_no_harm_is_accepted(make: Make) -> None:
 def test_a_hurried_leg_does_no_harm() -> None:
     quick = moved(SWEEP, UP_AND_DOWN, 0.4, 1.0)
     accept(quick, known())
-    found = solve(known(quick), MODEL).gyros[0]
-    stated = np.sqrt(found.covariance[6, 6])
-    assert abs(found.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * stated < 0.02
+    gyro = solve(known(quick), MODEL).gyros[0]
+    stated = np.sqrt(gyro.covariance[6, 6])
+    assert abs(gyro.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * stated < 0.02
 
 
 def rested() -> list[Evidence]:
@@ -149,12 +149,12 @@ TO_AND_FRO = [60.0, 0.0] * 3
         *(
             case(
                 f"{sides} held",
-                partial(moved, SWINGS[asked], TO_AND_FRO, held=held),
+                partial(moved, SWINGS[index], TO_AND_FRO, held_bodies=held_bodies),
                 f"{WRONG}{sides} was held.",
                 "Hold bod",
-                quick=asked in (0, 2),
+                quick=index in (0, 2),
             )
-            for asked, held, sides in (
+            for index, held_bodies, sides in (
                 (0, (1,), "bodies 2, 3 and 4 turned, and body 1"),
                 (1, (2, 3, 4), "body 1 turned, and bodies 2 and 3"),
                 (2, (1, 2), "bodies 3 and 4 turned, and bodies 1 and 2"),
@@ -164,13 +164,13 @@ TO_AND_FRO = [60.0, 0.0] * 3
         ),
         *(
             case(
-                f"{of[other].key} for {of[asked].key}",
-                instead(of[other], of[asked]),
-                f" deg, not joint {of[asked].joint}.",
-                f"Move joint {of[asked].joint}, or put the angle sensors' cables right",
+                f"{of[other].key} for {of[requested_index].key}",
+                instead(of[other], of[requested_index]),
+                f" deg, not joint {of[requested_index].joint}.",
+                f"Move joint {of[requested_index].joint}, or put the angle sensors' cables right",
             )
             for of in (SWINGS, SWEEPS)
-            for asked, other in ((0, 2), (0, 4), (2, 0), (4, 3))
+            for requested_index, other in ((0, 2), (0, 4), (2, 0), (4, 3))
         ),
         case("held at 0.2", gives_way(0.2), "should have been held", "Hold bodies 2, 3 and 4 firmly"),
         case("held at 0.6", gives_way(0.6), "should have been held", "firmly", quick=False),

@@ -71,7 +71,7 @@ def test_a_sensor_that_is_mounted_otherwise_is_named(body: int, rotation: FloatA
 
     A robot file with the suggested mounting accepts the same recordings.
     """
-    swings = [changed(done(one), turn_sensor(body, rotation)) for one in SWINGS if body in one.moved]
+    swings = [changed(done(step), turn_sensor(body, rotation)) for step in SWINGS if body in step.moved]
     with pytest.raises(CalibrationError) as caught:
         solve(known(*swings), MODEL)
     assert f"The sensor on body {body} looks " in caught.value.what
@@ -87,16 +87,16 @@ def test_a_sensor_that_is_mounted_otherwise_is_named(body: int, rotation: FloatA
 @pytest.mark.parametrize("rotation", SOME)
 def test_one_joint_tells_as_much_as_one_axis_can(rotation: FloatArray) -> None:
     swing = changed(done(SWINGS[0]), turn_sensor(1, rotation))
-    seen = rotation.T @ [1.0, 0.0, 0.0]
-    main = int(np.abs(seen).argmax())
-    if seen[0] == 1.0:  # turned about the joint's axis: the next joint tells
+    sensor_axis = rotation.T @ [1.0, 0.0, 0.0]
+    main = int(np.abs(sensor_axis).argmax())
+    if sensor_axis[0] == 1.0:  # turned about the joint's axis: the next joint tells
         accept(swing, known())
         return
     error = refused(swing, known())
     how = "the other way round" if main == 0 else f"with x and {'xyz'[main]} exchanged"
     assert error.what.startswith(f"The sensor on body 1 looks mounted {how}")
-    shown = f"{'-' if seen.sum() < 0 else ''}{'xyz'[main]}"
-    assert f"about the body's x axis on its {shown} axis" in error.what
+    axis_label = f"{'-' if sensor_axis.sum() < 0 else ''}{'xyz'[main]}"
+    assert f"about the body's x axis on its {axis_label} axis" in error.what
     assert ("correct their direction" in error.next_step) == (main == 0)
 
 
@@ -105,9 +105,9 @@ def test_every_design_of_right_angles_is_taken(design: FloatArray) -> None:
     """Sensors up to 5 deg off it, on all four bodies."""
     turns = [turn_sensor(body, design) for body in (1, 2, 3, 4)]
     model = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=design) for imu in MODEL.imus))
-    steps = [changed(done(one), *turns) for one in (REST, ZERO, *SWINGS)]
-    found = solve(steps, model)
-    for gyro, mounting in zip(found.gyros, TRUTH.mounting, strict=True):
+    steps = [changed(done(step), *turns) for step in (REST, ZERO, *SWINGS)]
+    solution = solve(steps, model)
+    for gyro, mounting in zip(solution.gyros, TRUTH.mounting, strict=True):
         off = Rotation.from_matrix(gyro.rotation.T @ mounting @ design).as_rotvec()
         stated = np.sqrt(np.diag(gyro.covariance)[3:6])
         assert np.all(np.abs(off) < 4.0 * stated + np.deg2rad(0.05))
@@ -125,7 +125,7 @@ def test_a_mirrored_reading_is_refused() -> None:
         values[:, 1, [4, 5]] = values[:, 1, [5, 4]]
         return replace(counts, imu_counts=values)
 
-    steps = [changed(done(one), mirror) for one in (REST, SWINGS[1], SWINGS[2])]
+    steps = [changed(done(step), mirror) for step in (REST, SWINGS[1], SWINGS[2])]
     with pytest.raises(CalibrationError, match="sensor on body 2 looks mounted with x and y exchanged"):
         solve([*steps, done(ZERO)], MODEL)
 
@@ -137,7 +137,7 @@ def test_both_directions_of_a_joint_wrong_in_the_file(joint: int) -> None:
         for sensor in MODEL.angle_sensors
     )
     model = replace(MODEL, angle_sensors=sensors)
-    step = next(one for one in SWINGS if one.joint == joint and (len(one.moved) > 1 or joint == 3))
+    step = next(swing for swing in SWINGS if swing.joint == joint and (len(swing.moved) > 1 or joint == 3))
     error = refused(done(step), known(), model)
     if joint == 3:  # one gyro alone may be mounted so
         assert "body 4 looks mounted the other way round" in error.what

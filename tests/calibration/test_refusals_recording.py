@@ -56,8 +56,8 @@ def lose(share: float) -> Change:
 
     def change(counts: Counts) -> Counts:
         keep = np.random.default_rng(1).random(len(counts.t_us)) >= share
-        left = {name: getattr(counts, name)[keep] for name in COLUMNS}
-        return replace(counts, **left, samples_lost=int((~keep).sum()))
+        remaining_columns = {name: getattr(counts, name)[keep] for name in COLUMNS}
+        return replace(counts, **remaining_columns, samples_lost=int((~keep).sum()))
 
     return change
 
@@ -194,5 +194,5 @@ def test_a_rest_that_is_quiet_enough(fault: Change) -> None:
 
 
 def test_hands_on_the_robot_are_no_rest() -> None:
-    held = record(SWINGS[0], hands=HANDS)
-    assert "was not still" in refused(replace(held, step=REST), []).what
+    evidence = record(SWINGS[0], hands=HANDS)
+    assert "was not still" in refused(replace(evidence, step=REST), []).what

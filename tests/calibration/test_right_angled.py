@@ -25,7 +25,7 @@ TURNED_MODEL = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=TURNED) for
 def found(*left_out: StepKind) -> Solution:
     """Solve a day's steps with four such sensors."""
     turns = [turn_sensor(body, TURNED) for body in (1, 2, 3, 4)]
-    return solve([changed(one, *turns) for one in day(StepKind.SERVO, *left_out)], TURNED_MODEL)
+    return solve([changed(evidence, *turns) for evidence in day(StepKind.SERVO, *left_out)], TURNED_MODEL)
 
 
 def certificate(solution: Solution) -> Calibration:
@@ -39,8 +39,8 @@ def true_scale(body: int, axis: int) -> float:
 
 def test_without_a_turn_the_scale_factors_about_the_bodies_z_are_missing() -> None:
     missing = certificate(found(StepKind.TURN)).shortcomings()
-    assert [one.name for one in missing] == [f"scale factor z of body {body}" for body in (1, 2, 3, 4)]
-    assert {one.reason for one in missing} == {"missing"}
+    assert [gap.name for gap in missing] == [f"scale factor z of body {body}" for body in (1, 2, 3, 4)]
+    assert {gap.reason for gap in missing} == {"missing"}
     assert commands_of(missing) == ("tfsat-host calibrate scale --turn z 360",)
 
 
@@ -58,10 +58,10 @@ def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
 
 
 def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
-    moved = [one for one in found().used if one.step.kind in (StepKind.SWEEP, StepKind.TURN)]
-    for one in moved:
-        axis = one.step.axis or "xyx"[(one.step.joint or 0) - 1]
-        for row in scale_rows(found().gyros, one, TURNED_MODEL):
+    moved = [evidence for evidence in found().used if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)]
+    for evidence in moved:
+        axis = evidence.step.axis or "xyx"[(evidence.step.joint or 0) - 1]
+        for row in scale_rows(found().gyros, evidence, TURNED_MODEL):
             assert row["axis"] == axis
             assert row["scale"] == pytest.approx(
                 true_scale(row["body"], "xyz".index(axis)), abs=4.0 * row["std"]

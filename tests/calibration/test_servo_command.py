@@ -64,12 +64,12 @@ def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joi
     assert len(evidence.visits) == 24
     before = FACTORY.of(joint)
     assert evidence.servo_setting == (before.zero_us, before.ns_per_deg, before.reversed)
-    found = servo_map_of(evidence, sensors, MODEL)
-    assert gain_of(found).value == pytest.approx(GAINS[joint - 1], rel=0.003)
-    assert offset_of(found).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
-    assert np.rad2deg(found.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
-    left = left_by(servo_map_of(again, sensors, MODEL), settings_from_map(found, FACTORY).of(joint))
-    assert left["mean_deg"] < 0.1 + 2 * np.rad2deg(found.repeatability_rad)
+    servo_map = servo_map_of(evidence, sensors, MODEL)
+    assert gain_of(servo_map).value == pytest.approx(GAINS[joint - 1], rel=0.003)
+    assert offset_of(servo_map).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
+    assert np.rad2deg(servo_map.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
+    residuals = left_by(servo_map_of(again, sensors, MODEL), settings_from_map(servo_map, FACTORY).of(joint))
+    assert residuals["mean_deg"] < 0.1 + 2 * np.rad2deg(servo_map.repeatability_rad)
 
 
 @pytest.mark.parametrize("robots", [1, pytest.param(6, marks=pytest.mark.prove)])
@@ -79,12 +79,12 @@ def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does(robots: 
     for seed in range(robots):
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
         with rig(built, Operator.human(seed), seed) as here:
-            found = servo_map_of(here.measured(1), here.solution().joints, MODEL)
-            gain, offset = gain_of(found), offset_of(found)
+            servo_map = servo_map_of(here.measured(1), here.solution().joints, MODEL)
+            gain, offset = gain_of(servo_map), offset_of(servo_map)
             ratios.append((gain.value - built.servo_gain[0]) / gain.std)
             ratios.append((offset.value - np.rad2deg(built.servo_offset_rad[0])) / offset.std)
-            ratios.append((found.backlash_rad - built.servo_backlash_rad[0]) / found.backlash_std_rad)
-            assert found.repeatability_rad == pytest.approx(built.servo_repeat_rad[0], rel=0.6)
+            ratios.append((servo_map.backlash_rad - built.servo_backlash_rad[0]) / servo_map.backlash_std_rad)
+            assert servo_map.repeatability_rad == pytest.approx(built.servo_repeat_rad[0], rel=0.6)
     assert np.max(np.abs(ratios)) < 4.0
     if robots > 1:
         assert np.mean(np.abs(ratios) < 2.0) >= 0.8
@@ -208,9 +208,9 @@ def test_a_joint_that_its_stop_keeps_from_closing_is_not_measured_there() -> Non
     stopped = at_stops(points, 1, MODEL)
     assert [met for met in stopped if met] == [True, True]
     assert all((point.pulse_us == 1000.0) == met for point, met in zip(points, stopped, strict=True))
-    found = servo_map_of(evidence, sensors, MODEL)
-    assert found.places == 6
-    assert offset_of(found).value == pytest.approx(-3.0, abs=0.05)
+    servo_map = servo_map_of(evidence, sensors, MODEL)
+    assert servo_map.places == 6
+    assert offset_of(servo_map).value == pytest.approx(-3.0, abs=0.05)
 
 
 def test_what_the_zero_point_is_not_known_by_is_in_the_offset() -> None:
@@ -252,19 +252,19 @@ def test_the_whole_command(tfsat_host: RunCli) -> None:
     assert without["what"] == "The zero point of joint 1 is not calibrated."
     assert without["next_step"].endswith("tfsat-host calibrate zero --joint 1 --emulated")
     tfsat_host("calibrate", "zero", "--joint", "1", "--emulated", "--yes")
-    kept = tfsat_host.json(*servo_1, "--yes", "--no-upload")
-    assert (kept["uploaded"], kept["verified"]) == (False, False)
-    assert len(kept["points"]) == 24
-    asked = tfsat_host.json("upload-servos", "--show", "--emulated")["servos"]
-    assert asked == kept["settings"]["before"]["servos"]
-    done = tfsat_host.json(*servo_1, "--yes", "--resume")
-    assert done["map"] == pytest.approx(kept["map"]), "the measurement was kept"
-    assert (done["uploaded"], done["verified"]) == (True, True)
+    first_result = tfsat_host.json(*servo_1, "--yes", "--no-upload")
+    assert (first_result["uploaded"], first_result["verified"]) == (False, False)
+    assert len(first_result["points"]) == 24
+    stored_servos = tfsat_host.json("upload-servos", "--show", "--emulated")["servos"]
+    assert stored_servos == first_result["settings"]["before"]["servos"]
+    resumed_result = tfsat_host.json(*servo_1, "--yes", "--resume")
+    assert resumed_result["map"] == pytest.approx(first_result["map"]), "the measurement was kept"
+    assert (resumed_result["uploaded"], resumed_result["verified"]) == (True, True)
     assert (
         tfsat_host.json("upload-servos", "--show", "--emulated")["servos"]
-        == done["settings"]["after"]["servos"]
+        == resumed_result["settings"]["after"]["servos"]
     )
-    assert (tfsat_host.folder / done["file"]).name == "calibration-emulated.toml"
+    assert (tfsat_host.folder / resumed_result["file"]).name == "calibration-emulated.toml"
 
 
 @pytest.mark.usefixtures("short_steps")
@@ -276,8 +276,8 @@ def test_it_says_what_will_move_and_demands_the_word(
     capsys.readouterr()
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated"]) == 4
-    said = capsys.readouterr()
-    assert said.out == ""
+    output = capsys.readouterr()
+    assert output.out == ""
     for words in (
         "Take the holding attachment off joint 3",
         "Hold bodies 1, 2 and 3 on the bench; body 4 will move.",
@@ -287,16 +287,16 @@ def test_it_says_what_will_move_and_demands_the_word(
         "Type JOG to move it: ",
         "Nothing was moved.",
     ):
-        assert words in said.err
+        assert words in output.err
     monkeypatch.setattr(sys, "stdin", Terminal("JOG\nno\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated"]) == 4
-    said = capsys.readouterr()
-    assert "repeatability" in said.out and "joint 3: change / us per deg" in said.out
+    output = capsys.readouterr()
+    assert "repeatability" in output.out and "joint 3: change / us per deg" in output.out
     on = "To go on from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
-    assert said.err.endswith(on) and "same command" not in said.err
-    assert "stop 26 of 26" in said.err
+    assert output.err.endswith(on) and "same command" not in output.err
+    assert "stop 26 of 26" in output.err
     monkeypatch.setattr(sys, "stdin", Terminal("y\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated", "--resume"]) == 0
-    said = capsys.readouterr()
-    assert "Settings stored on the sequencer, read back and identical" in said.out
-    assert "Type JOG" not in said.err
+    output = capsys.readouterr()
+    assert "Settings stored on the sequencer, read back and identical" in output.out
+    assert "Type JOG" not in output.err

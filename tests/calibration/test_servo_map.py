@@ -81,28 +81,28 @@ def test_a_servo_without_scatter_is_found_exactly(
     servo = SimulatedServo(gain, offset_deg, backlash_deg)
     points = servo.visited()
     order.shuffle(points)
-    found = fit_servo_map(points, 1, FACTORY_SERVO)
-    assert np.rad2deg(found.backlash_rad) == pytest.approx(backlash_deg, abs=1e-6)
+    servo_map = fit_servo_map(points, 1, FACTORY_SERVO)
+    assert np.rad2deg(servo_map.backlash_rad) == pytest.approx(backlash_deg, abs=1e-6)
     for pulse_us in (1000.0, 1500.0, 2000.0):
         for direction in (-1, 1):
-            reached_deg = np.rad2deg(found.reached_rad(pulse_us, direction))
+            reached_deg = np.rad2deg(servo_map.reached_rad(pulse_us, direction))
             assert reached_deg == pytest.approx(servo.mean_deg(pulse_us, direction), abs=1e-6)
-    assert np.rad2deg(found.repeatability_rad) == pytest.approx(0.0, abs=1e-6)
-    assert np.rad2deg(found.nonlinearity_rad) == pytest.approx(0.0, abs=1e-6)
-    assert found.pulse_range_us == (1000.0, 2000.0)
-    assert (found.places, found.repeats, found.setting) == (7, 12, FACTORY_SERVO)
+    assert np.rad2deg(servo_map.repeatability_rad) == pytest.approx(0.0, abs=1e-6)
+    assert np.rad2deg(servo_map.nonlinearity_rad) == pytest.approx(0.0, abs=1e-6)
+    assert servo_map.pulse_range_us == (1000.0, 2000.0)
+    assert (servo_map.places, servo_map.repeats, servo_map.setting) == (7, 12, FACTORY_SERVO)
 
 
 def test_scatter_and_bend_are_told_apart_and_from_the_sensors_noise() -> None:
     noisy = SimulatedServo(repeatability_deg=0.5, bend_deg=1.5, noise_deg=0.5)
-    found = [_measured(replace(noisy, seed=seed)) for seed in SEEDS]
-    scatter_deg = np.rad2deg([each.repeatability_rad for each in found])
+    servo_maps = [_measured(replace(noisy, seed=seed)) for seed in SEEDS]
+    scatter_deg = np.rad2deg([each.repeatability_rad for each in servo_maps])
     assert np.sqrt(np.mean(scatter_deg**2)) == pytest.approx(0.5, rel=0.05)
     # Of a half wave 1.5 deg high at 0, 15 … 90 deg, what the best line leaves.
     places_deg = np.arange(0, 91, 15)
     wave_deg = 1.5 * np.sin(np.pi * places_deg / 90)
     left_deg = wave_deg - np.polyval(np.polyfit(places_deg, wave_deg, 1), places_deg)
-    bend_deg = np.rad2deg([each.nonlinearity_rad for each in found])
+    bend_deg = np.rad2deg([each.nonlinearity_rad for each in servo_maps])
     assert np.sqrt(np.mean(bend_deg**2)) == pytest.approx(np.sqrt(left_deg @ left_deg / 5), rel=0.05)
 
 
@@ -122,17 +122,17 @@ def test_scatter_and_bend_are_told_apart_and_from_the_sensors_noise() -> None:
 def test_intervals_of_the_map_hold_the_truth(servo: SimulatedServo) -> None:
     inside = []
     for seed in SEEDS:
-        found = _measured(replace(servo, seed=seed))
+        servo_map = _measured(replace(servo, seed=seed))
         truth = np.deg2rad(
             [
-                servo.mean_deg(found.middle_us, 0),
+                servo.mean_deg(servo_map.middle_us, 0),
                 servo.gain / FACTORY_SERVO.ns_per_deg * 1000,
                 servo.backlash_deg,
             ]
         )
-        estimate = [found.middle_rad, found.slope_rad_per_us, found.backlash_rad]
-        inside.append(np.abs(estimate - truth) < 1.96 * np.sqrt(np.diag(found.covariance)))
-        assert found.backlash_std_rad == np.sqrt(found.covariance[2, 2])
+        estimate = [servo_map.middle_rad, servo_map.slope_rad_per_us, servo_map.backlash_rad]
+        inside.append(np.abs(estimate - truth) < 1.96 * np.sqrt(np.diag(servo_map.covariance)))
+        assert servo_map.backlash_std_rad == np.sqrt(servo_map.covariance[2, 2])
     for share in np.mean(inside, axis=0):
         assert 0.90 <= share <= 0.99
 
@@ -147,13 +147,13 @@ def test_intervals_of_a_crooked_servo_hold_the_line_that_it_strays_from() -> Non
             for pulse in sorted({p.pulse_us for p in points})
         }
         strayed = [replace(p, reached_rad=p.reached_rad + stray_rad[p.pulse_us]) for p in points]
-        found = fit_servo_map(strayed, 1, FACTORY_SERVO)
+        servo_map = fit_servo_map(strayed, 1, FACTORY_SERVO)
         truth = [
-            np.deg2rad(TRUE.mean_deg(found.middle_us, 0)),
+            np.deg2rad(TRUE.mean_deg(servo_map.middle_us, 0)),
             np.deg2rad(TRUE.gain / FACTORY_SERVO.ns_per_deg * 1000),
         ]
-        off = np.abs(np.array([found.middle_rad, found.slope_rad_per_us]) - truth)
-        inside.append(off < 1.96 * np.sqrt(np.diag(found.covariance)[:2]))
+        off = np.abs(np.array([servo_map.middle_rad, servo_map.slope_rad_per_us]) - truth)
+        inside.append(off < 1.96 * np.sqrt(np.diag(servo_map.covariance)[:2]))
     for share in np.mean(inside, axis=0):
         assert 0.90 <= share <= 0.99
 
@@ -171,11 +171,11 @@ def test_intervals_of_a_crooked_servo_hold_the_line_that_it_strays_from() -> Non
 def test_strokes_miss_as_expected(servo: SimulatedServo, corrected: bool) -> None:
     inside, missed_by = [], []
     for seed in SEEDS:
-        flown = replace(servo, seed=seed)
-        found = _measured(flown)
-        settings = settings_from_map(found, FACTORY) if corrected else FACTORY
-        reached_deg = np.array(flown.fly_deg(STROKES_CDEG, settings.of(1)))
-        expected = expected_stroke_errors(MOVES, [found], settings)
+        seeded_servo = replace(servo, seed=seed)
+        servo_map = _measured(seeded_servo)
+        settings = settings_from_map(servo_map, FACTORY) if corrected else FACTORY
+        reached_deg = np.array(seeded_servo.fly_deg(STROKES_CDEG, settings.of(1)))
+        expected = expected_stroke_errors(MOVES, [servo_map], settings)
         missed_rad = np.deg2rad(reached_deg - np.array(STROKES_CDEG) / 100)
         off_rad = missed_rad - [each.error_rad for each in expected]
         inside.append(np.abs(off_rad) < 1.96 * np.array([each.std_rad for each in expected]))
@@ -193,10 +193,10 @@ def test_much_backlash_leaves_the_first_stroke_in_doubt_and_no_other() -> None:
     loose = replace(TRUE, backlash_deg=4.0)
     inside, stds_deg = [], []
     for seed in SEEDS:
-        flown = replace(loose, seed=seed)
-        expected = expected_stroke_errors(MOVES, [_measured(flown)], FACTORY)
+        seeded_servo = replace(loose, seed=seed)
+        expected = expected_stroke_errors(MOVES, [_measured(seeded_servo)], FACTORY)
         missed_rad = np.deg2rad(
-            np.array(flown.fly_deg(STROKES_CDEG, FACTORY_SERVO)) - np.array(STROKES_CDEG) / 100
+            np.array(seeded_servo.fly_deg(STROKES_CDEG, FACTORY_SERVO)) - np.array(STROKES_CDEG) / 100
         )
         off_rad = missed_rad - [each.error_rad for each in expected]
         inside.append(np.abs(off_rad) < 1.96 * np.array([each.std_rad for each in expected]))
@@ -212,14 +212,14 @@ def test_a_bent_servo_is_given_wider_intervals_that_hold() -> None:
     bent = replace(TRUE, bend_deg=1.5, repeatability_deg=0.3)
     inside = []
     for number, seed in enumerate(SEEDS):
-        flown = replace(bent, seed=seed)
-        found = _measured(flown)
+        seeded_servo = replace(bent, seed=seed)
+        servo_map = _measured(seeded_servo)
         top_cdeg = 1000 + 7500 * number // len(SEEDS)  # over the whole bend
-        (reached_deg,) = flown.fly_deg([top_cdeg], FACTORY_SERVO)
-        (expected,) = expected_stroke_errors([(1, top_cdeg)], [found], FACTORY)
+        (reached_deg,) = seeded_servo.fly_deg([top_cdeg], FACTORY_SERVO)
+        (expected,) = expected_stroke_errors([(1, top_cdeg)], [servo_map], FACTORY)
         off_rad = np.deg2rad(reached_deg - top_cdeg / 100) - expected.error_rad
         inside.append(abs(off_rad) < 1.96 * expected.std_rad)
-        straight = replace(found, nonlinearity_rad=0.0)
+        straight = replace(servo_map, nonlinearity_rad=0.0)
         assert expected_stroke_errors([(1, top_cdeg)], [straight], FACTORY)[0].std_rad < expected.std_rad
     assert 0.90 <= np.mean(inside) <= 0.99
 
@@ -247,8 +247,8 @@ def test_with_the_new_settings_the_joint_reaches_what_is_commanded(
 def test_a_servo_that_opens_by_shorter_pulses() -> None:
     turned = replace(FACTORY_SERVO, zero_us=2000, reversed=1)
     servo = SimulatedServo(gain=-0.95, offset_deg=92.0, backlash_deg=1.0)
-    found = fit_servo_map(servo.visited(turned), 1, turned)
-    setting = settings_from_map(found, _with(turned)).of(1)
+    servo_map = fit_servo_map(servo.visited(turned), 1, turned)
+    setting = settings_from_map(servo_map, _with(turned)).of(1)
     assert setting.reversed == 1
     assert servo.mean_deg(board_pulse_us(setting, 4500), 0) == pytest.approx(45.0, abs=0.1)
 
@@ -262,9 +262,9 @@ def test_a_servo_that_does_not_reach_its_range_says_how_far_it_goes() -> None:
     assert "[0, 74]" in caught.value.next_step
     narrow = _with(replace(FACTORY_SERVO, max_cdeg=7400))
     assert settings_from_map(_measured(far), narrow).of(1).max_cdeg == 7400
-    wider = _with(replace(FACTORY_SERVO, max_cdeg=7500))
+    wide_settings = _with(replace(FACTORY_SERVO, max_cdeg=7500))
     with pytest.raises(CalibrationError):
-        settings_from_map(_measured(far), wider)
+        settings_from_map(_measured(far), wide_settings)
 
 
 @pytest.mark.parametrize(
@@ -309,13 +309,13 @@ def test_each_stroke_goes_on_from_where_its_joint_came_to_rest() -> None:
 
 
 def test_a_setting_that_misses_is_told_from_one_that_is_only_rounded() -> None:
-    found = _measured(TRUE)
+    servo_map = _measured(TRUE)
     # 2 deg of offset at 0, and 5 % of 90 deg less it at the other end.
-    worst_deg = np.rad2deg(setting_error_rad(found, FACTORY_SERVO) or 0.0)
+    worst_deg = np.rad2deg(setting_error_rad(servo_map, FACTORY_SERVO) or 0.0)
     assert worst_deg == pytest.approx(-2.5, abs=0.5)
-    assert setting_error_rad(found, settings_from_map(found, FACTORY).of(1)) is None
+    assert setting_error_rad(servo_map, settings_from_map(servo_map, FACTORY).of(1)) is None
     again = _measured(replace(TRUE, seed=1))
-    assert setting_error_rad(found, settings_from_map(again, FACTORY).of(1)) is None
+    assert setting_error_rad(servo_map, settings_from_map(again, FACTORY).of(1)) is None
 
 
 @given(valid_settings(), st.floats(0, 1))

@@ -59,17 +59,17 @@ def along_std_rad(gyro: GyroCalibration, axis_body: FloatArray) -> float:
 
 def same(first: Solution, second: Solution) -> bool:
     return all(
-        np.array_equal(one.rotation, other.rotation)
-        and np.array_equal(one.scale, other.scale)
-        and np.array_equal(one.covariance, other.covariance)
-        for one, other in zip(first.gyros, second.gyros, strict=True)
+        np.array_equal(gyro.rotation, other.rotation)
+        and np.array_equal(gyro.scale, other.scale)
+        and np.array_equal(gyro.covariance, other.covariance)
+        for gyro, other in zip(first.gyros, second.gyros, strict=True)
     )
 
 
 def test_without_evidence_all_is_as_designed() -> None:
-    found = solve((), MODEL)
-    assert found.used == ()
-    for gyro, imu in zip(found.gyros, MODEL.imus, strict=True):
+    solution = solve((), MODEL)
+    assert solution.used == ()
+    for gyro, imu in zip(solution.gyros, MODEL.imus, strict=True):
         assert np.array_equal(gyro.rotation, imu.sensor_to_body)
         assert np.sqrt(np.diag(gyro.covariance)[:6]) == pytest.approx(
             [BIAS_STD_RAD_S] * 3 + [MOUNTING_STD_RAD] * 3
@@ -78,9 +78,9 @@ def test_without_evidence_all_is_as_designed() -> None:
 
 
 def test_a_whole_day_is_right_within_what_it_states() -> None:
-    found = solve(day(), MODEL)
-    assert [one.step.key for one in found.used] == [one.step.key for one in day()]
-    for gyro in found.gyros:
+    solution = solve(day(), MODEL)
+    assert [evidence.step.key for evidence in solution.used] == [evidence.step.key for evidence in day()]
+    for gyro in solution.gyros:
         stated = np.sqrt(np.diag(gyro.covariance))
         scale_off = gyro.scale - TRUTH.gyro_scale[gyro.body - 1]
         bias_off = gyro.bias_rad_s - TRUTH.gyro_bias_rad_s[gyro.body - 1]
@@ -111,9 +111,9 @@ def test_the_newest_of_a_step_replaces_what_was_before() -> None:
     slip = slip_sensor(2, (0.0, 0.0, 4.0))
     loose = [changed(later(done(step), -60), slip) for step in SWINGS[1:3]]
     fresh = known(done(SWINGS[1]), done(SWINGS[2]))
-    found = solve([*fresh, *loose], MODEL)
-    assert same(found, solve(fresh, MODEL))
-    assert len(found.used) == 4
+    solution = solve([*fresh, *loose], MODEL)
+    assert same(solution, solve(fresh, MODEL))
+    assert len(solution.used) == 4
 
 
 def test_the_order_of_the_evidence_is_no_matter() -> None:
@@ -155,15 +155,15 @@ def test_zeros_that_are_missing_cost_certainty_not_truth() -> None:
         stated = np.sqrt(np.diag(gyro.covariance)[3:6])
         assert np.all(np.abs(off_rad(gyro)) < 4.0 * stated)
     # Body 3 sees joint 1's axis across joint 2, whose angle is not known well now.
-    third = [np.trace(found.gyros[2].covariance[3:6, 3:6]) for found in (with_zero, without)]
+    third = [np.trace(solution.gyros[2].covariance[3:6, 3:6]) for solution in (with_zero, without)]
     assert third[1] > third[0]
 
 
-def seen_axes_off_deg(found: Solution) -> list[float]:
+def seen_axes_off_deg(solution: Solution) -> list[float]:
     """Compute the errors of the axes measured by swings, in deg, for the bodies that both joints turn."""
-    gyros = [found.gyros[0], found.gyros[1]]
+    gyros = [solution.gyros[0], solution.gyros[1]]
     pairs = [(gyro.rotation @ true_rotation(gyro.body).T @ axis, axis) for gyro in gyros for axis in (X, Y)]
-    return [float(np.rad2deg(np.linalg.norm(np.cross(seen, axis)))) for seen, axis in pairs]
+    return [float(np.rad2deg(np.linalg.norm(np.cross(measured_axis, axis)))) for measured_axis, axis in pairs]
 
 
 def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,7 +197,7 @@ def test_a_new_bias_leaves_what_was_measured_with_the_old_one_alone() -> None:
         assert np.rad2deg(new.bias_rad_s - old.bias_rad_s) == pytest.approx([5.0] * 3, abs=0.02)
         assert np.array_equal(new.rotation, old.rotation)
         assert np.array_equal(new.scale, old.scale)
-    assert [one.step.key for one in after.used].count("rest") == 2
+    assert [evidence.step.key for evidence in after.used].count("rest") == 2
 
 
 def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -> None:
@@ -208,8 +208,8 @@ def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -
         [6.0, 0.0], abs=0.1
     )
     assert all(
-        np.array_equal(one.rotation, other.rotation)
-        for one, other in zip(before.gyros, after.gyros, strict=True)
+        np.array_equal(gyro.rotation, other.rotation)
+        for gyro, other in zip(before.gyros, after.gyros, strict=True)
     )
 
 
@@ -228,8 +228,8 @@ def test_a_joint_that_follows_while_it_should_stay_closed_is_told_by_its_sensors
     """Joint 2 opens by 0.8 % of joint 1: body 3 turns about another axis, which its joints' sensors know."""
     motion = done(SWINGS[1])
     t_s = (motion.counts.t_us - motion.counts.t_us[0]) * 1e-6
-    shown = np.unwrap(motion.counts.angle_counts[:, 0] * (2 * np.pi / COUNTS_PER_TURN))
-    joint_1_deg = np.rad2deg(savgol_filter(shown - shown[0], 41, 2))
+    sensor_rad = np.unwrap(motion.counts.angle_counts[:, 0] * (2 * np.pi / COUNTS_PER_TURN))
+    joint_1_deg = np.rad2deg(savgol_filter(sensor_rad - sensor_rad[0], 41, 2))
     joint_2_deg = 0.008 * joint_1_deg
     # It turns about joint 2's axis, and joint 1's axis is no longer along its x.
     tilted = np.gradient(joint_1_deg, t_s) * np.sin(np.deg2rad(joint_2_deg))
@@ -240,19 +240,19 @@ def test_a_joint_that_follows_while_it_should_stay_closed_is_told_by_its_sensors
         add_angle(4, lambda _: -joint_2_deg),
         add_rate(3, lambda _: np.asarray(TRUTH.gyro_scale[2] * (rates_deg_s @ true_rotation(3)))),
     )
-    closed, found = (
-        solve([*known(one), *map(done, SWINGS[2:4])], MODEL).gyros[2] for one in (motion, followed)
+    closed, followed_gyro = (
+        solve([*known(evidence), *map(done, SWINGS[2:4])], MODEL).gyros[2] for evidence in (motion, followed)
     )
     # 0.8 % of a radian would be 0.46 deg.
-    assert np.rad2deg(np.linalg.norm(off_rad(found) - off_rad(closed))) < 0.05
+    assert np.rad2deg(np.linalg.norm(off_rad(followed_gyro) - off_rad(closed))) < 0.05
 
 
 # Sweeps
 
 
 def test_scale_factors_of_two_axes_within_their_intervals() -> None:
-    found = solve(known(*map(done, SWINGS), *map(done, SWEEPS)), MODEL)
-    for gyro, scale in zip(found.gyros[:2], TRUTH.gyro_scale[:2], strict=True):
+    solution = solve(known(*map(done, SWINGS), *map(done, SWEEPS)), MODEL)
+    for gyro, scale in zip(solution.gyros[:2], TRUTH.gyro_scale[:2], strict=True):
         stated = np.sqrt(np.diag(gyro.covariance))[6:8]
         assert np.all(stated < 0.004)
         assert np.all(np.abs(gyro.scale[:2] - scale[:2]) < 3.5 * stated)
@@ -261,15 +261,17 @@ def test_scale_factors_of_two_axes_within_their_intervals() -> None:
 
 
 def test_the_angle_sensors_bend_is_not_taken_for_a_scale_factor() -> None:
-    found = solve(known(done(SWINGS[0]), done(SWEEPS[0])), MODEL)
-    apart = found.joints[0].bend[0] - found.joints[0].bend[1]
+    solution = solve(known(done(SWINGS[0]), done(SWEEPS[0])), MODEL)
+    apart = solution.joints[0].bend[0] - solution.joints[0].bend[1]
     true = TRUTH.angle_nonlinearity_rad[0] - TRUTH.angle_nonlinearity_rad[1]
-    assert found.joints[0].bend_taken == done(SWEEPS[0]).taken
+    assert solution.joints[0].bend_taken == done(SWEEPS[0]).taken
     assert np.all(np.abs(apart - true) < 4.0 * np.sqrt(2.0) * np.deg2rad(0.05))
 
 
 def test_a_sensor_that_slips_by_less_than_is_refused_widens_the_interval() -> None:
     slipped = changed(done(SWEEPS[0]), add_angle(1, lambda share: 0.5 * (share > 0.5)))
-    found, clean = (solve(known(done(SWINGS[0]), one), MODEL).gyros[0] for one in (slipped, done(SWEEPS[0])))
-    assert found.covariance[6, 6] > 2.0 * clean.covariance[6, 6]
-    assert abs(found.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * np.sqrt(found.covariance[6, 6])
+    slipped_gyro, clean = (
+        solve(known(done(SWINGS[0]), evidence), MODEL).gyros[0] for evidence in (slipped, done(SWEEPS[0]))
+    )
+    assert slipped_gyro.covariance[6, 6] > 2.0 * clean.covariance[6, 6]
+    assert abs(slipped_gyro.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * np.sqrt(slipped_gyro.covariance[6, 6])

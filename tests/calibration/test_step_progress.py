@@ -59,19 +59,19 @@ def test_a_sweep_rests_where_the_screen_says_and_ends_with_the_last_rest() -> No
     stops = stops_deg(SWEEP)
     assert list(stops) == [0, 30, 60, 90, 60, 30, 0, 30, 60, 90, 60, 30, 0]
     counts = recorded(SWEEP, 34.0, Operator.steady())
-    seen = [
+    snapshots = [
         progress_of(SWEEP, until(counts, elapsed_s), _NOTHING, MODEL)
         for elapsed_s in np.arange(1.0, 34.0, 1.5)
     ]
-    rests = [one.rests for one in seen]
+    rests = [snapshot.rests for snapshot in snapshots]
     assert rests == sorted(rests) and rests[-1] == len(stops)
-    for one in seen:
-        assert one.next_stop_deg == (stops[one.rests] if one.rests < 13 else None)
-        assert one.done is (one.rests == 13)
-    arrived = next(one for one in seen if one.rests == 4)
+    for snapshot in snapshots:
+        assert snapshot.next_stop_deg == (stops[snapshot.rests] if snapshot.rests < 13 else None)
+        assert snapshot.done is (snapshot.rests == 13)
+    arrived = next(snapshot for snapshot in snapshots if snapshot.rests == 4)
     assert arrived.joint_deg[0] == pytest.approx(90.0, abs=3.0)
-    done = next(one for one in seen if one.done)
-    assert done.elapsed_s > 1.0 + 12 * 2.5 - 1.0, "the last rest was read, not only reached"
+    final_snapshot = next(snapshot for snapshot in snapshots if snapshot.done)
+    assert final_snapshot.elapsed_s > 1.0 + 12 * 2.5 - 1.0, "the last rest was read, not only reached"
 
 
 def test_a_turn_rests_at_both_ends() -> None:
@@ -87,8 +87,8 @@ def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
     twitching = replace(still, imu_counts=still.imu_counts.copy())
     middle = len(still.t_us) // 2
     twitching.imu_counts[middle : middle + 30, 1:3, 4] += 500  # 8 deg/s for a tenth of a second
-    seen = SensorSamples.from_counts(twitching)
-    assert len(find_rests(seen.t_s, seen.rate_rad_s[:, 1, 0])) == 2
+    samples = SensorSamples.from_counts(twitching)
+    assert len(find_rests(samples.t_s, samples.rate_rad_s[:, 1, 0])) == 2
     assert progress_of(SWEEP, twitching, _NOTHING, MODEL).rests == 1
 
 

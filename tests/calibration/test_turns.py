@@ -40,8 +40,8 @@ def opened(deg: float) -> Evidence:
 
 
 def test_scale_factors_within_their_intervals() -> None:
-    found = solve(known(done(TURN)), MODEL)
-    for gyro, scale in zip(found.gyros, TRUTH.gyro_scale, strict=True):
+    solution = solve(known(done(TURN)), MODEL)
+    for gyro, scale in zip(solution.gyros, TRUTH.gyro_scale, strict=True):
         stated = np.sqrt(gyro.covariance[8, 8])
         assert stated < 0.003
         assert abs(gyro.scale[2] - scale[2]) < 3.5 * stated

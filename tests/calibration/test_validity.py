@@ -29,13 +29,13 @@ def landed(at: datetime) -> Calibration:
 
 
 def names(calibration: Calibration, reason: str, before: datetime | None = None) -> list[str]:
-    return [one.name for one in calibration.shortcomings(before) if one.reason == reason]
+    return [gap.name for gap in calibration.shortcomings(before) if gap.reason == reason]
 
 
 def test_a_whole_calibration_lacks_nothing() -> None:
-    found = quantities(whole_calibration())
-    assert len(found) == 4 + 3 + 8 + 12 + 3
-    assert len({one.name for one in found}) == len(found)
+    all_quantities = quantities(whole_calibration())
+    assert len(all_quantities) == 4 + 3 + 8 + 12 + 3
+    assert len({quantity.name for quantity in all_quantities}) == len(all_quantities)
     assert whole_calibration().shortcomings() == ()
     assert whole_calibration().last_landing is None
     assert summarize_shortcomings(()) == ""
@@ -46,13 +46,13 @@ def test_a_landing_ends_all_but_the_scale_factors() -> None:
     stale = names(calibration, "stale")
     assert len(stale) == 18
     assert not [name for name in stale if "scale" in name]
-    for wanted in (
+    for quantity_name in (
         "bias of body 4",
         "zero point of joint 2",
         "misalignment of body 1 about y",
         "servo of joint 3",
     ):
-        assert wanted in stale
+        assert quantity_name in stale
     assert names(calibration, "missing") == []
 
 
@@ -73,8 +73,8 @@ def test_of_two_directions_only_the_one_from_before_the_landing_is_stale() -> No
     assert calibration.shortcomings() == ()
     calibration = with_landing(calibration, Landing(MEASURED + HOUR, "a test"))
     assert names(calibration, "missing") == []
-    of_body = [one for one in calibration.shortcomings() if one.name.startswith("misalignment of body 1")]
-    assert [(one.name, one.reason, one.taken) for one in of_body] == [
+    of_body = [gap for gap in calibration.shortcomings() if gap.name.startswith("misalignment of body 1")]
+    assert [(gap.name, gap.reason, gap.taken) for gap in of_body] == [
         ("misalignment of body 1 about y", "stale", MEASURED)
     ]
     assert commands_of(of_body) == ("tfsat-host calibrate misalignment --joint 2",)
@@ -85,10 +85,10 @@ def test_what_a_landing_makes_stale_comes_out_of_the_recordings_and_is_not_forgo
     landing = later(done(SWINGS[0]), 300).taken
     gyros = solve(swung, MODEL, landing).gyros
     calibration = with_landing(replace(whole_calibration(), gyros=gyros), Landing(landing, "a test"))
-    of_body = [one for one in calibration.shortcomings() if one.name.startswith("misalignment of body")]
-    assert {one.reason for one in of_body} == {"stale"}
+    of_body = [gap for gap in calibration.shortcomings() if gap.name.startswith("misalignment of body")]
+    assert {gap.reason for gap in of_body} == {"stale"}
     assert len(of_body) == 7
-    assert "misalignment of body 1 about x" not in [one.name for one in of_body]
+    assert "misalignment of body 1 about x" not in [gap.name for gap in of_body]
 
 
 def test_only_landings_before_a_recording_count_for_it() -> None:
@@ -111,7 +111,7 @@ def test_a_landing_is_added_once_and_in_order() -> None:
     )
     twice = with_landing(calibration, Landing(MEASURED + HOUR + timedelta(seconds=121), "another"))
     thrice = with_landing(twice, Landing(MEASURED - HOUR, "an earlier one"))
-    assert [one.told_by for one in thrice.landings] == ["an earlier one", "a test", "another"]
+    assert [landing.told_by for landing in thrice.landings] == ["an earlier one", "a test", "another"]
     assert thrice.last_landing == MEASURED + HOUR + timedelta(seconds=121)
 
 

@@ -66,8 +66,8 @@ def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
     truth = replace(
         TRUTH, angle_zero_rad=np.deg2rad(shown_deg) - design, angle_nonlinearity_rad=np.zeros((6, 4))
     )
-    found = solve([record(zero(None), truth=truth)], MODEL)
-    for sensors in found.joints:
+    solution = solve([record(zero(None), truth=truth)], MODEL)
+    for sensors in solution.joints:
         off = np.rad2deg(wrap_angle(sensors.zero_rad - np.deg2rad(shown_deg)))
         assert np.all(np.abs(off) < 0.03)
         stated = np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance)))
@@ -76,10 +76,10 @@ def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
 
 
 def test_zero_of_one_joint_leaves_the_others() -> None:
-    found = solve([done(ZERO), record(zero(2))], MODEL)
-    taken = [sensors.zero_taken for sensors in found.joints]
-    assert taken[0] == taken[2] == done(ZERO).taken
-    assert taken[1] != taken[0]
+    solution = solve([done(ZERO), record(zero(2))], MODEL)
+    zero_times = [sensors.zero_taken for sensors in solution.joints]
+    assert zero_times[0] == zero_times[2] == done(ZERO).taken
+    assert zero_times[1] != zero_times[0]
 
 
 @pytest.mark.parametrize("joint", [1, 2, 3])
@@ -123,8 +123,8 @@ def test_a_silent_sensor(sensor: int) -> None:
 
 
 def test_another_joints_silent_sensor_does_not_matter() -> None:
-    one = replace(changed(done(ZERO), silence_angle(1, 1.0)), step=zero(3))
-    accept(one, [done(REST)])
+    evidence = replace(changed(done(ZERO), silence_angle(1, 1.0)), step=zero(3))
+    accept(evidence, [done(REST)])
 
 
 def test_a_logger_that_restarted_while_a_zero_was_read() -> None:

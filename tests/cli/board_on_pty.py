@@ -55,9 +55,9 @@ class BoardOnPty:
                 os.write(self._master, answer)
 
     def _pass_on(self, data: bytes) -> None:
-        left = data
-        while left:
-            left = left[self._board.write(left) :]
+        unsent_bytes = data
+        while unsent_bytes:
+            unsent_bytes = unsent_bytes[self._board.write(unsent_bytes) :]
             self._board.run(STEP_US)
             if answer := self._board.read():
                 os.write(self._master, answer)

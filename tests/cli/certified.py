@@ -17,7 +17,7 @@ HOUR = timedelta(hours=1)
 MEASURED = datetime(2024, 7, 1, 9, 30, tzinfo=UTC)
 """Long past, as a certificate of the future is another thing."""
 DROPPED = MEASURED + HOUR
-whole_calibration = partial(some_calibration.whole_calibration, taken=MEASURED)
+whole_calibration = partial(some_calibration.whole_calibration, measured_at=MEASURED)
 
 
 def certificate(folder: Path, calibration: Calibration, name: str = "calibration.toml") -> Path:

@@ -54,13 +54,13 @@ class RunCli:
             timeout_s: Timeout of such a process.
         """
         argv = list(map(str, args))
-        done = (
+        result = (
             self._process(argv, environ, timeout_s) if process else self._here(argv, environ, without_ports)
         )
-        assert "Traceback" not in done.stderr, done.stderr
+        assert "Traceback" not in result.stderr, result.stderr
         if expect is not None:
-            assert done.returncode == expect, (done.args, done.returncode, done.stdout, done.stderr)
-        return done
+            assert result.returncode == expect, (result.args, result.returncode, result.stdout, result.stderr)
+        return result
 
     def _process(
         self, argv: list[str], environ: Mapping[str, str] | None, timeout_s: float

@@ -23,22 +23,22 @@ CONTROLS = ("\x1b[2J", "\a", "\u202e", "\u2066")
 @pytest.mark.parametrize("control", CONTROLS)
 def test_a_robot_file_with_control_characters_is_refused(tfsat_host: RunCli, key: str, control: str) -> None:
     escaped = "".join(f"\\u{ord(sign):04x}" for sign in control)
-    text = re.sub(rf'^{key} = "', lambda found: found[0] + escaped, ROBOT, count=1, flags=re.MULTILINE)
+    text = re.sub(rf'^{key} = "', lambda match: match[0] + escaped, ROBOT, count=1, flags=re.MULTILINE)
     (tfsat_host.folder / "robot.toml").write_text(text, encoding="utf-8")
-    done = tfsat_host("robot", "robot.toml", expect=1)
-    assert f"{key}: holds U+{ord(control[0]):04X}, a character that cannot be seen" in done.stderr
-    assert not any(sign in done.stdout + done.stderr for sign in control if not sign.isprintable())
+    process = tfsat_host("robot", "robot.toml", expect=1)
+    assert f"{key}: holds U+{ord(control[0]):04X}, a character that cannot be seen" in process.stderr
+    assert not any(sign in process.stdout + process.stderr for sign in control if not sign.isprintable())
 
 
 @pytest.mark.parametrize("control", CONTROLS)
 def test_a_typed_path_with_control_characters_is_shown_as_an_escape(tfsat_host: RunCli, control: str) -> None:
     for command in (["robot"], ["evaluate"], ["decode"], ["simulate", "--file"]):
-        done = tfsat_host(*command, f"x{control}.toml", expect=None)
-        assert control[0] not in done.stdout + done.stderr
+        process = tfsat_host(*command, f"x{control}.toml", expect=None)
+        assert control[0] not in process.stdout + process.stderr
 
 
 @pytest.mark.parametrize(
-    ("typed", "words"),
+    ("command_line", "words"),
     [
         ("design --grid 0.01", "Give a step of at least"),
         ("plan --target z:20 --model-error 1e9", "'1e9' is too large: write a number from 0 to 5"),
@@ -55,7 +55,7 @@ def test_a_typed_path_with_control_characters_is_shown_as_an_escape(tfsat_host: 
         ("evaluate run", "low-pass setting 77 (possible: 0, 1, 2, 3, 4, 5, 6)"),
     ],
 )
-def test_it_is_refused_by_name(tfsat_host: RunCli, typed: str, words: str) -> None:
+def test_it_is_refused_by_name(tfsat_host: RunCli, command_line: str, words: str) -> None:
     folder = tfsat_host.folder
     os.mkfifo(folder / "fifo")
     strokes = "".join(
@@ -65,9 +65,9 @@ def test_it_is_refused_by_name(tfsat_host: RunCli, typed: str, words: str) -> No
     (folder / "dots.toml").write_text(f"schema = 1\n{'.'.join(['a'] * 20_000)} = 1\n")
     run_folder(folder / "run")
     change_headers(folder / "run" / "SD.bin", dlpf_cfg=77)
-    done = tfsat_host(*typed.split(), expect=None)
-    assert done.returncode in (1, 2)
-    assert words in done.stderr
+    process = tfsat_host(*command_line.split(), expect=None)
+    assert process.returncode in (1, 2)
+    assert words in process.stderr
 
 
 INERTIA = re.compile(r"(?<=[xyz] = )-?[\d.]+")
@@ -76,7 +76,7 @@ INERTIA = re.compile(r"(?<=[xyz] = )-?[\d.]+")
 def _scaled(pattern: re.Pattern[str], factor: float, line_start: str) -> str:
     """Return the robot's file with the numbers of some lines in another unit."""
     return "\n".join(
-        pattern.sub(lambda found: repr(float(found[0]) * factor), line)
+        pattern.sub(lambda match: repr(float(match[0]) * factor), line)
         if line.startswith(line_start)
         else line
         for line in ROBOT.splitlines()
@@ -89,7 +89,7 @@ LENGTHS = ("origin_mm", "com_mm", "boxes_mm", "point_mm", "joint_point_mm", "pos
 
 def _in_meters() -> str:
     return "\n".join(
-        key + "=" + _NUMBER.sub(lambda found: repr(float(found[0]) * 1e-3), values)
+        key + "=" + _NUMBER.sub(lambda match: repr(float(match[0]) * 1e-3), values)
         if (key := line.partition("=")[0]).strip() in LENGTHS and (values := line.partition("=")[2])
         else line
         for line in ROBOT.splitlines()
@@ -99,7 +99,7 @@ def _in_meters() -> str:
 SLIPS = {
     "inertia in g mm2 times 1000": _scaled(INERTIA, 1e3, "inertia_g_m2"),
     "inertia in kg m2": _scaled(INERTIA, 1e-3, "inertia_g_m2"),
-    "one inertia in kg m2": INERTIA.sub(lambda found: repr(float(found[0]) * 1e-3), ROBOT, count=6),
+    "one inertia in kg m2": INERTIA.sub(lambda match: repr(float(match[0]) * 1e-3), ROBOT, count=6),
     "lengths in m": _in_meters(),
     "masses in g": _scaled(_NUMBER, 1e3, "mass_kg"),
     "a hinge 5 m away": ROBOT.replace("point_mm = [0.0, 10.0, 236.0]", "point_mm = [5000.0, 10.0, 236.0]"),
@@ -115,9 +115,9 @@ def test_units_that_slipped_are_refused(tfsat_host: RunCli, slip: str) -> None:
     assert SLIPS[slip] != ROBOT
     (tfsat_host.folder / "slip.toml").write_text(SLIPS[slip], encoding="utf-8")
     for command in (["robot"], ["simulate", "59", "70", "--robot"]):
-        done = tfsat_host(*command, "slip.toml", expect=1)
-        assert re.search(r"slip\.toml:\d+: ", done.stderr)
-        assert re.search(r"Check the units|in mm|above 0", done.stderr)
+        process = tfsat_host(*command, "slip.toml", expect=1)
+        assert re.search(r"slip\.toml:\d+: ", process.stderr)
+        assert re.search(r"Check the units|in mm|above 0", process.stderr)
 
 
 INTERRUPTED = """
@@ -140,7 +140,7 @@ sys.exit(start())
     ["tfsat_host.cli.main", "tfsat_host.errors", "tfsat_host.present.output", "tfsat_host.cli.robot"],
 )
 def test_ctrl_c_ends_it_without_a_traceback_at_any_time(module: str, tmp_path: Path) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, module, "robot"],
         cwd=tmp_path,
         capture_output=True,
@@ -149,5 +149,5 @@ def test_ctrl_c_ends_it_without_a_traceback_at_any_time(module: str, tmp_path: P
         check=False,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    assert "Traceback" not in done.stderr
-    assert done.returncode in (-signal.SIGINT, 130)
+    assert "Traceback" not in process.stderr
+    assert process.returncode in (-signal.SIGINT, 130)

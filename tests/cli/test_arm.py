@@ -152,7 +152,7 @@ def test_the_question_names_what_will_fly_and_what_will_move(
     monkeypatch.setattr(sys, "stdin", Person("no\n"))
     with BoardOnPty(board) as served:
         assert main(["arm", "--port", served.port]) == 4
-    said = capsys.readouterr().err
+    error_text = capsys.readouterr().err
     for words in (
         f"This maneuver will fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
         "\n  0.70 s joint 1 +59°\n  1.05 s joint 2 +70°\n  1.47 s joint 1 -59°\n  1.82 s joint 2 -70°\n",
@@ -162,7 +162,7 @@ def test_the_question_names_what_will_fly_and_what_will_move(
         "Type ARM to arm: ",
         "Nothing was armed.",
     ):
-        assert words in said
+        assert words in error_text
     assert connect(board).status().state == SequencerState.SAFE
 
 
@@ -171,9 +171,9 @@ def test_one_stroke_in_words_and_as_json(board: Board, tfsat_host: RunCli) -> No
         connect(board).upload(schedule_maneuver(Maneuver((Stroke(joint=3, angle_deg=40.0),), 170.0))).stored
     )
     with BoardOnPty(board) as served:
-        done = tfsat_host("arm", "--yes", "--json", "--port", served.port)
-    assert "will fly: 1 stroke, uploaded" in done.stderr
-    armed = json.loads(done.stdout)["maneuver"]
+        process = tfsat_host("arm", "--yes", "--json", "--port", served.port)
+    assert "will fly: 1 stroke, uploaded" in process.stderr
+    armed = json.loads(process.stdout)["maneuver"]
     assert armed["strokes"] == [{"t_s": 0.7, "joint": 3, "angle_deg": 40.0}]
     assert (armed["origin"], armed["crc"], armed["end_us"]) == (
         "uploaded",
@@ -195,9 +195,9 @@ def test_after_a_run_the_servos_hold_its_end_pose(
     monkeypatch.setattr(sys, "stdin", Person("ARM\n"))
     with BoardOnPty(board) as served:
         assert main(["arm", "--port", served.port]) == 0
-    said = capsys.readouterr().err
-    assert "The servos hold the end pose now, each within 10 deg of its start pose" in said
-    assert "further away, ARM is refused" in said
+    error_text = capsys.readouterr().err
+    assert "The servos hold the end pose now, each within 10 deg of its start pose" in error_text
+    assert "further away, ARM is refused" in error_text
     assert connect(board).status().state == SequencerState.ARMED
 
 
@@ -205,7 +205,7 @@ def test_ctrl_c_at_the_question(board: Board, monkeypatch: pytest.MonkeyPatch, c
     monkeypatch.setattr(sys, "stdin", PersonWhoTypesCtrlC())
     with BoardOnPty(board) as served:
         assert main(["arm", "--port", served.port]) == 130
-    said = capsys.readouterr().err
-    assert "Nothing was armed." in said
-    assert "goes on in its own state" not in said
+    error_text = capsys.readouterr().err
+    assert "Nothing was armed." in error_text
+    assert "goes on in its own state" not in error_text
     assert connect(board).status().state == SequencerState.SAFE

@@ -116,9 +116,9 @@ def test_status_goes_on_when_a_board_does_not_speak(
     robot: Served, both: dict[str, str], tfsat_host: RunCli
 ) -> None:
     robot.control("power sequencer off")
-    shown = tfsat_host.json("status", environ=both)
-    assert shown["sequencer"]["error"]["code"] == "missing"
-    assert shown["logger"]["state"] == "idle"
+    status = tfsat_host.json("status", environ=both)
+    assert status["sequencer"]["error"]["code"] == "missing"
+    assert status["logger"]["state"] == "idle"
     robot.control("power logger off")
     assert tfsat_host.json("status", environ=both, expect=1)["error"]["code"] == "missing"
 
@@ -128,15 +128,15 @@ def test_status_of_swapped_and_of_equal_variables(
 ) -> None:
     sequencer, logger = both.values()
     swapped = {"TFSAT_SEQUENCER_PORT": logger, "TFSAT_LOGGER_PORT": sequencer}
-    said = tfsat_host("status", "--json", environ=swapped)
-    assert f"TFSAT_SEQUENCER_PORT={logger} is the logger's port, not the sequencer's" in said.stderr
-    assert f"TFSAT_LOGGER_PORT={sequencer} is the sequencer's port, not the logger's" in said.stderr
-    shown = tfsat_host.json("status", environ=swapped)
-    assert (shown["sequencer"]["state"], shown["logger"]["state"]) == ("safe", "idle")
+    process = tfsat_host("status", "--json", environ=swapped)
+    assert f"TFSAT_SEQUENCER_PORT={logger} is the logger's port, not the sequencer's" in process.stderr
+    assert f"TFSAT_LOGGER_PORT={sequencer} is the sequencer's port, not the logger's" in process.stderr
+    status = tfsat_host.json("status", environ=swapped)
+    assert (status["sequencer"]["state"], status["logger"]["state"]) == ("safe", "idle")
     equal = {"TFSAT_SEQUENCER_PORT": logger, "TFSAT_LOGGER_PORT": str(robot.logger)}
-    said = tfsat_host("status", "--json", environ=equal)
-    assert "name the same port" in said.stderr
-    assert '"sequencer": null' in said.stdout
+    process = tfsat_host("status", "--json", environ=equal)
+    assert "name the same port" in process.stderr
+    assert '"sequencer": null' in process.stdout
 
 
 def test_status_and_upload_agree_when_the_maneuver_ends(tfsat_host: RunCli) -> None:

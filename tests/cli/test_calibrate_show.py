@@ -35,25 +35,27 @@ def test_show_without_a_certificate_says_how_to_begin(tfsat_host: RunCli) -> Non
     assert error["next_step"].endswith("calibrate bias --emulated")
 
 
-@pytest.mark.parametrize(("asked", "there"), [("", "-emulated"), ("-emulated", "")])
-def test_show_names_the_certificate_of_the_other_robot(tfsat_host: RunCli, asked: str, there: str) -> None:
+@pytest.mark.parametrize(("requested_suffix", "there"), [("", "-emulated"), ("-emulated", "")])
+def test_show_names_the_certificate_of_the_other_robot(
+    tfsat_host: RunCli, requested_suffix: str, there: str
+) -> None:
     """Next to it: a rehearsal leaves an emulated robot's where its person then looks for it."""
     certificate(tfsat_host.folder, whole_calibration(), f"calibration{there}.toml")
-    option, other = ((f"--{name[1:]}",) if name else () for name in (asked, there))
+    option, other = ((f"--{name[1:]}",) if name else () for name in (requested_suffix, there))
     error = tfsat_host.json("calibrate", "show", *option, expect=1)["error"]
-    assert error["what"] == f"There is no calibration yet: no file calibration{asked}.toml."
+    assert error["what"] == f"There is no calibration yet: no file calibration{requested_suffix}.toml."
     assert f"calibration{there}.toml" in error["meaning"]
     assert " ".join(["tfsat-host calibrate show", *other]) in error["next_step"]
     assert "tfsat-host calibrate bias" in error["next_step"]
 
 
 def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
-    calibration = whole_calibration(taken=datetime.now(UTC) - 3 * HOUR - HOUR / 2)
+    calibration = whole_calibration(measured_at=datetime.now(UTC) - 3 * HOUR - HOUR / 2)
     certificate(tfsat_host.folder, calibration)
-    shown = tfsat_host.json("calibrate", "show")
-    assert shown["ready"] is True
-    assert shown["commands"] == []
-    rows = {row["quantity"]: row for row in shown["quantities"]}
+    report = tfsat_host.json("calibrate", "show")
+    assert report["ready"] is True
+    assert report["commands"] == []
+    rows = {row["quantity"]: row for row in report["quantities"]}
     assert len(rows) == 30
     bias = rows["bias of body 2"]
     assert bias["value"] == pytest.approx(np.degrees(calibration.gyros[1].bias_rad_s))
@@ -86,20 +88,20 @@ def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> No
     turned = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # x of the body is z of the sensor
     doubtful = gyro.covariance.copy()
     doubtful[7, 7] = 0.017**2
-    known = {axis: gyro.scaled[axis] for axis in "xy"}
-    mounted = replace(gyro, rotation=turned, covariance=doubtful, scaled=known)
+    scale_times = {axis: gyro.scaled[axis] for axis in "xy"}
+    mounted = replace(gyro, rotation=turned, covariance=doubtful, scaled=scale_times)
     certificate(tfsat_host.folder, replace(calibration, gyros=(mounted, *calibration.gyros[1:])))
-    shown = tfsat_host.json("calibrate", "show")
-    rows = {row["quantity"]: row for row in shown["quantities"]}
+    report = tfsat_host.json("calibrate", "show")
+    rows = {row["quantity"]: row for row in report["quantities"]}
     for axis, sensor in (("x", 2), ("y", 0)):
         row = rows[f"scale factor {axis} of body 1"]
         assert (row["value"], row["std"]) == pytest.approx((gyro.scale[sensor], np.radians(0.05)))
     assert rows["scale factor z of body 1"]["state"] == "missing"
-    assert shown["commands"] == ["tfsat-host calibrate scale --turn z 360"]
+    assert report["commands"] == ["tfsat-host calibrate scale --turn z 360"]
 
 
 def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -> None:
-    whole = whole_calibration()
+    calibration = whole_calibration()
     folder = tfsat_host.folder / "mine-recordings"
     folder.mkdir()
     (folder / "rest-1.npz").write_bytes(b"as it was")
@@ -107,16 +109,16 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
     papers = tuple(
         Paper(step, MEASURED, f"{step}-1.npz", sha256(b"as it was")) for step in ("rest", "zero", "turn-z")
     )
-    bare = replace(whole, gyros=(by_design(1, np.eye(3)), *whole.gyros[1:]), papers=papers)
+    bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]), papers=papers)
     file = certificate(
         tfsat_host.folder, with_landing(bare, Landing(MEASURED + HOUR, "recording 1a2b3c4d")), "mine.toml"
     )
-    shown = tfsat_host.json("calibrate", "show", "--out", file.name)
-    assert [paper["state"] for paper in shown["recordings"]] == ["matches", "changed", "gone"]
-    assert shown["landings"] == [{"at": "2026-07-01T10:30:00+00:00", "told_by": "recording 1a2b3c4d"}]
-    missing = [row for row in shown["quantities"] if row["state"] == "missing"]
+    report = tfsat_host.json("calibrate", "show", "--out", file.name)
+    assert [paper["state"] for paper in report["recordings"]] == ["matches", "changed", "gone"]
+    assert report["landings"] == [{"at": "2026-07-01T10:30:00+00:00", "told_by": "recording 1a2b3c4d"}]
+    missing = [row for row in report["quantities"] if row["state"] == "missing"]
     assert [row["value"] for row in missing] == [None] * 6
-    assert shown["commands"][0] == "tfsat-host calibrate bias --out mine.toml"
+    assert report["commands"][0] == "tfsat-host calibrate bias --out mine.toml"
     text = tfsat_host("calibrate", "show", "--out", file.name, environ={"COLUMNS": "150"}).stdout
     for words in (
         "MISSING",
@@ -149,9 +151,9 @@ def test_ages(age: timedelta, words: str) -> None:
 def test_show_is_not_ready_while_a_recording_or_the_clock_is_doubtful(tfsat_host: RunCli) -> None:
     paper = Paper("rest", MEASURED, "rest.npz", "00" * 32)
     now = datetime.now(UTC)
-    certificate(tfsat_host.folder, replace(whole_calibration(taken=now - HOUR), papers=(paper,)))
+    certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now - HOUR), papers=(paper,)))
     assert tfsat_host.json("calibrate", "show")["ready"] is False
     assert "Every quantity is there, but see below." in tfsat_host("calibrate", "show").stdout
-    certificate(tfsat_host.folder, replace(whole_calibration(taken=now + HOUR), papers=()))
+    certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now + HOUR), papers=()))
     assert tfsat_host.json("calibrate", "show")["ready"] is False
     assert "was measured in the future" in tfsat_host("calibrate", "show").stdout

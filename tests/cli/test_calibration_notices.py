@@ -24,20 +24,20 @@ from tfsat_host.calibration.sensors.gyro import by_design
 
 
 def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
-    done = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
-    assert json.loads(done.stdout)["calibration"] is None
-    assert "alibration" not in done.stderr
+    process = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
+    assert json.loads(process.stdout)["calibration"] is None
+    assert "alibration" not in process.stderr
 
 
 def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: RunCli) -> None:
     file = certificate(tfsat_host.folder, whole_calibration())
-    done = tfsat_host("decode", recorded(tfsat_host.folder))
-    assert "calibration.toml holds for this recording." in done.stderr
+    process = tfsat_host("decode", recorded(tfsat_host.folder))
+    assert "calibration.toml holds for this recording." in process.stderr
     landing = "2024-07-01 10:30:02 UTC"
-    assert f"calibration.toml knows of the landing at {landing} now" in done.stderr
-    (known,) = read_calibration(file).landings
-    assert known.told_by == "recording 1234abcd"
-    assert (known.at - DROPPED).total_seconds() == pytest.approx(2.5, abs=0.1)
+    assert f"calibration.toml knows of the landing at {landing} now" in process.stderr
+    (known_landing,) = read_calibration(file).landings
+    assert known_landing.told_by == "recording 1234abcd"
+    assert (known_landing.at - DROPPED).total_seconds() == pytest.approx(2.5, abs=0.1)
     again = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
     assert json.loads(again.stdout)["calibration"] == {
         "file": str(file),
@@ -47,9 +47,9 @@ def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: Run
     }
     assert "knows of the landing" not in again.stderr
     assert len(read_calibration(file).landings) == 1
-    shown = tfsat_host.json("calibrate", "show")
-    assert shown["ready"] is False
-    assert {row["state"] for row in shown["quantities"]} == {"stale", "valid"}
+    report = tfsat_host.json("calibrate", "show")
+    assert report["ready"] is False
+    assert {row["state"] for row in report["quantities"]} == {"stale", "valid"}
 
 
 def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
@@ -72,15 +72,15 @@ def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
 
 
 def test_what_was_measured_after_the_drop_is_named(tfsat_host: RunCli) -> None:
-    certificate(tfsat_host.folder, whole_calibration(taken=DROPPED + HOUR))
+    certificate(tfsat_host.folder, whole_calibration(measured_at=DROPPED + HOUR))
     result = tfsat_host.json("decode", recorded(tfsat_host.folder))
     assert said(result).startswith("Measured only after the landing that followed")
     assert "bias of body 1, bias of body 2, bias of body 3 and 15 more" in said(result)
 
 
 def test_what_it_lacks_is_named(tfsat_host: RunCli) -> None:
-    whole = whole_calibration()
-    bare = replace(whole, gyros=(by_design(1, np.eye(3)), *whole.gyros[1:]))
+    calibration = whole_calibration()
+    bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]))
     certificate(tfsat_host.folder, bare)
     result = tfsat_host.json("decode", recorded(tfsat_host.folder))
     assert said(result).startswith("The calibration lacks bias of body 1, misalignment of body 1 about x, ")
@@ -140,12 +140,12 @@ def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text
     file = tfsat_host.folder / "mine.toml"
     if text is not None:
         file.write_text(text)
-    done = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file, "--json")
-    result = json.loads(done.stdout)
+    process = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file, "--json")
+    result = json.loads(process.stdout)
     assert result["verdict"] == "complete"
     assert result["calibration"]["usable"] is False
     assert str(file) in said(result)
-    assert f"Warning: {result['calibration']['sentences'][0]}" in done.stderr
+    assert f"Warning: {result['calibration']['sentences'][0]}" in process.stderr
 
 
 def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -> None:
@@ -154,8 +154,8 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -
     Its name is so long that no new file next to it can be named after it.
     """
     file = certificate(tfsat_host.folder, whole_calibration()).rename(tfsat_host.folder / f"{'c' * 245}.toml")
-    done = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file)
-    assert "could not be written into" in done.stderr
+    process = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file)
+    assert "could not be written into" in process.stderr
     assert read_calibration(file).landings == ()
 
 
@@ -164,16 +164,16 @@ def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
     data, bias_rad_s = quiet_drop(4, unix_us=round(DROPPED.timestamp() * 1e6))
     log = tfsat_host.folder / "QUIET.BIN"
     log.write_bytes(data)
-    done = tfsat_host("decode", log, "--json")
-    assert 12.0 < json.loads(done.stdout)["quiet_s"] < 13.5
-    (line,) = (line for line in done.stderr.splitlines() if "rested" in line)
+    process = tfsat_host("decode", log, "--json")
+    assert 12.0 < json.loads(process.stdout)["quiet_s"] < 13.5
+    (line,) = (line for line in process.stderr.splitlines() if "rested" in line)
     assert re.search(r"The gyros rested for 1[23] s before the release: bias body 1 [+-]", line)
     assert line.endswith(f"tfsat-host calibrate bias --log {log}")
-    told = [float(word) for word in re.findall(r"[+-]\d+\.\d{3}", line)]
-    assert told == pytest.approx(np.degrees(bias_rad_s).ravel().tolist(), abs=0.02)
+    biases_deg_s = [float(word) for word in re.findall(r"[+-]\d+\.\d{3}", line)]
+    assert biases_deg_s == pytest.approx(np.degrees(bias_rad_s).ravel().tolist(), abs=0.02)
     certificate(tfsat_host.folder, whole_calibration(), "my own.toml")
-    done = tfsat_host("decode", log, "--calibration", "my own.toml")
-    assert f"calibrate bias --log {log} --out 'my own.toml' --emulated" in done.stderr
+    process = tfsat_host("decode", log, "--calibration", "my own.toml")
+    assert f"calibrate bias --log {log} --out 'my own.toml' --emulated" in process.stderr
     log.write_bytes(quiet_drop(4)[0])
     assert "Without a time of day no calibration takes it." in tfsat_host("decode", log).stderr
 

@@ -37,11 +37,11 @@ print(" ".join(sorted(sys.modules)), file=sys.stderr)
 
 
 def _modules_after(*args: str) -> set[str]:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", _HELP_THEN_MODULES, *args], capture_output=True, text=True, check=True
     )
-    assert "usage: tfsat-host" in done.stdout
-    return set(done.stderr.split())
+    assert "usage: tfsat-host" in process.stdout
+    return set(process.stderr.split())
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -52,14 +52,14 @@ def test_help_imports_nothing_heavy() -> None:
 
 def test_help_on_a_terminal_does_not_wait_for_rich() -> None:
     master, slave = pty.openpty()
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", _HELP_THEN_MODULES, "--help"], stdout=slave, stderr=subprocess.PIPE, check=True
     )
     os.close(slave)
-    shown = os.read(master, 4096)
+    terminal_output = os.read(master, 4096)
     os.close(master)
-    assert b"usage: tfsat-host" in shown
-    assert set(done.stderr.decode().split()).isdisjoint(HEAVY)
+    assert b"usage: tfsat-host" in terminal_output
+    assert set(process.stderr.decode().split()).isdisjoint(HEAVY)
 
 
 def test_the_help_of_a_command_on_a_terminal_is_coloured() -> None:
@@ -69,9 +69,9 @@ def test_the_help_of_a_command_on_a_terminal_is_coloured() -> None:
         [sys.executable, "-m", "tfsat_host", "ports", "--help"], stdout=slave, env=environ, check=True
     )
     os.close(slave)
-    shown = os.read(master, 4096)
+    terminal_output = os.read(master, 4096)
     os.close(master)
-    assert b"\x1b[" in shown
+    assert b"\x1b[" in terminal_output
 
 
 def test_the_help_of_a_command_imports_nothing_heavy() -> None:
@@ -91,9 +91,9 @@ for command in HELPS:
         if heavy:
             sys.exit(f"{{command}} --help imports {{heavy}}")
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.count("usage: tfsat-host ") == len(HELPS)
-    assert done.stderr == ""
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert process.stdout.count("usage: tfsat-host ") == len(HELPS)
+    assert process.stderr == ""
 
 
 def test_help_names_every_command_and_every_exit_code(tfsat_host: RunCli) -> None:
@@ -110,9 +110,9 @@ def test_no_arguments_show_the_help(tfsat_host: RunCli) -> None:
 
 def test_the_console_script_is_the_module(tfsat_host: RunCli) -> None:
     script = Path(sys.executable).with_name("tfsat-host")
-    done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
-    assert done.stdout == tfsat_host("--version").stdout
-    assert done.stdout.startswith("tfsat-host ")
+    process = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
+    assert process.stdout == tfsat_host("--version").stdout
+    assert process.stdout.startswith("tfsat-host ")
 
 
 @pytest.mark.parametrize(
@@ -167,9 +167,9 @@ def test_an_error_of_a_command_ends_with_its_code_and_its_words(
     assert main(["ports"]) == code
     assert capsys.readouterr() == ("", "Error: A.\n  B.\n  C.\n")
     assert main(["ports", "--json"]) == code
-    shown = capsys.readouterr()
-    assert json.loads(shown.out) == {"error": {"what": "A.", "meaning": "B.", "next_step": "C."}}
-    assert shown.err == ""
+    output = capsys.readouterr()
+    assert json.loads(output.out) == {"error": {"what": "A.", "meaning": "B.", "next_step": "C."}}
+    assert output.err == ""
 
 
 def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -183,10 +183,10 @@ def test_a_bug_is_kept_in_a_file_and_shown_without_a_traceback(
 ) -> None:
     _ports_raise(monkeypatch, ZeroDivisionError("by zero\nsecond line"))
     assert main(["ports"]) == 1
-    shown = capsys.readouterr().err
-    assert "Traceback" not in shown
-    assert "ZeroDivisionError: by zero\n" in shown
-    path = Path(shown.strip().rpartition("the file ")[2])
+    error_text = capsys.readouterr().err
+    assert "Traceback" not in error_text
+    assert "ZeroDivisionError: by zero\n" in error_text
+    path = Path(error_text.strip().rpartition("the file ")[2])
     assert path.is_relative_to(os.environ["HOME"])
     text = path.read_text()
     assert "Traceback" in text
@@ -215,8 +215,8 @@ def test_an_error_of_the_system_is_no_bug(
 
 def test_a_terminal_without_unicode_is_served(tfsat_host: RunCli) -> None:
     ascii_only = {"PYTHONIOENCODING": "ascii"}
-    shown = tfsat_host("upload-sequence", 59, 70, "--dry-run", environ=ascii_only, process=True)
-    assert "Ends 2.23 s" in shown.stdout
+    process = tfsat_host("upload-sequence", 59, 70, "--dry-run", environ=ascii_only, process=True)
+    assert "Ends 2.23 s" in process.stdout
     refused = tfsat_host(
         "upload-sequence", 59, 70, "--file", "é.toml", expect=2, environ=ascii_only, process=True
     )
@@ -226,14 +226,14 @@ def test_a_terminal_without_unicode_is_served(tfsat_host: RunCli) -> None:
 def test_a_reader_that_has_gone_is_no_error_message() -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "tfsat_host", "ports", "--json"],
         stdout=writing,
         stderr=subprocess.PIPE,
         check=False,
     )
     os.close(writing)
-    assert (done.returncode, done.stderr) == (1, b"")
+    assert (process.returncode, process.stderr) == (1, b"")
 
 
 @pytest.mark.parametrize(
@@ -248,16 +248,16 @@ def test_a_reader_that_has_gone_is_no_error_message() -> None:
     ],
 )
 def test_closed_streams_are_no_bug(args: str, closed: str, tmp_path: Path) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         ["sh", "-c", f'exec "$0" -m tfsat_host {args} {closed}', sys.executable],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == (2 if args == "fly" else 0), done.stderr
-    assert "bug" not in done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == (2 if args == "fly" else 0), process.stderr
+    assert "bug" not in process.stderr
+    assert "Traceback" not in process.stderr
 
 
 def test_help_takes_less_than_a_tenth_of_a_second() -> None:
@@ -270,9 +270,9 @@ def _processor_seconds(*args: str) -> float:
     script = str(Path(sys.executable).with_name("tfsat-host"))
     null = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
     process = os.posix_spawn(script, [script, *args], os.environ, file_actions=null)
-    _, status, used = os.wait4(process, 0)
+    _, status, usage = os.wait4(process, 0)
     assert status == 0
-    return used.ru_utime + used.ru_stime
+    return usage.ru_utime + usage.ru_stime
 
 
 def test_interrupted_where_no_board_could_be(
@@ -294,20 +294,20 @@ def test_every_command_takes_a_negative_number_for_a_value(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """argparse itself takes -5 for a value, but -5,60,20 and -1e3 for unknown options."""
-    taken: list[list[str]] = []
+    parsed_arguments: list[list[str]] = []
     module = importlib.import_module(module_of(command))
 
     def configure(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("--many", nargs=2)
 
     def run(args: argparse.Namespace, _out: object) -> int:
-        taken.append(args.many)
+        parsed_arguments.append(args.many)
         return 0
 
     monkeypatch.setattr(module, "configure", configure)
     monkeypatch.setattr(module, "run", run)
     assert main([command, "--many", "-5,60,20", "-1e3"]) == 0
-    assert taken == [["-5,60,20", "-1e3"]]
+    assert parsed_arguments == [["-5,60,20", "-1e3"]]
 
 
 @pytest.mark.parametrize(
@@ -327,11 +327,11 @@ sys.meta_path.insert(0, Interrupting())
 from tfsat_host.cli.main import main
 sys.exit(main(["robot"]))
 """
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
     )
-    assert done.stdout == "" and "Interrupted." in done.stderr and "Traceback" not in done.stderr
-    assert done.returncode in (130, -signal.SIGINT)
+    assert process.stdout == "" and "Interrupted." in process.stderr and "Traceback" not in process.stderr
+    assert process.returncode in (130, -signal.SIGINT)
 
 
 def test_names_in_files_and_of_files_do_not_steer_the_terminal(
@@ -353,6 +353,6 @@ def test_names_in_files_and_of_files_do_not_steer_the_terminal(
         ["simulate", "--file", f"nothing{evil}.toml"],
     ):
         main(argv)
-        shown = "".join(capsys.readouterr())
-        assert "\\x1b" in shown, argv
-        assert all(map(str.isprintable, shown.split("\n"))), argv
+        output = "".join(capsys.readouterr())
+        assert "\\x1b" in output, argv
+        assert all(map(str.isprintable, output.split("\n"))), argv

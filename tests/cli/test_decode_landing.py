@@ -42,11 +42,11 @@ def kept(folder: Path, calibration: Calibration, written: datetime) -> Path:
 def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfsat_host: RunCli) -> None:
     file = certificate(tfsat_host.folder, whole_calibration())
     log = timeless(tfsat_host.folder)
-    done = tfsat_host("decode", log)
-    assert "holds for this recording" not in done.stderr
-    assert "not known whether the calibration is older or newer than this fall" in done.stderr
-    assert "record start" in done.stderr
-    assert "knows of the landing at 2024-07-01 12:30:00 UTC (by its file, at the latest" in done.stderr
+    process = tfsat_host("decode", log)
+    assert "holds for this recording" not in process.stderr
+    assert "not known whether the calibration is older or newer than this fall" in process.stderr
+    assert "record start" in process.stderr
+    assert "knows of the landing at 2024-07-01 12:30:00 UTC (by its file, at the latest" in process.stderr
     (landing,) = read_calibration(file).landings
     assert landing == Landing(COPIED, "recording 1234abcd, which has no time of day: by its file")
     assert tfsat_host.json("calibrate", "show")["ready"] is False
@@ -84,14 +84,14 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
     kept(here, whole_calibration(), MEASURED)
     mine = kept(here, whole_calibration(), MEASURED + HOUR / 2)
     kept(here, whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")), DROPPED - HOUR / 4)
-    kept(here, whole_calibration(taken=DROPPED + HOUR), DROPPED + HOUR)
+    kept(here, whole_calibration(measured_at=DROPPED + HOUR), DROPPED + HOUR)
     (here / "calibration-recordings" / "certificate-of-mine.toml").write_text("")
-    present = certificate(here, whole_calibration(taken=DROPPED + HOUR))
+    present = certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
     result = tfsat_host.json("decode", recorded(here))
     assert result["calibration"] == {"file": str(mine), "usable": True, "shortcomings": [], "sentences": []}
-    done = tfsat_host("decode", recorded(here))
-    assert f"{present} was measured again after this fall: {mine} is the certificate" in done.stderr
-    assert f"{mine} holds for this recording." in done.stderr
+    process = tfsat_host("decode", recorded(here))
+    assert f"{present} was measured again after this fall: {mine} is the certificate" in process.stderr
+    assert f"{mine} holds for this recording." in process.stderr
     assert len(read_calibration(present).landings) == 1
     assert read_calibration(mine).landings == (), "what was written once stays as it was"
 
@@ -103,7 +103,7 @@ def test_a_kept_certificate_knows_of_the_landings_since(tfsat_host: RunCli) -> N
     """
     here = tfsat_host.folder
     mine = kept(here, whole_calibration(), MEASURED)
-    anew = with_landing(whole_calibration(taken=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))
+    anew = with_landing(whole_calibration(measured_at=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))
     certificate(here, anew)
     result = tfsat_host.json("decode", recorded(here))
     assert result["calibration"]["file"] == str(mine)
@@ -116,10 +116,10 @@ def test_a_kept_certificate_that_is_damaged_is_passed_over_with_a_warning(tfsat_
     mine = kept(here, whole_calibration(), MEASURED)
     newer = kept(here, whole_calibration(), MEASURED + HOUR / 2)
     newer.write_text("nonsense")
-    certificate(here, whole_calibration(taken=DROPPED + HOUR))
-    done = tfsat_host("decode", recorded(here))
-    assert f"Warning: {newer}: is not valid TOML" in done.stderr
-    assert f"{mine} holds for this recording." in done.stderr
+    certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
+    process = tfsat_host("decode", recorded(here))
+    assert f"Warning: {newer}: is not valid TOML" in process.stderr
+    assert f"{mine} holds for this recording." in process.stderr
 
 
 def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_young(tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_you
     certificate(tmp_path, young)
     assert certificate_for(present, DROPPED, landed).path.parent.name == "calibration-recordings"
     scaled = whole_calibration()
-    scaled = replace(scaled, gyros=tuple(replace(one, scaled={"x": landed + HOUR}) for one in scaled.gyros))
+    scaled = replace(scaled, gyros=tuple(replace(gyro, scaled={"x": landed + HOUR}) for gyro in scaled.gyros))
     certificate(tmp_path, scaled)
     assert certificate_for(present, DROPPED, landed).path == present, "no landing changes a scale factor"
     certificate(tmp_path, young)
@@ -142,7 +142,7 @@ def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_you
 
 
 def test_what_was_measured_in_the_future_is_not_usable(tfsat_host: RunCli) -> None:
-    certificate(tfsat_host.folder, whole_calibration(taken=datetime(2199, 1, 1, tzinfo=UTC)))
+    certificate(tfsat_host.folder, whole_calibration(measured_at=datetime(2199, 1, 1, tzinfo=UTC)))
     result = tfsat_host.json("decode", timeless(tfsat_host.folder))
     assert result["calibration"]["usable"] is False
     assert "were measured in the future (2199-01-01 00:00 UTC)" in said(result)
@@ -151,8 +151,10 @@ def test_what_was_measured_in_the_future_is_not_usable(tfsat_host: RunCli) -> No
 
 
 def test_one_quantity_of_the_future() -> None:
-    whole = whole_calibration()
-    early = replace(whole, joints=(replace(whole.joints[0], zero_taken=DROPPED), *whole.joints[1:]))
+    calibration = whole_calibration()
+    early = replace(
+        calibration, joints=(replace(calibration.joints[0], zero_taken=DROPPED), *calibration.joints[1:])
+    )
     (sentence,) = notices(early, None, FILE, now=MEASURED + HOUR / 2)
     assert sentence.startswith("zero point of joint 1 was measured in the future (2024-07-01 10:30 UTC): ")
     assert sentence.endswith(": tfsat-host calibrate zero --joint 1 --out calibration-anew.toml")
@@ -178,8 +180,8 @@ def inside(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_commands_can_be_typed_as_they_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, emulated: bool, name: str, options: str
 ) -> None:
-    whole = whole_calibration(subject=replace(SUBJECT, emulated=emulated))
+    calibration = whole_calibration(subject=replace(SUBJECT, emulated=emulated))
     with inside(tmp_path, monkeypatch):
-        (sentence,) = notices(with_landing(whole, Landing(DROPPED, "a test")), None, Path(name))
+        (sentence,) = notices(with_landing(calibration, Landing(DROPPED, "a test")), None, Path(name))
     first, second = (f"tfsat-host calibrate {step}{options}" for step in ("bias", "zero --all"))
     assert f"To measure: {first}, {second}, " in sentence

@@ -61,18 +61,18 @@ class PtyBoard:
 
 @pytest.fixture
 def board() -> Iterator[PtyBoard]:
-    made = PtyBoard()
-    yield made
-    made.close()
+    pty_board = PtyBoard()
+    yield pty_board
+    pty_board.close()
 
 
 def test_another_protocol_is_disarmed_all_the_same(board: PtyBoard, tfsat_host: RunCli) -> None:
-    done = tfsat_host("disarm", "--port", board.port)
-    assert "Disarmed" in done.stdout
-    assert "speaks another protocol" in done.stderr
+    process = tfsat_host("disarm", "--port", board.port)
+    assert "Disarmed" in process.stdout
+    assert "speaks another protocol" in process.stderr
     assert board.requests == [HelloRequest.TYPE, DisarmRequest.TYPE]
-    shown = tfsat_host.json("disarm", "--port", board.port)
-    assert (shown["state"], shown["same_protocol"]) == ("safe", False)
+    result = tfsat_host.json("disarm", "--port", board.port)
+    assert (result["state"], result["same_protocol"]) == ("safe", False)
 
 
 def test_every_other_command_refuses_another_protocol(board: PtyBoard, tfsat_host: RunCli) -> None:
@@ -132,6 +132,6 @@ def test_who_tries_a_command_hears_of_the_emulated_robot(tfsat_host: RunCli, com
 
 
 def test_disarming_an_emulated_robot_is_not_taken_for_more(tfsat_host: RunCli) -> None:
-    said = tfsat_host("disarm", "--emulated").stdout
-    assert said.startswith("The emulated robot of this command was disarmed, no other")
+    output = tfsat_host("disarm", "--emulated").stdout
+    assert output.startswith("The emulated robot of this command was disarmed, no other")
     assert tfsat_host.json("disarm", "--emulated")["emulated"] is True

@@ -32,11 +32,11 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
         tfsat_host(*arguments)
     run = tfsat_host.folder / "run"
     names = (path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith("."))
-    left = {re.sub(r"-[0-9a-f]{8}\.", "-SESSION.", name) for name in names}
+    file_names = {re.sub(r"-[0-9a-f]{8}\.", "-SESSION.", name) for name in names}
     rows = re.findall(
         r"^\| (`.*?) \|", (REPOSITORY / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE
     )
-    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
+    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == file_names
 
 
 def anchors(document: Path) -> set[str]:

@@ -53,8 +53,8 @@ def test_each_stroke_with_what_it_will_miss_by(
     calibrated: Calibrated, capsys: pytest.CaptureFixture[str]
 ) -> None:
     calibrated("calibration-emulated.toml")
-    told = _upload(capsys, "--emulated")
-    assert [(row["stroke"], row["joint"], row["commanded_deg"]) for row in told["expected"]] == [
+    result = _upload(capsys, "--emulated")
+    assert [(row["stroke"], row["joint"], row["commanded_deg"]) for row in result["expected"]] == [
         (1, 1, 59.0),
         (2, 2, 70.0),
         (3, 1, -59.0),
@@ -62,24 +62,24 @@ def test_each_stroke_with_what_it_will_miss_by(
     ]
     # 5 % of the stroke; half the play from wherever the joint hung, then all of it.
     expected_deg = [-2.95 - 0.5, -3.5 - 0.5, 2.95 + 1.0, 3.5 + 1.0]
-    assert [row["error_deg"] for row in told["expected"]] == pytest.approx(expected_deg, abs=0.4)
-    first, second, third, fourth = (row["std_deg"] for row in told["expected"])
+    assert [row["error_deg"] for row in result["expected"]] == pytest.approx(expected_deg, abs=0.4)
+    first, second, third, fourth = (row["std_deg"] for row in result["expected"])
     assert 0.3 < third < first < 1.0
     assert 0.3 < fourth < second < 1.0
-    assert told["verified"] is True
+    assert result["verified"] is True
 
 
 def test_for_people(calibrated: Calibrated, capsys: pytest.CaptureFixture[str]) -> None:
     calibrated("calibration-emulated.toml", MAPS[:1])
     assert main(["upload-sequence", "59", "70", "--emulated"]) == 0
-    shown = capsys.readouterr()
-    assert "misses by / deg" in shown.out
-    (first,) = [line for line in shown.out.splitlines() if line.lstrip().startswith("0.70")]
+    output = capsys.readouterr()
+    assert "misses by / deg" in output.out
+    (first,) = [line for line in output.out.splitlines() if line.lstrip().startswith("0.70")]
     assert float(first.split()[3]) == pytest.approx(-3.45, abs=0.4)
-    (second,) = [line for line in shown.out.splitlines() if line.lstrip().startswith("1.05")]
+    (second,) = [line for line in output.out.splitlines() if line.lstrip().startswith("1.05")]
     assert second.split()[-2:] == ["–", "–"]
-    assert "Warning: calibration-emulated.toml has no servo map of joint 2" in shown.err
-    assert "tfsat-host calibrate servo --joint 2" in shown.err
+    assert "Warning: calibration-emulated.toml has no servo map of joint 2" in output.err
+    assert "tfsat-host calibrate servo --joint 2" in output.err
 
 
 def test_settings_that_are_not_the_maps_are_said_and_computed_with(
@@ -107,12 +107,12 @@ def test_without_a_map_nothing_is_expected(
     calibrated: Calibrated, capsys: pytest.CaptureFixture[str]
 ) -> None:
     calibrated("calibration.toml")  # of the real robot, which is not asked
-    told = _upload(capsys, "--emulated")
-    assert (told["expected"], told["notices"]) == (None, [])
+    result = _upload(capsys, "--emulated")
+    assert (result["expected"], result["notices"]) == (None, [])
     calibrated("calibration-emulated.toml", ())
-    told = _upload(capsys, "--emulated")
-    assert told["expected"] is None
-    assert [notice.split(":")[0].split()[-2:] for notice in told["notices"]] == [
+    result = _upload(capsys, "--emulated")
+    assert result["expected"] is None
+    assert [notice.split(":")[0].split()[-2:] for notice in result["notices"]] == [
         ["joint", "1"],
         ["joint", "2"],
     ]
@@ -133,9 +133,9 @@ def test_a_file_that_cannot_be_read(
         raise CalibrationError(what=f"{path} is damaged.", meaning="It says nothing.", next_step="Measure.")
 
     monkeypatch.setattr(stroke_errors, "read_servo_maps", fail)
-    told = _upload(capsys, "--emulated")
-    assert (told["verified"], told["expected"]) == (True, None)
-    assert told["notices"] == [
+    result = _upload(capsys, "--emulated")
+    assert (result["verified"], result["expected"]) == (True, None)
+    assert result["notices"] == [
         "How far the strokes will miss is not known. calibration-emulated.toml is damaged. Measure."
     ]
     refused = _upload(capsys, "--emulated", "--calibration", str(path), expect=1)

@@ -121,11 +121,11 @@ def test_without_a_terminal_only_the_option_answers() -> None:
 
 
 def test_progress_goes_to_stderr_and_never_into_json() -> None:
-    for json_mode, shown in ((False, "Writing …\n"), (True, "")):
+    for json_mode, progress_text in ((False, "Writing …\n"), (True, "")):
         stdout, stderr = io.StringIO(), io.StringIO()
         with Output(json_mode=json_mode, stdout=stdout, stderr=stderr).progress("Writing", 3) as advance:
             advance(1)
-        assert (stdout.getvalue(), stderr.getvalue()) == ("", shown)
+        assert (stdout.getvalue(), stderr.getvalue()) == ("", progress_text)
 
 
 def test_progress_on_a_terminal_ends_with_the_work() -> None:
@@ -150,21 +150,26 @@ def test_make_is_bold_only_on_a_terminal(tmp_path: Path) -> None:
     for environ, bold in (({}, True), ({"NO_COLOR": "1"}, False), ({"CI": "1"}, False)):
         ours, terminal = os.openpty()
         announced_by_make(environ, terminal)
-        shown = os.read(ours, 1000)
+        terminal_output = os.read(ours, 1000)
         os.close(terminal)
         os.close(ours)
-        assert b"== a step (of it)" in shown
-        assert (b"\x1b[1m" in shown) is bold
+        assert b"== a step (of it)" in terminal_output
+        assert (b"\x1b[1m" in terminal_output) is bold
 
 
 def test_what_a_campaign_leaves_is_not_committed(tmp_path: Path) -> None:
     (tmp_path / ".gitignore").write_text((REPOSITORY / ".gitignore").read_text())
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
-    left = ["calibration.toml", "calibration-emulated-recordings/rest.npz", "robot/SD.bin", "run/SD.csv"]
+    campaign_files = [
+        "calibration.toml",
+        "calibration-emulated-recordings/rest.npz",
+        "robot/SD.bin",
+        "run/SD.csv",
+    ]
     ours = ["host/tfsat_host/robot/model.py", "robots/drop_tower.toml"]
-    command = ["git", "check-ignore", *left, *ours]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert told.stdout.split() == left
+    command = ["git", "check-ignore", *campaign_files, *ours]
+    process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert process.stdout.split() == campaign_files
 
 
 _COLUMNS = ("parameter", "value", "unit", "derivative of the reorientation / (deg / unit)", "gives / deg")
@@ -179,11 +184,11 @@ def test_a_table_breaks_no_word(width: int, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setenv("COLUMNS", str(width))
     terminal = Terminal()
     Output(stdout=terminal).table(_COLUMNS, _ROWS, title="All of them")
-    shown = re.sub("\x1b\\[[0-9;]*m", "", terminal.getvalue())
-    assert max(map(len, shown.splitlines())) <= width
+    table_text = re.sub("\x1b\\[[0-9;]*m", "", terminal.getvalue())
+    assert max(map(len, table_text.splitlines())) <= width
     for text in (*_COLUMNS, *(cell for row in _ROWS for cell in row), "All of them"):
         for word in text.split():
-            assert word in shown.split()
+            assert word in table_text.split()
 
 
 def test_a_table_too_wide_for_the_terminal_is_a_block_for_each_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -237,5 +242,5 @@ def test_no_text_for_people_has_the_name_of_a_class() -> None:
     ]
     assert len(texts) > 2000 and len(names) > 200
     # A repr has the class's name on purpose.
-    told = [text for text in texts if not text.startswith("<")]
-    assert [text for text in told if names & set(re.findall(r"\w+", text))] == []
+    user_texts = [text for text in texts if not text.startswith("<")]
+    assert [text for text in user_texts if names & set(re.findall(r"\w+", text))] == []

@@ -26,11 +26,11 @@ def test_the_lock_names_no_host_and_hashes_everything() -> None:
 
 def test_every_dependency_is_locked() -> None:
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
-    wanted = list(project["dependencies"])
+    requirements = list(project["dependencies"])
     for extra in project["optional-dependencies"].values():
-        wanted += extra
+        requirements += extra
     locked = set(re.findall(r"^(\S+)==", LOCK, re.MULTILINE))
-    assert {re.split(r"[<>=]", entry)[0] for entry in wanted} <= locked
+    assert {re.split(r"[<>=]", entry)[0] for entry in requirements} <= locked
     assert "crcmod" not in locked
 
 

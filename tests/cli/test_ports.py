@@ -34,17 +34,17 @@ TEENSY = PortInfo("/dev/ttyACM2", 0x16C0, 0x0483, "1234", "USB Serial")
 OTHER = PortInfo("/dev/ttyS0", description="n/a")
 
 
-def _list(*found: PortInfo) -> Callable[[], list[PortInfo]]:
-    return lambda: list(found)
+def _list(*ports: PortInfo) -> Callable[[], list[PortInfo]]:
+    return lambda: list(ports)
 
 
 def _must_not_scan() -> NoReturn:
     raise AssertionError("an explicit port must not scan others")
 
 
-def _problem(board: BoardName, *found: PortInfo) -> PortError:
+def _problem(board: BoardName, *ports: PortInfo) -> PortError:
     with pytest.raises(PortError) as caught:
-        find_port(board, environ={}, list_ports=_list(*found))
+        find_port(board, environ={}, list_ports=_list(*ports))
     return caught.value
 
 

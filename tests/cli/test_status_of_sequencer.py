@@ -35,20 +35,24 @@ class Told:
 
 
 def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
-    told = Told(board, tfsat_host)
-    assert (told.json["state"], told.json["fault"], told.json["last_refusal"]) == ("safe", "none", "none")
-    assert (told.json["attention"], told.json["run"]) == ([], None)
-    assert told.json["joint_angle_deg"] == [None, None, None]
-    assert told.json["image_crc"] is told.json["device"]["image_crc"] is None
-    assert (told.json["fault_explained"], told.json["arm_refusal"]) == (None, None)
-    assert told.json["settings"]["origin"] == "factory"
-    assert told.json["reset_cause"] == "power_on"
-    assert told.rows["state"] == "safe"
-    assert told.rows["arming"] == "nothing stands against it"
-    assert told.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
-    assert told.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
-    assert told.rows["last run"] == "none since power was switched on"
-    assert "ATTENTION" not in told.rows
+    status = Told(board, tfsat_host)
+    assert (status.json["state"], status.json["fault"], status.json["last_refusal"]) == (
+        "safe",
+        "none",
+        "none",
+    )
+    assert (status.json["attention"], status.json["run"]) == ([], None)
+    assert status.json["joint_angle_deg"] == [None, None, None]
+    assert status.json["image_crc"] is status.json["device"]["image_crc"] is None
+    assert (status.json["fault_explained"], status.json["arm_refusal"]) == (None, None)
+    assert status.json["settings"]["origin"] == "factory"
+    assert status.json["reset_cause"] == "power_on"
+    assert status.rows["state"] == "safe"
+    assert status.rows["arming"] == "nothing stands against it"
+    assert status.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
+    assert status.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
+    assert status.rows["last run"] == "none since power was switched on"
+    assert "ATTENTION" not in status.rows
 
 
 def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
@@ -56,40 +60,46 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     board.run(100_000)
     release(board)
     board.run(3_000_000)
-    told = Told(board, tfsat_host)
-    assert told.json["state"] == told.rows["state"] == "done"
-    run = told.json["run"]
+    status = Told(board, tfsat_host)
+    assert status.json["state"] == status.rows["state"] == "done"
+    run = status.json["run"]
     assert [stroke["scheduled_us"] for stroke in run["strokes"]] == [700_000, 1_050_000, 1_470_000, 1_820_000]
     for number, stroke in enumerate(run["strokes"], 1):
         assert stroke["error_us"] == stroke["start_us"] - stroke["scheduled_us"]
         assert abs(stroke["error_us"]) <= 50
-        said = f"began at {stroke['start_us'] / 1e6:.6f} s, {stroke['error_us']:+d} us from the schedule"
-        assert told.rows[f"stroke {number}"] == said
-    assert told.rows["last run"].endswith(f"{run['bounces']} edges of bounce")
+        expected_text = (
+            f"began at {stroke['start_us'] / 1e6:.6f} s, {stroke['error_us']:+d} us from the schedule"
+        )
+        assert status.rows[f"stroke {number}"] == expected_text
+    assert status.rows["last run"].endswith(f"{run['bounces']} edges of bounce")
     assert run["since_release_s"] >= 3.0
-    assert told.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
-    assert "commanded to hold 0°, 0°, 0°" in told.rows["servos"]
-    said = "would be refused (refusal 15, switch_open). A release switch is open (switches 1 and 2). Seat"
-    assert told.rows["arming"].startswith(said)
-    assert told.json["arm_refusal"]["number"] == 15
+    assert status.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
+    assert "commanded to hold 0°, 0°, 0°" in status.rows["servos"]
+    expected_text = (
+        "would be refused (refusal 15, switch_open). A release switch is open (switches 1 and 2). Seat"
+    )
+    assert status.rows["arming"].startswith(expected_text)
+    assert status.json["arm_refusal"]["number"] == 15
 
 
 @pytest.mark.parametrize(
-    ("cause", "said"), [(ResetCause.WATCHDOG, "watchdog"), (ResetCause.BROWN_OUT, "brown out")]
+    ("cause", "cause_text"), [(ResetCause.WATCHDOG, "watchdog"), (ResetCause.BROWN_OUT, "brown out")]
 )
-def test_armed_again_after_a_reset(board: Board, tfsat_host: RunCli, cause: ResetCause, said: str) -> None:
+def test_armed_again_after_a_reset(
+    board: Board, tfsat_host: RunCli, cause: ResetCause, cause_text: str
+) -> None:
     connect(board).arm()
     for _ in range(2):
         board.reset(cause)
         board.run(200_000)
-    told = Told(board, tfsat_host)
-    assert told.json["state"] == "armed"
-    assert told.json["resets_while_armed"] == 2
-    assert told.json["reset_cause"] == said.replace(" ", "_")
-    (attention,) = told.json["attention"]
-    assert f"restarted 2 times while armed and is ARMED again; the last cause: {said}." in attention
-    assert told.rows["ATTENTION"] == attention
-    assert list(told.rows)[:2] == ["state", "ATTENTION"]
+    status = Told(board, tfsat_host)
+    assert status.json["state"] == "armed"
+    assert status.json["resets_while_armed"] == 2
+    assert status.json["reset_cause"] == cause_text.replace(" ", "_")
+    (attention,) = status.json["attention"]
+    assert f"restarted 2 times while armed and is ARMED again; the last cause: {cause_text}." in attention
+    assert status.rows["ATTENTION"] == attention
+    assert list(status.rows)[:2] == ["state", "ATTENTION"]
 
 
 def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> None:
@@ -97,20 +107,20 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
     board.switch(0, closed=False)
     board.reset(ResetCause.WATCHDOG)
     board.run(200_000)
-    told = Told(board, tfsat_host)
-    assert (told.json["state"], told.json["fault"]) == ("fault", "reset_while_armed")
-    explained = told.json["fault_explained"]
-    assert told.rows["state"] == "fault: reset while armed"
-    shown = [told.rows[name] for name in ("fault", "means", "cure")]
-    assert shown == [explained[key] for key in ("what", "meaning", "next_step")]
+    status = Told(board, tfsat_host)
+    assert (status.json["state"], status.json["fault"]) == ("fault", "reset_while_armed")
+    explained = status.json["fault_explained"]
+    assert status.rows["state"] == "fault: reset while armed"
+    fault_rows = [status.rows[name] for name in ("fault", "means", "cure")]
+    assert fault_rows == [explained[key] for key in ("what", "meaning", "next_step")]
     assert explained["number"] == 22
-    assert told.rows["arming"].endswith(
+    assert status.rows["arming"].endswith(
         "(refusal 18, fault_latched) until the fault is cleared: tfsat-host disarm"
     )
-    assert "tfsat-host status" not in str(told.json) + str(told.rows)  # whoever reads it has typed that
+    assert "tfsat-host status" not in str(status.json) + str(status.rows)  # whoever reads it has typed that
     assert "does not know when the robot was released" in explained["meaning"]
-    assert told.json["arm_refusal"]["code"] == "fault_latched"
-    assert "restarted 1 time while armed; the last cause: watchdog" in told.rows["ATTENTION"]
+    assert status.json["arm_refusal"]["code"] == "fault_latched"
+    assert "restarted 1 time while armed; the last cause: watchdog" in status.rows["ATTENTION"]
 
 
 def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
@@ -118,12 +128,14 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
     with pytest.raises(BoardRefusal):
         connect(board).arm()
     board.switch(1, closed=True)
-    told = Told(board, tfsat_host)
-    assert told.json["last_refusal"] == "switch_open"
-    assert set(told.json["last_refusal_explained"]) == {"number", "what", "meaning", "next_step"}
-    said = "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
-    assert told.rows["last refusal"] == said
-    assert told.rows["arming"] == "nothing stands against it"
+    status = Told(board, tfsat_host)
+    assert status.json["last_refusal"] == "switch_open"
+    assert set(status.json["last_refusal_explained"]) == {"number", "what", "meaning", "next_step"}
+    refusal_text = (
+        "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
+    )
+    assert status.rows["last refusal"] == refusal_text
+    assert status.rows["arming"] == "nothing stands against it"
 
 
 def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
@@ -135,10 +147,10 @@ def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli)
         board.run(100_000)
     board.write(b"\0\x05\x01\x02\x03\x04\0")
     board.run(10_000)
-    told = Told(board, tfsat_host)
-    assert (told.json["knocks"], told.rows["knocks"]) == (3, "3; false releases: 0")
-    assert told.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
-    assert told.rows["link"].startswith(f"{told.json['frames_rejected']} damaged frame")
+    status = Told(board, tfsat_host)
+    assert (status.json["knocks"], status.rows["knocks"]) == (3, "3; false releases: 0")
+    assert status.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
+    assert status.rows["link"].startswith(f"{status.json['frames_rejected']} damaged frame")
 
 
 def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> None:

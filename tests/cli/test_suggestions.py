@@ -47,10 +47,10 @@ from tests.cli.process import RunCli
 def test_what_does_not_exist_is_named_with_what_may_have_been_meant(
     tfsat_host: RunCli, line: str, what: str, next_step: str
 ) -> None:
-    done = tfsat_host(*line.split(), expect=2)
-    assert done.stdout == ""
-    assert done.stderr.splitlines()[0] == f"Error: {what}"
-    assert done.stderr.splitlines()[-1].strip() == next_step
+    process = tfsat_host(*line.split(), expect=2)
+    assert process.stdout == ""
+    assert process.stderr.splitlines()[0] == f"Error: {what}"
+    assert process.stderr.splitlines()[-1].strip() == next_step
 
 
 @pytest.mark.parametrize(
@@ -64,8 +64,8 @@ def test_what_does_not_exist_is_named_with_what_may_have_been_meant(
 def test_a_command_without_its_action_lists_them(
     tfsat_host: RunCli, command: str, actions: list[str]
 ) -> None:
-    done = tfsat_host(command, expect=2)
-    lines = [line.split() for line in done.stderr.splitlines()[2:]]
+    process = tfsat_host(command, expect=2)
+    lines = [line.split() for line in process.stderr.splitlines()[2:]]
     assert [words[:3] for words in lines] == [["tfsat-host", command, action] for action in actions]
     assert all(len(words) > 5 for words in lines), "what each is for"
 
@@ -98,8 +98,8 @@ def test_a_file_of_another_kind_is_named_as_what_it_is(
     ):
         (folder / name).write_bytes(content)
     monkeypatch.chdir(folder)
-    done = tfsat_host(*arguments, expect=1)
-    assert f"Error: {what}" in done.stderr.splitlines()
+    process = tfsat_host(*arguments, expect=1)
+    assert f"Error: {what}" in process.stderr.splitlines()
     if "SD.csv" in arguments[1:2]:
-        assert done.stderr.splitlines()[-1] == f"  tfsat-host {arguments[0]} SD.bin"
+        assert process.stderr.splitlines()[-1] == f"  tfsat-host {arguments[0]} SD.bin"
         assert not list(folder.glob("*.zip"))

@@ -27,15 +27,15 @@ def test_dry_run_in_json(tfsat_host: RunCli) -> None:
 
 
 def test_dry_run_for_people(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("upload-sequence", 59, 70, "--dry-run")
+    process = tfsat_host("upload-sequence", 59, 70, "--dry-run")
     for text in ("0.70", "1.05", "1.47", "1.82", "+59.00", "-70.00", "Ends 2.23 s", "nothing was sent"):
-        assert text in shown.stdout
-    assert shown.stderr == ""
+        assert text in process.stdout
+    assert process.stderr == ""
 
 
 def test_a_rounded_angle_is_said_on_stderr_and_in_json(tfsat_host: RunCli) -> None:
-    done = tfsat_host("upload-sequence", "58.755", 70, "--dry-run")
-    assert "Warning: The angle of stroke 1 was rounded from 58.755 to 58.76 deg" in done.stderr
+    process = tfsat_host("upload-sequence", "58.755", 70, "--dry-run")
+    assert "Warning: The angle of stroke 1 was rounded from 58.755 to 58.76 deg" in process.stderr
     notices = tfsat_host.json("upload-sequence", "58.755", 70, "--dry-run")["notices"]
     assert len(notices) == 2
 

@@ -33,22 +33,22 @@ def narrow(tfsat_host: RunCli) -> Path:
 
 def test_stored_shown_and_there_already(tfsat_host: RunCli) -> None:
     (tfsat_host.folder / "servos.toml").write_text(FILE.replace("zero_us = 1000", "zero_us = 990", 1))
-    done = tfsat_host("upload-servos", "servos.toml", "--emulated", "--yes")
-    assert "identical: sequencer firmware" in done.stdout
+    process = tfsat_host("upload-servos", "servos.toml", "--emulated", "--yes")
+    assert "identical: sequencer firmware" in process.stdout
     for line, old, new in (("joint 1: pulse at 0 deg", "1000", "990"), ("pulse to pulse", "20", "10")):
-        (row,) = [row for row in done.stdout.splitlines() if line in row]
+        (row,) = [row for row in process.stdout.splitlines() if line in row]
         assert row.split()[-2:] == [old, new]
     again = tfsat_host.json("upload-servos", "servos.toml", "--emulated")  # asks nothing: nothing changes
     assert (again["written"], again["verified"], again["generation"]) == (False, True, 1)
     assert "already" in tfsat_host("upload-servos", "servos.toml", "--emulated").stdout
-    shown = tfsat_host.json("upload-servos", "--show", "--emulated")
-    assert (shown["origin"], shown["frame_ms"]) == ("uploaded", 10.0)
-    assert shown["servos"][0] == {
+    settings = tfsat_host.json("upload-servos", "--show", "--emulated")
+    assert (settings["origin"], settings["frame_ms"]) == ("uploaded", 10.0)
+    assert settings["servos"][0] == {
         "joint": 1, "zero_us": 990, "us_per_deg": 11.111, "reversed": False, "limits_deg": [0.0, 90.0],
     }  # fmt: skip
     assert "uploaded settings" in tfsat_host("upload-servos", "--show", "--emulated").stdout
     status = tfsat_host.json("status", "--emulated")["sequencer"]["settings"]
-    assert {key: shown[key] for key in status} == status
+    assert {key: settings[key] for key in status} == status
 
     back = tfsat_host.json("upload-servos", "--factory", "--emulated", "--yes")
     assert (back["written"], back["generation"], back["before"]["frame_ms"]) == (True, 2, 10.0)
@@ -70,12 +70,12 @@ def test_what_is_on_the_board_goes_into_a_file_and_back(tfsat_host: RunCli, narr
 
 
 def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, narrow: Path) -> None:
-    done = tfsat_host("upload-servos", narrow, "--emulated", "--yes")
-    assert "Warning: joint 1: limits_deg was rounded from 58.994 to 58.99 deg: " in done.stderr
-    assert "stroke 1 takes joint 1 to 59 deg, but its servo settings allow 0 to 58.99 deg" in done.stderr
-    told = tfsat_host.json("upload-servos", narrow, "--emulated")
-    assert told["maneuver_fits"] is False
-    assert len(told["notices"]) == 1
+    process = tfsat_host("upload-servos", narrow, "--emulated", "--yes")
+    assert "Warning: joint 1: limits_deg was rounded from 58.994 to 58.99 deg: " in process.stderr
+    assert "stroke 1 takes joint 1 to 59 deg, but its servo settings allow 0 to 58.99 deg" in process.stderr
+    result = tfsat_host.json("upload-servos", narrow, "--emulated")
+    assert result["maneuver_fits"] is False
+    assert len(result["notices"]) == 1
     status = tfsat_host.json("status", "--emulated")["sequencer"]
     assert status["arm_refusal"]["code"] == "no_maneuver"  # the factory's, which is not flown
 
@@ -91,14 +91,16 @@ def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, 
     tfsat_host("upload-servos", narrower, "--emulated", "--yes")
     status = tfsat_host.json("status", "--emulated")["sequencer"]
     assert (status["arm_refusal"]["code"], status["arm_refusal"]["number"]) == ("settings_do_not_fit", 26)
-    said = tfsat_host("status", "--emulated").stdout
-    assert "would be refused (refusal 26, settings_do_not_fit). The stored maneuver does not fit" in said
+    status_text = tfsat_host("status", "--emulated").stdout
+    assert (
+        "would be refused (refusal 26, settings_do_not_fit). The stored maneuver does not fit" in status_text
+    )
 
 
 def test_a_dry_run_touches_no_board(tfsat_host: RunCli, narrow: Path) -> None:
-    told = tfsat_host.json("upload-servos", narrow, "--dry-run", "--port", "/nonexistent")
-    assert (told["verified"], told["device"], told["dry_run"]) == (False, None, True)
-    assert told["servos"][0]["limits_deg"] == [0.0, 58.99]
+    result = tfsat_host.json("upload-servos", narrow, "--dry-run", "--port", "/nonexistent")
+    assert (result["verified"], result["device"], result["dry_run"]) == (False, None, True)
+    assert result["servos"][0]["limits_deg"] == [0.0, 58.99]
     assert "nothing was sent" in tfsat_host("upload-servos", "--factory", "--dry-run").stdout
 
 
@@ -129,7 +131,7 @@ def _answer(args: tuple[str, ...], folder: Path, answer: bytes) -> subprocess.Co
     """Runs the command with a terminal to ask on, where `answer` is typed."""
     master, slave = pty.openpty()
     os.write(master, answer)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "tfsat_host", "upload-servos", *args],
         cwd=folder,
         stdin=slave,
@@ -140,7 +142,7 @@ def _answer(args: tuple[str, ...], folder: Path, answer: bytes) -> subprocess.Co
     )
     os.close(slave)
     os.close(master)
-    return done
+    return process
 
 
 def test_it_asks_before_it_changes_anything(tfsat_host: RunCli, narrow: Path) -> None:

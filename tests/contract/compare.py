@@ -20,64 +20,64 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 _RULE = re.compile(r"([ ─━-])\1+")
 
 
-def differences(expected: Any, found: Any, place: str = "", std: Any = None) -> Iterator[str]:
+def differences(expected: Any, actual: Any, place: str = "", std: Any = None) -> Iterator[str]:
     """Yield each place where two JSON values differ, with both values.
 
     Args:
         expected: What was recorded.
-        found: What is there now.
+        actual: What is there now.
         place: Where both stand, for the message.
         std: The standard deviation of the number, or of each number of the list, if one is stated beside it.
     """
-    if isinstance(expected, dict) and isinstance(found, dict):
-        for key in sorted({*expected, *found}):
-            if key not in found:
+    if isinstance(expected, dict) and isinstance(actual, dict):
+        for key in sorted({*expected, *actual}):
+            if key not in actual:
                 yield f"{place}.{key}: gone"
             elif key not in expected:
                 yield f"{place}.{key}: new"
             else:
                 stated = _std_beside(key, expected)
-                yield from differences(expected[key], found[key], f"{place}.{key}", stated)
-    elif isinstance(expected, list) and isinstance(found, list):
-        if len(expected) != len(found):
-            yield f"{place}: {len(expected)} items became {len(found)}"
+                yield from differences(expected[key], actual[key], f"{place}.{key}", stated)
+    elif isinstance(expected, list) and isinstance(actual, list):
+        if len(expected) != len(actual):
+            yield f"{place}: {len(expected)} items became {len(actual)}"
         each_std = std if isinstance(std, list) and len(std) == len(expected) else [None] * len(expected)
-        for number, (old, new) in enumerate(zip(expected, found, strict=False)):
+        for number, (old, new) in enumerate(zip(expected, actual, strict=False)):
             yield from differences(old, new, f"{place}[{number}]", each_std[number])
-    elif not _same(expected, found, std):
-        yield f"{place}: {expected!r} became {found!r}"
+    elif not _same(expected, actual, std):
+        yield f"{place}: {expected!r} became {actual!r}"
 
 
 def _std_beside(key: str, beside: Mapping[str, Any]) -> Any:
     return beside.get("std") if key == "value" else beside.get(f"{key}_std")
 
 
-def _same(expected: Any, found: Any, std: Any) -> bool:
-    if isinstance(expected, bool) or isinstance(found, bool):
-        return expected is found
-    if isinstance(expected, float | int) and isinstance(found, float | int):
-        if isinstance(expected, int) and isinstance(found, int):
-            return expected == found
+def _same(expected: Any, actual: Any, std: Any) -> bool:
+    if isinstance(expected, bool) or isinstance(actual, bool):
+        return expected is actual
+    if isinstance(expected, float | int) and isinstance(actual, float | int):
+        if isinstance(expected, int) and isinstance(actual, int):
+            return expected == actual
         if isinstance(std, float) and std > 0:
-            return abs(expected - found) <= OF_STD * std
-        return math.isclose(expected, found, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
-    return bool(expected == found)
+            return abs(expected - actual) <= OF_STD * std
+        return math.isclose(expected, actual, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+    return bool(expected == actual)
 
 
-def text_differences(expected: str, found: str, *, numbers: bool = True) -> list[str]:
+def text_differences(expected: str, actual: str, *, numbers: bool = True) -> list[str]:
     """Return the lines that differ between two texts, as `diff -u` shows them.
 
     It is empty if only numbers differ, within tolerance.
 
     Args:
         expected: What was recorded.
-        found: What is printed now.
+        actual: What is printed now.
         numbers: Compare numbers and line ends; else neither, as both change from run to run.
     """
-    old, new = (_words(text) if numbers else " ".join(_words(text).split()) for text in (expected, found))
-    if old == new and (not numbers or all(map(_same_digits, _numbers(expected), _numbers(found)))):
+    old, new = (_words(text) if numbers else " ".join(_words(text).split()) for text in (expected, actual))
+    if old == new and (not numbers or all(map(_same_digits, _numbers(expected), _numbers(actual)))):
         return []
-    return list(unified_diff(expected.splitlines(), found.splitlines(), "recorded", "now", lineterm="", n=1))
+    return list(unified_diff(expected.splitlines(), actual.splitlines(), "recorded", "now", lineterm="", n=1))
 
 
 def _words(text: str) -> str:

@@ -103,11 +103,11 @@ def _outline_page(path: Path, folder: str) -> Any:
 
     It is outlined whole if the page is called page.html, else by its headings.
     """
-    found = re.search(
+    match = re.search(
         r'<script type="application/json" id="document">(.*?)</script>', path.read_text("utf-8"), re.DOTALL
     )
-    assert found
-    document = json.loads(found[1])
+    assert match
+    document = json.loads(match[1])
     if path.name == "page.html":
         return without_numbers(outline(document, folder))
     return {"keys": sorted(document), "drops": common([sorted(drop) for drop in document["drops"]])}

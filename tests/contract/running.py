@@ -88,8 +88,8 @@ def _without_sizes(result: Result) -> Result:
 
 @contextlib.contextmanager
 def _folder() -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(prefix=Path(FOLDER).name, dir=Path(FOLDER).parent) as made:
-        yield Path(made)
+    with tempfile.TemporaryDirectory(prefix=Path(FOLDER).name, dir=Path(FOLDER).parent) as folder_name:
+        yield Path(folder_name)
 
 
 def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
@@ -99,7 +99,7 @@ def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
     """
     before = _stamps(folder)
     argv = shlex.split(line)
-    code, printed, shown = _run(argv)
+    code, printed, transcript = _run(argv)
     files: dict[str, Any] = {}
     for name, stamp in _stamps(folder).items():
         if before.get(name) != stamp:
@@ -115,7 +115,7 @@ def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
     written = "".join(f"wrote {name}\n" for name in files)
     return {
         "typed": line,
-        "text": f"$ tfsat-host {line}\n{_without_moments(shown, folder)}exit {code}\n{written}",
+        "text": f"$ tfsat-host {line}\n{_without_moments(transcript, folder)}exit {code}\n{written}",
     }
 
 
@@ -127,9 +127,9 @@ def _run(argv: list[str]) -> tuple[int, str, str]:
         out = err = Terminal()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(argv)
-    shown = out.getvalue() if out is err else out.getvalue() + err.getvalue()
-    assert "Traceback" not in shown and "a bug of its own" not in shown, (argv, shown)
-    return code, out.getvalue(), shown
+    transcript = out.getvalue() if out is err else out.getvalue() + err.getvalue()
+    assert "Traceback" not in transcript and "a bug of its own" not in transcript, (argv, transcript)
+    return code, out.getvalue(), transcript
 
 
 def _document(printed: str) -> Any:
@@ -138,13 +138,13 @@ def _document(printed: str) -> Any:
     return objects[0] if len(objects) == 1 else objects
 
 
-def _without_moments(shown: str, folder: Path) -> str:
+def _without_moments(transcript: str, folder: Path) -> str:
     """Replace the run-dependent parts of a text by as many characters, as lines are filled with it."""
-    shown = shown.replace(str(folder), FOLDER + _DRAWN).replace(__version__, "VERSION")
-    shown = re.sub(r"/\S*/robots/", "ROBOTS/", shown)
-    shown = _HEXADECIMAL.sub(lambda id_: "x" * len(id_[0]), shown)
-    shown = _DATE_OR_TIME.sub(lambda moment: re.sub(r"\d", "0", moment[0]), shown)
-    return "".join(f"{line.rstrip()}\n" for line in shown.splitlines())
+    transcript = transcript.replace(str(folder), FOLDER + _DRAWN).replace(__version__, "VERSION")
+    transcript = re.sub(r"/\S*/robots/", "ROBOTS/", transcript)
+    transcript = _HEXADECIMAL.sub(lambda id_: "x" * len(id_[0]), transcript)
+    transcript = _DATE_OR_TIME.sub(lambda moment: re.sub(r"\d", "0", moment[0]), transcript)
+    return "".join(f"{line.rstrip()}\n" for line in transcript.splitlines())
 
 
 def _stamps(folder: Path) -> dict[str, tuple[int, int]]:
@@ -162,18 +162,20 @@ def options_of_all_commands() -> dict[str, dict[str, str]]:
 
 
 def _options(command: str, parser: Any) -> Iterator[tuple[str, dict[str, str]]]:
-    taken: dict[str, str] = {}
+    options: dict[str, str] = {}
     for action in parser._actions:
         if action.choices and hasattr(action, "add_parser"):
             for name, child in action.choices.items():
                 yield from _options(f"{command} {name}".removeprefix("tfsat-host "), child)
             continue
         name = " ".join(action.option_strings) or action.dest
-        said = {
+        properties = {
             "takes": action.nargs,
             "default": action.default,
             "one of": list(map(str, action.choices or ())),
         }
-        kept = [f"{key} {value}" for key, value in said.items() if value not in (None, [], "==SUPPRESS==")]
-        taken[name] = ", ".join([*(["required"] if action.required else []), *kept])
-    yield command, taken
+        descriptions = [
+            f"{key} {value}" for key, value in properties.items() if value not in (None, [], "==SUPPRESS==")
+        ]
+        options[name] = ", ".join([*(["required"] if action.required else []), *descriptions])
+    yield command, options

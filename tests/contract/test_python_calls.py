@@ -23,8 +23,8 @@ def test_a_documented_name_is_there_and_takes_what_it_took(path: str) -> None:
     module, _, name = path.rpartition(".")
     named = getattr(importlib.import_module(module), name)
     if PYTHON_NAMES[path] is not None:
-        taken = list(inspect.signature(named).parameters)
-        assert [one for one in PYTHON_NAMES[path] if one not in taken] == []
+        parameters = list(inspect.signature(named).parameters)
+        assert [parameter for parameter in PYTHON_NAMES[path] if parameter not in parameters] == []
 
 
 def test_every_documented_name_is_in_the_contract() -> None:

@@ -190,7 +190,7 @@ def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
 
 
 @pytest.mark.parametrize(
-    ("addresses", "said"),
+    ("addresses", "expected_text"),
     [
         ([522], "The stored maneuver is damaged"),
         ([782, 910], "The servo settings are damaged"),
@@ -198,7 +198,7 @@ def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
     ],
 )
 def test_what_is_damaged_in_the_store_is_named(
-    new_board: Callable[..., Board], addresses: list[int], said: str
+    new_board: Callable[..., Board], addresses: list[int], expected_text: str
 ) -> None:
     healthy = new_board()
     connect(healthy).write_settings(FOLDED_45)
@@ -210,19 +210,19 @@ def test_what_is_damaged_in_the_store_is_named(
     refusal = predicted(damaged, AT_REST)
     assert refusal is not None
     assert (refusal.code, refusal.exit_code) == (ErrorCode.STORE_DAMAGED, 4)
-    assert refusal.what.startswith(said)
+    assert refusal.what.startswith(expected_text)
     assert answered(damaged) == ErrorCode.STORE_DAMAGED
 
 
 @pytest.mark.parametrize(
-    ("before", "code", "said"),
+    ("before", "code", "expected_text"),
     [
         (b"", ErrorCode.UPLOAD_INTERRUPTED, "The stored maneuver was to be replaced by an upload"),
         (b"\xa5", ErrorCode.STORE_OLD_LAYOUT, "The servo settings were stored by an earlier firmware"),
     ],
 )
 def test_an_upload_cut_short_and_an_old_layout_are_named(
-    new_board: Callable[..., Board], before: bytes, code: ErrorCode, said: str
+    new_board: Callable[..., Board], before: bytes, code: ErrorCode, expected_text: str
 ) -> None:
     image = bytearray(new_board().eeprom())
     if before:
@@ -234,6 +234,6 @@ def test_an_upload_cut_short_and_an_old_layout_are_named(
     refusal = predicted(healthy, AT_REST)
     assert refusal is not None
     assert (refusal.code, refusal.exit_code) == (code, 4)
-    assert refusal.what.startswith(said)
+    assert refusal.what.startswith(expected_text)
     assert "upload-" in refusal.next_step
     assert answered(healthy) == code

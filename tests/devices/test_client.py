@@ -313,22 +313,22 @@ def test_a_chip_without_a_serial_number_has_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "found"), [(Board.SEQUENCER, Board.LOGGER), (Board.LOGGER, Board.SEQUENCER)]
+    ("expected_board", "actual_board"), [(Board.SEQUENCER, Board.LOGGER), (Board.LOGGER, Board.SEQUENCER)]
 )
-def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
-    link, transport = client(lambda frame: [reply(frame, hello(found))])
+def test_the_other_board_is_told_apart(expected_board: Board, actual_board: Board) -> None:
+    link, transport = client(lambda frame: [reply(frame, hello(actual_board))])
     with pytest.raises(WrongBoard) as caught:
-        link.hello(asked)
+        link.hello(expected_board)
     error = caught.value
-    assert error.what.startswith(f"The board at scripted is the {found.name.lower()}")
+    assert error.what.startswith(f"The board at scripted is the {actual_board.name.lower()}")
     assert "--port" in error.next_step
-    assert asked.name.lower() in error.next_step
+    assert expected_board.name.lower() in error.next_step
     assert error.exit_code == 1
     assert {frame.type for frame in transport.requests} == {msg.HelloRequest.TYPE}
 
 
 @pytest.mark.parametrize(
-    ("version", "said", "unsaid"),
+    ("version", "expected_text", "unsaid"),
     [
         (bytes(FIRMWARE_VERSION), "Update the sequencer: flash this checkout", "install"),
         (b"\0\0\x09", "The sequencer is the older side (0.0.9): flash this checkout", "install"),
@@ -336,7 +336,9 @@ def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
     ],
     ids=["same", "board older", "host older"],
 )
-def test_another_protocol_says_which_side_to_update(version: bytes, said: str, unsaid: str | None) -> None:
+def test_another_protocol_says_which_side_to_update(
+    version: bytes, expected_text: str, unsaid: str | None
+) -> None:
     other = bytes(range(8))
     answer = replace(hello(protocol_hash=other), firmware_version=version)
     link, transport = client(lambda frame: [reply(frame, answer)])
@@ -345,7 +347,7 @@ def test_another_protocol_says_which_side_to_update(version: bytes, said: str, u
     assert other.hex() in caught.value.what
     assert hello().protocol_hash.hex() in caught.value.what
     step = caught.value.next_step
-    assert step.startswith(said)
+    assert step.startswith(expected_text)
     assert step.endswith("make firmware && tfsat-host flash sequencer --port scripted")
     assert unsaid is None or unsaid not in step
     assert caught.value.code == "other-protocol"
@@ -380,11 +382,11 @@ def test_closing_lets_go_of_the_port() -> None:
 
 
 def test_a_board_that_stays_busy_is_given_up() -> None:
-    told: list[float] = []
+    busy_times_s: list[float] = []
     transport = ScriptedTransport(lambda frame: [refusal(frame, ErrorCode.BUSY)])
-    waiting = Client(transport, on_busy=lambda: told.append(transport.now_s()))
+    waiting = Client(transport, on_busy=lambda: busy_times_s.append(transport.now_s()))
     with pytest.raises(BoardError, match="counting the free room") as caught:
         waiting.request(msg.LogListRequest(0), msg.LogListReply)
     assert caught.value.code == ErrorCode.BUSY
-    assert len(told) == 1
-    assert transport.now_s() - told[0] == pytest.approx(BUSY_TIMEOUT_S, abs=1.0)
+    assert len(busy_times_s) == 1
+    assert transport.now_s() - busy_times_s[0] == pytest.approx(BUSY_TIMEOUT_S, abs=1.0)

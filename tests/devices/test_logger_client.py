@@ -92,16 +92,16 @@ def test_a_card_that_takes_nothing_is_given_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("state", "said"),
+    ("state", "expected_message"),
     [
         (LoggerState.FAILED, "card refused a write"),
         (LoggerState.IDLE, "does not record any more: it is idle"),
     ],
 )
-def test_a_recording_that_ended_before_it_began(state: LoggerState, said: str) -> None:
+def test_a_recording_that_ended_before_it_began(state: LoggerState, expected_message: str) -> None:
     board = Logger()
     board.state = state
-    with pytest.raises(TfsatError, match=said):
+    with pytest.raises(TfsatError, match=expected_message):
         logger(board)[0].wait_for_card()
 
 

@@ -63,8 +63,8 @@ class Sequencer:
                 angle_cdeg = stroke.angle_cdeg + self.angle_offset_cdeg
                 return msg.ManeuverReadReply(frame.payload[0], stroke.joint, angle_cdeg, stroke.t_us)
             case msg.SettingsReadRequest.TYPE:
-                held = (self.held.frame_us, self.held.servos)
-                return msg.SettingsReadReply(Origin.UPLOADED, self.generation, *held)
+                settings_fields = (self.held.frame_us, self.held.servos)
+                return msg.SettingsReadReply(Origin.UPLOADED, self.generation, *settings_fields)
             case msg.SettingsWriteRequest.TYPE:
                 self.repeats_until_stored -= 1
                 if self.repeats_until_stored == 0 and self.held != self.kept:
@@ -122,14 +122,14 @@ def test_strokes_that_do_not_fit_their_crc() -> None:
 
 
 @pytest.mark.parametrize(
-    ("upload", "kept"),
+    ("upload", "expected_meaning"),
     [
         (lambda client: client.upload(SCHEDULE), "before is still stored"),
         (lambda client: client.write_settings(WANTED), "settings from before are still in force"),
     ],
 )
 def test_a_board_that_writes_for_ever_is_given_up(
-    upload: Callable[[SequencerClient], object], kept: str
+    upload: Callable[[SequencerClient], object], expected_meaning: str
 ) -> None:
     board = Sequencer()
     board.repeats_until_stored = 10**9
@@ -138,13 +138,17 @@ def test_a_board_that_writes_for_ever_is_given_up(
     with pytest.raises(VerifyError, match="still writing") as caught:
         upload(client)
     assert transport.now_s() - started_s == pytest.approx(STORE_TIMEOUT_S, abs=0.1)
-    assert kept in caught.value.meaning
+    assert expected_meaning in caught.value.meaning
 
 
 def test_the_write_is_repeated_until_it_is_stored() -> None:
     client, transport = sequencer(Sequencer())
-    done = client.write_settings(WANTED)
-    assert (done.written, done.stored.settings, done.stored.generation) == (True, WANTED, 8)
+    settings_upload = client.write_settings(WANTED)
+    assert (settings_upload.written, settings_upload.stored.settings, settings_upload.stored.generation) == (
+        True,
+        WANTED,
+        8,
+    )
     assert [frame.type for frame in transport.requests] == [0x01, 0x16, *[0x15] * 3, 0x16]
     writes = {frame.payload for frame in transport.requests if frame.type == msg.SettingsWriteRequest.TYPE}
     assert writes == {msg.SettingsWriteRequest(WANTED.frame_us, WANTED.servos).encode()}
@@ -167,11 +171,12 @@ OTHER_LIMIT = replace(WANTED.servos[2], max_cdeg=8999)
 
 
 @pytest.mark.parametrize(
-    "kept", [replace(WANTED, frame_us=10_001), replace(WANTED, servos=(*WANTED.servos[:2], OTHER_LIMIT))]
+    "stored_settings",
+    [replace(WANTED, frame_us=10_001), replace(WANTED, servos=(*WANTED.servos[:2], OTHER_LIMIT))],
 )
-def test_settings_read_back_must_be_those_that_were_sent(kept: ServoSettings) -> None:
+def test_settings_read_back_must_be_those_that_were_sent(stored_settings: ServoSettings) -> None:
     board = Sequencer()
-    board.kept = kept
+    board.kept = stored_settings
     with pytest.raises(VerifyError, match="was sent") as caught:
         sequencer(board)[0].write_settings(WANTED)
     assert "Do not arm" in caught.value.meaning

@@ -51,16 +51,16 @@ class Terminal:
 
 @pytest.fixture
 def terminal() -> Iterator[Terminal]:
-    made = Terminal()
-    yield made
-    made.close()
+    pty_terminal = Terminal()
+    yield pty_terminal
+    pty_terminal.close()
 
 
 @pytest.fixture
 def port(terminal: Terminal) -> Iterator[SerialTransport]:
-    made = SerialTransport(terminal.path)
-    yield made
-    made.close()
+    transport = SerialTransport(terminal.path)
+    yield transport
+    transport.close()
 
 
 def test_bytes_go_both_ways(terminal: Terminal, port: SerialTransport) -> None:

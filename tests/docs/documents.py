@@ -68,7 +68,7 @@ def typed_inline(document: Path) -> list[Typed]:
     """Return every `tfsat-host ...` command between single backticks in the document."""
     name = document.relative_to(REPOSITORY).as_posix()
     return [
-        Typed(name, number, found)
+        Typed(name, number, text)
         for number, line in enumerate(document.read_text(encoding="utf-8").splitlines(), 1)
-        for found in re.findall(r"`(tfsat-host [^`]+)`", line)
+        for text in re.findall(r"`(tfsat-host [^`]+)`", line)
     ]

@@ -16,14 +16,14 @@ from tfsat_host.errors import TfsatError
 NAMES = set(HELPS)
 
 
-def _refusal(typed: Typed) -> str | None:
+def _refusal(command: Typed) -> str | None:
     """Return the command line parser's refusal of the line, or None if it accepts it."""
-    arguments = typed.arguments
+    arguments = command.arguments
     parser, _ = parser_with({word for word in arguments if word in NAMES})
     try:
         parser.parse_args(arguments)
     except TfsatError as error:
-        return f"{typed}\n  {error.what}"
+        return f"{command}\n  {error.what}"
     except SystemExit:  # --help and --version are understood, too
         return None
     return None
@@ -49,8 +49,8 @@ def test_every_command_of_the_runbook_parses() -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(REPOSITORY).as_posix())
 def test_every_command_named_in_a_sentence_exists(document: Path) -> None:
-    named = {typed.arguments[0]: typed for typed in typed_inline(document)}
-    assert [str(typed) for name, typed in named.items() if name not in NAMES and name[0] != "-"] == []
+    named = {command.arguments[0]: command for command in typed_inline(document)}
+    assert [str(command) for name, command in named.items() if name not in NAMES and name[0] != "-"] == []
 
 
 @pytest.mark.parametrize(
@@ -81,9 +81,9 @@ def test_every_make_target_exists() -> None:
     named = 0
     for document in DOCUMENTS:
         text = document.read_text(encoding="utf-8")
-        found = set(re.findall(r"`make ([a-z][a-z-]*)[^`]*`", text))
+        named_targets = set(re.findall(r"`make ([a-z][a-z-]*)[^`]*`", text))
         for _, line in code_lines(document):
-            found |= set(re.findall(r"^\s*(?:\$ )?make ([a-z][a-z-]*)", line))
-        assert found <= targets, document
-        named += len(found)
+            named_targets |= set(re.findall(r"^\s*(?:\$ )?make ([a-z][a-z-]*)", line))
+        assert named_targets <= targets, document
+        named += len(named_targets)
     assert named > 15

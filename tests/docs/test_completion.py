@@ -30,9 +30,9 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 
 def _shell(*args: str, folder: Path | None = None) -> str:
-    done = subprocess.run(args, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
-    assert done.stderr == ""
-    return done.stdout
+    process = subprocess.run(args, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
+    assert process.stderr == ""
+    return process.stdout
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +53,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 def _in_bash(scripts: Path, folder: Path, *words: str) -> set[str]:
-    typed = " ".join(shlex.quote(word) for word in ("tfsat-host", *words))
-    code = _TAB.format(script=shlex.quote(str(scripts / "bash")), words=typed)
+    command_line = " ".join(shlex.quote(word) for word in ("tfsat-host", *words))
+    code = _TAB.format(script=shlex.quote(str(scripts / "bash")), words=command_line)
     return set(_shell("bash", "--norc", "-c", code, folder=folder).split())
 
 
@@ -112,9 +112,9 @@ class TestCompletion:
 
 
 def test_the_command_prints_the_script(tfsat_host: RunCli, scripts: Path) -> None:
-    said = tfsat_host("completion", "zsh")
-    assert said.stdout == (scripts / "zsh").read_text(encoding="utf-8")
-    assert said.stderr == ""
+    process = tfsat_host("completion", "zsh")
+    assert process.stdout == (scripts / "zsh").read_text(encoding="utf-8")
+    assert process.stderr == ""
     answer = json.loads(tfsat_host("completion", "fish", "--json").stdout)
     assert answer["shell"] == "fish"
     assert answer["script"].startswith("#")

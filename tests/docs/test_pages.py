@@ -86,11 +86,11 @@ def test_the_runbook_copies_the_certificate_when_the_landing_is_in_it() -> None:
 
 def _calibrated(page: str) -> set[str]:
     """Return the calibrate commands of a page; `then 2 and 3` stands for the other joints."""
-    found = re.findall(r"`tfsat-host calibrate ([^`]+)`(, then 2 and 3)?", page)
-    assert all(others or "--joint" not in command for command, others in found)
+    matches = re.findall(r"`tfsat-host calibrate ([^`]+)`(, then 2 and 3)?", page)
+    assert all(others or "--joint" not in command for command, others in matches)
     return {
         command.replace("--joint 1", f"--joint {joint}")
-        for command, others in found
+        for command, others in matches
         for joint in ((1, 2, 3) if others else (1,))
     }
 
@@ -110,11 +110,13 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
     )
     landed = Landing(MEASURED + timedelta(hours=1), "recording 1a2b3c4d")
     page = _text("runbook.md")
-    assert {one.command for one in unmeasured.shortcomings()} <= _calibrated(page)
+    assert {gap.command for gap in unmeasured.shortcomings()} <= _calibrated(page)
     _, before_each = page.split("**Before each drop, on the desk**")
     again = "\n".join(line for line in before_each.splitlines() if "first drop" not in line)
-    wanted = {one.command for one in replace(whole_calibration(), landings=(landed,)).shortcomings()}
-    assert len(wanted) > 5 and wanted <= _calibrated(again)
+    required_commands = {
+        gap.command for gap in replace(whole_calibration(), landings=(landed,)).shortcomings()
+    }
+    assert len(required_commands) > 5 and required_commands <= _calibrated(again)
 
 
 def test_the_python_examples_run_one_after_the_other(
@@ -160,7 +162,7 @@ def test_porting_names_the_counts_of_the_specification() -> None:
         re.search(rf"^{name}_count = {{ value = (\d+)", specification, re.MULTILINE)
         for name in ("joint", "imu", "angle_sensor", "switch")
     ]
-    assert f"| {', '.join(found[1] for found in counts if found)}: fixed" in _text("porting.md")
+    assert f"| {', '.join(match[1] for match in counts if match)}: fixed" in _text("porting.md")
 
 
 def test_files_that_the_guide_names_are_there() -> None:

@@ -15,8 +15,8 @@ def _map_of(board: str) -> dict[str, str]:
     section = MAPS.split(f"## {board}")[1].split("\n## ")[0]
     pins: dict[str, str] = {}
     for row in re.findall(r"^\|(.*)\|$", section, re.MULTILINE)[2:]:
-        left_use, left, right, right_use = (cell.strip() for cell in row.split("|"))
-        pins |= {left.split(" ")[0]: left_use, right.split(" ")[0]: right_use}
+        left_use, left_pin, right, right_use = (cell.strip() for cell in row.split("|"))
+        pins |= {left_pin.split(" ")[0]: left_use, right.split(" ")[0]: right_use}
     return {pin: use for pin, use in pins.items() if pin.isdigit() and use}
 
 

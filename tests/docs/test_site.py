@@ -72,9 +72,9 @@ def test_the_site(tmp_path: Path) -> None:
     site = tmp_path / "site"
     options = ["-W", "--keep-going", "-q", "-c", "docs", "-d", str(tmp_path / "trees")]
     command = [sys.executable, "-m", "sphinx", *options, ".", str(site)]
-    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
-    hint = "\nA new page needs its row in docs/index.md." if "toctree" in done.stderr else ""
-    assert (done.returncode, done.stderr + hint) == (0, "")
+    process = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
+    hint = "\nA new page needs its row in docs/index.md." if "toctree" in process.stderr else ""
+    assert (process.returncode, process.stderr + hint) == (0, "")
     assert len(list(site.rglob("*.html"))) > 30
     assert dead_links(site) == []
     assert _page(site / "docs" / "guide" / "runbook.html").ids

@@ -35,16 +35,16 @@ Token = tuple[str, str, str, str]
 
 def tokens(line: str) -> list[Token]:
     """Split a udev rule into key, attribute, operator and value; assert that udev would read it."""
-    found, at = [], 0
+    parsed_tokens, at = [], 0
     while at < len(line):
         token = _TOKEN.match(line, at)
         assert token, line[at:]
         key, attribute, operator, value = token.groups(default="")
         assert operator in _KEYS[f"{key}{{}}" if attribute else key], line
-        found.append((key, attribute, operator, value))
+        parsed_tokens.append((key, attribute, operator, value))
         at = token.end()
     assert not line.endswith(", "), line
-    return found
+    return parsed_tokens
 
 
 RULES = [tokens(line) for line in LINES]
@@ -74,10 +74,10 @@ def test_every_goto_has_its_label() -> None:
 def test_udev_itself_finds_no_fault_where_it_can_be_asked() -> None:
     """`udevadm verify` came with systemd 254; an older one does not know the word and checks nothing."""
     try:
-        done = subprocess.run(["udevadm", "verify", PATH], capture_output=True, text=True, check=False)
+        process = subprocess.run(["udevadm", "verify", PATH], capture_output=True, text=True, check=False)
     except FileNotFoundError:
         return
-    assert done.returncode == 0 or "Unknown command verb" in done.stderr, done.stderr
+    assert process.returncode == 0 or "Unknown command verb" in process.stderr, process.stderr
 
 
 @pytest.mark.parametrize(
@@ -97,14 +97,14 @@ def test_it_is_read_before_the_access_is_given() -> None:
 
 def test_the_ports_are_those_that_the_host_looks_for() -> None:
     links = {ids: _assigned(rule, "SYMLINK") for rule in _of_ports() for ids in _ids(rule)}
-    known = {
+    identities = {
         (vendor, number): identify(PortInfo("port", vendor, number))
         for vendor in (0x2341, 0x2A03, 0x16C0)
         for number in range(0x10000)
     }
     expected = {
         ids: f"tfsat-{identity.board}" if identity.mode == "sketch" else None
-        for ids, identity in known.items()
+        for ids, identity in identities.items()
         if identity is not None
     }
     assert links == expected

@@ -90,10 +90,10 @@ def _case(number: int, file: Path) -> Case:
         tree = random_tree(rng, 2 + number % 5, chain=number // 5 % 2 == 0)
         robot = load_robot(write_robot_file(tree, file))
     duration_s = float(rng.uniform(1.0, 2.0))
-    history, flown = _history(rng, robot.n_joints, duration_s, from_samples=number % 2 == 1)
+    history, joint_history = _history(rng, robot.n_joints, duration_s, from_samples=number % 2 == 1)
     attitude = Rotation.random(random_state=rng).as_quat()
     rate = rng.normal(size=3) if number >= RANDOM_CASES // 2 else None
-    return Case(robot, history, flown, attitude, rate, duration_s)
+    return Case(robot, history, joint_history, attitude, rate, duration_s)
 
 
 def _history(

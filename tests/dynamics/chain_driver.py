@@ -94,11 +94,11 @@ class Script:
         self.lines.append(f"show {body} {_numbers(position)}")
 
     def run(self, probe: Path) -> list[Shown]:
-        done = subprocess.run(
+        process = subprocess.run(
             [probe], input="\n".join(self.lines), capture_output=True, text=True, check=False
         )
-        assert done.returncode == 0, done.stderr
-        return [_shown(line) for line in done.stdout.splitlines()]
+        assert process.returncode == 0, process.stderr
+        return [_shown(line) for line in process.stdout.splitlines()]
 
 
 def _shown(line: str) -> Shown:

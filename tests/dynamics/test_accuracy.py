@@ -55,14 +55,14 @@ def test_a_path_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
 
 def test_a_flight_is_within_its_tolerance_along_the_whole_way() -> None:
     body, history = maneuver()
-    found = propagate_within(body, history, initial_rate_rad_s=FAST)
+    estimate = propagate_within(body, history, initial_rate_rad_s=FAST)
     parts = propagate(body, history, initial_rate_rad_s=FAST, step_s=2e-3, order=6)
-    assert found.within_tolerance and np.degrees(found.error_rad) < 1e-4
+    assert estimate.within_tolerance and np.degrees(estimate.error_rad) < 1e-4
     for t_s in np.linspace(0.0, 1.2, 7):
-        i, k = (int(np.abs(flight.t_s - t_s).argmin()) for flight in (found.flight, parts))
-        if abs(found.flight.t_s[i] - parts.t_s[k]) < 1e-12:
-            assert apart_deg(found.flight.quaternion_xyzw[i], parts.quaternion_xyzw[k]) < 1e-4
-    assert apart_deg(found.flight.quaternion_xyzw[-1], parts.quaternion_xyzw[-1]) < 1e-4
+        i, k = (int(np.abs(flight.t_s - t_s).argmin()) for flight in (estimate.flight, parts))
+        if abs(estimate.flight.t_s[i] - parts.t_s[k]) < 1e-12:
+            assert apart_deg(estimate.flight.quaternion_xyzw[i], parts.quaternion_xyzw[k]) < 1e-4
+    assert apart_deg(estimate.flight.quaternion_xyzw[-1], parts.quaternion_xyzw[-1]) < 1e-4
 
 
 def test_the_estimate_is_no_smaller_than_the_error() -> None:
@@ -70,19 +70,19 @@ def test_the_estimate_is_no_smaller_than_the_error() -> None:
     exact = propagate(body, history, initial_rate_rad_s=FAST, step_s=2e-3, order=6).quaternion_xyzw[-1]
     for order in (4, 6):
         for step_s in (0.05,):
-            found = propagate_within(
+            estimate = propagate_within(
                 body, history, initial_rate_rad_s=FAST, step_s=step_s, order=4 if order == 4 else 6
             )
-            error_deg = apart_deg(found.flight.quaternion_xyzw[-1], exact)
-            assert error_deg <= 1.1 * np.degrees(found.error_rad)
+            error_deg = apart_deg(estimate.flight.quaternion_xyzw[-1], exact)
+            assert error_deg <= 1.1 * np.degrees(estimate.error_rad)
             assert error_deg > 1e-7  # there is something to estimate
 
 
 def test_where_the_bound_of_steps_is_hit_it_says_so() -> None:
     body, history = maneuver()
-    found = propagate_within(body, history, initial_rate_rad_s=100.0 * FAST, steps_max=500)
-    assert not found.within_tolerance and len(found.flight.t_s) <= 501
-    assert np.degrees(found.error_rad) > 1.0
+    estimate = propagate_within(body, history, initial_rate_rad_s=100.0 * FAST, steps_max=500)
+    assert not estimate.within_tolerance and len(estimate.flight.t_s) <= 501
+    assert np.degrees(estimate.error_rad) > 1.0
 
 
 def test_one_rigid_body_tumbles_as_eulers_equations_say(tmp_path: Path) -> None:
@@ -121,9 +121,9 @@ def test_what_is_no_flight_is_refused() -> None:
 def test_an_attitude_of_any_length_is_the_attitude() -> None:
     body, history = maneuver()
     attitude = np.array([0.1, -0.2, 0.3, 0.4])
-    found, unit = (
+    flight, unit = (
         propagate(body, history, initial_attitude_xyzw=q, initial_rate_rad_s=FAST)
         for q in (attitude, attitude / np.linalg.norm(attitude))
     )
-    assert found.quaternion_xyzw == pytest.approx(unit.quaternion_xyzw, abs=1e-12)
-    assert found.momentum() == pytest.approx(unit.momentum(), abs=1e-12)
+    assert flight.quaternion_xyzw == pytest.approx(unit.quaternion_xyzw, abs=1e-12)
+    assert flight.momentum() == pytest.approx(unit.momentum(), abs=1e-12)

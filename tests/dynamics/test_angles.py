@@ -13,9 +13,9 @@ from tfsat_host.angles import wrap_angle
 @given(st.lists(st.floats(-1e4, 1e4), min_size=1))
 def test_the_same_angle_within_half_a_turn_of_zero(angles: list[float]) -> None:
     before = np.array(angles)
-    found = wrap_angle(before)
-    assert (found >= -np.pi).all() and (found <= np.pi).all()
-    turns = (before - found) / (2.0 * np.pi)
+    wrapped_angles = wrap_angle(before)
+    assert (wrapped_angles >= -np.pi).all() and (wrapped_angles <= np.pi).all()
+    turns = (before - wrapped_angles) / (2.0 * np.pi)
     assert turns == pytest.approx(np.round(turns), abs=1e-9)
 
 

@@ -33,20 +33,20 @@ def test_at_rest_every_accelerometer_reads_one_g_upwards(probe: Path, drop_tower
 
 
 @pytest.mark.parametrize(
-    ("held", "moving_sign"), [((1, 2, 3), {0: 1.0}), ((0,), {1: -1.0, 2: -1.0, 3: -1.0})]
+    ("held_bodies", "moving_sign"), [((1, 2, 3), {0: 1.0}), ((0,), {1: -1.0, 2: -1.0, 3: -1.0})]
 )
 def test_held_bodies_stand_and_the_others_turn_about_the_joint(
-    probe: Path, drop_tower: Robot, held: tuple[int, ...], moving_sign: dict[int, float]
+    probe: Path, drop_tower: Robot, held_bodies: tuple[int, ...], moving_sign: dict[int, float]
 ) -> None:
     script = Script(drop_tower)
-    script.hold(*held)
+    script.hold(*held_bodies)
     move_joint_1(script)
     for body in range(4):
         script.show(body)
-    for body, shown in enumerate(script.run(probe)):
+    for body, state in enumerate(script.run(probe)):
         sign = moving_sign.get(body, 0.0)
-        assert shown.rate == pytest.approx(sign * RATE, abs=1e-12)
-        turned = np.degrees(Rotation.from_quat(shown.quaternion).as_rotvec())
+        assert state.rate == pytest.approx(sign * RATE, abs=1e-12)
+        turned = np.degrees(Rotation.from_quat(state.quaternion).as_rotvec())
         assert turned == pytest.approx([sign * np.degrees(0.09), 0, 0], abs=1e-9)
 
 
@@ -57,11 +57,11 @@ def test_a_joint_between_two_held_bodies_is_locked(probe: Path, drop_tower: Robo
     script.step(0.1, angles, 10 * angles, np.zeros(3))
     for body in range(4):
         script.show(body)
-    shown = script.run(probe)
-    assert shown[0].angles == pytest.approx([0, 0, 0.3], abs=0)
+    states = script.run(probe)
+    assert states[0].angles == pytest.approx([0, 0, 0.3], abs=0)
     for body in range(3):
-        assert np.abs(shown[body].rate).max() == 0.0
-    assert shown[3].rate == pytest.approx([-3.0, 0, 0])
+        assert np.abs(states[body].rate).max() == 0.0
+    assert states[3].rate == pytest.approx([-3.0, 0, 0])
 
 
 def test_centripetal_and_tangential_acceleration_are_felt_on_the_bench(
@@ -73,9 +73,9 @@ def test_centripetal_and_tangential_acceleration_are_felt_on_the_bench(
     arm = np.array([0.0, 0.04, 0.12])  # from the axis of joint 1
     at = drop_tower.point[0] + arm - drop_tower.origin[0]
     script.show(0, at)
-    (shown,) = script.run(probe)
+    (state,) = script.run(probe)
     expected = np.cross([7, 0, 0], arm) + np.cross([2, 0, 0], np.cross([2, 0, 0], arm)) + [0, 0, G]
-    assert shown.specific_force == pytest.approx(expected)
+    assert state.specific_force == pytest.approx(expected)
 
 
 def test_a_held_body_feels_only_gravity_while_the_others_move(probe: Path, drop_tower: Robot) -> None:
@@ -83,10 +83,10 @@ def test_a_held_body_feels_only_gravity_while_the_others_move(probe: Path, drop_
     script.hold(0)  # not the base, which is shaken by joints 1 and 2
     script.step(1e-3, [0.5, 0.6, 0.0], [2.0, -1.0, 0.0], [7.0, 9.0, 0.0])
     script.show(0, (0.05, 0.05, 0.05))
-    (shown,) = script.run(probe)
-    assert shown.specific_force == pytest.approx([0, 0, G], abs=1e-12)
-    assert np.abs(shown.velocity).max() < 1e-12
-    assert np.abs(shown.angular_acceleration).max() < 1e-12
+    (state,) = script.run(probe)
+    assert state.specific_force == pytest.approx([0, 0, G], abs=1e-12)
+    assert np.abs(state.velocity).max() < 1e-12
+    assert np.abs(state.angular_acceleration).max() < 1e-12
 
 
 def test_holding_a_turning_robot_stops_it_where_it_is(probe: Path, drop_tower: Robot) -> None:
@@ -96,10 +96,10 @@ def test_holding_a_turning_robot_stops_it_where_it_is(probe: Path, drop_tower: R
     script.show(1)
     script.hold(1)
     script.show(1)
-    flying, held = script.run(probe)
-    assert held.quaternion == pytest.approx(flying.quaternion)
-    assert held.position == pytest.approx(flying.position)
-    assert np.abs(held.rate).max() == 0.0
+    flying, held_state = script.run(probe)
+    assert held_state.quaternion == pytest.approx(flying.quaternion)
+    assert held_state.position == pytest.approx(flying.position)
+    assert np.abs(held_state.rate).max() == 0.0
 
 
 def test_landing_is_a_pulse_and_then_rest(probe: Path, drop_tower: Robot) -> None:
@@ -113,12 +113,12 @@ def test_landing_is_a_pulse_and_then_rest(probe: Path, drop_tower: Robot) -> Non
         script.step(0.01, np.zeros(3), np.zeros(3), np.zeros(3))
     script.show(2, drop_tower.com[2])
     falling, *landing = script.run(probe)
-    up = np.array([shown.specific_force[2] for shown in landing])
+    up = np.array([state.specific_force[2] for state in landing])
     assert abs(up[0] - falling.specific_force[2]) < 0.1
     assert up[2] == pytest.approx(300.0 + 0.5 * G, abs=0.05)
-    rest = [float(np.linalg.norm(shown.specific_force)) for shown in landing[4:]]
+    rest = [float(np.linalg.norm(state.specific_force)) for state in landing[4:]]
     assert rest == pytest.approx([G, G], abs=1e-9)
-    turning = [float(np.linalg.norm(shown.rate)) for shown in landing]
+    turning = [float(np.linalg.norm(state.rate)) for state in landing]
     assert turning == sorted(turning, reverse=True)
     assert turning[0] == pytest.approx(float(np.linalg.norm(falling.rate)))
     assert turning[-1] < 1e-12

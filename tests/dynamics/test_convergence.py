@@ -86,7 +86,7 @@ def test_jumping_rates_cost_no_order() -> None:
 
 def test_a_strokes_rotation_is_of_order_six(robot: RobotModel) -> None:
     body, start = Multibody.of(robot), np.array([0.3, -0.7, 0.5, 1.0])
-    found = [stroke_rotation(body, 1, start, np.array(1.5), steps=steps) for steps in (2, 4, 8, 64)]
-    errors = [angle_deg(q, found[-1]) for q in found[:-1]]
+    rotations = [stroke_rotation(body, 1, start, np.array(1.5), steps=steps) for steps in (2, 4, 8, 64)]
+    errors = [angle_deg(q, rotations[-1]) for q in rotations[:-1]]
     assert errors[-1] > 5 * ROUNDING_DEG
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx([6.0, 6.0], abs=0.7)

@@ -33,7 +33,7 @@ def fly_strokes(probe: Path, robot: Robot, strokes_deg: Sequence[tuple[int, floa
             script.step(0.004, angle, rate, np.zeros(n))
     for body in range(len(robot.mass)):
         script.show(body)
-    return [Rotation.from_quat(shown.quaternion) for shown in script.run(probe)]
+    return [Rotation.from_quat(state.quaternion) for state in script.run(probe)]
 
 
 def test_the_paper_maneuver_reorients_every_body_by_26_11_degrees(probe: Path, drop_tower: Robot) -> None:
@@ -107,10 +107,10 @@ def test_momentum_is_kept_and_accelerations_are_derivatives(probe: Path) -> None
     rng = np.random.default_rng(11)
     robot, history = random_tree(rng, 5), SineHistory(rng, 4)
     around = [499, 500, 501]
-    shown = fly(probe, robot, history, np.array([0.2, 0.1, -0.3]), 1000, [1, *around, 1000])
-    momenta = np.array([s.momentum for s in shown])
+    states = fly(probe, robot, history, np.array([0.2, 0.1, -0.3]), 1000, [1, *around, 1000])
+    momenta = np.array([s.momentum for s in states])
     assert np.abs(momenta - momenta[0]).max() < 1e-12 * max(1.0, np.abs(momenta[0]).max())
-    before, now, after = shown[3], shown[5], shown[7]
+    before, now, after = states[3], states[5], states[7]
     derivative = (after.rate - before.rate) / 2e-3
     assert now.angular_acceleration == pytest.approx(derivative, rel=1e-3, abs=1e-3)
     assert now.velocity == pytest.approx((after.position - before.position) / 2e-3, rel=1e-4, abs=1e-4)
@@ -127,7 +127,7 @@ def test_a_robot_at_rest_feels_nothing_in_free_fall(probe: Path, drop_tower: Rob
     for _ in range(50):
         script.step(0.01, np.zeros(3), np.zeros(3), np.zeros(3))
     script.show(0, (0.05, 0.05, 0.05))
-    (shown,) = script.run(probe)
-    assert np.abs(shown.specific_force).max() < 1e-12
-    assert shown.velocity == pytest.approx([0, 0, -0.04 - 9.80665 * 0.5])
-    assert shown.position[2] == pytest.approx(0.298 - 0.04 * 0.5 - 9.80665 * 0.125)
+    (state,) = script.run(probe)
+    assert np.abs(state.specific_force).max() < 1e-12
+    assert state.velocity == pytest.approx([0, 0, -0.04 - 9.80665 * 0.5])
+    assert state.position[2] == pytest.approx(0.298 - 0.04 * 0.5 - 9.80665 * 0.125)

@@ -40,11 +40,11 @@ def trees(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Multibody]:
 
 @st.composite
 def broadcastable(draw: st.DrawFn, count: int) -> list[Shape]:
-    whole = draw(st.lists(st.integers(0, 3), max_size=3))
+    full_shape = draw(st.lists(st.integers(0, 3), max_size=3))
     shapes = []
     for _ in range(count):
-        kept = whole[draw(st.integers(0, len(whole))) :]
-        shapes.append(tuple(1 if draw(st.booleans()) else length for length in kept))
+        suffix = full_shape[draw(st.integers(0, len(full_shape))) :]
+        shapes.append(tuple(1 if draw(st.booleans()) else length for length in suffix))
     return shapes
 
 
@@ -73,15 +73,15 @@ def compare(
 ) -> None:
     batches = [v.shape[: v.ndim - core] for v, core in zip(values, cores, strict=True)]
     shape = np.broadcast_shapes(body.batch_shape, *batches)
-    whole = [
+    broadcast_values = [
         np.broadcast_to(v, shape + v.shape[v.ndim - core :]) for v, core in zip(values, cores, strict=True)
     ]
-    found = function(body, *values)
-    assert found.shape[: len(shape)] == shape
+    batch_result = function(body, *values)
+    assert batch_result.shape[: len(shape)] == shape
     for index in np.ndindex(*shape):
-        alone = function(single(body, index, shape), *(v[index] for v in whole))
-        assert found[index].shape == alone.shape
-        assert found[index] == pytest.approx(alone, abs=1e-12)
+        alone = function(single(body, index, shape), *(v[index] for v in broadcast_values))
+        assert batch_result[index].shape == alone.shape
+        assert batch_result[index] == pytest.approx(alone, abs=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 4])
@@ -116,8 +116,8 @@ def test_shapes_of_strokes_and_paths(trees: dict[int, Multibody], shapes: list[S
     compare(lambda b, s, d: path_rotation(b, PATH, d, start_rad=s, steps=2), body, [start, deltas], [1, 1])
     compare(lambda b, d: path_rotation(b, PATH, d, steps=2), body, [deltas], [1])
     compare(lambda b, d: path_rotation(b, [], d), body, [deltas[..., :0]], [1])
-    whole = np.broadcast_shapes(body.batch_shape, *shapes[5:])
-    assert path_rotation(body, PATH, deltas, start_rad=start).shape == (*whole, 4)
+    batch_shape = np.broadcast_shapes(body.batch_shape, *shapes[5:])
+    assert path_rotation(body, PATH, deltas, start_rad=start).shape == (*batch_shape, 4)
 
 
 def test_what_fits_no_robot_is_refused(trees: dict[int, Multibody]) -> None:

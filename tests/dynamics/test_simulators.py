@@ -60,8 +60,10 @@ def fly_theirs(cases: list[Case]) -> FlyTheirs:
 
     @functools.cache
     def fly_once(simulator: MakeSimulator, number: int) -> tuple[Simulator, list[State]]:
-        case, made = cases[number], simulator(cases[number].robot)
-        return made, fly(made, case.history, case.release(), case.flight.t_s[looks(case.flight)])
+        case, flight_simulator = cases[number], simulator(cases[number].robot)
+        return flight_simulator, fly(
+            flight_simulator, case.history, case.release(), case.flight.t_s[looks(case.flight)]
+        )
 
     return fly_once
 

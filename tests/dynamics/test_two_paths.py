@@ -92,10 +92,10 @@ def test_after_a_closed_loop_every_base_body_sees_the_same_rotation(tmp_path: Pa
     first, second = (int(j) for j in rng.permutation(4)[:2])
     a, b = rng.uniform(0.5, 1.5, 2)
     loop = [(first, a), (second, b), (first, -a), (second, -b)]
-    seen = [net(robot, loop, base) for base in range(5)]
-    assert degrees(seen[0]) > 0.1
-    for rotation in seen[1:]:
-        assert degrees(rotation * seen[0].inv()) < 1e-4
+    rotations = [net(robot, loop, base) for base in range(5)]
+    assert degrees(rotations[0]) > 0.1
+    for rotation in rotations[1:]:
+        assert degrees(rotation * rotations[0].inv()) < 1e-4
 
 
 @pytest.mark.parametrize("base", BODIES)
@@ -103,11 +103,11 @@ def test_after_an_open_path_the_base_bodies_differ_by_the_joint_angles(base: int
     robot = load_robot()
     angles = np.array([A, B, 0.4])
     relative, _ = poses(Multibody.of(robot), angles)  # to the robot's own base
-    seen, by_own_base = net(robot, OPEN, base), net(robot, OPEN)
-    assert degrees(seen * (by_own_base * Rotation.from_matrix(relative[base])).inv()) < 1e-4
-    assert degrees(seen * end_of(flown(robot, OPEN), base).inv()) < 1e-4
+    rotation, by_own_base = net(robot, OPEN, base), net(robot, OPEN)
+    assert degrees(rotation * (by_own_base * Rotation.from_matrix(relative[base])).inv()) < 1e-4
+    assert degrees(rotation * end_of(flown(robot, OPEN), base).inv()) < 1e-4
     if base != robot.base:
-        assert degrees(seen * by_own_base.inv()) > 10.0
+        assert degrees(rotation * by_own_base.inv()) > 10.0
 
 
 @pytest.mark.parametrize("base", range(5))
@@ -117,11 +117,11 @@ def test_a_flight_is_the_same_from_whichever_body_it_is_seen(tmp_path: Path, bas
         robot, [TimedMove(0, 1.0, 0.1, 0.6), TimedMove(2, -1.2, 0.3, 0.9)], end_s=1.0
     )
     rate = np.array([0.8, -0.5, 1.1])  # of every body: the joints are at rest at first
-    one = propagate(Multibody.of(robot), history, initial_rate_rad_s=rate, order=6)
+    flight = propagate(Multibody.of(robot), history, initial_rate_rad_s=rate, order=6)
     other = propagate(Multibody.of(robot, base), history, initial_rate_rad_s=rate, order=6)
-    assert other.attitude() == pytest.approx(one.attitude(base), abs=1e-8)
-    assert other.momentum() == pytest.approx(one.momentum(), abs=1e-12)
-    assert other.kinetic_energy_j() == pytest.approx(one.kinetic_energy_j(), rel=1e-8)
+    assert other.attitude() == pytest.approx(flight.attitude(base), abs=1e-8)
+    assert other.momentum() == pytest.approx(flight.momentum(), abs=1e-12)
+    assert other.kinetic_energy_j() == pytest.approx(flight.kinetic_energy_j(), rel=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -137,8 +137,8 @@ def test_single_strokes_from_any_pose_turn_the_base_as_the_reference_says(tmp_pa
 
         at_release = rate_without_momentum(arrays, start, rates)
         expected = free_attitude(arrays, ramp, 1.0, at_release)
-        found = Rotation.from_quat(stroke_rotation(body, joint, start, np.array(delta)))
-        assert degrees(found * expected.inv()) < 1e-3
+        rotation = Rotation.from_quat(stroke_rotation(body, joint, start, np.array(delta)))
+        assert degrees(rotation * expected.inv()) < 1e-3
 
 
 def test_a_batch_of_robots_and_strokes_is_each_of_them(tmp_path: Path) -> None:
@@ -146,6 +146,6 @@ def test_a_batch_of_robots_and_strokes_is_each_of_them(tmp_path: Path) -> None:
     body, joints = Multibody.of(robot), [0, 2, 3, 0, 1]
     masses, deltas = rng.uniform(0.2, 1.5, (6, 5)), rng.uniform(-1.5, 1.5, (6, 5))
     together = path_rotation(body.replace(mass_kg=masses), joints, deltas, steps=2)
-    for mass, delta, found in zip(masses, deltas, together, strict=True):
+    for mass, delta, rotation in zip(masses, deltas, together, strict=True):
         alone = path_rotation(body.replace(mass_kg=mass), joints, delta, steps=2)
-        assert found == pytest.approx(alone, abs=1e-14)
+        assert rotation == pytest.approx(alone, abs=1e-14)

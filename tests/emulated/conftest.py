@@ -34,7 +34,7 @@ def server(tmp_path: Path) -> Iterator[RobotServer]:
     """Yield a server in this process, whose time passes only in `step`."""
     folder = ServedFolder(tmp_path / "robot")
     with EmulatedRobot() as robot:
-        made = RobotServer(robot, folder, folder.kept.load())
-        yield made
-        made.close()
+        robot_server = RobotServer(robot, folder, folder.kept.load())
+        yield robot_server
+        robot_server.close()
     folder.release()

@@ -55,7 +55,7 @@ class Served:
     def end(self, number: signal.Signals = signal.SIGTERM) -> str:
         """Ends it by a signal; what it said on stderr."""
         self.process.send_signal(number)
-        _, said = self.process.communicate(timeout=TIMEOUT_S)
-        assert self.process.returncode == 0, said
-        assert "Traceback" not in said
-        return said
+        _, error_text = self.process.communicate(timeout=TIMEOUT_S)
+        assert self.process.returncode == 0, error_text
+        assert "Traceback" not in error_text
+        return error_text

@@ -132,5 +132,5 @@ def test_between_two_programs_the_sequencer_stays_armed(served: Served, tfsat_ho
     """
     tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
     tfsat_host("arm", "--yes", "--port", served.sequencer)
-    told = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
-    assert told["state"] == "armed"
+    status = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
+    assert status["state"] == "armed"

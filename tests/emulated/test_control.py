@@ -210,13 +210,13 @@ def test_empty_lines_and_comments_get_no_reply(server: RobotServer) -> None:
 def test_any_bytes_give_one_reply_a_line_however_they_are_cut(
     server: RobotServer, data: st.DataObject, text: bytes
 ) -> None:
-    whole, cut = ControlLines(server), ControlLines(server)
+    uncut_lines, cut = ControlLines(server), ControlLines(server)
     text += b"\n"
-    whole.feed(text)
+    uncut_lines.feed(text)
     at = sorted(data.draw(st.lists(st.integers(0, len(text)), max_size=5)))
     for start, end in zip([0, *at], [*at, len(text)], strict=True):
         cut.feed(text[start:end])
-    replies = whole.replies()
+    replies = uncut_lines.replies()
     assert cut.replies() == replies
     assert all(reply.startswith("error ") for reply in replies)
     assert len(replies) <= text.count(b"\n")

@@ -20,9 +20,9 @@ PAGE = (DOCS / "emulator.md").read_text(encoding="utf-8")
 
 
 def _blocks(language: str) -> list[str]:
-    found = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    assert found
-    return found
+    blocks = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    assert blocks
+    return blocks
 
 
 def _shell(block: str, folder: Path) -> str:
@@ -33,18 +33,18 @@ def _shell(block: str, folder: Path) -> str:
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tfsat_host "$@"\n')
     command.chmod(0o755)
     environ = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
-    done = subprocess.run(
+    process = subprocess.run(
         ["sh", "-e"], input=block, env=environ, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
     )
-    assert done.returncode == 0, (block, done.stderr)
-    return done.stdout
+    assert process.returncode == 0, (block, process.stderr)
+    return process.stdout
 
 
 def _converse(served: Served, lines: list[str]) -> None:
     """Sends the lines marked `>`; each reply must be the line below, where `...` stands for anything."""
     replies = served.control(*(line.removeprefix("> ") for line in lines[0::2]))
-    for line, reply, shown in zip(lines[0::2], replies, lines[1::2], strict=True):
-        pattern = ".*".join(re.escape(part) for part in shown.split("..."))
+    for line, reply, expected_reply in zip(lines[0::2], replies, lines[1::2], strict=True):
+        pattern = ".*".join(re.escape(part) for part in expected_reply.split("..."))
         assert re.fullmatch(pattern, reply), (line, reply)
 
 
@@ -55,19 +55,19 @@ def test_the_conversation(native: Served) -> None:
 
 def test_the_drop_by_hand(native: Served, tmp_path: Path) -> None:
     (text,) = _blocks("drop")
-    said = ""
-    for typed, group in groupby(text.splitlines(), key=lambda line: line.startswith("$ ")):
-        if typed:
-            said += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
+    output = ""
+    for is_command, group in groupby(text.splitlines(), key=lambda line: line.startswith("$ ")):
+        if is_command:
+            output += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
         else:
             _converse(native, list(group))
-    assert re.search(r"^  state +done$", said, re.MULTILINE)
-    assert "verdict" in said.lower() or "complete" in said
+    assert re.search(r"^  state +done$", output, re.MULTILINE)
+    assert "verdict" in output.lower() or "complete" in output
 
 
 def test_the_shell_examples(native: Served, tmp_path: Path) -> None:
-    said = "".join(_shell(block, tmp_path) for block in _blocks("sh"))
-    swung = re.search(r"^ok (\S+) 0.00 0.00$", said, re.MULTILINE)
+    output = "".join(_shell(block, tmp_path) for block in _blocks("sh"))
+    swung = re.search(r"^ok (\S+) 0.00 0.00$", output, re.MULTILINE)
     assert swung and float(swung[1]) == pytest.approx(60.0, abs=1.0)
 
 
@@ -83,9 +83,9 @@ def test_the_python_examples(native: Served) -> None:
 
 def test_every_command_is_in_the_table_and_the_table_is_true(server: RobotServer) -> None:
     rows = re.findall(r"^\| `(\w+)([^`]*)` \| [^|]+ \| `(ok[^`]*)` \|$", PAGE, re.MULTILINE)
-    told = execute("help", server)
-    assert told is not None
-    assert {name for name, _, _ in rows} == {usage.split()[0] for usage in told.text[3:].split(" | ")}
+    help_reply = execute("help", server)
+    assert help_reply is not None
+    assert {name for name, _, _ in rows} == {usage.split()[0] for usage in help_reply.text[3:].split(" | ")}
     for name, arguments, _ in rows:
         if name not in ("card", "wait"):
             reply = execute(name + arguments, server)

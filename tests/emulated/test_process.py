@@ -130,10 +130,10 @@ def test_the_ports_of_a_killed_run_lead_nowhere(native: Served) -> None:
     assert not served_by_dead_process(native.sequencer)
     native.process.kill()
     native.process.wait(timeout=TIMEOUT_S)
-    taken = [os.openpty() for _ in range(4)]
+    terminals = [os.openpty() for _ in range(4)]
     assert native.sequencer.is_symlink() and not native.sequencer.exists()
     assert served_by_dead_process(native.sequencer) and served_by_dead_process(native.logger)
-    for pair in taken:
+    for pair in terminals:
         for descriptor in pair:
             os.close(descriptor)
 
@@ -161,10 +161,10 @@ def test_each_start_gives_other_sessions_unless_a_seed_is_given(
     assert session("--seed", "3") == session("--seed", "3")
 
 
-@pytest.mark.parametrize(("options", "drawn"), [((), draw), (("--as-built",), draw_as_built)])
+@pytest.mark.parametrize(("options", "draw_imperfections"), [((), draw), (("--as-built",), draw_as_built)])
 def test_as_built_serves_the_robot_that_nobody_has_calibrated(
     options: tuple[str, ...],
-    drawn: Callable[[int], Imperfections],
+    draw_imperfections: Callable[[int], Imperfections],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -177,9 +177,9 @@ def test_as_built_serves_the_robot_that_nobody_has_calibrated(
             (first, *_) = logger.live_samples()
         logger.close()
         process.end()
-    bias_deg_s = np.rad2deg(drawn(3).gyro_bias_rad_s)
-    shown = np.array([imu.gyro for imu in first.decode().sample.imu]) / scales.gyro_lsb_per_deg_s
-    assert np.abs(shown - bias_deg_s).max() < 0.3
+    bias_deg_s = np.rad2deg(draw_imperfections(3).gyro_bias_rad_s)
+    readings_deg_s = np.array([imu.gyro for imu in first.decode().sample.imu]) / scales.gyro_lsb_per_deg_s
+    assert np.abs(readings_deg_s - bias_deg_s).max() < 0.3
 
 
 def test_a_killed_run_leaves_nothing_in_the_way(native: Served, tfsat_host: RunCli) -> None:
@@ -215,7 +215,7 @@ def test_typed_lines_are_answered_and_their_end_ends_nothing(native: Served) -> 
 @pytest.mark.parametrize("closed", ["</dev/null", "<&-"])
 def test_without_standard_input_it_runs_until_its_time_is_over(tfsat_host: RunCli, closed: str) -> None:
     script = f'"{sys.executable}" -m tfsat_host emulate --for 0.05 {closed}'
-    done = subprocess.run(
+    process = subprocess.run(
         ["sh", "-c", script],
         cwd=tfsat_host.folder,
         capture_output=True,
@@ -223,9 +223,9 @@ def test_without_standard_input_it_runs_until_its_time_is_over(tfsat_host: RunCl
         timeout=TIMEOUT_S,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    assert "--port robot/sequencer" in done.stdout
-    assert "TFSAT_LOGGER_PORT=" in done.stdout
+    assert process.returncode == 0, process.stderr
+    assert "--port robot/sequencer" in process.stdout
+    assert "TFSAT_LOGGER_PORT=" in process.stdout
 
 
 def test_a_running_card_file_is_never_written_over_a_file_of_the_user(native: Served) -> None:
@@ -241,7 +241,7 @@ def test_a_running_card_file_is_never_written_over_a_file_of_the_user(native: Se
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "expected_text"),
     [
         (("--seed", "-1"), "no seed"),
         (("--for", "0"), "no duration"),
@@ -249,8 +249,10 @@ def test_a_running_card_file_is_never_written_over_a_file_of_the_user(native: Se
         (("--sequencer", "pic"), "there is no --sequencer 'pic'"),
     ],
 )
-def test_bad_options_are_usage_errors(tfsat_host: RunCli, arguments: tuple[str, str], said: str) -> None:
-    assert said in tfsat_host("emulate", *arguments, expect=2).stderr
+def test_bad_options_are_usage_errors(
+    tfsat_host: RunCli, arguments: tuple[str, str], expected_text: str
+) -> None:
+    assert expected_text in tfsat_host("emulate", *arguments, expect=2).stderr
     assert list(tfsat_host.folder.iterdir()) == []
 
 

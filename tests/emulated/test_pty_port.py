@@ -17,10 +17,10 @@ from tfsat_host.emulated.server import PtyPort
 
 @pytest.fixture
 def port(tmp_path: Path) -> Iterator[PtyPort]:
-    made = PtyPort(tmp_path / "board")
-    made.plug()
-    yield made
-    made.pull()
+    pty_port = PtyPort(tmp_path / "board")
+    pty_port.plug()
+    yield pty_port
+    pty_port.pull()
 
 
 def _attach(port: PtyPort) -> SerialTransport:
@@ -99,10 +99,10 @@ def test_a_claim_that_cannot_be_lifted_gives_a_new_terminal(
 
     monkeypatch.setattr(os, "open", claimed)
     # Held, so that the system does not hand out the same number again.
-    held = pty.openpty()
+    descriptors = pty.openpty()
     assert port.read() == b""
     monkeypatch.undo()
-    for descriptor in held:
+    for descriptor in descriptors:
         os.close(descriptor)
     client = SerialTransport(str(port.link))
     client.write(b"x")

@@ -24,8 +24,8 @@ def arm(served: Served, tfsat_host: RunCli) -> None:
 
 
 def status(served: Served, tfsat_host: RunCli) -> dict[str, Any]:
-    told: dict[str, Any] = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
-    return told
+    sequencer_status: dict[str, Any] = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
+    return sequencer_status
 
 
 def test_armed_with_both_switches_closed_it_is_armed_again_and_the_resets_are_counted(
@@ -34,12 +34,12 @@ def test_armed_with_both_switches_closed_it_is_armed_again_and_the_resets_are_co
     arm(served, tfsat_host)
     for number, (word, cause) in enumerate(CAUSES.items(), start=1):
         assert served.control(f"reset {word}", "wait 500ms") == ["ok", "ok"]
-        told = status(served, tfsat_host)
-        assert (told["state"], told["fault"]) == ("armed", "none")
-        assert (told["resets_while_armed"], told["reset_cause"]) == (number, cause)
+        sequencer_status = status(served, tfsat_host)
+        assert (sequencer_status["state"], sequencer_status["fault"]) == ("armed", "none")
+        assert (sequencer_status["resets_while_armed"], sequencer_status["reset_cause"]) == (number, cause)
     served.control("drop", "wait still", "wait 500ms")
-    told = status(served, tfsat_host)
-    assert (told["state"], told["resets_while_armed"]) == ("done", len(CAUSES))
+    sequencer_status = status(served, tfsat_host)
+    assert (sequencer_status["state"], sequencer_status["resets_while_armed"]) == ("done", len(CAUSES))
 
 
 @pytest.mark.parametrize("word", list(CAUSES))
@@ -48,9 +48,9 @@ def test_armed_with_a_switch_open_it_is_in_fault_and_the_servos_hold(
 ) -> None:
     arm(served, tfsat_host)
     served.control("hold 2 3 4", "release 1", f"reset {word}", "wait 1")
-    told = status(served, tfsat_host)
-    assert (told["state"], told["fault"]) == ("fault", "reset_while_armed")
-    assert told["reset_cause"] == CAUSES[word]
+    sequencer_status = status(served, tfsat_host)
+    assert (sequencer_status["state"], sequencer_status["fault"]) == ("fault", "reset_while_armed")
+    assert sequencer_status["reset_cause"] == CAUSES[word]
     for joint in (1, 2, 3):
         (refused,) = served.control(f"swing {joint} 10 1 1")
         assert "Its servo holds it" in refused

@@ -32,10 +32,10 @@ class Compiler:
 
 @pytest.fixture
 def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
-    made = Compiler(tmp_path, ensure_built())
-    monkeypatch.setenv("CXX", str(made.path))
+    fake_compiler = Compiler(tmp_path, ensure_built())
+    monkeypatch.setenv("CXX", str(fake_compiler.path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return made
+    return fake_compiler
 
 
 def test_it_is_built_once_where_the_environment_says_and_again_where_it_is_damaged(
@@ -44,13 +44,13 @@ def test_it_is_built_once_where_the_environment_says_and_again_where_it_is_damag
     library = ensure_built()
     assert library.parent == tmp_path / "cache" / "tfsat"
     stamp = library.with_name(f"{library.name}.sha256")
-    whole, calls = library.read_bytes(), compiler.calls
+    library_bytes, calls = library.read_bytes(), compiler.calls
     assert calls > 10
     assert ensure_built() == library
     assert compiler.calls == calls
     assert sorted(path.name for path in library.parent.iterdir()) == [library.name, stamp.name]
     damages: list[Callable[[], object]] = [
-        lambda: os.truncate(library, len(whole) // 2),
+        lambda: os.truncate(library, len(library_bytes) // 2),
         lambda: library.write_bytes(b"lebrary\n"),
         stamp.unlink,
         lambda: stamp.write_bytes(b"\xff"),
@@ -60,7 +60,7 @@ def test_it_is_built_once_where_the_environment_says_and_again_where_it_is_damag
         damage()
         assert ensure_built() == library
         assert compiler.calls == (2 + number) * calls
-        assert library.read_bytes() == whole
+        assert library.read_bytes() == library_bytes
     assert ctypes.CDLL(str(library)).tfsat_config_bytes() > 0
 
 

@@ -96,10 +96,10 @@ def test_a_loggers_clock_may_go_wrong_while_it_records_and_its_time_has_no_jump(
 def test_a_clock_set_at_once_is_one_that_was_drawn(ppm: float) -> None:
     """Setting a clock's error by a fault at time zero gives the same card as drawing it."""
     cards = []
-    for drawn in (True, False):
-        wrong = replace(ideal(), logger_clock_ppm=ppm if drawn else 0.0)
+    for is_drawn in (True, False):
+        wrong = replace(ideal(), logger_clock_ppm=ppm if is_drawn else 0.0)
         with EmulatedRobot(imperfections=wrong, seed=1, session_seed=1) as robot:
-            if not drawn:
+            if not is_drawn:
                 robot.faults.clock("logger", ppm)
             robot.advance(SETTLE_US)
             logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))

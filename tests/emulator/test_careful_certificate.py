@@ -20,7 +20,7 @@ MEASURED = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
 def test_nothing_is_missing_for_a_drop() -> None:
     certificate = careful_certificate(MODEL, draw_as_built(3), 3, MEASURED)
     assert certificate.shortcomings() == ()
-    assert [one.joint for one in certificate.servo_maps] == [1, 2, 3]
+    assert [servo_map.joint for servo_map in certificate.servo_maps] == [1, 2, 3]
 
 
 def test_servo_maps_are_off_by_what_they_state() -> None:
@@ -42,10 +42,10 @@ def test_servo_maps_are_off_by_what_they_state() -> None:
                     truth.servo_backlash_rad[joint],
                 ]
             )
-            found = np.array([servo_map.middle_rad, servo_map.slope_rad_per_us, servo_map.backlash_rad])
+            estimate = np.array([servo_map.middle_rad, servo_map.slope_rad_per_us, servo_map.backlash_rad])
             std = np.sqrt(np.diag(servo_map.covariance))
             assert (np.rad2deg(std[[0, 2]]) < 0.4).all()
-            off.append((found - true) / std)
+            off.append((estimate - true) / std)
     assert np.abs(off).max() < 4.5
     assert np.std(off, axis=0) == pytest.approx(1.0, abs=0.35)
 

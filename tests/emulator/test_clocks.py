@@ -41,8 +41,8 @@ class Flight:
         """Return the times of the noted strokes after the release, in the logger's clock."""
         release_us = self.log.release_us
         assert release_us is not None
-        noted = [event.t_us - release_us for event in self.log.events if event.name == "stroke"]
-        return np.array(noted) * 1e-6
+        stroke_times_us = [event.t_us - release_us for event in self.log.events if event.name == "stroke"]
+        return np.array(stroke_times_us) * 1e-6
 
     def strokes_seen_s(self) -> NDArray[np.float64]:
         """Return the true times of the strokes after the release, in virtual time.
@@ -52,8 +52,8 @@ class Flight:
         moves = np.abs(np.diff(self.truth[:, 1:4], axis=0)) > 1e-5
         begun = moves & ~np.vstack([np.zeros((1, 3), bool), moves[:-1]])
         t_s = self.truth[1:, 0] - self.released_s
-        seen = np.concatenate([t_s[column & (t_s > 0) & (t_s < 2)] for column in begun.T[:2]])
-        return np.asarray(np.sort(seen))
+        onsets_s = np.concatenate([t_s[column & (t_s > 0) & (t_s < 2)] for column in begun.T[:2]])
+        return np.asarray(np.sort(onsets_s))
 
 
 @cache
@@ -154,12 +154,15 @@ def test_a_clock_that_no_board_has_is_refused(ppm: float) -> None:
 def test_clocks_are_exact_but_in_a_robot_as_built() -> None:
     for exact in (ideal(), draw(1), draw(2)):
         assert exact.sequencer_clock_ppm == exact.logger_clock_ppm == 0.0
-    drawn = np.array(
-        [(one.sequencer_clock_ppm, one.logger_clock_ppm) for one in map(draw_as_built, range(400))]
+    clock_errors_ppm = np.array(
+        [
+            (imperfections.sequencer_clock_ppm, imperfections.logger_clock_ppm)
+            for imperfections in map(draw_as_built, range(400))
+        ]
     )
-    assert np.abs(drawn).max() == 50.0
-    assert drawn.std(axis=0) == pytest.approx([20.0, 20.0], rel=0.1)
-    assert abs(np.corrcoef(drawn.T)[0, 1]) < 0.15
+    assert np.abs(clock_errors_ppm).max() == 50.0
+    assert clock_errors_ppm.std(axis=0) == pytest.approx([20.0, 20.0], rel=0.1)
+    assert abs(np.corrcoef(clock_errors_ppm.T)[0, 1]) < 0.15
 
 
 def test_what_else_a_seed_draws_is_what_it_drew_before_there_were_clocks() -> None:

@@ -65,56 +65,56 @@ def test_angle_sensors_show_a_bent_angle() -> None:
         ideal(), angle_nonlinearity_rad=bend, angle_zero_rad=np.deg2rad([10.0, 20, 30, 40, 50, 60])
     )
     for joint in (1, 2):
-        done = perform(sweeps(joint)[0], imperfections=wrong)
-        t_s = (done.counts.t_us - done.counts.t_us[0]) * 1e-6
+        performance = perform(sweeps(joint)[0], imperfections=wrong)
+        t_s = (performance.counts.t_us - performance.counts.t_us[0]) * 1e-6
         for stop_s, stop_deg in ((0.5, 0.0), (3.0, 30.0), (5.5, 60.0), (8.0, 90.0)):
-            shown = done.counts.angle_counts[int(np.searchsorted(t_s, stop_s))] + 0.5
+            angle_counts = performance.counts.angle_counts[int(np.searchsorted(t_s, stop_s))] + 0.5
             for sensor, direction in ((2 * joint - 2, 1), (2 * joint - 1, -1)):
                 phi = np.deg2rad(180 + wrong.angle_zero_rad[sensor] * 180 / np.pi + direction * stop_deg)
                 terms = np.array([np.sin(phi), np.cos(phi), np.sin(2 * phi), np.cos(2 * phi)])
                 expected = (phi + bend[sensor] @ terms) / (2 * np.pi) * 4096
-                assert shown[sensor] == pytest.approx(expected, abs=0.51)
+                assert angle_counts[sensor] == pytest.approx(expected, abs=0.51)
 
 
 def test_a_gyros_reading_is_scale_times_the_turned_rate_plus_bias() -> None:
     wrong = replace(draw_as_built(7), gyro_noise_rad_s_rthz=0.0)
-    done = perform(turn("x", 180.0), imperfections=wrong)
+    performance = perform(turn("x", 180.0), imperfections=wrong)
     # Over the first leg, from rest to rest; a reading lags, a sum does not.
-    t_s = (done.counts.t_us - done.counts.t_us[0]) * 1e-6
+    t_s = (performance.counts.t_us - performance.counts.t_us[0]) * 1e-6
     leg = (t_s > 0.5) & (t_s < 3.8)
-    passed = (np.diff(t_s[leg])[:, None, None] * done.gyros_deg_s()[leg][:-1]).sum(axis=0)
+    passed = (np.diff(t_s[leg])[:, None, None] * performance.gyros_deg_s()[leg][:-1]).sum(axis=0)
     for body in range(4):
-        seen = wrong.mounting[body].T @ [180.0, 0.0, 0.0]
+        sensor_rate_deg_s = wrong.mounting[body].T @ [180.0, 0.0, 0.0]
         bias = np.rad2deg(wrong.gyro_bias_rad_s[body]) * np.ptp(t_s[leg])
-        assert passed[body] == pytest.approx(wrong.gyro_scale[body] * seen + bias, abs=0.15)
+        assert passed[body] == pytest.approx(wrong.gyro_scale[body] * sensor_rate_deg_s + bias, abs=0.15)
 
 
 def test_a_robot_as_built_is_off_in_everything_and_within_its_ranges() -> None:
     robots = [draw_as_built(seed) for seed in SEEDS]
-    tilt = np.rad2deg([Rotation.from_matrix(one.mounting).magnitude() for one in robots])
+    tilt = np.rad2deg([Rotation.from_matrix(robot.mounting).magnitude() for robot in robots])
     assert tilt.max() < 5.0 and tilt.mean() == pytest.approx(2.5, abs=0.5)
-    bias = np.rad2deg([one.gyro_bias_rad_s for one in robots])
+    bias = np.rad2deg([robot.gyro_bias_rad_s for robot in robots])
     assert np.abs(bias).max() <= 5.0 and bias.std() == pytest.approx(5 / np.sqrt(3), rel=0.1)
-    scale = np.array([one.gyro_scale for one in robots])
+    scale = np.array([robot.gyro_scale for robot in robots])
     assert np.abs(scale - 1).max() <= 0.03 and scale.std() == pytest.approx(0.03 / np.sqrt(3), rel=0.1)
-    zero = np.rad2deg([one.angle_zero_rad for one in robots])
+    zero = np.rad2deg([robot.angle_zero_rad for robot in robots])
     assert zero.min() < 20 and zero.max() > 340
-    bend = np.rad2deg([one.angle_nonlinearity_rad for one in robots])
+    bend = np.rad2deg([robot.angle_nonlinearity_rad for robot in robots])
     assert bend.shape == (len(SEEDS), 6, 4) and bend.std() == pytest.approx(0.05, rel=0.1)
-    gain = np.array([one.servo_gain for one in robots])
+    gain = np.array([robot.servo_gain for robot in robots])
     assert gain.mean() == pytest.approx(0.95, abs=0.01) and gain.std() == pytest.approx(0.02, rel=0.25)
-    assert np.rad2deg([one.servo_offset_rad for one in robots]).std() == pytest.approx(1.0, rel=0.25)
-    backlash = np.rad2deg([one.servo_backlash_rad for one in robots])
-    repeat = np.rad2deg([one.servo_repeat_rad for one in robots])
+    assert np.rad2deg([robot.servo_offset_rad for robot in robots]).std() == pytest.approx(1.0, rel=0.25)
+    backlash = np.rad2deg([robot.servo_backlash_rad for robot in robots])
+    repeat = np.rad2deg([robot.servo_repeat_rad for robot in robots])
     assert 0 <= backlash.min() < 0.1 and 0.9 < backlash.max() <= 1
     assert repeat.min() >= 0.1 and repeat.max() <= 0.3
 
 
 def test_a_seed_draws_one_robot_and_another_seed_another() -> None:
-    one, again, other = draw_as_built(1), draw_as_built(1), draw_as_built(2)
+    first, again, other = draw_as_built(1), draw_as_built(1), draw_as_built(2)
     for field in fields(Imperfections):
-        assert np.array_equal(getattr(one, field.name), getattr(again, field.name))
-    assert not np.array_equal(one.mounting, other.mounting)
+        assert np.array_equal(getattr(first, field.name), getattr(again, field.name))
+    assert not np.array_equal(first.mounting, other.mounting)
 
 
 def test_robots_of_other_errors_have_other_loggers() -> None:
@@ -132,10 +132,10 @@ def test_robots_of_other_errors_have_other_loggers() -> None:
 
 def test_a_robot_as_it_comes_has_exact_servos_scales_and_straight_angle_sensors() -> None:
     exact = ideal()
-    for one in (draw(1), draw(2)):
+    for imperfections in (draw(1), draw(2)):
         for name in ("gyro_scale", "angle_nonlinearity_rad", "servo_gain", "servo_offset_rad", "servo_backlash_rad",
                      "servo_repeat_rad"):  # fmt: skip
-            assert np.array_equal(getattr(one, name), getattr(exact, name))
+            assert np.array_equal(getattr(imperfections, name), getattr(exact, name))
     # The draw itself is fixed: rehearsals with a seed must not change from one version to the next.
     assert np.rad2deg(draw(1).gyro_bias_rad_s[0]) == pytest.approx(
         [-0.736454, -0.162910, -0.482119], abs=1e-6

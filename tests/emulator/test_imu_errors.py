@@ -44,9 +44,9 @@ def test_a_gyro_that_feels_forces_shows_another_bias_in_free_fall() -> None:
         wrong = replace(ideal(), gyro_g_sensitivity_rad_s_g=sensitivity) if feels else ideal()
         log = dropped(wrong)
         assert log.release_us is not None
-        held = (log.t_us < log.release_us) & log.imu_valid.all(axis=1)
+        held_mask = (log.t_us < log.release_us) & log.imu_valid.all(axis=1)
         falls = (log.t_us > log.release_us + 500_000) & (log.t_us < log.release_us + 900_000)
-        change = gyro_deg_s(log)[held].mean(axis=0) - gyro_deg_s(log)[falls].mean(axis=0)
+        change = gyro_deg_s(log)[held_mask].mean(axis=0) - gyro_deg_s(log)[falls].mean(axis=0)
         assert change == pytest.approx(np.tile([0.5, -1.0, 2.0], (4, 1)) * feels, abs=0.03)
 
 
@@ -180,8 +180,8 @@ GOOD = (HOST / "emulated/imus/mpu6050.toml").read_text(encoding="utf-8")
 )
 def test_a_file_that_is_no_imu_says_where(tmp_path: Path, pattern: str, text: str, reason: str) -> None:
     file = tmp_path / "mine.toml"
-    broken, found = re.subn(pattern, text, GOOD, count=1, flags=re.MULTILINE)
-    assert found == 1
+    broken, replacement_count = re.subn(pattern, text, GOOD, count=1, flags=re.MULTILINE)
+    assert replacement_count == 1
     file.write_text(broken, encoding="utf-8")
     with pytest.raises(EmulationError, match=reason):
         load_imu(file)

@@ -55,26 +55,30 @@ def turned() -> Performance:
 
 @pytest.mark.parametrize("step", [SWING, SWEEP, TURN], ids=lambda step: step.key)
 def test_rates_and_attitudes_are_of_one_motion(step: Step) -> None:
-    done = perform(step, PERSON)
+    performance = perform(step, PERSON)
     for body in range(4):
-        attitude = done.attitudes[body]
-        between = np.rad2deg((attitude[:-1].inv() * attitude[1:]).as_rotvec()) / np.diff(done.t_s)[:, None]
-        mean = (done.rates_deg_s[:-1, body] + done.rates_deg_s[1:, body]) / 2
+        attitude = performance.attitudes[body]
+        between = (
+            np.rad2deg((attitude[:-1].inv() * attitude[1:]).as_rotvec()) / np.diff(performance.t_s)[:, None]
+        )
+        mean = (performance.rates_deg_s[:-1, body] + performance.rates_deg_s[1:, body]) / 2
         assert np.abs(between - mean).max() < 0.01
 
 
 @pytest.mark.parametrize("step", [SWING, SWEEP, TURN], ids=lambda step: step.key)
 def test_what_the_gyros_read_adds_up_to_the_true_motion(step: Step) -> None:
-    done = perform(step, PERSON)
-    read = np.deg2rad(done.gyros_deg_s())
-    t_s = (done.counts.t_us - done.counts.t_us[0]) * 1e-6
-    ends_s = [float(done.t_s[rows[-1]]) - 0.05 for rows in rests(done)[1:]]  # the low-pass has settled
+    performance = perform(step, PERSON)
+    read = np.deg2rad(performance.gyros_deg_s())
+    t_s = (performance.counts.t_us - performance.counts.t_us[0]) * 1e-6
+    ends_s = [
+        float(performance.t_s[rows[-1]]) - 0.05 for rows in rests(performance)[1:]
+    ]  # the low-pass has settled
     assert len(ends_s) == {"swing": 1, "sweep": 12, "turn": 6}[step.kind]
     for body in range(4):
         turned = Rotation.from_rotvec((read[:-1, body] + read[1:, body]) / 2 * np.diff(t_s)[:, None])
-        sums = list(accumulate(turned, lambda passed, more: passed * more))
+        sums = list(accumulate(turned, lambda passed, increment: passed * increment))
         for end_s in ends_s:
-            truth = done.attitudes[body][0].inv() * done.attitudes[body][done.at(end_s)]
+            truth = performance.attitudes[body][0].inv() * performance.attitudes[body][performance.at(end_s)]
             passed = sums[int(np.searchsorted(t_s, end_s)) - 1]
             assert np.rad2deg((truth.inv() * passed).magnitude()) < 0.05
 
@@ -96,9 +100,9 @@ def test_a_hand_gives_way_by_the_reaction_and_no_more(swept: Performance) -> Non
     axes = []
     for rows in rests(swept)[1:]:
         moved_deg = swept.joints_deg[rows[0], 0]
-        held = swept.turned(1, float(swept.t_s[rows[0]]))
-        assert np.linalg.norm(held) == pytest.approx(0.01 * moved_deg, abs=1e-6)
-        axes += [held / np.linalg.norm(held)] if moved_deg > 10 else []
+        hand_turn_deg = swept.turned(1, float(swept.t_s[rows[0]]))
+        assert np.linalg.norm(hand_turn_deg) == pytest.approx(0.01 * moved_deg, abs=1e-6)
+        axes += [hand_turn_deg / np.linalg.norm(hand_turn_deg)] if moved_deg > 10 else []
     assert np.ptp(axes, axis=0).max() < 1e-6
     assert np.abs(swept.rates_deg_s[:, 0]).max() > 1.0  # and it sways on the way
 
@@ -140,15 +144,15 @@ def test_a_turns_axis_is_tilted_a_little_and_a_steady_ones_is_not() -> None:
 
 
 def test_a_steady_sweep_is_exact() -> None:
-    done = perform(SWEEP)
-    stops = [float(done.joints_deg[rows[0], 0]) for rows in rests(done)]
+    performance = perform(SWEEP)
+    stops = [float(performance.joints_deg[rows[0], 0]) for rows in rests(performance)]
     assert stops == pytest.approx([0, *STOPS_DEG], abs=1e-9)
-    assert np.abs(done.rates_deg_s[:, 0]).max() < 1e-9
+    assert np.abs(performance.rates_deg_s[:, 0]).max() < 1e-9
 
 
 def test_a_swing_goes_out_and_back_five_times_each_differently() -> None:
-    done = perform(SWING, PERSON)
-    angles = done.joints_deg[:, 1]
+    performance = perform(SWING, PERSON)
+    angles = performance.joints_deg[:, 1]
     tops = [
         angles[i]
         for i in range(1, len(angles) - 1)
@@ -162,9 +166,9 @@ def test_a_swing_goes_out_and_back_five_times_each_differently() -> None:
 
 @pytest.mark.parametrize("step", [rest(), zero(None), zero(2)], ids=lambda step: step.key)
 def test_nothing_moves_in_a_rest(step: Step) -> None:
-    done = perform(step, PERSON)
-    assert np.abs(done.rates_deg_s).max() == 0.0
-    assert np.abs(done.gyros_deg_s()).max() == 0.0
+    performance = perform(step, PERSON)
+    assert np.abs(performance.rates_deg_s).max() == 0.0
+    assert np.abs(performance.gyros_deg_s()).max() == 0.0
 
 
 @pytest.mark.parametrize("step", [SWING, SWEEP, TURN, rest(), zero(1)], ids=lambda step: step.key)
@@ -194,12 +198,12 @@ def test_the_operators_figures_at_nominal_pace() -> None:
 
 
 def test_a_seed_repeats_everything_and_another_changes_it() -> None:
-    one, again, other = (perform(SWEEP, Operator.human(seed)) for seed in (1, 1, 2))
-    assert np.array_equal(one.joints_deg, again.joints_deg)
-    assert np.array_equal(one.rates_deg_s, again.rates_deg_s)
-    assert np.array_equal(one.counts.imu_counts, again.counts.imu_counts)
-    n = min(len(one.t_s), len(other.t_s))
-    assert not np.array_equal(one.joints_deg[:n], other.joints_deg[:n])
+    first, again, other = (perform(SWEEP, Operator.human(seed)) for seed in (1, 1, 2))
+    assert np.array_equal(first.joints_deg, again.joints_deg)
+    assert np.array_equal(first.rates_deg_s, again.rates_deg_s)
+    assert np.array_equal(first.counts.imu_counts, again.counts.imu_counts)
+    n = min(len(first.t_s), len(other.t_s))
+    assert not np.array_equal(first.joints_deg[:n], other.joints_deg[:n])
 
 
 def test_the_same_step_a_second_time_is_another_motion() -> None:

@@ -16,10 +16,10 @@ SIDEWAYS_M_S = (0.02, -0.03, -0.1)
 
 
 @pytest.mark.parametrize(
-    ("given", "velocity_m_s"), [({}, PUSH_OFF_M_S), ({"com_velocity_m_s": SIDEWAYS_M_S}, SIDEWAYS_M_S)]
+    ("drop_options", "velocity_m_s"), [({}, PUSH_OFF_M_S), ({"com_velocity_m_s": SIDEWAYS_M_S}, SIDEWAYS_M_S)]
 )
 def test_the_center_of_mass_falls_from_the_velocity_it_was_given(
-    given: dict[str, tuple[float, ...]], velocity_m_s: tuple[float, ...]
+    drop_options: dict[str, tuple[float, ...]], velocity_m_s: tuple[float, ...]
 ) -> None:
     with EmulatedRobot(imperfections=ideal(), seed=1) as robot:
         robot.advance(SETTLE_US)
@@ -27,7 +27,7 @@ def test_the_center_of_mass_falls_from_the_velocity_it_was_given(
         bodies = robot.model
         by_design_m = bodies.mass_kg @ (bodies.origin_m + bodies.com_m) / bodies.mass_kg.sum()
         assert hung_m == pytest.approx(by_design_m, abs=1e-12)
-        robot.drop((0.1, 0.2, 0.3), fall_s=2.0, **given)
+        robot.drop((0.1, 0.2, 0.3), fall_s=2.0, **drop_options)
         robot.advance(FALL_US)
         fallen_m = robot.com_position_m() - hung_m
     t_s = FALL_US * 1e-6

@@ -163,8 +163,8 @@ def test_a_slipped_magnet_can_make_the_sensor_wrap_within_its_joints_range() -> 
         robot.faults.angle_sensor(1, "turned", near_end_deg - at_rest_deg)
 
     slipped, _, after = record(slip, swing, then_us=SWING_US)
-    whole, _, _ = record(nothing, swing, then_us=SWING_US)
-    jumps = [np.abs(np.diff(log.angle_counts[after, 0].astype(int))).max() for log in (slipped, whole)]
+    healthy_log, _, _ = record(nothing, swing, then_us=SWING_US)
+    jumps = [np.abs(np.diff(log.angle_counts[after, 0].astype(int))).max() for log in (slipped, healthy_log)]
     assert jumps[0] > 4000 and jumps[1] < 100
 
 

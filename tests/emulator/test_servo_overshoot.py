@@ -71,8 +71,8 @@ def test_the_bodies_momentum_is_conserved_by_rates_that_are_the_angles_derivativ
     for joint, (inner, outer) in enumerate(zip(model.joint_inner, model.joint_outer, strict=True)):
         turning = attitudes[outer].apply(rates[:, outer]) - attitudes[inner].apply(rates[:, inner])
         along = attitudes[inner].apply(np.tile(model.joint_axis[joint], (len(truth), 1)))
-        seen = (turning * along).sum(axis=1)
-        assert np.rad2deg(seen - joint_rates[:, joint]) == pytest.approx(0.0, abs=0.8)
+        axis_rates = (turning * along).sum(axis=1)
+        assert np.rad2deg(axis_rates - joint_rates[:, joint]) == pytest.approx(0.0, abs=0.8)
     body = Multibody.of(model)
     momentum = attitudes[model.base].apply(
         np.einsum("nij,nj->ni", locked_inertia(body, truth[:, 1:4]), rates[:, model.base])
@@ -94,10 +94,10 @@ def test_who_overshoots() -> None:
     """Robots as they come, as built and as filed do not; drawn ones do, and are else who they always were."""
     filed = load_robot()
     exact = (ideal(), draw(1), draw_as_built(1), truth_as_filed(filed, 1).imperfections)
-    assert not any(one.servo_overshoot_rad.any() for one in exact)
-    drawn = [drawn_truth(filed, seed) for seed in range(40)]
-    beyond_deg = np.rad2deg([one.imperfections.servo_overshoot_rad for one in drawn])
+    assert not any(imperfections.servo_overshoot_rad.any() for imperfections in exact)
+    truths = [drawn_truth(filed, seed) for seed in range(40)]
+    beyond_deg = np.rad2deg([truth.imperfections.servo_overshoot_rad for truth in truths])
     assert beyond_deg.shape == (40, 3)
     assert 0.1 <= beyond_deg.min() < 0.12 and 0.48 < beyond_deg.max() <= 0.5
-    assert drawn[1].imperfections.servo_gain == pytest.approx([1.000564, 0.997024, 1.001813], abs=1e-6)
-    assert np.rad2deg(drawn[1].rate_rad_s) == pytest.approx([-0.135700, -0.347190, -0.522564], abs=1e-6)
+    assert truths[1].imperfections.servo_gain == pytest.approx([1.000564, 0.997024, 1.001813], abs=1e-6)
+    assert np.rad2deg(truths[1].rate_rad_s) == pytest.approx([-0.135700, -0.347190, -0.522564], abs=1e-6)

@@ -47,6 +47,6 @@ def test_two_rehearsals_share_one_only_if_they_are_the_same_drop() -> None:
     still, turning = (0.0, 0.0, 0.0), (0.01, 0.0, 0.0)
     base = rehearsed_session(59, 1, still)
     drops = [(59, 1, still), (58, 1, still), (59, 2, still), (59, 1, turning)]
-    seeds = [session_seed_of(*one) for one in drops]
-    assert len(set(seeds)) == 4 and seeds == [session_seed_of(*one) for one in drops]
+    seeds = [session_seed_of(*drop) for drop in drops]
+    assert len(set(seeds)) == 4 and seeds == [session_seed_of(*drop) for drop in drops]
     assert rehearsed_session(59, 1, turning) != base

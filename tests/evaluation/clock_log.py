@@ -15,9 +15,9 @@ def log_with(path: Path, strokes_s: Sequence[float], *, landing_s: float | None 
     log = moving_log(path)
     times = [("stroke", t_s, 0) for t_s in strokes_s]
     times += [] if landing_s is None else [("landing", landing_s, 1)]
-    noted = [
+    added_events = [
         DropEvent(log.origin_us + round(1e6 * t_s), name, index, arg, 0)
         for index, (name, t_s, arg) in enumerate(times)
     ]
-    kept = [event for event in log.events if event.name not in ("stroke", "landing")]
-    return replace(log, events=tuple(sorted([*kept, *noted], key=lambda event: event.t_us)))
+    other_events = [event for event in log.events if event.name not in ("stroke", "landing")]
+    return replace(log, events=tuple(sorted([*other_events, *added_events], key=lambda event: event.t_us)))

@@ -35,13 +35,13 @@ def evaluate(*args: object) -> Said:
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(["evaluate", *map(str, args)])
-    said = Said(code, out.getvalue(), err.getvalue())
-    assert "Traceback" not in said.err and "a bug of its own" not in said.out + said.err, said
-    return said
+    result = Said(code, out.getvalue(), err.getvalue())
+    assert "Traceback" not in result.err and "a bug of its own" not in result.out + result.err, result
+    return result
 
 
 def evaluated(*args: object, expect: int = 0) -> Any:
     """Run `evaluate --json` and return the object it prints."""
-    said = evaluate(*args, "--json")
-    assert said.code == expect, (said.code, said.out[:3000], said.err)
-    return said.json
+    result = evaluate(*args, "--json")
+    assert result.code == expect, (result.code, result.out[:3000], result.err)
+    return result.json

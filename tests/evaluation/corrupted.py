@@ -52,8 +52,8 @@ def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
     random = np.random.default_rng(seed)
     random.uniform(size=9)  # the offsets
     rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)).tolist())
-    one = flown(seed, dlpf_cfg, rate_rad_s=rates)
-    return Flown(one, certificate(one, seed))
+    drop = flown(seed, dlpf_cfg, rate_rad_s=rates)
+    return Flown(drop, certificate(drop, seed))
 
 
 def failed(checks: tuple[Check, ...]) -> dict[str, Check]:
@@ -156,7 +156,7 @@ def unanswered(log: DropLog, body: int, from_s: float, until_s: float) -> DropLo
 
 def without_samples(log: DropLog, from_s: float, until_s: float) -> DropLog:
     """Return the log without the samples between two times."""
-    kept = (log.t_s < from_s) | (log.t_s >= until_s)
+    keep_mask = (log.t_s < from_s) | (log.t_s >= until_s)
     columns = ["sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid"]
     columns += ["switch_open", "clipped"]
-    return replace(log, **{name: getattr(log, name)[kept] for name in columns})
+    return replace(log, **{name: getattr(log, name)[keep_mask] for name in columns})

@@ -36,9 +36,9 @@ RAMPS_DEG = 0.03
 STDS = 4.0
 
 
-def few_of(first: object, *more: object, least: int = 1) -> list[ParameterSet]:
+def few_of(first: object, *others: object, least: int = 1) -> list[ParameterSet]:
     """Parameters of a test: `make test` takes the first (`least` of them), `make prove` the others."""
-    rows = [one if isinstance(one, tuple) else (one,) for one in (first, *more)]
+    rows = [case if isinstance(case, tuple) else (case,) for case in (first, *others)]
     marks: list[tuple[pytest.MarkDecorator, ...]] = [
         () if at < least else (pytest.mark.prove,) for at in range(len(rows))
     ]
@@ -92,9 +92,9 @@ def flown(
 
 
 @cache
-def certificate(one: Drop, seed: int) -> Calibration:
+def certificate(drop: Drop, seed: int) -> Calibration:
     """Return the certificate of a careful calibration of the dropped robot."""
-    return calibrated_from_truth(one.model, one.imperfections, seed)
+    return calibrated_from_truth(drop.model, drop.imperfections, seed)
 
 
 def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> Motion:
@@ -107,8 +107,8 @@ def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> 
 @cache
 def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Motion:
     """Estimate the motion of a drop of `flown`, carefully calibrated."""
-    one = flown(seed, dlpf_cfg, robot=robot)
-    return moved(one.log, certificate(one, seed if robot is None else robot))
+    drop = flown(seed, dlpf_cfg, robot=robot)
+    return moved(drop.log, certificate(drop, seed if robot is None else robot))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +124,9 @@ class Fitted:
 @cache
 def fitted(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Fitted:
     """Fit the model to a drop of `flown`, carefully calibrated."""
-    found = motion(seed, dlpf_cfg, robot=robot)
-    driven = flown_of(found)
-    return Fitted(flown(seed, dlpf_cfg, robot=robot), found, driven, fit_model(com_offsets(MODEL), driven))
+    estimate = motion(seed, dlpf_cfg, robot=robot)
+    driven = flown_of(estimate)
+    return Fitted(flown(seed, dlpf_cfg, robot=robot), estimate, driven, fit_model(com_offsets(MODEL), driven))
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,10 +144,10 @@ class TurnOff:
     stds: float
 
 
-def turn_off(one: Drop, found: Motion, body: int, from_s: float | None = None) -> TurnOff:
+def turn_off(drop: Drop, motion: Motion, body: int, from_s: float | None = None) -> TurnOff:
     """Compute the rotation error of body 1 to 4 since the first sample of the fall, or since `from_s`."""
-    track = found.bodies[body - 1]
-    true = one.true_turn(body, float(track.t_s[0]) if from_s is None else from_s, float(track.t_s[-1]))
+    track = motion.bodies[body - 1]
+    true = drop.true_turn(body, float(track.t_s[0]) if from_s is None else from_s, float(track.t_s[-1]))
     error = (track.attitude[-1] * true.inv()).as_rotvec()
     covariance = track.covariance()
     return TurnOff(
@@ -157,15 +157,15 @@ def turn_off(one: Drop, found: Motion, body: int, from_s: float | None = None) -
     )
 
 
-def angle_off_deg(one: Drop, found: Motion, joint: int) -> tuple[FloatArray, FloatArray]:
+def angle_off_deg(drop: Drop, motion: Motion, joint: int) -> tuple[FloatArray, FloatArray]:
     """(m,) errors of the angle of joint 1 to 3 in the fall, and (m,) their stated standard deviations."""
-    fall = found.samples.fall
-    error = (found.angles_rad - one.true_angles_rad(found.t_s))[fall, joint - 1]
-    return np.rad2deg(error), np.rad2deg(found.joints[joint - 1].std_rad()[fall])
+    fall = motion.samples.fall
+    error = (motion.angles_rad - drop.true_angles_rad(motion.t_s))[fall, joint - 1]
+    return np.rad2deg(error), np.rad2deg(motion.joints[joint - 1].std_rad()[fall])
 
 
-def assert_angle_holds(one: Drop, found: Motion, joint: int, widest_deg: float) -> None:
+def assert_angle_holds(drop: Drop, motion: Motion, joint: int, widest_deg: float) -> None:
     """Assert that the true angle lies within its stated uncertainty, and that this is below `widest_deg`."""
-    error, std = angle_off_deg(one, found, joint)
+    error, std = angle_off_deg(drop, motion, joint)
     assert (np.abs(error) < STDS * std + RAMPS_DEG).all(), np.abs(error).max()
     assert std.max() < widest_deg

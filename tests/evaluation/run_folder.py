@@ -45,13 +45,13 @@ def _made(seed: int) -> _Made:
     atexit.register(shutil.rmtree, folder)
     model, imperfections = load_robot(), draw_as_built(ROBOT)
     off = with_com_offsets(model, np.random.default_rng(ROBOT).uniform(-0.008, 0.008, (3, 3)))
-    flown = drop(off, imperfections, model=model, seed=seed, rate_rad_s=RATE_RAD_S)
-    (folder / "SD.bin").write_bytes(flown.card)
+    emulated_drop = drop(off, imperfections, model=model, seed=seed, rate_rad_s=RATE_RAD_S)
+    (folder / "SD.bin").write_bytes(emulated_drop.card)
     calibration = calibrated_from_truth(model, imperfections, ROBOT)
     tell_time(folder / "SD.bin", DROPPED)
     (folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")
     (folder / "maneuver.toml").write_text(format_maneuver(four_stroke(59.0, 70.0)), encoding="utf-8")
-    return _Made(folder, flown)
+    return _Made(folder, emulated_drop)
 
 
 def made_drop(seed: int = 1) -> Drop:

@@ -33,9 +33,9 @@ def end(samples: int) -> Rotation:
 def test_a_constant_axis_is_exact_however_coarse_and_uneven_the_samples() -> None:
     t_s = np.array([0.0, 0.1, 0.5, 0.7, 1.2])
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
-    found = integrate_rates(t_s, (0.3 + 0.8 * t_s)[:, None] * axis)
+    attitudes = integrate_rates(t_s, (0.3 + 0.8 * t_s)[:, None] * axis)
     turned = 0.3 * t_s + 0.4 * t_s**2
-    assert found.as_rotvec() == pytest.approx(turned[:, None] * axis, abs=1e-12)
+    assert attitudes.as_rotvec() == pytest.approx(turned[:, None] * axis, abs=1e-12)
 
 
 def plain(samples: int) -> Rotation:
@@ -63,10 +63,11 @@ def test_the_error_falls_with_the_square_of_the_step() -> None:
 
 def test_every_attitude_is_the_product_of_all_steps_before_it() -> None:
     t_s = np.linspace(0.0, 1.0, 38)
-    found = integrate_rates(t_s, rates(t_s))
+    attitudes = integrate_rates(t_s, rates(t_s))
     for row in (1, 2, 7, 16, 37):
         assert (
-            reorientation_deg(found[row], integrate_rates(t_s[: row + 1], rates(t_s[: row + 1]))[-1]) < 1e-9
+            reorientation_deg(attitudes[row], integrate_rates(t_s[: row + 1], rates(t_s[: row + 1]))[-1])
+            < 1e-9
         )
 
 
@@ -135,11 +136,11 @@ def test_one_sensor_of_a_joint_is_enough_and_none_leaves_its_body_out(log: DropL
     lost = int(np.searchsorted(log.t_s, 1.5))
     valid[lost:, 1] = False
     valid[:, 4:6] = False
-    found = body_frames(changed(log, angle_valid=valid), MODEL)
-    assert {track.child for track in found.tracks} == {"body_3", "body_2", "body_1"}
-    joint_1 = next(track for track in found.joints if track.name == "joint_1")
+    frames = body_frames(changed(log, angle_valid=valid), MODEL)
+    assert {track.child for track in frames.tracks} == {"body_3", "body_2", "body_1"}
+    joint_1 = next(track for track in frames.joints if track.name == "joint_1")
     assert joint_1.t_us[-1] == log.t_us[lost - 1]
-    assert any("No angle of joint 3" in note for note in found.notes)
+    assert any("No angle of joint 3" in note for note in frames.notes)
 
 
 def test_angle_sensors_may_pass_their_zero(log: DropLog) -> None:
@@ -158,13 +159,13 @@ def test_a_hole_ends_the_attitude_unless_it_is_short(log: DropLog) -> None:
     short, long = log.imu_valid.copy(), log.imu_valid.copy()
     short[release + 100 : release + 104, 2] = False
     long[release + 100 : release + 120, 2] = False
-    whole = tracks(log)["body_3"]
+    full_track = tracks(log)["body_3"]
     bridged = tracks(changed(log, imu_valid=short))["body_3"]
-    assert len(bridged.t_us) == len(whole.t_us) - 4
-    np.testing.assert_allclose(bridged.quaternion_xyzw[-1], whole.quaternion_xyzw[-1], atol=1e-9)
-    found = body_frames(changed(log, imu_valid=long), MODEL)
-    assert len(found.tracks[0].t_us) == 100
-    assert any("The attitude ends" in note and "hole" in note for note in found.notes)
+    assert len(bridged.t_us) == len(full_track.t_us) - 4
+    np.testing.assert_allclose(bridged.quaternion_xyzw[-1], full_track.quaternion_xyzw[-1], atol=1e-9)
+    frames = body_frames(changed(log, imu_valid=long), MODEL)
+    assert len(frames.tracks[0].t_us) == 100
+    assert any("The attitude ends" in note and "hole" in note for note in frames.notes)
 
 
 def test_the_landing_that_the_logger_saw_ends_it(log: DropLog) -> None:
@@ -184,10 +185,10 @@ def test_the_landing_that_the_logger_saw_ends_it(log: DropLog) -> None:
     ],
 )
 def test_what_cannot_be_told_is_said(log: DropLog, columns: Any, words: str) -> None:
-    found = body_frames(changed(log, **columns(log)), MODEL)
-    assert any(words in note for note in found.notes)
+    frames = body_frames(changed(log, **columns(log)), MODEL)
+    assert any(words in note for note in frames.notes)
     missing = "clipped" not in words
-    assert ("body_3" in {track.child for track in found.tracks}) is not missing
+    assert ("body_3" in {track.child for track in frames.tracks}) is not missing
 
 
 def test_a_robot_that_was_handled_before_its_release_is_doubtful(log: DropLog) -> None:
@@ -208,10 +209,10 @@ def test_the_emulated_robot_s_bodies_are_where_they_truly_were(tmp_path: Path) -
     flight = dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
     (tmp_path / "SD.bin").write_bytes(flight.card)
     log = load(tmp_path / "SD.bin")
-    found = tracks(log)
+    body_tracks = tracks(log)
     at_s = 1.465  # joints 1 and 2 are open, and the second has just stopped
-    row = int(np.argmin(np.abs(found["body_3"].t_us - log.origin_us - at_s * 1e6)))
-    turned = {child: Rotation.from_quat(track.quaternion_xyzw[row]) for child, track in found.items()}
+    row = int(np.argmin(np.abs(body_tracks["body_3"].t_us - log.origin_us - at_s * 1e6)))
+    turned = {child: Rotation.from_quat(track.quaternion_xyzw[row]) for child, track in body_tracks.items()}
 
     clock_s = flight.truth[:, 0] - flight.released_s
     release, now = (int(np.argmin(np.abs(clock_s - t_s))) for t_s in (0.0, at_s))
@@ -224,7 +225,7 @@ def test_the_emulated_robot_s_bodies_are_where_they_truly_were(tmp_path: Path) -
     chains = {0: ("body_2", "body_1"), 1: ("body_2",), 3: ("body_4",)}
     for body, chain in chains.items():
         in_base = truth[2][now].inv() * truth[body][now]
-        shown = Rotation.identity()
+        chain_attitude = Rotation.identity()
         for child in chain:
-            shown = shown * turned[child]
-        assert np.rad2deg((shown.inv() * in_base).magnitude()) < 0.3, chain
+            chain_attitude = chain_attitude * turned[child]
+        assert np.rad2deg((chain_attitude.inv() * in_base).magnitude()) < 0.3, chain

@@ -199,9 +199,9 @@ TWICE = {
 def test_a_contradiction_is_found_and_its_cause_is_named(
     healthy: Flown, wrong: Wrong, at_least: set[str], cause: str
 ) -> None:
-    found = failed(healthy.checked(wrong))
-    assert at_least <= found.keys()
-    for check in found.values():
+    failures = failed(healthy.checked(wrong))
+    assert at_least <= failures.keys()
+    for check in failures.values():
         assert check.cause is not None
         assert check.cause.startswith(cause)
         assert check.next_step

@@ -32,16 +32,16 @@ def sensors_silent(log: DropLog, columns: list[int], from_s: float, until_s: flo
 
 
 def test_a_hole_in_all_gyros_in_a_stroke_fails_and_says_what_it_costs(healthy: Flown) -> None:
-    found = failed(healthy.checked(lambda log: all_silent(log, 1.10, 1.13)))
-    assert found[HOLES].value == pytest.approx(32.0, abs=3.0)
-    assert "Joint 2 moved at its ends" in found[HOLES].sentence
-    assert "off by up to 0." in found[HOLES].sentence
-    assert (found[HOLES].cause or "").startswith("no IMU answered although the logger sampled")
+    failures = failed(healthy.checked(lambda log: all_silent(log, 1.10, 1.13)))
+    assert failures[HOLES].value == pytest.approx(32.0, abs=3.0)
+    assert "Joint 2 moved at its ends" in failures[HOLES].sentence
+    assert "off by up to 0." in failures[HOLES].sentence
+    assert (failures[HOLES].cause or "").startswith("no IMU answered although the logger sampled")
 
 
 def test_the_same_while_nothing_moves(healthy: Flown) -> None:
-    found = failed(healthy.checked(lambda log: all_silent(log, 0.30, 0.33)))
-    assert "No joint moved at its ends" in found[HOLES].sentence
+    failures = failed(healthy.checked(lambda log: all_silent(log, 0.30, 0.33)))
+    assert "No joint moved at its ends" in failures[HOLES].sentence
 
 
 def test_gyros_that_are_silent_one_after_the_other_leave_no_hole(healthy: Flown) -> None:
@@ -54,9 +54,9 @@ def test_gyros_that_are_silent_one_after_the_other_leave_no_hole(healthy: Flown)
 
 
 def test_lost_samples_are_a_hole_of_the_recording(healthy: Flown) -> None:
-    found = failed(healthy.checked(lambda log: without_samples(log, 1.10, 1.13)))
-    assert "blocks" in (found[HOLES].cause or "") or "late" in (found[HOLES].cause or "")
-    assert "Joint 2 moved at its ends" in found[HOLES].sentence
+    failures = failed(healthy.checked(lambda log: without_samples(log, 1.10, 1.13)))
+    assert "blocks" in (failures[HOLES].cause or "") or "late" in (failures[HOLES].cause or "")
+    assert "Joint 2 moved at its ends" in failures[HOLES].sentence
 
 
 @pytest.mark.parametrize("from_s", few_of(1.045, 1.155, 1.355))
@@ -64,16 +64,16 @@ def test_an_angle_sensor_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, from_s: float
 ) -> None:
     """Less than half of each block of 0.1 s: its mean counts."""
-    found = failed(healthy.checked(lambda log: sensors_silent(log, [2], from_s, from_s + 0.045)))
-    assert found.keys() <= {ANSWERS}
+    failures = failed(healthy.checked(lambda log: sensors_silent(log, [2], from_s, from_s + 0.045)))
+    assert failures.keys() <= {ANSWERS}
 
 
 @pytest.mark.parametrize(("body", "from_s"), few_of((2, 1.045), (1, 1.045), (2, 1.355), (3, 1.355)))
 def test_a_gyro_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, body: int, from_s: float
 ) -> None:
-    found = failed(healthy.checked(lambda log: unanswered(log, body, from_s, from_s + 0.045)))
-    assert found.keys() <= {ANSWERS}
+    failures = failed(healthy.checked(lambda log: unanswered(log, body, from_s, from_s + 0.045)))
+    assert failures.keys() <= {ANSWERS}
 
 
 def test_the_words_are_those_of_the_sensor_that_is_silent(healthy: Flown) -> None:
@@ -84,8 +84,8 @@ def test_the_words_are_those_of_the_sensor_that_is_silent(healthy: Flown) -> Non
     imu = sentence(unanswered(log, 3, 0.5, 1.0))
     assert imu.startswith("The IMU of body 3 did not answer in ")
     assert "its neighbours and the angle sensors bridge it." in imu
-    one = sentence(sensors_silent(log, [2], 0.5, 1.0))
-    assert one.startswith("The angle sensor 1 of joint 2 did not answer in ")
-    assert "the joint's other sensor and the gyros go on without it." in one
+    sensor_text = sentence(sensors_silent(log, [2], 0.5, 1.0))
+    assert sensor_text.startswith("The angle sensor 1 of joint 2 did not answer in ")
+    assert "the joint's other sensor and the gyros go on without it." in sensor_text
     both = sentence(sensors_silent(log, [2, 3], 0.5, 1.0))
     assert "neither of the joint's did, and its gyros alone tell its angle. 1 more did not answer" in both

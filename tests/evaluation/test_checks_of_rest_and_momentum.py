@@ -52,12 +52,12 @@ def test_a_gyro_mounted_anew_keeps_its_bias(healthy: Flown) -> None:
     def turned(log: DropLog) -> DropLog:
         per_count = float(np.deg2rad(1.0 / log.header.gyro_lsb_per_deg_s))
         true = (log.imu_counts[:, 1, GYRO] * per_count - gyro.bias_rad_s) / gyro.scale
-        shown: FloatArray = ((true @ turn.T) * gyro.scale + gyro.bias_rad_s) / per_count
-        return with_imu(log, 2, GYRO, shown)
+        counts: FloatArray = ((true @ turn.T) * gyro.scale + gyro.bias_rad_s) / per_count
+        return with_imu(log, 2, GYRO, counts)
 
-    found = failed(healthy.checked(turned))
-    assert BIAS not in found
-    assert found[GYROS_12].cause == "gyro of body 2: x and y exchanged, y reversed"
+    failures = failed(healthy.checked(turned))
+    assert BIAS not in failures
+    assert failures[GYROS_12].cause == "gyro of body 2: x and y exchanged, y reversed"
 
 
 def test_a_stale_certificate_is_told_from_a_warm_gyro(healthy: Flown) -> None:
@@ -107,16 +107,16 @@ def test_a_robot_that_sways_has_no_rest_to_check(healthy: Flown) -> None:
 def test_noise_cannot_hide_a_contradiction(healthy: Flown) -> None:
     """Fail a noisy gyro for its noise, which would otherwise explain any contradiction."""
     noise = np.random.default_rng(1).normal(0.0, 5.0, (len(healthy.drop.log), 3))
-    found = failed(healthy.checked(lambda log: gyro_plus(log, 3, noise)))
-    assert set(found) == {"gyro noise"}
-    assert str(found["gyro noise"].cause).startswith("gyro of body 3")
+    failures = failed(healthy.checked(lambda log: gyro_plus(log, 3, noise)))
+    assert set(failures) == {"gyro noise"}
+    assert str(failures["gyro noise"].cause).startswith("gyro of body 3")
 
 
 def test_what_is_missing_in_the_fall_is_counted(healthy: Flown) -> None:
-    found = failed(healthy.checked(lambda log: unanswered(log, 3, 0.2, 0.3)))
-    assert set(found) == {"answers in the fall"}
-    assert found["answers in the fall"].value == pytest.approx(4.1, abs=0.2)
-    assert found["answers in the fall"].cause == "IMU of body 3: cable, connector or bus"
+    failures = failed(healthy.checked(lambda log: unanswered(log, 3, 0.2, 0.3)))
+    assert set(failures) == {"answers in the fall"}
+    assert failures["answers in the fall"].value == pytest.approx(4.1, abs=0.2)
+    assert failures["answers in the fall"].cause == "IMU of body 3: cable, connector or bus"
     assert failed(healthy.checked(lambda log: unanswered(log, 3, -3.0, -0.1))) == {}
 
     def clipped(log: DropLog) -> DropLog:
@@ -124,9 +124,9 @@ def test_what_is_missing_in_the_fall_is_counted(healthy: Flown) -> None:
         flags[np.flatnonzero(log.t_s > 0.9)[:3], 1] = True
         return replace(log, clipped=flags)
 
-    found = failed(healthy.checked(clipped))
-    assert set(found) == {"full scale in the fall"}
-    assert found["full scale in the fall"].value == 3.0
+    failures = failed(healthy.checked(clipped))
+    assert set(failures) == {"full scale in the fall"}
+    assert failures["full scale in the fall"].value == 3.0
 
     # In the middle of a stroke: what is integrated across the hole is not compared.
     checks = healthy.checked(lambda log: without_samples(log, 0.90, 0.95))
@@ -150,8 +150,8 @@ def test_without_angle_sensors_gyros_are_still_compared(healthy: Flown) -> None:
     assert {checks[name].verdict for name in (GYROS_12, GYROS_23, GYROS_34)} == {"passed"}
     assert {checks[name].verdict for name in (SENSORS_1, BOTH_1, LAG)} == {"not possible"}
     reversed_z = ((1, 0, 0), (0, 1, 0), (0, 0, -1))
-    found = failed(healthy.checked(lambda log: blind(axes_exchanged(log, 4, reversed_z))))
-    assert found[GYROS_34].cause == "gyro of body 4: z reversed"
+    failures = failed(healthy.checked(lambda log: blind(axes_exchanged(log, 4, reversed_z))))
+    assert failures[GYROS_34].cause == "gyro of body 4: z reversed"
 
 
 def test_without_a_calibration_little_is_checked_and_nothing_fails(healthy: Flown) -> None:
@@ -182,18 +182,18 @@ def pushed(healthy: Flown, log: DropLog) -> DropLog:
 
 
 def test_a_push_from_outside_changes_momentum_and_nothing_else(healthy: Flown) -> None:
-    found = failed(healthy.checked(lambda log: pushed(healthy, log), fitted=True))
-    assert set(found) == {THROUGHOUT, BEFORE_AFTER, AS_FILED.name}
-    for check in found.values():
+    failures = failed(healthy.checked(lambda log: pushed(healthy, log), fitted=True))
+    assert set(failures) == {THROUGHOUT, BEFORE_AFTER, AS_FILED.name}
+    for check in failures.values():
         assert check.cause == "a push from outside at 1.3 s: something touched the robot"
-    assert found[BEFORE_AFTER].value > 0.5
+    assert failures[BEFORE_AFTER].value > 0.5
 
 
 def test_a_robot_file_that_is_wrong_breaks_momentum(healthy: Flown) -> None:
     com = MODEL.com_m + np.array([(0.0, 0.0, 0.04), (0.0, 0.0, 0.0), (0.03, 0.0, 0.0), (0.0, 0.0, 0.0)])
-    found = failed(healthy.checked(fitted=True, model=replace(MODEL, com_m=com)))
-    assert THROUGHOUT in found
-    cause = str(found[THROUGHOUT].cause)
+    failures = failed(healthy.checked(fitted=True, model=replace(MODEL, com_m=com)))
+    assert THROUGHOUT in failures
+    cause = str(failures[THROUGHOUT].cause)
     assert cause.startswith("the robot file: body 1 CoM")
     assert "body 1 CoM z" in cause
     assert cause.endswith("would have to be off by more than its bound")
@@ -201,5 +201,5 @@ def test_a_robot_file_that_is_wrong_breaks_momentum(healthy: Flown) -> None:
 
 def test_sensors_that_contradict_each_other_explain_a_momentum_that_changes(healthy: Flown) -> None:
     reversed_z = ((1, 0, 0), (0, 1, 0), (0, 0, -1))
-    found = failed(healthy.checked(lambda log: axes_exchanged(log, 4, reversed_z), fitted=True))
-    assert found[THROUGHOUT].cause == "gyro of body 4: z reversed"
+    failures = failed(healthy.checked(lambda log: axes_exchanged(log, 4, reversed_z), fitted=True))
+    assert failures[THROUGHOUT].cause == "gyro of body 4: z reversed"

@@ -24,15 +24,18 @@ SCHEDULE = schedule_maneuver(four_stroke(59, 70))
 PLANNED_S = np.array([stroke.t_s for stroke in SCHEDULE.strokes])
 
 
-def aligned(folder: Path, strokes_s: list[float], **more: float) -> Clocks:
-    return align_clocks(log_with(folder / "SD.bin", strokes_s, **more), SCHEDULE)
+def aligned(folder: Path, strokes_s: list[float], **log_options: float) -> Clocks:
+    return align_clocks(log_with(folder / "SD.bin", strokes_s, **log_options), SCHEDULE)
 
 
 def test_equal_clocks(tmp_path: Path) -> None:
     clocks = aligned(tmp_path, PLANNED_S.tolist())
     fit = clocks.sequencer
     assert fit is not None and fit.fits
-    assert [one.pair.event for one in fit.residuals] == ["release", *(f"stroke {n}" for n in range(1, 5))]
+    assert [residual.pair.event for residual in fit.residuals] == [
+        "release",
+        *(f"stroke {n}" for n in range(1, 5)),
+    ]
     assert abs(fit.rate_ppm) < 2 * fit.rate_ppm_std < 20
     assert fit.to_logger_s(PLANNED_S) == pytest.approx(PLANNED_S, abs=2e-6)
     assert clocks.stroke_s == pytest.approx(PLANNED_S)
@@ -44,7 +47,7 @@ def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: P
     fit = aligned(tmp_path, (PLANNED_S / (1 + rate)).tolist()).sequencer
     assert fit is not None
     assert fit.rate_ppm == pytest.approx(1e6 * rate, abs=3 * fit.rate_ppm_std)
-    assert all(one.used for one in fit.residuals)
+    assert all(residual.used for residual in fit.residuals)
     (finding,) = fit.findings
     assert f"{abs(rate) * 100:.3f} % {'fast' if rate > 0 else 'slow'}" in finding
     assert "than two crystals differ" in finding
@@ -61,18 +64,18 @@ def test_another_schedule_than_the_one_flown_is_no_clock(tmp_path: Path) -> None
 def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
     tmp_path: Path, stroke: int, late_ms: float
 ) -> None:
-    flown = PLANNED_S.copy()
-    flown[stroke - 1] += 1e-3 * late_ms
-    clocks = aligned(tmp_path, flown.tolist())
+    stroke_times_s = PLANNED_S.copy()
+    stroke_times_s[stroke - 1] += 1e-3 * late_ms
+    clocks = aligned(tmp_path, stroke_times_s.tolist())
     fit = clocks.sequencer
     assert fit is not None
     (finding,) = fit.findings
     assert finding.startswith(
         f"Stroke {stroke} is {abs(late_ms)} ms too {'late' if late_ms > 0 else 'early'}"
     )
-    assert [one.pair.event for one in fit.residuals if not one.used] == [f"stroke {stroke}"]
+    assert [residual.pair.event for residual in fit.residuals if not residual.used] == [f"stroke {stroke}"]
     assert abs(fit.rate_ppm) < 3 * fit.rate_ppm_std
-    assert clocks.stroke_s == pytest.approx(flown)
+    assert clocks.stroke_s == pytest.approx(stroke_times_s)
 
 
 def test_strokes_that_all_came_late_contradict_the_release(tmp_path: Path) -> None:
@@ -155,8 +158,8 @@ def test_strokes_are_found_whatever_is_missing_or_too_many(
     extra_s = [t_s for t_s in extra_s if np.abs(PLANNED_S - t_s).min() > 0.16 + 0.03 * t_s]
     edges_s = np.sort([*np.delete(true_s, list(missing)), *extra_s])
     matched = match_strokes(PLANNED_S, edges_s, 0.0)
-    found = {stroke: edges_s[edge] for stroke, edge in matched.edge_of_stroke.items()}
-    assert found == {stroke: true_s[stroke] for stroke in range(4) if stroke not in missing}
+    matched_edges_s = {stroke: edges_s[edge] for stroke, edge in matched.edge_of_stroke.items()}
+    assert matched_edges_s == {stroke: true_s[stroke] for stroke in range(4) if stroke not in missing}
     assert set(matched.unseen) == missing
     assert len(matched.extra) == len(extra_s)
 
@@ -182,7 +185,7 @@ def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> 
     assert fit is not None
     expected_ppm = 1e6 * ((1 + 1e-6 * sequencer_ppm) / (1 + 1e-6 * logger_ppm) - 1)
     assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
-    assert all(one.used and abs(one.residual_s) < 5e-6 for one in fit.residuals)
+    assert all(residual.used and abs(residual.residual_s) < 5e-6 for residual in fit.residuals)
     assert fit.fits == (abs(expected_ppm) < 300)
 
 
@@ -225,25 +228,31 @@ def test_slow_motion_is_measured_and_a_wrong_event_among_six_is_the_one_that_is_
     marks[3] = replace(marks[3], t_s=marks[3].t_s + 0.2 * times)
     fit = align_clocks(log, SCHEDULE, marks).video
     assert fit is not None and 1.0 / fit.slope == pytest.approx(times, rel=1e-6)
-    assert [one.pair.event for one in fit.residuals if not one.used] == ["stroke 3"]
+    assert [residual.pair.event for residual in fit.residuals if not residual.used] == ["stroke 3"]
     assert len(fit.findings) == 1 and fit.findings[0].startswith("Stroke 3 is ")
 
 
 def test_what_events_cannot_tell_of_a_rate_is_not_told(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
     release, *strokes, landing = video(-3.0, 1.0)
-    one = align_clocks(log, SCHEDULE, [release])
-    assert one.video is None and "of one event, release, no rate follows" in one.notes[0]
-    one = align_clocks(log, SCHEDULE, [release], 2.0)
-    assert one.video is not None and one.video.rate_ppm == pytest.approx(1e6) and not one.notes
+    release_clocks = align_clocks(log, SCHEDULE, [release])
+    assert (
+        release_clocks.video is None and "of one event, release, no rate follows" in release_clocks.notes[0]
+    )
+    release_clocks = align_clocks(log, SCHEDULE, [release], 2.0)
+    assert (
+        release_clocks.video is not None
+        and release_clocks.video.rate_ppm == pytest.approx(1e6)
+        and not release_clocks.notes
+    )
     two = align_clocks(log, SCHEDULE, [release, landing])
     assert two.video is not None and two.video.rate_ppm == pytest.approx(1e6)
     # Of three, each two are on a line: which one is wrong, nobody can say without the rate.
     three = [release, replace(strokes[1], t_s=strokes[1].t_s + 0.5), landing]
-    found = align_clocks(log, SCHEDULE, three)
-    assert found.video is None and "more than one rate suits" in found.notes[0]
-    found = align_clocks(log, SCHEDULE, three, 2.0)
-    assert found.video is not None and found.video.findings[0].startswith("Stroke 2 is ")
+    clocks = align_clocks(log, SCHEDULE, three)
+    assert clocks.video is None and "more than one rate suits" in clocks.notes[0]
+    clocks = align_clocks(log, SCHEDULE, three, 2.0)
+    assert clocks.video is not None and clocks.video.findings[0].startswith("Stroke 2 is ")
     wrong = align_clocks(log, SCHEDULE, [release, *strokes, landing], 1.0)
     assert wrong.video is None and "--video-rate says 1, and its events 2" in wrong.notes[0]
 
@@ -262,9 +271,9 @@ def test_an_event_that_the_log_lacks_is_noted(tmp_path: Path) -> None:
     clocks = align_clocks(log, SCHEDULE, [Mark("landing", 9.0, 0.01)])
     assert clocks.video is None
     assert "landing could not be used" in clocks.notes[0]
-    one = align_clocks(log, SCHEDULE, [Mark("release", 9.0, 0.01)], 1.0).video
-    assert one is not None
-    assert one.offset_s == pytest.approx(-9.0, abs=1e-6) and one.offset_std_s == pytest.approx(
+    fit = align_clocks(log, SCHEDULE, [Mark("release", 9.0, 0.01)], 1.0).video
+    assert fit is not None
+    assert fit.offset_s == pytest.approx(-9.0, abs=1e-6) and fit.offset_std_s == pytest.approx(
         0.0135, abs=0.001
     )
 

@@ -38,17 +38,17 @@ def fallen(robot: int, day: int = 0, a_deg: float = 59.0, b_deg: float = 70.0) -
     if day:
         other = draw_hidden(FILED, 1000 + day)
         truth = replace(truth, rate_rad_s=other.rate_rad_s, seed=other.seed)
-    one = hidden_drop(schedule_maneuver(four_stroke(a_deg, b_deg)), FILED, truth)
-    return evaluation_of(one.log, FILED, one.calibration, one.schedule)
+    drop = hidden_drop(schedule_maneuver(four_stroke(a_deg, b_deg)), FILED, truth)
+    return evaluation_of(drop.log, FILED, drop.calibration, drop.schedule)
 
 
-def again(found: Evaluation, model: RobotModel) -> Evaluation:
+def again(evaluation: Evaluation, model: RobotModel) -> Evaluation:
     """Evaluate the same drop with another robot file."""
-    return evaluation_of(found.log, model, found.calibration, found.schedule)
+    return evaluation_of(evaluation.log, model, evaluation.calibration, evaluation.schedule)
 
 
-def corrected(found: Evaluation) -> RobotModel:
-    return parse_robot(corrected_robot(found), Path("corrected.toml"))
+def corrected(evaluation: Evaluation) -> RobotModel:
+    return parse_robot(corrected_robot(evaluation), Path("corrected.toml"))
 
 
 @pytest.mark.parametrize("robot", few_of(ROBOT, *range(4, 10)))
@@ -64,64 +64,71 @@ def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
 
 
 def test_all_that_the_fit_found_stands_in_it() -> None:
-    found = fallen(ROBOT)
-    fit = found.explained.fit
-    tilt_rad = found.explained.driven.flown.correct(fit.errors).tilt_rad
-    wanted, there = fit.offsets.correct(fit.values).tilt_hinges(tilt_rad), Multibody.of(corrected(found))
+    evaluation = fallen(ROBOT)
+    fit = evaluation.explained.fit
+    tilt_rad = evaluation.explained.driven.flown.correct(fit.errors).tilt_rad
+    expected_body, there = (
+        fit.offsets.correct(fit.values).tilt_hinges(tilt_rad),
+        Multibody.of(corrected(evaluation)),
+    )
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m"):
         np.testing.assert_allclose(
-            getattr(there, name), getattr(wanted, name), rtol=0.0, atol=2e-6, err_msg=name
+            getattr(there, name), getattr(expected_body, name), rtol=0.0, atol=2e-6, err_msg=name
         )
-    np.testing.assert_allclose(there.inertia_kg_m2, wanted.inertia_kg_m2, rtol=0.0, atol=2e-9)
+    np.testing.assert_allclose(there.inertia_kg_m2, expected_body.inertia_kg_m2, rtol=0.0, atol=2e-9)
     assert np.abs(tilt_rad).max() > 1e-3, "a hinge that leans is needed to see that it stands there"
 
 
 def test_each_change_has_its_deviation_and_its_drop_above_what_stood_there() -> None:
-    found = fallen(ROBOT)
-    text = corrected_robot(found)
+    evaluation = fallen(ROBOT)
+    text = corrected_robot(evaluation)
     lines = text.splitlines()
-    assert text.startswith(MARKER.decode()) and f"{found.log.session:08x}" in lines[0]
-    changes = list(corrections(found))
+    assert text.startswith(MARKER.decode()) and f"{evaluation.log.session:08x}" in lines[0]
+    changes = list(corrections(evaluation))
     assert len(changes) == 3 * FILED.n_bodies + 2 * FILED.n_joints
-    for one in changes:
-        at = lines.index(f"# drop {found.log.session:08x}: {one.words()}")
-        assert lines[at + 1].startswith(f"# {one.path[-1]} = ")
-        assert lines[at + 2].startswith(f"{one.path[-1]} = ")
-    kept = [line for line in lines if line not in corrected_robot_lines(lines)]
-    assert set(FILED.path.read_text().splitlines()) >= {line for line in kept[3:] if line.startswith("#")}
+    for change in changes:
+        at = lines.index(f"# drop {evaluation.log.session:08x}: {change.words()}")
+        assert lines[at + 1].startswith(f"# {change.path[-1]} = ")
+        assert lines[at + 2].startswith(f"{change.path[-1]} = ")
+    other_lines = [line for line in lines if line not in corrected_robot_lines(lines)]
+    assert set(FILED.path.read_text().splitlines()) >= {
+        line for line in other_lines[3:] if line.startswith("#")
+    }
 
 
 def corrected_robot_lines(lines: list[str]) -> set[str]:
     """Return the lines that state changes, old and new."""
-    found = [at for at, line in enumerate(lines) if line.startswith("# drop ")]
-    return {lines[at + k] for at in found for k in range(3)}
+    starts = [at for at, line in enumerate(lines) if line.startswith("# drop ")]
+    return {lines[at + k] for at in starts for k in range(3)}
 
 
 def test_the_deviations_are_those_of_the_fit() -> None:
-    found = fallen(ROBOT)
-    stated = {one.path: one.std for one in corrections(found)}
-    fit = found.explained.fit
+    evaluation = fallen(ROBOT)
+    stated = {correction.path: correction.std for correction in corrections(evaluation)}
+    fit = evaluation.explained.fit
     random = np.random.default_rng(1)
     far = random.multivariate_normal(np.zeros(len(fit.covariance)), fit.covariance, 600)
     p = len(fit.values)
-    drawn: dict[object, list[FloatArray]] = {}
-    for one in far:
+    samples_by_path: dict[object, list[FloatArray]] = {}
+    for deviation in far:
         # A tenth of a deviation: what is not linear stays small.
-        other = replace(fit, values=fit.values + 0.1 * one[:p], errors=fit.errors + 0.1 * one[p + 3 :])
-        for change in corrections(with_fit(found, other)):
-            drawn.setdefault(change.path, []).append(change.value)
+        other = replace(
+            fit, values=fit.values + 0.1 * deviation[:p], errors=fit.errors + 0.1 * deviation[p + 3 :]
+        )
+        for change in corrections(with_fit(evaluation, other)):
+            samples_by_path.setdefault(change.path, []).append(change.value)
     for path, std in stated.items():
         np.testing.assert_allclose(
-            10.0 * np.std(drawn[path], axis=0), std, rtol=0.15, atol=1e-4, err_msg=str(path)
+            10.0 * np.std(samples_by_path[path], axis=0), std, rtol=0.15, atol=1e-4, err_msg=str(path)
         )
 
 
-def with_fit(found: Evaluation, fit: ModelFit) -> Evaluation:
-    return replace(found, explained=replace(found.explained, fit=fit))
+def with_fit(evaluation: Evaluation, fit: ModelFit) -> Evaluation:
+    return replace(evaluation, explained=replace(evaluation.explained, fit=fit))
 
 
 def test_a_file_with_tensors_in_tables_of_their_own_is_corrected_too(tmp_path: Path) -> None:
-    found = fallen(ROBOT)
+    evaluation = fallen(ROBOT)
     text = FILED.path.read_text()
     i = text.index("inertia_g_m2 =")
     line = text[i : text.index("\n", i)]
@@ -134,7 +141,7 @@ def test_a_file_with_tensors_in_tables_of_their_own_is_corrected_too(tmp_path: P
     other.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     model = load_robot(other)
     np.testing.assert_allclose(model.inertia_kg_m2, FILED.inertia_kg_m2)
-    same, mine = corrected(found), corrected(replace(found, model=model))
+    same, mine = corrected(evaluation), corrected(replace(evaluation, model=model))
     np.testing.assert_allclose(mine.inertia_kg_m2, same.inertia_kg_m2, rtol=0.0, atol=1e-12)
 
 
@@ -146,29 +153,29 @@ def test_entries_that_share_a_line_are_refused(tmp_path: Path) -> None:
     rows = [row.strip() for row in first.splitlines() if row and not row.startswith("#")]
     assert rest and len(rows) == 6
     inner.write_text(text)
-    found = replace(fallen(ROBOT), model=replace(FILED, path=inner))
+    evaluation = replace(fallen(ROBOT), model=replace(FILED, path=inner))
     inner.write_text(head + "body = [{" + ", ".join(rows) + "}]\n")
     with pytest.raises(TfsatError, match="shares a line") as refused:
-        corrected_robot(found)
+        corrected_robot(evaluation)
     assert "mass_kg of body 1" in refused.value.what
 
 
 def test_a_center_of_mass_outside_of_its_body_makes_no_robot(tmp_path: Path) -> None:
-    found = fallen(ROBOT)
-    fit = found.explained.fit
+    evaluation = fallen(ROBOT)
+    fit = evaluation.explained.fit
     at = fit.offsets.names.index("body 4 CoM y")
     far = fit.values.copy()
     far[at] = -9.0
     with pytest.raises(TfsatError, match="makes no robot") as refused:
-        corrected_robot(with_fit(found, replace(fit, values=far)))
+        corrected_robot(with_fit(evaluation, replace(fit, values=far)))
     assert "outside of the boxes" in refused.value.what
 
 
 def test_nothing_is_filed_of_a_correction_that_is_withheld_or_not_called_for() -> None:
-    found = fallen(ROBOT)
-    failed = replace(found.checks[0], verdict="failed", protects=("offsets",))
+    evaluation = fallen(ROBOT)
+    failed = replace(evaluation.checks[0], verdict="failed", protects=("offsets",))
     with pytest.raises(TfsatError, match="withheld"):
-        corrected_robot(replace(found, checks=(failed,)))
+        corrected_robot(replace(evaluation, checks=(failed,)))
     # By a file that is right: one corrected by another drop is as uncertain as this drop is.
     own = again(fallen(ROBOT, 1), draw_hidden(FILED, ROBOT).model)
     text = corrected_robot(replace(own, model=replace(own.model, path=FILED.path)))
@@ -177,8 +184,10 @@ def test_nothing_is_filed_of_a_correction_that_is_withheld_or_not_called_for() -
 
 
 def test_the_command_writes_it_and_says_what_to_type_next(run: Path) -> None:
-    said = evaluate("run", "--corrected-robot", "corrected.toml")
-    assert said.code == 0 and "tfsat-host simulate 59 70 --robot corrected.toml" in " ".join(said.err.split())
+    result = evaluate("run", "--corrected-robot", "corrected.toml")
+    assert result.code == 0 and "tfsat-host simulate 59 70 --robot corrected.toml" in " ".join(
+        result.err.split()
+    )
     assert load_robot("corrected.toml").mass_kg.sum() == pytest.approx(2.847, rel=0.05)
     assert evaluate("run", "--corrected-robot", "corrected.toml").code == 0, "its own file is written again"
     mine = run.parent / "mine.toml"

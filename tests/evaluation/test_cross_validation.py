@@ -37,16 +37,16 @@ SEEDS = (11, 12, 13)
 FIRST_STROKE_S = 0.69
 
 
-def final_error_deg(one: Fitted, values: FloatArray) -> float:
+def final_error_deg(drop: Fitted, values: FloatArray) -> float:
     """Compute the final attitude error of the model's prediction to first order.
 
     It is the integrated residual rate.
     """
-    body = one.fit.offsets.correct(values)
-    calm = one.flown.t_s < FIRST_STROKE_S
-    momentum = inertial_momentum(body, one.flown)[calm].mean(axis=0)
-    rate = np.einsum("nij,nj->ni", one.flown.attitude, residual_rate(body, one.flown, momentum))
-    return float(np.rad2deg(np.linalg.norm(np.trapezoid(rate, one.flown.t_s, axis=0))))
+    body = drop.fit.offsets.correct(values)
+    calm = drop.flown.t_s < FIRST_STROKE_S
+    momentum = inertial_momentum(body, drop.flown)[calm].mean(axis=0)
+    rate = np.einsum("nij,nj->ni", drop.flown.attitude, residual_rate(body, drop.flown, momentum))
+    return float(np.rad2deg(np.linalg.norm(np.trapezoid(rate, drop.flown.t_s, axis=0))))
 
 
 @cache
@@ -66,51 +66,62 @@ def moved_robot() -> Fitted:
     return Fitted(fallen, motion, driven, fit_model(com_offsets(MODEL), driven))
 
 
-def judged(name: str, one: Fitted) -> FittedDrop:
-    return FittedDrop(name, one.flown, one.fit, lambda values: final_error_deg(one, values))
+def judged(name: str, drop: Fitted) -> FittedDrop:
+    return FittedDrop(name, drop.flown, drop.fit, lambda values: final_error_deg(drop, values))
 
 
 def test_offsets_of_two_drops_correct_the_third() -> None:
     drops = [fitted(seed, robot=ROBOT) for seed in SEEDS]
-    found = cross_validate([judged(f"drop {seed}", one) for seed, one in zip(SEEDS, drops, strict=True)])
-    assert [left.name for left in found] == ["drop 11", "drop 12", "drop 13"]
+    judgements = cross_validate(
+        [judged(f"drop {seed}", drop) for seed, drop in zip(SEEDS, drops, strict=True)]
+    )
+    assert [judgement.name for judgement in judgements] == ["drop 11", "drop 12", "drop 13"]
     truth = drops[0].drop.true_com_offsets_mm
-    for left, one in zip(found, drops, strict=True):
-        assert left.improved
-        assert left.error_before == final_error_deg(one, np.zeros(9)) > 1.0
-        assert left.error_after == final_error_deg(one, left.others.values) < 0.05
-        assert left.error_own == final_error_deg(one, one.fit.values) < 0.05
-        assert left.objective_after < 0.05 * left.objective_before
-        assert left.own_off_std < 2.0
-        assert (np.abs(left.others.values - truth) < 4.0 * left.others.std + 0.02).all()
-        others = combine([other.fit for other in drops if other is not one])
-        np.testing.assert_array_equal(left.others.values, others.values)
-        np.testing.assert_array_equal(left.others.covariance, others.covariance)
+    for judgement, fitted_drop in zip(judgements, drops, strict=True):
+        assert judgement.improved
+        assert judgement.error_before == final_error_deg(fitted_drop, np.zeros(9)) > 1.0
+        assert judgement.error_after == final_error_deg(fitted_drop, judgement.others.values) < 0.05
+        assert judgement.error_own == final_error_deg(fitted_drop, fitted_drop.fit.values) < 0.05
+        assert judgement.objective_after < 0.05 * judgement.objective_before
+        assert judgement.own_off_std < 2.0
+        assert (np.abs(judgement.others.values - truth) < 4.0 * judgement.others.std + 0.02).all()
+        others = combine([other.fit for other in drops if other is not fitted_drop])
+        np.testing.assert_array_equal(judgement.others.values, others.values)
+        np.testing.assert_array_equal(judgement.others.covariance, others.covariance)
 
 
 def test_a_drop_of_another_robot_is_found_out() -> None:
     drops = [fitted(11, robot=ROBOT), fitted(12, robot=ROBOT), fitted(OTHER_ROBOT)]
-    found = cross_validate([judged(name, one) for name, one in zip("abc", drops, strict=True)])
-    assert found[2].own_off_std > 20.0
-    assert found[2].error_after > 10.0 * found[2].error_own
-    assert found[2].objective_after > 5.0 * found[0].objective_before / 100.0
+    judgements = cross_validate([judged(name, drop) for name, drop in zip("abc", drops, strict=True)])
+    assert judgements[2].own_off_std > 20.0
+    assert judgements[2].error_after > 10.0 * judgements[2].error_own
+    assert judgements[2].objective_after > 5.0 * judgements[0].objective_before / 100.0
 
 
 def test_drops_of_one_robot_agree_and_are_not_widened() -> None:
-    found = combine([fitted(seed, robot=ROBOT).fit for seed in SEEDS])
-    assert found.agree and found.contradiction() == "" and found.widened_by == 1.0
-    assert found.degrees_of_freedom == pytest.approx(18.0, abs=0.1), "nine of each drop, less nine"
-    assert 0.01 < found.chance < 0.999
+    combined_offsets = combine([fitted(seed, robot=ROBOT).fit for seed in SEEDS])
+    assert (
+        combined_offsets.agree
+        and combined_offsets.contradiction() == ""
+        and combined_offsets.widened_by == 1.0
+    )
+    assert combined_offsets.degrees_of_freedom == pytest.approx(18.0, abs=0.1), "nine of each drop, less nine"
+    assert 0.01 < combined_offsets.chance < 0.999
 
 
 def test_a_center_of_mass_that_moved_between_drops_is_found_and_the_deviations_cover_both() -> None:
     first, same, other = fitted(11, robot=ROBOT).fit, fitted(12, robot=ROBOT).fit, moved_robot().fit
-    found, before = combine([first, other]), combine([first, same])
-    assert not found.agree and found.chance < 1e-6
-    assert found.widened_by == pytest.approx(np.sqrt(found.chi_square / found.degrees_of_freedom))
-    assert found.widened_by > 2.0
-    np.testing.assert_allclose(found.std, found.widened_by * before.std, rtol=0.02)
-    assert "contradict each other" in found.contradiction() and "DOUBTFUL" in found.contradiction()
+    combined_offsets, before = combine([first, other]), combine([first, same])
+    assert not combined_offsets.agree and combined_offsets.chance < 1e-6
+    assert combined_offsets.widened_by == pytest.approx(
+        np.sqrt(combined_offsets.chi_square / combined_offsets.degrees_of_freedom)
+    )
+    assert combined_offsets.widened_by > 2.0
+    np.testing.assert_allclose(combined_offsets.std, combined_offsets.widened_by * before.std, rtol=0.02)
+    assert (
+        "contradict each other" in combined_offsets.contradiction()
+        and "DOUBTFUL" in combined_offsets.contradiction()
+    )
     # A drop that tells nothing contradicts nobody.
     assert combine([first, widen_fit(other, 1e4)]).agree and combine([first]).agree
 
@@ -162,15 +173,17 @@ def test_drops_with_all_that_is_uncertain_agree_and_know_no_more_than_they_tell(
 
 
 def rows(
-    one: Fitted, values: FloatArray, momentum: FloatArray, errors: FloatArray
+    drop: Fitted, values: FloatArray, momentum: FloatArray, errors: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return a drop's whitened equations for offsets, momentum and sensor errors, linearized at these."""
-    fit, driven = one.fit, one.flown.correct(errors)
-    found = derivatives(fit.offsets, values, driven, momentum)
+    fit, driven = drop.fit, drop.flown.correct(errors)
+    linearization = derivatives(fit.offsets, values, driven, momentum)
     residual = residual_rate(fit.offsets.correct(values), driven, momentum)
-    whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * found.noise))
+    whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * linearization.noise))
     # The momentum in small units, else the system is numerically singular.
-    columns = np.concatenate([found.by_offsets, UNIT * found.by_momentum, found.by_errors], axis=2)
+    columns = np.concatenate(
+        [linearization.by_offsets, UNIT * linearization.by_momentum, linearization.by_errors], axis=2
+    )
     target = columns @ np.concatenate([values, momentum / UNIT, errors]) - residual
     white = np.einsum("nij,nj->ni", whitening, target)
     return (whitening @ columns).reshape(-1, columns.shape[2]), white.ravel()
@@ -180,14 +193,14 @@ def at_once(drops: list[Fitted]) -> tuple[FloatArray, FloatArray]:
     """Offsets and their standard deviations by one fit to all drops, with momentum and errors of each: Gauss-Newton."""
     p = len(drops[0].fit.offsets)
     values = drops[0].fit.values
-    own = [np.concatenate([one.fit.momentum_kg_m2_s / UNIT, one.fit.errors]) for one in drops]
+    own = [np.concatenate([drop.fit.momentum_kg_m2_s / UNIT, drop.fit.errors]) for drop in drops]
     places = np.cumsum([p, *map(len, own)])
     normal = np.empty((0, 0))
     for _ in range(6):
         normal, right = np.zeros((places[-1], places[-1])), np.zeros(places[-1])
         normal[:p, :p] = np.diag(drops[0].fit.offsets.prior_std ** -2.0)
-        for one, numbers, start, end in zip(drops, own, places, places[1:], strict=False):
-            design, target = rows(one, values, UNIT * numbers[:3], numbers[3:])
+        for fitted_drop, numbers, start, end in zip(drops, own, places, places[1:], strict=False):
+            design, target = rows(fitted_drop, values, UNIT * numbers[:3], numbers[3:])
             at = np.r_[0:p, start:end]
             normal[np.ix_(at, at)] += design.T @ design
             right[at] += design.T @ target
@@ -216,21 +229,21 @@ def test_a_drop_with_something_against_it_corrects_no_other() -> None:
     first, second = fitted(11, robot=ROBOT), fitted(12, robot=ROBOT)
     wrong = replace(judged("c", fitted(OTHER_ROBOT)), against=("Two checks failed.",))
     drops = [judged("a", first), judged("b", second), wrong]
-    found = {left.name: left for left in cross_validate(drops)}
-    assert found["a"].others.values.tolist() == combine([second.fit]).values.tolist()
-    assert found["b"].others.values.tolist() == combine([first.fit]).values.tolist()
-    assert found["c"].others.values.tolist() == combine([first.fit, second.fit]).values.tolist()
+    judgements = {judgement.name: judgement for judgement in cross_validate(drops)}
+    assert judgements["a"].others.values.tolist() == combine([second.fit]).values.tolist()
+    assert judgements["b"].others.values.tolist() == combine([first.fit]).values.tolist()
+    assert judgements["c"].others.values.tolist() == combine([first.fit, second.fit]).values.tolist()
     assert left_aside(drops) == ("The offsets of c are in no combination: Two checks failed.",)
     # With nobody left to be judged by, a drop is not judged.
-    assert [left.name for left in cross_validate([drops[0], wrong])] == ["c"]
+    assert [judgement.name for judgement in cross_validate([drops[0], wrong])] == ["c"]
 
 
 def test_what_cannot_be_combined_is_refused() -> None:
-    one = fitted(11, robot=ROBOT)
+    drop = fitted(11, robot=ROBOT)
     with pytest.raises(ValueError, match="two drops or more"):
-        cross_validate([judged("a", one)])
+        cross_validate([judged("a", drop)])
     with pytest.raises(ValueError, match="no fit"):
         combine([])
-    other = replace(one, fit=fit_model(model_offsets(MODEL), one.flown))
+    other = replace(drop, fit=fit_model(model_offsets(MODEL), drop.flown))
     with pytest.raises(ValueError, match="not of the same offsets"):
-        cross_validate([judged("a", one), judged("b", other), judged("c", one)])
+        cross_validate([judged("a", drop), judged("b", other), judged("c", drop)])

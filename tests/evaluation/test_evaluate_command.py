@@ -30,35 +30,35 @@ FALL_END_S = 2.45
 
 def test_a_good_drop_as_a_process(tfsat_host: RunCli) -> None:
     run_folder(tfsat_host.folder / "run")
-    done = tfsat_host("evaluate", "run")
-    assert done.stdout.startswith("Verdict     GOOD. EMULATED robot. Nothing speaks against it: ")
-    words = " ".join(done.stdout.split())
+    process = tfsat_host("evaluate", "run")
+    assert process.stdout.startswith("Verdict     GOOD. EMULATED robot. Nothing speaks against it: ")
+    words = " ".join(process.stdout.split())
     assert "of body 1, from the release to 2.45 s" in words
     assert "complete" in words and "0 lost" in words and "failed" not in words
     assert f"{Path('run') / CERTIFICATE}, which holds" in words
     for title in ("Strokes", "Joints", "Attitude error", "Correction of the model", "Integrity checks"):
-        assert f"\n{title}" in done.stdout
-    assert "Reading run/SD.bin …" in done.stderr and "Evaluating run …" in done.stderr
+        assert f"\n{title}" in process.stdout
+    assert "Reading run/SD.bin …" in process.stderr and "Evaluating run …" in process.stderr
     assert not (tfsat_host.folder / "run" / "evaluation.json").exists(), "nothing is written unless asked"
 
 
 def test_json_holds_the_truth(good: Said) -> None:
-    truth, found = made_drop(), good.json
+    truth, evaluation = made_drop(), good.json
     assert good.code == 0
-    assert found["verdict"]["level"] == "good" and found["verdict"]["reasons"] == []
-    assert found["until_s"] == pytest.approx(FALL_END_S, abs=0.01)
-    true_deg = math.degrees(truth.true_turn(1, 0.0, found["until_s"]).magnitude())
-    assert abs(found["reorientation_deg"] - true_deg) < 4 * found["reorientation_deg_std"] < 0.15
-    off = np.array(found["com_offset_mm"]).ravel() - truth.true_com_offsets_mm
-    assert (np.abs(off) < 4.5 * np.array(found["com_offset_mm_std"]).ravel()).all()
-    errors = found["attitude_error_deg"]
+    assert evaluation["verdict"]["level"] == "good" and evaluation["verdict"]["reasons"] == []
+    assert evaluation["until_s"] == pytest.approx(FALL_END_S, abs=0.01)
+    true_deg = math.degrees(truth.true_turn(1, 0.0, evaluation["until_s"]).magnitude())
+    assert abs(evaluation["reorientation_deg"] - true_deg) < 4 * evaluation["reorientation_deg_std"] < 0.15
+    off = np.array(evaluation["com_offset_mm"]).ravel() - truth.true_com_offsets_mm
+    assert (np.abs(off) < 4.5 * np.array(evaluation["com_offset_mm_std"]).ravel()).all()
+    errors = evaluation["attitude_error_deg"]
     assert errors.keys() == {"before", "after"} and errors["after"] < 0.1 < errors["before"]
-    assert [stroke["commanded_deg"] for stroke in found["strokes"]] == pytest.approx([59, 70, -59, -70])
-    assert all(stroke["moved"] and abs(stroke["short_deg"]) < 3.0 for stroke in found["strokes"])
-    assert np.linalg.norm(found["initial_rate_deg_s"]) == pytest.approx(1.17, abs=0.05)
-    assert {check["verdict"] for check in found["checks"]} <= {"passed", "not possible"}
-    assert found["recording"]["verdict"] == "complete"
-    assert found["calibration"] == {
+    assert [stroke["commanded_deg"] for stroke in evaluation["strokes"]] == pytest.approx([59, 70, -59, -70])
+    assert all(stroke["moved"] and abs(stroke["short_deg"]) < 3.0 for stroke in evaluation["strokes"])
+    assert np.linalg.norm(evaluation["initial_rate_deg_s"]) == pytest.approx(1.17, abs=0.05)
+    assert {check["verdict"] for check in evaluation["checks"]} <= {"passed", "not possible"}
+    assert evaluation["recording"]["verdict"] == "complete"
+    assert evaluation["calibration"] == {
         "file": str(Path("run") / CERTIFICATE),
         "usable": True,
         "shortcomings": [],
@@ -86,31 +86,31 @@ def test_what_is_written_is_what_is_printed(run: Path) -> None:
 
 def test_a_folder_with_one_recording_of_another_name(run: Path, good: Said) -> None:
     (run / "SD.bin").rename(run / "DROP0007.BIN")
-    found = evaluated("run")
-    assert found["recording"]["file"] == str(Path("run/DROP0007.BIN"))
-    assert found["reorientation_deg"] == good.json["reorientation_deg"]
+    evaluation = evaluated("run")
+    assert evaluation["recording"]["file"] == str(Path("run/DROP0007.BIN"))
+    assert evaluation["reorientation_deg"] == good.json["reorientation_deg"]
 
 
 def test_a_file_instead_of_a_folder(run: Path, good: Said) -> None:
-    found = evaluated("run/SD.bin")
-    assert found["reorientation_deg"] == good.json["reorientation_deg"]
-    assert found["maneuver"] == str(Path("run/maneuver.toml"))
+    evaluation = evaluated("run/SD.bin")
+    assert evaluation["reorientation_deg"] == good.json["reorientation_deg"]
+    assert evaluation["maneuver"] == str(Path("run/maneuver.toml"))
 
 
 def test_without_a_maneuver_it_says_what_is_not_known(run: Path) -> None:
     (run / "maneuver.toml").unlink()
-    found = evaluated("run")
-    assert found["strokes"] == [] and found["clocks"] == {"sequencer": None, "video": None}
-    assert found["maneuver"] is None
-    assert any("No maneuver is known" in note and "--maneuver" in note for note in found["notes"])
+    evaluation = evaluated("run")
+    assert evaluation["strokes"] == [] and evaluation["clocks"] == {"sequencer": None, "video": None}
+    assert evaluation["maneuver"] is None
+    assert any("No maneuver is known" in note and "--maneuver" in note for note in evaluation["notes"])
 
 
 def test_a_maneuver_that_was_not_flown(run: Path) -> None:
     (run.parent / "other.toml").write_text(format_maneuver(four_stroke(30.0, 40.0)))
-    said = evaluate("run", "--maneuver", "other.toml")
-    assert said.code == 3
-    assert said.out.startswith("Verdict     DOUBTFUL.")
-    assert "instead of +30.0 deg" in said.words and "another maneuver was flown" in said.words
+    result = evaluate("run", "--maneuver", "other.toml")
+    assert result.code == 3
+    assert result.out.startswith("Verdict     DOUBTFUL.")
+    assert "instead of +30.0 deg" in result.words and "another maneuver was flown" in result.words
 
 
 def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said) -> None:
@@ -124,25 +124,25 @@ def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said
 
 
 def test_a_hinge_that_trades_with_a_center_of_mass_is_said(run: Path) -> None:
-    shown = evaluate("run").words
-    assert "nothing that a drop measures changes" in shown and "body 1 CoM y - joint 1 point y: " in shown
+    words = evaluate("run").words
+    assert "nothing that a drop measures changes" in words and "body 1 CoM y - joint 1 point y: " in words
 
 
 def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     """It minimizes the paper's sum and finds less of it than Gauss and Newton do, who minimize something else."""
     assert good.json["swarm"] is None
-    shown = evaluate("run", "--swarm").words
-    assert "swarm ± its spread" in shown and "10 swarms of 48 particles" in shown
-    assert "The swarm's objective, the sum of |h - h0|" in shown
-    assert "They did not converge" in shown
+    words = evaluate("run", "--swarm").words
+    assert "swarm ± its spread" in words and "10 swarms of 48 particles" in words
+    assert "The swarm's objective, the sum of |h - h0|" in words
+    assert "They did not converge" in words
 
 
 def test_video_and_lasers(run: Path) -> None:
     write_witnesses(run.parent)
-    said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
-    assert said.code == 0, said.out
-    assert re.search(r"video [+-]\d+ ± \d+ ", said.words)
-    assert "mm/s, downwards; within the facility's window" in said.words
+    result = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
+    assert result.code == 0, result.out
+    assert re.search(r"video [+-]\d+ ± \d+ ", result.words)
+    assert "mm/s, downwards; within the facility's window" in result.words
 
 
 def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
@@ -159,8 +159,8 @@ def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
     t_s = np.repeat(np.arange(0.16, 2.39, 0.02), 2)
     spot = np.tile([1, 2], len(t_s) // 2)
     none = np.zeros(len(t_s))
-    seen = equations_of(LaserTracks(folder, t_s, spot, none, none, none + 5e-4, False), turning, LASERS)
-    place_mm = 1e3 * (seen.toward @ [0.0, 0.0, -0.05] * seen.t_s - seen.place_m).reshape(2, -1)
+    equations = equations_of(LaserTracks(folder, t_s, spot, none, none, none + 5e-4, False), turning, LASERS)
+    place_mm = 1e3 * (equations.toward @ [0.0, 0.0, -0.05] * equations.t_s - equations.place_m).reshape(2, -1)
     along, up = place_mm + np.random.default_rng(3).normal(0.0, 0.3, place_mm.shape)
     read = reading.of(LaserTracks(folder, t_s, spot, along, up, none, False))
     there = turning.at(t_s)[:, 2, 2] > 0.8  # a ray that meets its wall
@@ -174,9 +174,9 @@ def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
 @pytest.mark.parametrize("reading", [Reading(True, (False, False)), Reading(False, (True, False))])
 def test_laser_spots_that_are_not_what_the_file_says_give_no_velocity(run: Path, reading: Reading) -> None:
     write_witnesses(run.parent, reading)
-    said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
-    assert said.code == 3 and "Release velocity" not in said.words
-    assert f"the spots move as body 2 turned only if {reading.words()}." in said.words
+    result = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
+    assert result.code == 3 and "Release velocity" not in result.words
+    assert f"the spots move as body 2 turned only if {reading.words()}." in result.words
 
 
 def test_a_video_of_one_event_needs_its_rate(run: Path) -> None:
@@ -201,8 +201,8 @@ def test_prose_keeps_to_the_terminal(run: Path, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setenv("COLUMNS", str(columns))
     for maneuver in run.glob("maneuver*.toml"):  # so that all until the joints is prose
         maneuver.unlink()
-    said = evaluate("run")
-    prose = said.out[: said.out.index("\nJoints\n")].splitlines()
+    result = evaluate("run")
+    prose = result.out[: result.out.index("\nJoints\n")].splitlines()
     assert len(prose) > 10
     assert max(map(len, prose)) <= columns
 
@@ -210,10 +210,10 @@ def test_prose_keeps_to_the_terminal(run: Path, monkeypatch: pytest.MonkeyPatch,
 def test_names_that_would_paint_the_terminal(run: Path) -> None:
     evil = "[red]\x1b[2J\nVerdict     GOOD; rm -rf ~"
     run.rename(run.parent / evil)
-    said = evaluate(evil)
-    assert said.code == 0
-    assert "\x1b" not in said.out and "\nVerdict     GOOD; rm" not in said.out
-    assert "[red]\\x1b[2J\\n" in said.words
+    result = evaluate(evil)
+    assert result.code == 0
+    assert "\x1b" not in result.out and "\nVerdict     GOOD; rm" not in result.out
+    assert "[red]\\x1b[2J\\n" in result.words
 
 
 def test_names_are_shown_as_they_can_be() -> None:
@@ -251,25 +251,29 @@ def paths(value: Any, place: str = "") -> Iterator[str]:
 def check(documented: list[str], printed: set[str]) -> None:
     patterns = [re.compile(re.escape(key).replace(r"\*", "[a-z_]+")) for key in documented]
     assert len(set(documented)) == len(documented)
-    assert [path for path in printed if not any(one.fullmatch(path) for one in patterns)] == []
+    assert [path for path in printed if not any(pattern.fullmatch(path) for pattern in patterns)] == []
     unused = [
-        key for key, one in zip(documented, patterns, strict=True) if not any(map(one.fullmatch, printed))
+        key
+        for key, pattern in zip(documented, patterns, strict=True)
+        if not any(map(pattern.fullmatch, printed))
     ]
     assert unused == []
 
 
 def test_every_key_is_documented_and_every_documented_key_is_there(run: Path) -> None:
     write_witnesses(run.parent)
-    found = evaluate("run", "--video", "video.csv", "--laser", "laser.csv", "--swarm", "--json").json
-    check(tables("## The object of `--json`"), set(paths(found)))
-    assert found["swarm"]["searches"] == 10
-    assert np.shape(found["swarm"]["com_offset_mm"]) == np.shape(found["swarm"]["spread_mm"]) == (3, 3)
-    objective = found["swarm"]["objective_kg_m2_s"]
+    evaluation = evaluate("run", "--video", "video.csv", "--laser", "laser.csv", "--swarm", "--json").json
+    check(tables("## The object of `--json`"), set(paths(evaluation)))
+    assert evaluation["swarm"]["searches"] == 10
+    assert (
+        np.shape(evaluation["swarm"]["com_offset_mm"]) == np.shape(evaluation["swarm"]["spread_mm"]) == (3, 3)
+    )
+    objective = evaluation["swarm"]["objective_kg_m2_s"]
     assert objective["gauss_newton"] < objective["swarm"]
 
 
 def test_every_key_of_several_drops(run: Path) -> None:
     run_folder(run.parent / "second", seed=2)
-    found = evaluate("run", "second", "--json").json
-    assert found.keys() == {"made_by", "drops", "comparison"}
-    check(tables("Of several drops:"), set(paths({"comparison": found["comparison"]})))
+    evaluation = evaluate("run", "second", "--json").json
+    assert evaluation.keys() == {"made_by", "drops", "comparison"}
+    check(tables("Of several drops:"), set(paths({"comparison": evaluation["comparison"]})))

@@ -82,48 +82,50 @@ def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) 
     change_samples(run / "SD.bin", change)
 
 
-def reasons(found: Any) -> str:
-    assert found["verdict"]["level"] == "doubtful"
-    return "\n".join(found["verdict"]["reasons"])
+def reasons(evaluation: Any) -> str:
+    assert evaluation["verdict"]["level"] == "doubtful"
+    return "\n".join(evaluation["verdict"]["reasons"])
 
 
 def test_nothing_is_said_of_a_time_after_the_last_stroke_that_was_not_recorded(run: Path) -> None:
     cut(run, 1.06)
-    said = reasons(evaluated("run", expect=3))
-    assert "due after the end of what can be evaluated" in said
-    assert "after the last stroke" not in said
+    reason_text = reasons(evaluated("run", expect=3))
+    assert "due after the end of what can be evaluated" in reason_text
+    assert "after the last stroke" not in reason_text
 
 
 def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path, good: Said) -> None:
     open_before_the_release(run, [0.024, 0.020, 0.016, 0.012, 0.008, 0.004], 0.001)
-    found = evaluated("run", expect=3)
-    assert "fit two releases" in reasons(found)
-    assert "the robot left between 24.000 ms before t = 0" in reasons(found)
+    evaluation = evaluated("run", expect=3)
+    assert "fit two releases" in reasons(evaluation)
+    assert "the robot left between 24.000 ms before t = 0" in reasons(evaluation)
     assert good.json["release"]["std_s"] == 0.0
-    assert found["release"]["std_s"] == pytest.approx(0.024 / 3**0.5)
+    assert evaluation["release"]["std_s"] == pytest.approx(0.024 / 3**0.5)
     fallen = re.search(r"Fall: (\S+) ± (\S+) s, from the release", evaluate("run").words)
-    assert fallen is not None and float(fallen[2]) == pytest.approx(found["release"]["std_s"], rel=0.1)
+    assert fallen is not None and float(fallen[2]) == pytest.approx(evaluation["release"]["std_s"], rel=0.1)
     assert float(fallen[1]) == pytest.approx(good.json["landing"]["felt"]["t_s"], abs=1e-3)
 
 
 def test_without_a_calibration(run: Path, good: Said) -> None:
     (run / CERTIFICATE).unlink()
-    found = evaluated("run", expect=3)
-    assert found["calibration"] is None
-    assert "There is no calibration" in reasons(found)
-    assert any("tfsat-host calibrate" in note for note in found["notes"])
-    assert found["reorientation_deg_std"] > 1.5 * good.json["reorientation_deg_std"]
+    evaluation = evaluated("run", expect=3)
+    assert evaluation["calibration"] is None
+    assert "There is no calibration" in reasons(evaluation)
+    assert any("tfsat-host calibrate" in note for note in evaluation["notes"])
+    assert evaluation["reorientation_deg_std"] > 1.5 * good.json["reorientation_deg_std"]
 
 
 def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
-    certified(run, lambda whole: with_landing(whole, Landing(DROPPED - HOUR / 2, "a test")))
-    said = evaluate("run")
-    assert said.code == 3
-    assert said.out.startswith("Verdict     DOUBTFUL. EMULATED robot. The calibration does not hold as it is")
-    assert "Measured before the last landing" in said.words
-    assert "To measure: tfsat-host calibrate bias" in said.words
-    assert "The bias of body 1, 2, 3, 4 is that of the" in said.words
-    assert "which does not hold as it is" in said.words
+    certified(run, lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test")))
+    result = evaluate("run")
+    assert result.code == 3
+    assert result.out.startswith(
+        "Verdict     DOUBTFUL. EMULATED robot. The calibration does not hold as it is"
+    )
+    assert "Measured before the last landing" in result.words
+    assert "To measure: tfsat-host calibrate bias" in result.words
+    assert "The bias of body 1, 2, 3, 4 is that of the" in result.words
+    assert "which does not hold as it is" in result.words
 
 
 def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
@@ -135,83 +137,91 @@ def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None
 
 def test_without_a_time_of_day_nobody_knows_which_was_first(run: Path) -> None:
     tell_time(run / "SD.bin", None)
-    found = evaluated("run", expect=3)
-    assert "The recording has no time of day" in reasons(found)
-    assert "Measured before the last landing" not in reasons(found)
-    assert found["recording"]["released"] is None
+    evaluation = evaluated("run", expect=3)
+    assert "The recording has no time of day" in reasons(evaluation)
+    assert "Measured before the last landing" not in reasons(evaluation)
+    assert evaluation["recording"]["released"] is None
 
 
 def test_a_calibration_of_another_robot_is_not_used(run: Path) -> None:
-    certified(run, lambda whole: replace(whole, subject=replace(whole.subject, logger_serial="00c0ffee")))
-    found = evaluated("run", expect=3)
-    assert "None of its numbers hold" in reasons(found)
-    assert "There is no calibration" in reasons(found), "it was evaluated without"
+    certified(
+        run,
+        lambda calibration: replace(
+            calibration, subject=replace(calibration.subject, logger_serial="00c0ffee")
+        ),
+    )
+    evaluation = evaluated("run", expect=3)
+    assert "None of its numbers hold" in reasons(evaluation)
+    assert "There is no calibration" in reasons(evaluation), "it was evaluated without"
 
 
 def test_the_numbers_of_an_imu_that_was_exchanged_are_not_used(run: Path) -> None:
-    certified(run, lambda whole: replace(whole, subject=replace(whole.subject, who_am_i="68687068")))
-    found = evaluated("run", expect=3)
-    assert "The IMU of body 3 is another than the one that was calibrated" in reasons(found)
-    assert "The bias of body 3 is that of the" in reasons(found)
+    certified(
+        run,
+        lambda calibration: replace(calibration, subject=replace(calibration.subject, who_am_i="68687068")),
+    )
+    evaluation = evaluated("run", expect=3)
+    assert "The IMU of body 3 is another than the one that was calibrated" in reasons(evaluation)
+    assert "The bias of body 3 is that of the" in reasons(evaluation)
 
 
 def test_a_calibration_that_cannot_be_read_is_refused(run: Path) -> None:
     (run / CERTIFICATE).write_text("nonsense")
-    said = evaluate("run")
-    assert said.code == 1 and said.out == ""
-    assert f"{Path('run') / CERTIFICATE}: is not valid TOML" in said.err
+    result = evaluate("run")
+    assert result.code == 1 and result.out == ""
+    assert f"{Path('run') / CERTIFICATE}: is not valid TOML" in result.err
 
 
 def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
     silence(run, 1, 0.5, 9.0)
-    found = evaluated("run", expect=3)
-    assert "The gyro of body 1 lacks" in reasons(found)
-    assert "bridged from its neighbours" in reasons(found)
-    assert [body["bridged"] for body in found["bodies"]] == [True, False, False, False]
-    assert found["reorientation_deg_std"] > good.json["reorientation_deg_std"]
-    off = found["reorientation_deg"] - good.json["reorientation_deg"]
-    assert abs(off) < 4 * found["reorientation_deg_std"]
+    evaluation = evaluated("run", expect=3)
+    assert "The gyro of body 1 lacks" in reasons(evaluation)
+    assert "bridged from its neighbours" in reasons(evaluation)
+    assert [body["bridged"] for body in evaluation["bodies"]] == [True, False, False, False]
+    assert evaluation["reorientation_deg_std"] > good.json["reorientation_deg_std"]
+    off = evaluation["reorientation_deg"] - good.json["reorientation_deg"]
+    assert abs(off) < 4 * evaluation["reorientation_deg_std"]
 
 
 def test_lost_samples(run: Path) -> None:
     zero_s = released_s(run)
     remove_blocks(run / "SD.bin", zero_s + 1.20, zero_s + 1.26)
-    found = evaluated("run", expect=3)
-    assert "samples are lost" in reasons(found)
-    assert found["recording"]["samples_lost"] > 5
-    assert "the recording is not whole" in found["verdict"]["sentence"].lower()
+    evaluation = evaluated("run", expect=3)
+    assert "samples are lost" in reasons(evaluation)
+    assert evaluation["recording"]["samples_lost"] > 5
+    assert "the recording is not whole" in evaluation["verdict"]["sentence"].lower()
 
 
 def test_a_hole_that_nothing_can_be_carried_over(run: Path) -> None:
     zero_s = released_s(run)
     remove_blocks(run / "SD.bin", zero_s + 1.0, zero_s + 1.5)
-    said = evaluate("run")
-    assert said.code == 1 and said.out == ""
-    assert said.err.count("Error: ") == 1
+    result = evaluate("run")
+    assert result.code == 1 and result.out == ""
+    assert result.err.count("Error: ") == 1
 
 
 def test_a_log_that_ends_after_the_landing(run: Path) -> None:
     cut(run, 2.8)
-    found = evaluated("run", expect=3)
-    assert "The recording has no end" in reasons(found)
-    assert found["recording"]["verdict"] == "truncated"
+    evaluation = evaluated("run", expect=3)
+    assert "The recording has no end" in reasons(evaluation)
+    assert evaluation["recording"]["verdict"] == "truncated"
 
 
 def test_a_log_that_ends_in_the_fall_says_so(run: Path) -> None:
     cut(run, 1.6)
-    found = evaluated("run", expect=3)
-    assert "The recording ends 1.60 s after the release, in the fall" in reasons(found)
-    assert found["until_s"] == pytest.approx(1.55, abs=0.02)
-    assert [stroke["moved"] for stroke in found["strokes"]] == [True, True, True, False]
-    assert "Stroke 4 (joint 2): " in reasons(found)
+    evaluation = evaluated("run", expect=3)
+    assert "The recording ends 1.60 s after the release, in the fall" in reasons(evaluation)
+    assert evaluation["until_s"] == pytest.approx(1.55, abs=0.02)
+    assert [stroke["moved"] for stroke in evaluation["strokes"]] == [True, True, True, False]
+    assert "Stroke 4 (joint 2): " in reasons(evaluation)
 
 
 def test_a_log_without_a_release_is_refused(run: Path) -> None:
     cut(run, -0.5)
-    said = evaluate("run")
-    assert said.code == 1 and said.out == ""
-    assert "holds no release" in said.err
-    assert "tfsat-host decode" in said.err
+    result = evaluate("run")
+    assert result.code == 1 and result.out == ""
+    assert "holds no release" in result.err
+    assert "tfsat-host decode" in result.err
 
 
 @pytest.mark.parametrize(
@@ -234,18 +244,18 @@ def test_what_cannot_be_understood(
     run: Path, make: Callable[[Path], Any], args: tuple[str, ...], code: int, words: str
 ) -> None:
     make(run.parent)
-    said = evaluate(*args)
-    assert said.code == code and said.out == ""
-    assert words in said.err
+    result = evaluate(*args)
+    assert result.code == code and result.out == ""
+    assert words in result.err
 
 
 def test_several_recordings_in_a_folder_are_named(run: Path) -> None:
     (run / "SD.bin").rename(run / "DROP0001.BIN")
     (run / "DROP0002.BIN").write_bytes((run / "DROP0001.BIN").read_bytes())
-    said = evaluate("run")
-    assert said.code == 1
-    assert "run holds several recordings: DROP0001.BIN, DROP0002.BIN." in said.err
-    assert f"tfsat-host evaluate {Path('run/DROP0001.BIN')}" in said.err
+    result = evaluate("run")
+    assert result.code == 1
+    assert "run holds several recordings: DROP0001.BIN, DROP0002.BIN." in result.err
+    assert f"tfsat-host evaluate {Path('run/DROP0001.BIN')}" in result.err
 
 
 def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
@@ -254,17 +264,17 @@ def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
     sessions = [load(folder / "SD.bin").session for folder in (run, run.parent / "second")]
     (run / "SD.bin").write_bytes(both)
     for session in sessions:
-        said = evaluate("run", "--session", f"{session:08x}", "--json")
-        assert f'"session": "{session:08x}"' in said.out
-        assert "holds 2 recordings" in said.err and "tfsat-host evaluate" in said.err
+        result = evaluate("run", "--session", f"{session:08x}", "--json")
+        assert f'"session": "{session:08x}"' in result.out
+        assert "holds 2 recordings" in result.err and "tfsat-host evaluate" in result.err
 
 
 @pytest.mark.parametrize("header", [{"dlpf_cfg": 0}, {"rate_hz": 10, "angle_offset_us": [65535] * 6}])
 def test_a_header_of_other_settings_is_doubtful(run: Path, header: dict[str, Any]) -> None:
     """It was a run with 42 Hz and 280 samples a second."""
     change_headers(run / "SD.bin", **header)
-    said = evaluate("run")
-    assert said.code == 3 and said.out.startswith("Verdict     DOUBTFUL.")
+    result = evaluate("run")
+    assert result.code == 3 and result.out.startswith("Verdict     DOUBTFUL.")
 
 
 def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -272,7 +282,9 @@ def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: p
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setattr(evaluation, "motion_of", singular)
-    said = evaluate("run")
+    result = evaluate("run")
     assert (
-        said.code == 1 and "no motion explains the readings" in said.err and "tfsat-host decode" in said.err
+        result.code == 1
+        and "no motion explains the readings" in result.err
+        and "tfsat-host decode" in result.err
     )

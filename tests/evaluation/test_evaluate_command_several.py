@@ -23,13 +23,13 @@ def drops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
-    found = evaluated("1", "2")
-    assert [drop["drop"] for drop in found["drops"]] == ["1", "2"]
-    assert found["drops"][0]["reorientation_deg"] == good.json["reorientation_deg"]
-    for judged in found["comparison"]["cross_validation"]:
+    evaluation = evaluated("1", "2")
+    assert [drop["drop"] for drop in evaluation["drops"]] == ["1", "2"]
+    assert evaluation["drops"][0]["reorientation_deg"] == good.json["reorientation_deg"]
+    for judged in evaluation["comparison"]["cross_validation"]:
         assert judged["improved"] is True
         assert judged["error_after_deg"] < 0.2 * judged["error_before_deg"]
-    together = found["comparison"]["offsets"]
+    together = evaluation["comparison"]["offsets"]
     assert [row["name"] for row in together] == [row["name"] for row in good.json["offsets"]]
     off = np.array([row["value"] for row in together[:9]]) - made_drop().true_com_offsets_mm
     assert (np.abs(off) < 4.5 * np.array([row["std"] for row in good.json["offsets"][:9]])).all()
@@ -37,39 +37,39 @@ def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
 
 def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     (drops / "empty").mkdir()
-    said = evaluate("1", "empty", "2")
-    assert said.code == 1
-    assert "Verdict FAILED. empty holds no recording" in said.words
-    assert "All drops" in said.out and "== 1" in said.out and "== 2" in said.out
-    assert "The other drops' corrections made the model better in 2 of 2 drops." in said.words
-    (row,) = [line for line in said.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]
+    result = evaluate("1", "empty", "2")
+    assert result.code == 1
+    assert "Verdict FAILED. empty holds no recording" in result.words
+    assert "All drops" in result.out and "== 1" in result.out and "== 2" in result.out
+    assert "The other drops' corrections made the model better in 2 of 2 drops." in result.words
+    (row,) = [line for line in result.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]
     assert row.count("±") == 3, "of all drops together, and each drop's own"
 
 
 def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
-    found = evaluated("1", "nowhere", expect=1)
-    first, second = found["drops"]
+    evaluation = evaluated("1", "nowhere", expect=1)
+    first, second = evaluation["drops"]
     assert first["verdict"]["level"] == "good"
     assert second["verdict"]["level"] == "failed" and "nowhere" in second["error"]["what"]
-    assert found["comparison"] is None
+    assert evaluation["comparison"] is None
 
 
 @pytest.mark.parametrize("named", [("1", "copy"), ("1", "2", "copy"), ("nowhere", "1", "copy/SD.bin")])
 def test_a_copy_of_a_drop_is_that_drop_named_twice(drops: Path, named: tuple[str, ...]) -> None:
     run_folder(drops / "copy")
-    said = evaluate(*named)
-    assert said.code == 2 and said.out == ""
-    assert f"{named[-1]} holds the same recording as 1" in said.err
-    assert "Nothing was evaluated" in said.err and "Name each drop once" in said.err
+    result = evaluate(*named)
+    assert result.code == 2 and result.out == ""
+    assert f"{named[-1]} holds the same recording as 1" in result.err
+    assert "Nothing was evaluated" in result.err and "Name each drop once" in result.err
 
 
 def test_the_same_session_in_other_bytes_is_no_other_drop(drops: Path) -> None:
     run_folder(drops / "copy")
     with (drops / "copy" / "SD.bin").open("ab") as file:
         file.write(bytes(512))
-    found = evaluated("1", "copy", expect=1)
-    assert "copy holds the same recording as 1" in found["drops"][1]["error"]["what"]
-    assert found["comparison"] is None
+    evaluation = evaluated("1", "copy", expect=1)
+    assert "copy holds the same recording as 1" in evaluation["drops"][1]["error"]["what"]
+    assert evaluation["comparison"] is None
 
 
 @pytest.mark.parametrize(
@@ -81,28 +81,29 @@ def test_the_same_session_in_other_bytes_is_no_other_drop(drops: Path) -> None:
     ],
 )
 def test_what_makes_no_sense_for_several(drops: Path, args: tuple[str, ...], words: str) -> None:
-    said = evaluate(*args)
-    assert said.code == 2 and said.out == ""
-    assert words in said.err
+    result = evaluate(*args)
+    assert result.code == 2 and result.out == ""
+    assert words in result.err
 
 
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 
 
 @pytest.mark.parametrize(
-    "asked", [("evaluate", "1", "2"), ("report", "1", "2"), ("evaluate", "--robot", "drop_tower", "1", "2")]
+    "arguments",
+    [("evaluate", "1", "2"), ("report", "1", "2"), ("evaluate", "--robot", "drop_tower", "1", "2")],
 )
-def test_drops_of_other_loggers_are_refused(drops: Path, asked: tuple[str, ...]) -> None:
+def test_drops_of_other_loggers_are_refused(drops: Path, arguments: tuple[str, ...]) -> None:
     on_other_logger(drops / "2", OTHER)
-    said = command(*asked, expect=2)
-    assert "not of one robot" in said.err and f"2: emulated robot with logger {OTHER.hex()}" in said.err
-    assert said.out == "" and not Path("report.html").exists()
+    result = command(*arguments, expect=2)
+    assert "not of one robot" in result.err and f"2: emulated robot with logger {OTHER.hex()}" in result.err
+    assert result.out == "" and not Path("report.html").exists()
     command("evaluate", "2")
 
 
 def test_drops_that_contradict_each_other_end_with_3(drops: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
-    found = evaluated("1", "2", expect=3)["comparison"]
-    assert found["agreement"]["agree"] is False and "contradict each other" in found["remarks"][0]
-    assert "DOUBTFUL" in found["remarks"][0]
+    comparison = evaluated("1", "2", expect=3)["comparison"]
+    assert comparison["agreement"]["agree"] is False and "contradict each other" in comparison["remarks"][0]
+    assert "DOUBTFUL" in comparison["remarks"][0]
     assert "contradict each other" in command("report", "1", "2", expect=3).err

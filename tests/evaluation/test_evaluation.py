@@ -25,8 +25,10 @@ from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 
 
-def evaluated(one: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
-    return evaluate(log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED, witnesses=witnesses)
+def evaluated(drop: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
+    return evaluate(
+        log, drop.model, certificate(drop, 1), drop.schedule, recorded=DROPPED, witnesses=witnesses
+    )
 
 
 @cache
@@ -35,23 +37,27 @@ def whole() -> Evaluation:
 
 
 def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> None:
-    one = flown(1)
-    first = next(event for event in one.log.events if event.name == "stroke")
-    found = evaluated(one, replace(one.log, events=tuple(e for e in one.log.events if e is not first)))
-    rate, expected = found.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
+    drop = flown(1)
+    first = next(event for event in drop.log.events if event.name == "stroke")
+    evaluation = evaluated(
+        drop, replace(drop.log, events=tuple(e for e in drop.log.events if e is not first))
+    )
+    rate, expected = evaluation.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
     assert np.rad2deg(rate) == pytest.approx(np.rad2deg(expected), abs=0.01)
 
 
 def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
-    one = flown(1)
-    first = next(event for event in one.log.events if event.name == "stroke")
+    drop = flown(1)
+    first = next(event for event in drop.log.events if event.name == "stroke")
     early = replace(first, t_us=first.t_us - 650_000)
-    found = evaluated(one, replace(one.log, events=(early, *one.log.events)))
-    assert found.initial_rates[0].std_rad_s == pytest.approx(whole().initial_rates[0].std_rad_s, rel=0.05)
+    evaluation = evaluated(drop, replace(drop.log, events=(early, *drop.log.events)))
+    assert evaluation.initial_rates[0].std_rad_s == pytest.approx(
+        whole().initial_rates[0].std_rad_s, rel=0.05
+    )
 
 
 def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
-    one = flown(1)
+    drop = flown(1)
     places = np.array([2.0, 2.1, 2.2])
     late = LaserTracks(
         Path("tracks.csv"),
@@ -62,19 +68,19 @@ def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
         1e-3 + 0.0 * places,
         False,
     )
-    found = evaluated(one, one.log, ExternalObservations(laser=late, windows=windows_of(load_tower())))
-    assert found.release_velocity is None
-    assert any(note.startswith("No release velocity.") for note in found.notes)
-    assert found.reorientation.angle_rad > 0.3
+    evaluation = evaluated(drop, drop.log, ExternalObservations(laser=late, windows=windows_of(load_tower())))
+    assert evaluation.release_velocity is None
+    assert any(note.startswith("No release velocity.") for note in evaluation.notes)
+    assert evaluation.reorientation.angle_rad > 0.3
 
 
 def test_a_header_that_names_another_low_pass_is_found_out() -> None:
-    one = flown(1)
-    other = replace(one.log, header=replace(one.log.header, dlpf_cfg=6))
-    found = evaluated(one, other)
-    (check,) = (check for check in found.checks if check.name == "lag of the gyros")
+    drop = flown(1)
+    other = replace(drop.log, header=replace(drop.log.header, dlpf_cfg=6))
+    evaluation = evaluated(drop, other)
+    (check,) = (check for check in evaluation.checks if check.name == "lag of the gyros")
     assert check.verdict == "failed"
-    assert any("which no chip has" in note for note in found.notes)
+    assert any("which no chip has" in note for note in evaluation.notes)
 
 
 def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> None:
@@ -82,11 +88,11 @@ def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> Non
 
     The last stroke of the schedule is left out, so that it was flown without a command.
     """
-    one = flown(1)
+    drop = flown(1)
     assert all(standing.remark == "" for standing in whole().standing)
-    shorter = replace(one.schedule, strokes=one.schedule.strokes[:3])
-    found = evaluate(one.log, one.model, certificate(one, 1), shorter, recorded=DROPPED)
-    assert any("where nothing commanded it" in reason for reason in verdict_of(found).reasons)
+    shorter = replace(drop.schedule, strokes=drop.schedule.strokes[:3])
+    evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), shorter, recorded=DROPPED)
+    assert any("where nothing commanded it" in reason for reason in verdict_of(evaluation).reasons)
 
 
 STEP = 4
@@ -97,7 +103,7 @@ def test_every_end_around_the_release(tmp_path: Path) -> None:
     schedule, robot = schedule_maneuver(four_stroke(59.0, 70.0)), load_robot()
     drop = rehearse(schedule, robot, truth_as_filed(robot, 1))
     file = tmp_path / "SD.bin"
-    said = []
+    outcomes = []
     for blocks in range(STEP, len(drop.card) // BLOCK_BYTES, STEP):
         file.write_bytes(drop.card[: blocks * BLOCK_BYTES])
         log = load(file)
@@ -105,8 +111,8 @@ def test_every_end_around_the_release(tmp_path: Path) -> None:
             continue
         try:
             evaluate(log, robot, drop.calibration, schedule)
-            said.append("evaluated")
+            outcomes.append("evaluated")
         except EvaluationError as refused:
-            said.append(refused.meaning)
-    assert "It has nothing of the fall: there is nothing to evaluate." in said
-    assert said[-1] == "evaluated"
+            outcomes.append(refused.meaning)
+    assert "It has nothing of the fall: there is nothing to evaluate." in outcomes
+    assert outcomes[-1] == "evaluated"

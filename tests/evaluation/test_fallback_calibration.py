@@ -17,145 +17,149 @@ from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.rest import rest_before_release
 
 
-def filled(one: Drop, calibration: Calibration | None) -> Fallback:
-    return with_fallbacks(calibration, one.log, one.model, rest_before_release(one.log), DROPPED)
+def filled(drop: Drop, calibration: Calibration | None) -> Fallback:
+    return with_fallbacks(calibration, drop.log, drop.model, rest_before_release(drop.log), DROPPED)
 
 
-def reorientation_error_deg(one: Drop, used: Calibration) -> tuple[float, float]:
-    track = moved(one.log, used).bodies[0]
+def reorientation_error_deg(drop: Drop, calibration: Calibration) -> tuple[float, float]:
+    track = moved(drop.log, calibration).bodies[0]
     angle, std = track.reorientation_rad()
-    true = one.true_turn(1, track.t_s[0], track.t_s[-1]).magnitude()
+    true = drop.true_turn(1, track.t_s[0], track.t_s[-1]).magnitude()
     return float(np.rad2deg(angle - true)), float(np.rad2deg(std))
 
 
 def test_a_whole_calibration_is_used_as_it_is() -> None:
-    one = flown(1)
-    given = certificate(one, 1)
-    found = filled(one, given)
-    assert found.notes == ()
-    assert [gyro.bias_rad_s.tolist() for gyro in found.calibration.gyros] == [
-        gyro.bias_rad_s.tolist() for gyro in given.gyros
+    drop = flown(1)
+    calibration = certificate(drop, 1)
+    fallback = filled(drop, calibration)
+    assert fallback.notes == ()
+    assert [gyro.bias_rad_s.tolist() for gyro in fallback.calibration.gyros] == [
+        gyro.bias_rad_s.tolist() for gyro in calibration.gyros
     ]
 
 
 @pytest.mark.parametrize("seed", few_of(1, 2, 3))
 def test_without_a_calibration_the_rest_before_the_release_tells_the_biases(seed: int) -> None:
     """Four gyros and six angle sensors tell each other's mountings and scale factors, from the drop itself."""
-    one = flown(seed)
-    found = filled(one, None)
-    assert any(note.startswith("The bias of body 1, 2, 3, 4 is that of") for note in found.notes)
-    assert "There is no calibration" in found.notes[0]
-    assert sum("zero point of joint" in note for note in found.notes) == 3
-    for gyro, true in zip(found.calibration.gyros, one.imperfections.gyro_bias_rad_s, strict=True):
+    drop = flown(seed)
+    fallback = filled(drop, None)
+    assert any(note.startswith("The bias of body 1, 2, 3, 4 is that of") for note in fallback.notes)
+    assert "There is no calibration" in fallback.notes[0]
+    assert sum("zero point of joint" in note for note in fallback.notes) == 3
+    for gyro, true in zip(fallback.calibration.gyros, drop.imperfections.gyro_bias_rad_s, strict=True):
         off = np.abs(gyro.bias_rad_s - true)
         assert (off < 3.0 * np.sqrt(np.diag(gyro.covariance)[:3])).all()
-    error, std = reorientation_error_deg(one, found.calibration)
+    error, std = reorientation_error_deg(drop, fallback.calibration)
     assert abs(error) < 3.0 * std
-    calibrated = reorientation_error_deg(one, certificate(one, seed))[1]
+    calibrated = reorientation_error_deg(drop, certificate(drop, seed))[1]
     assert 1.5 * calibrated < std < 1.0
 
 
 def test_a_bias_from_before_a_landing_gives_way_to_the_rest_before_the_release() -> None:
-    one = flown(1)
-    given = certificate(one, 1)
-    landed = replace(given, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),))
-    found = filled(one, landed)
-    assert any(note.startswith("The bias of body 1, 2, 3, 4 is that of") for note in found.notes)
-    assert "when the robot is taken to have hung still" in found.notes[0]
-    assert any(note.startswith("Measured before a landing") for note in found.notes)
+    drop = flown(1)
+    calibration = certificate(drop, 1)
+    landed = replace(
+        calibration, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),)
+    )
+    fallback = filled(drop, landed)
+    assert any(note.startswith("The bias of body 1, 2, 3, 4 is that of") for note in fallback.notes)
+    assert "when the robot is taken to have hung still" in fallback.notes[0]
+    assert any(note.startswith("Measured before a landing") for note in fallback.notes)
 
 
 def test_what_a_landing_may_have_turned_is_less_sure_afterwards() -> None:
-    one = flown(1)
-    given = certificate(one, 1)
-    landed = replace(given, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),))
-    before, after = filled(one, given).calibration, filled(one, landed).calibration
+    drop = flown(1)
+    calibration = certificate(drop, 1)
+    landed = replace(
+        calibration, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),)
+    )
+    before, after = filled(drop, calibration).calibration, filled(drop, landed).calibration
     for was, now in zip(before.gyros, after.gyros, strict=True):
         std = np.rad2deg(np.sqrt(np.diag(now.covariance)))
         assert (std[3:6] >= 1.0).all(), "mounting"
         assert now.covariance[6:, 6:].tolist() == was.covariance[6:, 6:].tolist(), "silicon survives"
     for sensors in after.joints:
         assert (np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))) >= 1.0).all()
-    (note,) = (note for note in filled(one, landed).notes if note.startswith("Measured before a landing"))
+    (note,) = (note for note in filled(drop, landed).notes if note.startswith("Measured before a landing"))
     assert "zero point of joint 1" in note
 
 
 def test_a_landing_after_this_drop_ends_nothing() -> None:
-    one = flown(1)
-    later = replace(certificate(one, 1), landings=(Landing(DROPPED + timedelta(seconds=9), "this drop"),))
-    assert filled(one, later).notes == ()
+    drop = flown(1)
+    later = replace(certificate(drop, 1), landings=(Landing(DROPPED + timedelta(seconds=9), "this drop"),))
+    assert filled(drop, later).notes == ()
 
 
 def test_a_bias_that_can_be_had_from_nowhere_is_refused_with_the_command_that_measures_it() -> None:
-    one = flown(1)
-    swung = one.log.imu_counts.copy()
-    before = one.log.t_s < 0.0
-    swing = (65.5 * 20.0 * np.sin(2.0 * np.pi * one.log.t_s[before])).astype(np.int16)
+    drop = flown(1)
+    swung = drop.log.imu_counts.copy()
+    before = drop.log.t_s < 0.0
+    swing = (65.5 * 20.0 * np.sin(2.0 * np.pi * drop.log.t_s[before])).astype(np.int16)
     swung[before, 2, 4] += swing
-    log = replace(one.log, imu_counts=swung)
+    log = replace(drop.log, imu_counts=swung)
     with pytest.raises(EvaluationError, match="bias of body 3 was never measured") as refused:
-        with_fallbacks(None, log, one.model, rest_before_release(log), DROPPED)
+        with_fallbacks(None, log, drop.model, rest_before_release(log), DROPPED)
     assert "tfsat-host calibrate bias" in refused.value.next_step
 
 
 def test_an_angle_sensor_that_says_nothing_before_the_release_has_no_zero_and_is_not_used() -> None:
-    one = flown(1)
-    valid = one.log.angle_valid.copy()
-    valid[one.log.t_s < 0.0, 2] = False
-    log = replace(one.log, angle_valid=valid)
-    found = with_fallbacks(None, log, one.model, rest_before_release(log), DROPPED)
-    said = [note for note in found.notes if "joint 2" in note]
-    assert said[1:] == [
+    drop = flown(1)
+    valid = drop.log.angle_valid.copy()
+    valid[drop.log.t_s < 0.0, 2] = False
+    log = replace(drop.log, angle_valid=valid)
+    fallback = with_fallbacks(None, log, drop.model, rest_before_release(log), DROPPED)
+    joint_notes = [note for note in fallback.notes if "joint 2" in note]
+    assert joint_notes[1:] == [
         "Angle sensor 1 of joint 2 has no zero point and did not answer before the release: what it shows later is "
         "not used."
     ]
-    assert np.isnan(found.calibration.joints[1].zero_rad).tolist() == [True, False]
-    motion = moved(log, found.calibration)
-    off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]
+    assert np.isnan(fallback.calibration.joints[1].zero_rad).tolist() == [True, False]
+    motion = moved(log, fallback.calibration)
+    off = motion.angles_rad[:, 1] - drop.true_angles_rad(motion.t_s)[:, 1]
     assert np.abs(np.rad2deg(off)).max() < 6.0, (
         "by the other sensor, whose zero is that of a joint that hung there"
     )
 
 
 def test_where_both_sensors_of_a_joint_are_so_its_gyros_count_from_where_its_servo_starts() -> None:
-    one = flown(1)
-    valid = one.log.angle_valid.copy()
-    valid[one.log.t_s < 0.0, 2:4] = False
-    log = replace(one.log, angle_valid=valid)
-    found = with_fallbacks(None, log, one.model, rest_before_release(log), DROPPED)
-    assert sum("of joint 2 has no zero point" in note for note in found.notes) == 2
-    assert not any(note.startswith("The zero point of joint 2 ") for note in found.notes)
-    motion = moved(log, found.calibration)
+    drop = flown(1)
+    valid = drop.log.angle_valid.copy()
+    valid[drop.log.t_s < 0.0, 2:4] = False
+    log = replace(drop.log, angle_valid=valid)
+    fallback = with_fallbacks(None, log, drop.model, rest_before_release(log), DROPPED)
+    assert sum("of joint 2 has no zero point" in note for note in fallback.notes) == 2
+    assert not any(note.startswith("The zero point of joint 2 ") for note in fallback.notes)
+    motion = moved(log, fallback.calibration)
     assert not motion.joints[1].sensed
-    off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]
+    off = motion.angles_rad[:, 1] - drop.true_angles_rad(motion.t_s)[:, 1]
     assert np.abs(np.rad2deg(off)).max() < 8.0
 
 
 def test_a_dead_gyro_needs_no_bias() -> None:
-    one = flown(1)
-    valid = one.log.imu_valid.copy()
+    drop = flown(1)
+    valid = drop.log.imu_valid.copy()
     valid[:, 2] = False
-    log = replace(one.log, imu_valid=valid)
-    found = with_fallbacks(None, log, one.model, rest_before_release(log), DROPPED)
-    assert any(note.startswith("The bias of body 1, 2, 4 is that of") for note in found.notes)
+    log = replace(drop.log, imu_valid=valid)
+    fallback = with_fallbacks(None, log, drop.model, rest_before_release(log), DROPPED)
+    assert any(note.startswith("The bias of body 1, 2, 4 is that of") for note in fallback.notes)
 
 
 def test_without_a_rest_the_noise_is_the_data_sheets() -> None:
-    one = flown(1)
-    rest = rest_before_release(replace(one.log, release=None))
+    drop = flown(1)
+    rest = rest_before_release(replace(drop.log, release=None))
     assert np.isnan(rest.rate_rad_s).all()
     assert np.rad2deg(rest.densities_rad_s_rthz) == pytest.approx([0.005] * 4)
-    by_rest = np.rad2deg(rest_before_release(one.log).densities_rad_s_rthz)
+    by_rest = np.rad2deg(rest_before_release(drop.log).densities_rad_s_rthz)
     assert (by_rest > 0.0025).all() and (by_rest < 0.01).all(), "from some twenty means of each gyro"
 
 
 def test_a_joint_without_a_zero_point_hung_where_its_servo_starts() -> None:
-    one = flown(1)
-    servos = tuple(replace(servo, start_rad=0.1) for servo in one.model.servos)
+    drop = flown(1)
+    servos = tuple(replace(servo, start_rad=0.1) for servo in drop.model.servos)
     started = with_fallbacks(
-        None, one.log, replace(one.model, servos=servos), rest_before_release(one.log), DROPPED
+        None, drop.log, replace(drop.model, servos=servos), rest_before_release(drop.log), DROPPED
     )
-    for was, now in zip(filled(one, None).calibration.joints, started.calibration.joints, strict=True):
+    for was, now in zip(filled(drop, None).calibration.joints, started.calibration.joints, strict=True):
         assert was.zero_rad - now.zero_rad == pytest.approx(0.1 * was.direction)
 
 

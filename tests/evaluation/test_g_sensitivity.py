@@ -39,20 +39,20 @@ def flown(seed: int, times: float = 1.0) -> Drop:
 
 @cache
 def motion(seed: int) -> Motion:
-    one = flown(seed)
-    return moved(one.log, certificate(one, seed), one.model)
+    drop = flown(seed)
+    return moved(drop.log, certificate(drop, seed), drop.model)
 
 
 @EACH
 def test_attitudes_and_joints_hold_the_truth(seed: int) -> None:
-    one, found = flown(seed), motion(seed)
-    assert not found.contradicted
+    drop, estimate = flown(seed), motion(seed)
+    assert not estimate.contradicted
     for body in (1, 2, 3, 4):
-        off = turn_off(one, found, body)
+        off = turn_off(drop, estimate, body)
         assert off.stds < STDS
         assert off.std_deg < 0.1
     for joint in (1, 2, 3):
-        assert_angle_holds(one, found, joint, widest_deg=0.03)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.03)
 
 
 def test_neither_surer_nor_less_sure_than_they_are_right() -> None:
@@ -62,28 +62,28 @@ def test_neither_surer_nor_less_sure_than_they_are_right() -> None:
 
 @EACH
 def test_a_healthy_drop_is_good(seed: int) -> None:
-    one = flown(seed)
-    found = evaluate(one.log, one.model, certificate(one, seed), one.schedule)
-    assert verdict_of(found).level == "good", verdict_of(found).reasons
-    offsets = found.explained.fit
+    drop = flown(seed)
+    evaluation = evaluate(drop.log, drop.model, certificate(drop, seed), drop.schedule)
+    assert verdict_of(evaluation).level == "good", verdict_of(evaluation).reasons
+    offsets = evaluation.explained.fit
     assert (np.abs(offsets.values) < STDS * offsets.std).all(), "the robot is as its file says"
 
 
 def test_gyros_that_feel_five_times_as_much_are_named_and_tell_no_attitude() -> None:
-    one = flown(1, times=5.0)
-    found = evaluate(one.log, one.model, certificate(one, 1), one.schedule)
-    causes = [check.causes[0].kind for check in found.failed_checks]
+    drop = flown(1, times=5.0)
+    evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), drop.schedule)
+    causes = [check.causes[0].kind for check in evaluation.failed_checks]
     assert causes and set(causes) == {"g-sensitivity"}
-    assert {"rates", "attitudes", "offsets"} <= {*found.withheld}
-    assert np.isnan(found.reorientation.angle_rad) and verdict_of(found).level == "doubtful"
+    assert {"rates", "attitudes", "offsets"} <= {*evaluation.withheld}
+    assert np.isnan(evaluation.reorientation.angle_rad) and verdict_of(evaluation).level == "doubtful"
 
 
 @EACH
 def test_without_a_calibration_the_bias_of_the_releaser_is_as_far_off(seed: int) -> None:
-    one = flown(seed)
-    found = evaluate(one.log, one.model, None, one.schedule)
+    drop = flown(seed)
+    evaluation = evaluate(drop.log, drop.model, None, drop.schedule)
     for body in (1, 2, 3, 4):
-        assert turn_off(one, found.motion, body).stds < STDS
+        assert turn_off(drop, evaluation.motion, body).stds < STDS
 
 
 def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> None:
@@ -91,33 +91,33 @@ def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> Non
 
     The gyros read as if they felt three times their weight.
     """
-    one, found = flown(1), motion(1)
-    log = one.log
+    drop, estimate = flown(1), motion(1)
+    log = drop.log
     for body in (1, 2, 3, 4):
         log = gyro_plus(log, body, np.outer(log.t_s < HANGS_UNTIL_S, (0.3, -0.2, 0.25)))
-    other = moved(log, certificate(one, 1), one.model)
-    fall = found.samples.fall
-    assert np.rad2deg(np.abs(other.angles_rad - found.angles_rad)[fall].max()) < 1e-3
-    for before, after in zip(found.bodies, other.bodies, strict=True):
+    other = moved(log, certificate(drop, 1), drop.model)
+    fall = estimate.samples.fall
+    assert np.rad2deg(np.abs(other.angles_rad - estimate.angles_rad)[fall].max()) < 1e-3
+    for before, after in zip(estimate.bodies, other.bodies, strict=True):
         assert np.rad2deg((after.attitude * before.attitude.inv()).magnitude().max()) < 2e-3
 
 
 def test_joints_begin_where_their_sensors_saw_them_hang() -> None:
     """Initialize joint angles from the hanging robot's angle sensors, not from its gyros."""
-    one = flown(1)
-    valid = one.log.angle_valid.copy()
-    valid[one.log.t_s >= 0.0] = False
-    found = moved(replace(one.log, angle_valid=valid), certificate(one, 1), one.model)
+    drop = flown(1)
+    valid = drop.log.angle_valid.copy()
+    valid[drop.log.t_s >= 0.0] = False
+    motion = moved(replace(drop.log, angle_valid=valid), certificate(drop, 1), drop.model)
     for joint in (1, 2, 3):
-        assert_angle_holds(one, found, joint, widest_deg=0.5)
+        assert_angle_holds(drop, motion, joint, widest_deg=0.5)
 
 
 def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
     """There the weight is in both, the certificate's bias and what the gyro shows."""
-    one, used = flown(1), certificate(flown(1), 1)
-    found = motion(1)
-    rest = hanging_before_release(one.log, used, one.model)
-    data = consistency_of(found, rest, LowPass.of(one.log.header), used, one.model)
+    drop, calibration = flown(1), certificate(flown(1), 1)
+    estimate = motion(1)
+    rest = hanging_before_release(drop.log, calibration, drop.model)
+    data = consistency_of(estimate, rest, LowPass.of(drop.log.header), calibration, drop.model)
     std = np.sqrt(np.diag(stated_errors(data).covariance))
     for body in range(4):
         assert (np.rad2deg(std[data.at_rest(body)]) < 0.02).all()
@@ -127,8 +127,8 @@ def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
 
 
 def test_a_bias_that_is_not_the_certificates_is_named() -> None:
-    one, used = flown(2), wrong_bias(certificate(flown(2), 2), 2, 0.3)
-    checks = failed(evaluate(one.log, one.model, used, one.schedule).checks)
+    drop, calibration = flown(2), wrong_bias(certificate(flown(2), 2), 2, 0.3)
+    checks = failed(evaluate(drop.log, drop.model, calibration, drop.schedule).checks)
     assert any((check.cause or "").startswith("gyro of body 2") for check in checks.values()), checks
 
 

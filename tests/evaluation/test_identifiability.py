@@ -30,9 +30,9 @@ def with_information(information: FloatArray) -> ModelFit:
     return replace(fit, equations=fit.equations._replace(information=information), covariance=covariance)
 
 
-def cut(flown: FallSamples, until_s: float) -> FallSamples:
+def cut(fall_samples: FallSamples, until_s: float) -> FallSamples:
     """Return the drop as if it had ended at `until_s`."""
-    keep = flown.t_s < until_s
+    keep = fall_samples.t_s < until_s
     series = (
         "t_s",
         "angles_rad",
@@ -43,25 +43,25 @@ def cut(flown: FallSamples, until_s: float) -> FallSamples:
         "rate_errors",
         "angle_errors",
     )
-    return replace(flown, **{name: getattr(flown, name)[keep] for name in series})
+    return replace(fall_samples, **{name: getattr(fall_samples, name)[keep] for name in series})
 
 
 def test_directions_of_an_information_are_its_own() -> None:
     turn = np.eye(9)
     turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
     stds = np.array([0.5, 0.1, 0.2, 0.2, 0.2, 2.0, 0.2, 0.2, 0.2])
-    found = identifiability(with_information(turn @ np.diag(stds**-2.0) @ turn.T))
-    assert (found.unit, found.rank) == ("mm", 9)
-    assert found.condition == pytest.approx(20.0)
-    np.testing.assert_allclose(found.singular_values, np.sort(1.0 / stds)[::-1])
-    weakest, second = found.directions[:2]
+    analysis = identifiability(with_information(turn @ np.diag(stds**-2.0) @ turn.T))
+    assert (analysis.unit, analysis.rank) == ("mm", 9)
+    assert analysis.condition == pytest.approx(20.0)
+    np.testing.assert_allclose(analysis.singular_values, np.sort(1.0 / stds)[::-1])
+    weakest, second = analysis.directions[:2]
     assert weakest.composition == "100 % body 2 CoM z"
     assert weakest.std_by_data == pytest.approx(2.0)
     assert weakest.std == pytest.approx((2.0**-2 + PRIOR_MM**-2) ** -0.5)
     assert weakest.prior_std == pytest.approx(PRIOR_MM)
     assert weakest.determined
     assert second.composition == "64 % body 1 CoM y, 36 % body 1 CoM x"
-    assert found.sentences()[0] == ("The data tell 9 of 9 directions of the offsets; condition number 20.")
+    assert analysis.sentences()[0] == ("The data tell 9 of 9 directions of the offsets; condition number 20.")
 
 
 def test_a_direction_that_the_prior_decides_is_not_told() -> None:
@@ -69,62 +69,67 @@ def test_a_direction_that_the_prior_decides_is_not_told() -> None:
     stds[7] = 6.0
     information = np.diag(stds**-2.0)
     information[2, 2] = 0.0
-    found = identifiability(with_information(information))
-    assert found.rank == 8
-    assert found.condition == np.inf
-    assert [direction.composition for direction in found.undetermined] == [
+    analysis = identifiability(with_information(information))
+    assert analysis.rank == 8
+    assert analysis.condition == np.inf
+    assert [direction.composition for direction in analysis.undetermined] == [
         "100 % body 1 CoM z",
         "100 % body 3 CoM y",
     ]
-    nothing = found.directions[0]
+    nothing = analysis.directions[0]
     assert nothing.std_by_data == np.inf
     assert nothing.std == pytest.approx(PRIOR_MM)
-    said = found.sentences()
-    assert said[0].startswith("The data tell 7 of 9 directions")
-    assert [sentence.startswith("Not told: 100 % body") for sentence in said] == [False, False, True, True]
+    sentences = analysis.sentences()
+    assert sentences[0].startswith("The data tell 7 of 9 directions")
+    assert [sentence.startswith("Not told: 100 % body") for sentence in sentences] == [
+        False,
+        False,
+        True,
+        True,
+    ]
 
 
 def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
     for seed in SEEDS:
-        one = fitted(seed)
-        found = identifiability(one.fit)
-        assert found.rank == 9
-        assert not found.undetermined
-        assert 10.0 < found.condition < 80.0
-        weakest = found.directions[0]
+        fitted_drop = fitted(seed)
+        analysis = identifiability(fitted_drop.fit)
+        assert analysis.rank == 9
+        assert not analysis.undetermined
+        assert 10.0 < analysis.condition < 80.0
+        weakest = analysis.directions[0]
         assert weakest.components[BODY_2_Z] ** 2 > 0.75
         # What it states of each direction holds for the truth.
-        off = one.fit.values - one.drop.true_com_offsets_mm
-        for direction in found.directions:
+        off = fitted_drop.fit.values - fitted_drop.drop.true_com_offsets_mm
+        for direction in analysis.directions:
             assert abs(direction.components @ off) < 4.0 * direction.std
             assert direction.std <= direction.std_by_data
 
 
 def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
-    one = fitted(1)
-    fit = fit_model(com_offsets(MODEL), cut(one.flown, 0.69))
-    found = identifiability(fit)
-    assert len(found.undetermined) >= 6
-    assert found.directions[-1].std > 1.0, "a robot that coasts tells a little by its wobble"
-    assert "more directions are not told either" in found.sentences()[-1]
+    fitted_drop = fitted(1)
+    fit = fit_model(com_offsets(MODEL), cut(fitted_drop.flown, 0.69))
+    analysis = identifiability(fit)
+    assert len(analysis.undetermined) >= 6
+    assert analysis.directions[-1].std > 1.0, "a robot that coasts tells a little by its wobble"
+    assert "more directions are not told either" in analysis.sentences()[-1]
 
 
 def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:
-    one = fitted(1)
-    whole = identifiability(one.fit)
-    part = identifiability(fit_model(com_offsets(MODEL), cut(one.flown, 1.04)))
+    fitted_drop = fitted(1)
+    full_analysis = identifiability(fitted_drop.fit)
+    part = identifiability(fit_model(com_offsets(MODEL), cut(fitted_drop.flown, 1.04)))
     assert 1 <= len(part.undetermined) < 9
-    assert part.condition > 3.0 * whole.condition
+    assert part.condition > 3.0 * full_analysis.condition
 
 
 def test_nuisance_parameters_are_in_what_the_offsets_are_uncertain_by() -> None:
-    one = fitted(1)
-    fit = fit_model(model_offsets(MODEL), one.flown)
-    found, exact = identifiability(fit), identifiability(one.fit)
-    assert (found.unit, len(found.directions)) == ("mm", 9)
-    for direction, known in zip(found.directions, exact.directions, strict=True):
-        assert direction.std_by_data > known.std_by_data
+    fitted_drop = fitted(1)
+    fit = fit_model(model_offsets(MODEL), fitted_drop.flown)
+    analysis, exact = identifiability(fit), identifiability(fitted_drop.fit)
+    assert (analysis.unit, len(analysis.directions)) == ("mm", 9)
+    for direction, exact_direction in zip(analysis.directions, exact.directions, strict=True):
+        assert direction.std_by_data > exact_direction.std_by_data
     # What holds them is better than their prior, and the offsets are known worse than with all else exact.
     assert (fit.std[9:] <= fit.offsets.prior_std[9:] * (1.0 + 1e-9)).all()
-    assert (fit.std[:9] > one.fit.std).all()
+    assert (fit.std[:9] > fitted_drop.fit.std).all()
     assert 9.0 < fit.determined_numbers < 30.0

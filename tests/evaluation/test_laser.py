@@ -73,9 +73,13 @@ def steady(rate_rad_s: FloatArray, std_rad_s: float) -> BodyRotation:
     return BodyRotation(np.array([0.0, 1.0]), turned.as_matrix(), np.full(3, std_rad_s), COM_M)
 
 
-def values(found: ReleaseVelocity) -> list[float]:
-    assert found.transversal_x is not None and found.transversal_y is not None
-    return [found.transversal_x.value_mm_s, found.transversal_y.value_mm_s, found.downward.value_mm_s]
+def values(velocity: ReleaseVelocity) -> list[float]:
+    assert velocity.transversal_x is not None and velocity.transversal_y is not None
+    return [
+        velocity.transversal_x.value_mm_s,
+        velocity.transversal_y.value_mm_s,
+        velocity.downward.value_mm_s,
+    ]
 
 
 def test_the_windows_are_the_paper_s() -> None:
@@ -87,17 +91,17 @@ def test_exact_places_give_the_exact_velocity(
     velocity: tuple[float, ...], rate: tuple[float, ...], acceleration_m_s2: float
 ) -> None:
     drop = Drop(np.array(velocity), np.array(rate), acceleration_m_s2=acceleration_m_s2)
-    found = measured(drop.tracks(np.random.default_rng(0), 0.0), np.array(rate))
-    assert values(found) == pytest.approx([velocity[0], velocity[1], -velocity[2]], abs=0.02)
-    assert found.samples_left_out == 0
+    release_velocity = measured(drop.tracks(np.random.default_rng(0), 0.0), np.array(rate))
+    assert values(release_velocity) == pytest.approx([velocity[0], velocity[1], -velocity[2]], abs=0.02)
+    assert release_velocity.samples_left_out == 0
 
 
 def test_down_is_positive_and_judged_by_the_window() -> None:
     for down_mm_s, judged in [(40.0, "within"), (120.0, "outside"), (20.0, "uncertain"), (-40.0, "outside")]:
         rng = np.random.default_rng(0)
-        found = measured(Drop(np.array([5, 5, -down_mm_s]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
-        assert found.downward.value_mm_s == pytest.approx(down_mm_s, abs=4 * found.downward.std_mm_s)
-        assert found.downward_judged == judged
+        velocity = measured(Drop(np.array([5, 5, -down_mm_s]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
+        assert velocity.downward.value_mm_s == pytest.approx(down_mm_s, abs=4 * velocity.downward.std_mm_s)
+        assert velocity.downward_judged == judged
     rng = np.random.default_rng(0)
     fast = measured(Drop(np.array([30, -30, -40]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
     assert fast.transversal_judged == "outside"
@@ -108,23 +112,30 @@ def test_down_is_positive_and_judged_by_the_window() -> None:
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """Noise, a gyro's error, walls that are not where they are said to be, and what remains of gravity."""
     rng = np.random.default_rng(7)
-    held = []
+    coverage = []
     for _ in range(160):
         velocity = rng.normal(0, 8, 3) - np.array([0, 0, 40])
         walls = (0.2 + 0.03 * rng.normal(), 0.2 + 0.03 * rng.normal())
         drop = Drop(velocity, PAPER_RATE_RAD_S, walls, rng.uniform(-1, 1) * 9.8e-3)
         rate_std = np.deg2rad(0.2)
-        found = measured(drop.tracks(rng, 5e-4), PAPER_RATE_RAD_S + rate_std * rng.normal(size=3), rate_std)
+        release_velocity = measured(
+            drop.tracks(rng, 5e-4), PAPER_RATE_RAD_S + rate_std * rng.normal(size=3), rate_std
+        )
         speed = float(np.hypot(*velocity[:2]))
         truths = [velocity[0], velocity[1], -velocity[2], speed]
-        stated = [found.transversal_x, found.transversal_y, found.downward, found.transversal_speed]
-        held.append(
+        stated = [
+            release_velocity.transversal_x,
+            release_velocity.transversal_y,
+            release_velocity.downward,
+            release_velocity.transversal_speed,
+        ]
+        coverage.append(
             [
-                one is not None and one.low_mm_s <= t <= one.high_mm_s
-                for one, t in zip(stated, truths, strict=True)
+                interval is not None and interval.low_mm_s <= t <= interval.high_mm_s
+                for interval, t in zip(stated, truths, strict=True)
             ]
         )
-    share = np.mean(held, axis=0)
+    share = np.mean(coverage, axis=0)
     assert (share > 0.91).all() and (share[:3] < 0.995).all(), share
 
 
@@ -133,8 +144,8 @@ def test_places_that_mostly_contradict_the_gyro_are_refused() -> None:
 
     The gyro shows another rotation than the spots, which a few wrong positions would not explain.
     """
-    flown = Drop(np.array([3.0, -4.0, -40.0]), np.deg2rad([20.0, -30.0, 25.0]))
-    tracks = flown.tracks(np.random.default_rng(3), 1e-7)
+    drop = Drop(np.array([3.0, -4.0, -40.0]), np.deg2rad([20.0, -30.0, 25.0]))
+    tracks = drop.tracks(np.random.default_rng(3), 1e-7)
     with pytest.raises(LaserError, match="places do not lie on one even motion"):
         measured(tracks, np.zeros(3), 1e-4)
 
@@ -146,36 +157,36 @@ def test_another_light_taken_for_the_spot_is_left_out() -> None:
     wrong = rng.choice(in_use, 12, replace=False)
     up_m = tracks.up_m.copy()
     up_m[wrong] += rng.uniform(0.02, 0.3, 12)
-    found = measured(replace(tracks, up_m=up_m), np.zeros(3))
-    assert found.samples_left_out == 12
-    assert values(found) == pytest.approx([7, -3, 40], abs=2)
-    assert found.scatter_mm == pytest.approx(0.3, abs=0.06)
+    velocity = measured(replace(tracks, up_m=up_m), np.zeros(3))
+    assert velocity.samples_left_out == 12
+    assert values(velocity) == pytest.approx([7, -3, 40], abs=2)
+    assert velocity.scatter_mm == pytest.approx(0.3, abs=0.06)
 
 
 @pytest.mark.parametrize(("spot", "missing"), [(1, "x"), (2, "y")])
 def test_one_spot_tells_the_fall_and_one_side(spot: int, missing: str) -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(4), 3e-4)
     rows = tracks.spot == spot
-    kept = {name: getattr(tracks, name)[rows] for name in ("t_s", "spot", "along_m", "up_m", "std_m")}
-    found = measured(replace(tracks, **kept), np.zeros(3))
-    assert found.downward.value_mm_s == pytest.approx(40, abs=3)
-    sides = {"x": found.transversal_x, "y": found.transversal_y}
+    columns = {name: getattr(tracks, name)[rows] for name in ("t_s", "spot", "along_m", "up_m", "std_m")}
+    velocity = measured(replace(tracks, **columns), np.zeros(3))
+    assert velocity.downward.value_mm_s == pytest.approx(40, abs=3)
+    sides = {"x": velocity.transversal_x, "y": velocity.transversal_y}
     assert sides.pop(missing) is None
-    (seen,) = sides.values()
-    assert seen is not None and seen.value_mm_s == pytest.approx({1: -3, 2: 7}[spot], abs=2)
-    assert found.transversal_speed is None and found.transversal_judged is None
-    assert f"along {missing} is unknown: there is no place of spot {3 - spot}" in found.notes[0]
+    (side,) = sides.values()
+    assert side is not None and side.value_mm_s == pytest.approx({1: -3, 2: 7}[spot], abs=2)
+    assert velocity.transversal_speed is None and velocity.transversal_judged is None
+    assert f"along {missing} is unknown: there is no place of spot {3 - spot}" in velocity.notes[0]
 
 
 def test_the_push_and_the_strokes_are_not_looked_at() -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(5), 3e-4)
     moved = np.where((tracks.t_s < 0.15) | (tracks.t_s > PAUSE_S), 0.1, 0.0)
-    found, plain = (
+    velocity, plain = (
         measured(replace(tracks, up_m=tracks.up_m + moved), np.zeros(3)),
         measured(tracks, np.zeros(3)),
     )
-    assert found == plain
-    assert 0.15 <= found.from_s < found.until_s <= PAUSE_S
+    assert velocity == plain
+    assert 0.15 <= velocity.from_s < velocity.until_s <= PAUSE_S
 
 
 def test_too_few_places_are_no_velocity() -> None:
@@ -233,8 +244,8 @@ def test_what_is_refused(tmp_path: Path, text: str, line: int | None, words: str
 
 
 def test_the_com_in_a_body_s_frame() -> None:
-    whole = MODEL.mass_kg @ (MODEL.origin_m + MODEL.com_m) / MODEL.mass_kg.sum()
-    assert com_in_bodies_m(MODEL, np.zeros(3)) == pytest.approx(whole - MODEL.origin_m)
+    robot_com_m = MODEL.mass_kg @ (MODEL.origin_m + MODEL.com_m) / MODEL.mass_kg.sum()
+    assert com_in_bodies_m(MODEL, np.zeros(3)) == pytest.approx(robot_com_m - MODEL.origin_m)
     # Joint 1 opened by a right angle about +x: what the other bodies see moves by body 1's share.
     opened = com_in_bodies_m(MODEL, np.array([np.pi / 2, 0, 0]))
     hinge = MODEL.joint_point_m[0]
@@ -242,11 +253,11 @@ def test_the_com_in_a_body_s_frame() -> None:
     swung = np.array([body_1[0], -body_1[2], body_1[1]]) - body_1
     # Angle 1 is that of body 1, the outer one, against body 2.
     moved = MODEL.mass_kg[0] / MODEL.mass_kg.sum() * swung
-    assert opened[1] == pytest.approx(whole + moved - MODEL.origin_m[1])
+    assert opened[1] == pytest.approx(robot_com_m + moved - MODEL.origin_m[1])
     # Seen by body 1 itself: about the hinge, turned back.
-    center = whole + moved - hinge
+    center = robot_com_m + moved - hinge
     assert opened[0] == pytest.approx(
         np.array([center[0], center[2], -center[1]]) + hinge - MODEL.origin_m[0]
     )
     arms = sensor_arms_m(MODEL, np.zeros(3))
-    assert arms[2] == pytest.approx(MODEL.imus[2].position_m - whole)
+    assert arms[2] == pytest.approx(MODEL.imus[2].position_m - robot_com_m)

@@ -82,23 +82,23 @@ def turning_by_gyro(log: DropLog) -> BodyRotation:
     angles_rad = log.sensor_angle_rad[fall][:, ::2] - log.sensor_angle_rad[log.t_s < -0.2][:, ::2].mean(
         axis=0
     )
-    com_m = np.array([com_in_bodies_m(MODEL, one)[1] for one in angles_rad])
+    com_m = np.array([com_in_bodies_m(MODEL, angles)[1] for angles in angles_rad])
     return BodyRotation(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)), com_m)
 
 
 def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) -> None:
     log, tracks = drop
     windows = windows_of(load_tower())
-    found = release_velocity(tracks, windows, first_stroke_s=0.7, turning=turning_by_gyro(log))
-    parts = (found.transversal_x, found.transversal_y, found.downward)
+    velocity = release_velocity(tracks, windows, first_stroke_s=0.7, turning=turning_by_gyro(log))
+    parts = (velocity.transversal_x, velocity.transversal_y, velocity.downward)
     for part, true_m_s in zip(parts, (0.006, -0.004, 0.045), strict=True):
         assert part is not None
         assert part.low_mm_s < 1e3 * true_m_s < part.high_mm_s
         assert part.std_mm_s < 2.0
-    assert found.transversal_speed is not None
-    assert found.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
-    assert found.downward_judged == found.transversal_judged == "within"
-    assert found.notes == ()
+    assert velocity.transversal_speed is not None
+    assert velocity.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
+    assert velocity.downward_judged == velocity.transversal_judged == "within"
+    assert velocity.notes == ()
 
 
 def released(log: DropLog, tracks: LaserTracks) -> ReleaseVelocity:
@@ -107,7 +107,7 @@ def released(log: DropLog, tracks: LaserTracks) -> ReleaseVelocity:
     )
 
 
-@pytest.mark.parametrize("reading", list(_others()), ids=lambda one: one.words())
+@pytest.mark.parametrize("reading", list(_others()), ids=lambda spot_reading: spot_reading.words())
 def test_spots_that_are_exchanged_or_mirrored_give_no_velocity(
     drop: tuple[DropLog, LaserTracks], reading: Reading
 ) -> None:
@@ -130,11 +130,11 @@ def test_a_part_of_a_stroke_tells_which_spot_is_which(drop: tuple[DropLog, Laser
 
 def test_where_the_turning_cannot_tell_it_is_said(drop: tuple[DropLog, LaserTracks]) -> None:
     log, tracks = drop
-    found = released(log, tracks.between(-1.0, 0.7))
-    (note,) = found.notes
+    velocity = released(log, tracks.between(-1.0, 0.7))
+    (note,) = velocity.notes
     assert note.startswith("Body 2's turning cannot tell whether") and "mirrored" in note
-    assert found.transversal_speed is not None
-    assert found.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
+    assert velocity.transversal_speed is not None
+    assert velocity.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
 
 
 def test_places_that_are_wrong_now_and_then_hide_nothing(drop: tuple[DropLog, LaserTracks]) -> None:

@@ -105,9 +105,9 @@ def test_the_expected_force_is_the_acceleration_of_the_point(seed: int) -> None:
 
 def test_turning_is_taken_off() -> None:
     rate = np.array([2.0, -1.0, 3.0])
-    found = quality(fallen(rate_rad_s=rate, noise_g=1e-4))
-    assert len(found.windows) == 2
-    for window in found.windows:
+    assessment = quality(fallen(rate_rad_s=rate, noise_g=1e-4))
+    assert len(assessment.windows) == 2
+    for window in assessment.windows:
         for body in window.bodies:
             assert np.linalg.norm(body.mean_g) > 0.01
             assert body.residual_g == pytest.approx(0.0, abs=1e-4)
@@ -117,26 +117,26 @@ def test_turning_is_taken_off() -> None:
 
 
 def test_a_good_fall() -> None:
-    found = quality(fallen())
-    assert found.findings == () and found.notes == ()
-    for window in found.windows:
+    assessment = quality(fallen())
+    assert assessment.findings == () and assessment.notes == ()
+    for window in assessment.windows:
         assert [body.body for body in window.bodies] == [1, 2, 3, 4]
         for body in window.bodies:
             assert body.rms_g == pytest.approx(0.003 * 3**0.5, rel=0.25)
             assert body.motion_rms_g < 0.003
             # Nobody can say more of the mean than the data sheet does of the zero-g output.
             assert body.residual_std_g == pytest.approx(OFFSET_STD_G, rel=0.01)
-    assert found.changes_g == pytest.approx(0.0, abs=0.003)
+    assert assessment.changes_g == pytest.approx(0.0, abs=0.003)
 
 
 def test_the_zero_g_output_is_in_both_windows_and_in_gravity() -> None:
     offset_g = np.array([0.04, -0.03, 0.07])
-    found = quality(fallen(offset_g=offset_g, scale=1.02))
-    assert found.findings == ()
-    body = found.windows[0].bodies[1]
+    assessment = quality(fallen(offset_g=offset_g, scale=1.02))
+    assert assessment.findings == ()
+    body = assessment.windows[0].bodies[1]
     assert body.residual_g == pytest.approx(offset_g, abs=0.001)
-    assert (np.abs(found.changes_g) < 4 * found.changes_std_g).all()
-    for check in found.gravity:
+    assert (np.abs(assessment.changes_g) < 4 * assessment.changes_std_g).all()
+    for check in assessment.gravity:
         assert check.norm_g == pytest.approx(np.linalg.norm(offset_g + np.array([0, 0, 1.02])), abs=0.002)
         assert check.less_fall_norm_g == pytest.approx(1.02, abs=0.002)
         assert check.less_fall_std_g == pytest.approx(0.0175, rel=0.05)
@@ -146,40 +146,40 @@ def test_the_zero_g_output_is_in_both_windows_and_in_gravity() -> None:
 
 def test_a_change_of_a_milli_g_between_the_windows_is_seen() -> None:
     growing = np.where(T_S[(T_S >= 0) & (T_S < LANDED_S)] > 2.0, 0.005, 0.0)[:, None, None] * [0, 0, 1.0]
-    found = quality(fallen(offset_g=np.array([0.04, -0.03, 0.07]), residual_g=growing))
-    assert found.changes_g[:, 2] == pytest.approx(0.005, abs=0.002)
-    assert (found.changes_g[:, 2] > 3 * found.changes_std_g[:, 2]).all()
-    assert found.findings == (), "within what the zero-g output may be"
+    assessment = quality(fallen(offset_g=np.array([0.04, -0.03, 0.07]), residual_g=growing))
+    assert assessment.changes_g[:, 2] == pytest.approx(0.005, abs=0.002)
+    assert (assessment.changes_g[:, 2] > 3 * assessment.changes_std_g[:, 2]).all()
+    assert assessment.findings == (), "within what the zero-g output may be"
 
 
 def test_stated_noise_is_the_scatter_of_the_change() -> None:
     z = []
     for seed in range(60):
-        found = quality(fallen(seed=seed))
-        z.append(found.changes_g / found.changes_std_g)
+        assessment = quality(fallen(seed=seed))
+        z.append(assessment.changes_g / assessment.changes_std_g)
     assert np.std(z) == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.mark.parametrize("scale", [0.9, 2.0])
 def test_a_wrong_scale_shows_in_gravity(scale: float) -> None:
-    found = quality(fallen(scale=scale))
-    assert not any(check.passes for check in found.gravity)
-    assert sum("scale is wrong" in finding for finding in found.findings) == 4
+    assessment = quality(fallen(scale=scale))
+    assert not any(check.passes for check in assessment.gravity)
+    assert sum("scale is wrong" in finding for finding in assessment.findings) == 4
     # 10 % are within what the zero-g output may be; only the difference to the fall tells.
     how = "0.900 g more before the release than in the fall" if scale == 0.9 else "2.000 g before the release"
-    assert all(f"felt {how}" in finding for finding in found.findings)
+    assert all(f"felt {how}" in finding for finding in assessment.findings)
 
 
 def test_a_robot_that_hung_on_did_not_float() -> None:
-    found = quality(fallen(residual_g=np.array([0.0, 0.0, 0.4])))
-    assert sum("the robot did not float" in finding for finding in found.findings) == 8
+    assessment = quality(fallen(residual_g=np.array([0.0, 0.0, 0.4])))
+    assert sum("the robot did not float" in finding for finding in assessment.findings) == 8
 
 
 def test_a_robot_that_touched_something_was_shaken() -> None:
     rng = np.random.default_rng(1)
     falling = (T_S >= 0) & (T_S < LANDED_S)
-    found = quality(fallen(residual_g=0.05 * rng.normal(size=(int(falling.sum()), 4, 3))))
-    shaken = [finding for finding in found.findings if "is shaken by 0.0" in finding]
+    assessment = quality(fallen(residual_g=0.05 * rng.normal(size=(int(falling.sum()), 4, 3))))
+    shaken = [finding for finding in assessment.findings if "is shaken by 0.0" in finding]
     assert len(shaken) == 8
 
 
@@ -188,33 +188,40 @@ def test_dead_sensors_and_short_windows_are_left_out_and_said() -> None:
     samples.specific_force_m_s2[:, 2] = np.nan
     samples.rate_rad_s[:, 0] = np.nan
     short = QuietWindow("at the end", 2.49, 2.5, ARMS_M)
-    found = micro_gravity(samples, T_S, (WINDOWS[0], short))
-    assert [body.body for body in found.windows[0].bodies] == [1, 2, 4]
-    assert found.windows[1].bodies == ()
-    assert [check.body for check in found.gravity] == [1, 2, 4]
-    assert np.isnan(found.changes_g).all()
-    assert "Body 1's gyro gave nothing before the first stroke: its turning was not taken off." in found.notes
-    assert "Body 3 has 0 valid forces before the first stroke: too few to judge." in found.notes
-    assert any("Body 3's accelerometer gave too little before the release" in note for note in found.notes)
+    assessment = micro_gravity(samples, T_S, (WINDOWS[0], short))
+    assert [body.body for body in assessment.windows[0].bodies] == [1, 2, 4]
+    assert assessment.windows[1].bodies == ()
+    assert [check.body for check in assessment.gravity] == [1, 2, 4]
+    assert np.isnan(assessment.changes_g).all()
+    assert (
+        "Body 1's gyro gave nothing before the first stroke: its turning was not taken off."
+        in assessment.notes
+    )
+    assert "Body 3 has 0 valid forces before the first stroke: too few to judge." in assessment.notes
+    assert any(
+        "Body 3's accelerometer gave too little before the release" in note for note in assessment.notes
+    )
 
 
 def test_without_a_gyro_what_the_turning_makes_is_unknown_and_not_zero() -> None:
     samples = fallen()
     samples.rate_rad_s[T_S < 1.0, 0] = np.nan
-    found = quality(samples)
-    before, after = (window.bodies[0] for window in found.windows)
+    assessment = quality(samples)
+    before, after = (window.bodies[0] for window in assessment.windows)
     assert np.isnan(before.rotation_g).all() and np.isfinite(after.rotation_g).all()
     assert before.residual_g.tolist() == before.mean_g.tolist()
-    assert np.isnan(found.changes_g[0]).all() and np.isfinite(found.changes_g[1:]).all()
-    assert found.findings == ()
+    assert np.isnan(assessment.changes_g[0]).all() and np.isfinite(assessment.changes_g[1:]).all()
+    assert assessment.findings == ()
 
 
 def test_a_rate_at_full_scale_is_no_rate() -> None:
-    samples, whole = fallen(), quality(fallen())
+    samples, reference = fallen(), quality(fallen())
     rows = np.flatnonzero((T_S > 0.3) & (T_S < 0.5))[::5]
     samples.clipped[rows, 0] = True
     samples.rate_rad_s[rows, 0] = 8.7
-    ours, expected = (one.windows[0].bodies[0].rotation_g for one in (quality(samples), whole))
+    ours, expected = (
+        assessment.windows[0].bodies[0].rotation_g for assessment in (quality(samples), reference)
+    )
     np.testing.assert_allclose(ours, expected, atol=1e-5)
 
 
@@ -294,32 +301,36 @@ def as_designed() -> Calibration:
 
 @pytest.fixture(scope="module")
 def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, CalibratedSamples]:
-    flown = dropped(schedule_maneuver(four_stroke(59, 70)), seed=4)
+    flight = dropped(schedule_maneuver(four_stroke(59, 70)), seed=4)
     card = tmp_path_factory.mktemp("card") / "SD.bin"
-    card.write_bytes(flown.card)
+    card.write_bytes(flight.card)
     log = load(card)
-    return flown, log, apply_calibration(Counts.from_log(log), as_designed(), MODEL)
+    return flight, log, apply_calibration(Counts.from_log(log), as_designed(), MODEL)
 
 
 def test_the_emulated_drop_s_instants(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
-    flown, log, samples = drop
-    found = fall_instants(log, samples)
-    assert found.findings == ()
-    assert found.release is not None and found.landing is not None and found.landing_logged_s is not None
+    flight, log, samples = drop
+    instants = fall_instants(log, samples)
+    assert instants.findings == ()
+    assert (
+        instants.release is not None
+        and instants.landing is not None
+        and instants.landing_logged_s is not None
+    )
     # The switches' contacts open within a millisecond or two of being let go.
-    assert abs(found.release.t_s) < 3 * found.release.std_s
-    landed_s = flown.landed_s - flown.released_s
-    assert found.landing.t_s == pytest.approx(landed_s, abs=3 * found.landing.std_s)
-    assert found.landing_logged_s > found.landing.t_s
+    assert abs(instants.release.t_s) < 3 * instants.release.std_s
+    landed_s = flight.landed_s - flight.released_s
+    assert instants.landing.t_s == pytest.approx(landed_s, abs=3 * instants.landing.std_s)
+    assert instants.landing_logged_s > instants.landing.t_s
 
 
 def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
     _, log, samples = drop
-    found = micro_gravity(samples, log.t_s, WINDOWS)
-    assert found.findings == () and found.notes == ()
-    for window in found.windows:
+    assessment = micro_gravity(samples, log.t_s, WINDOWS)
+    assert assessment.findings == () and assessment.notes == ()
+    for window in assessment.windows:
         assert max(np.abs(body.residual_g).max() for body in window.bodies) < 0.003
-    assert all(check.less_fall_norm_g == pytest.approx(1.0, abs=0.003) for check in found.gravity)
+    assert all(check.less_fall_norm_g == pytest.approx(1.0, abs=0.003) for check in assessment.gravity)
 
 
 def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
@@ -338,6 +349,6 @@ def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, CalibratedS
 def test_a_log_without_forces_says_so(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", [])
     samples = apply_calibration(Counts.from_log(log), whole_calibration(), MODEL)
-    found = fall_instants(log, samples)
-    assert found.release is None and found.landing is None and found.landing_logged_s is None
-    assert len(found.findings) == 2
+    instants = fall_instants(log, samples)
+    assert instants.release is None and instants.landing is None and instants.landing_logged_s is None
+    assert len(instants.findings) == 2

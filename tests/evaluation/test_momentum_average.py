@@ -21,12 +21,12 @@ def test_on_an_even_grid_it_is_the_mean_of_so_many_samples() -> None:
     random = np.random.default_rng(0)
     t = 0.03 + np.arange(200) / RATE_HZ
     values = random.standard_normal((2, 200, 3))
-    found = moving_average(t, values, 25)
+    average = moving_average(t, values, 25)
     windows = np.lib.stride_tricks.sliding_window_view(values, 25, axis=1)
-    assert (found.size, len(found.t_s)) == (25, 176)
-    np.testing.assert_allclose(found.t_s, t[12:-12])
-    np.testing.assert_allclose(found.values, windows.mean(axis=-1), atol=1e-12)
-    assert found.cutoff_hz == pytest.approx(cutoff_hz(25, RATE_HZ))
+    assert (average.size, len(average.t_s)) == (25, 176)
+    np.testing.assert_allclose(average.t_s, t[12:-12])
+    np.testing.assert_allclose(average.values, windows.mean(axis=-1), atol=1e-12)
+    assert average.cutoff_hz == pytest.approx(cutoff_hz(25, RATE_HZ))
 
 
 def test_at_uneven_times_it_averages_over_time_not_over_samples() -> None:
@@ -34,11 +34,11 @@ def test_at_uneven_times_it_averages_over_time_not_over_samples() -> None:
     t = (np.arange(700) + random.uniform(-0.4, 0.4, 700)) / RATE_HZ
     t = np.delete(t, np.arange(300, 308))  # and a hole
     wave = np.sin(2.0 * np.pi * 4.0 * t)[:, None]
-    found = moving_average(t, wave, 25)
-    damped = np.sinc(4.0 * found.width_s) * np.sin(2.0 * np.pi * 4.0 * found.t_s)
-    off = np.abs(found.values[:, 0] - damped)
+    average = moving_average(t, wave, 25)
+    damped = np.sinc(4.0 * average.width_s) * np.sin(2.0 * np.pi * 4.0 * average.t_s)
+    off = np.abs(average.values[:, 0] - damped)
     by_count = np.convolve(wave[:, 0], np.full(25, 1 / 25), mode="valid")
-    by_count_off = np.abs(by_count - np.sinc(4.0 * found.width_s) * wave[12:-12, 0])
+    by_count_off = np.abs(by_count - np.sinc(4.0 * average.width_s) * wave[12:-12, 0])
     assert off.max() < 0.03
     assert off.max() < 0.3 * by_count_off.max()
 
@@ -46,18 +46,18 @@ def test_at_uneven_times_it_averages_over_time_not_over_samples() -> None:
 def test_only_whole_windows_count() -> None:
     random = np.random.default_rng(2)
     t = np.sort(random.uniform(0.0, 1.0, 280))
-    found = moving_average(t, np.ones((280, 1)), 25)
+    average = moving_average(t, np.ones((280, 1)), 25)
     period = float(np.median(np.diff(t)))
-    assert found.width_s == 25 * period
-    assert found.t_s[0] >= t[0] + 12 * period - 1e-9
-    assert found.t_s[-1] <= t[-1] - 12 * period + 1e-9
-    np.testing.assert_allclose(found.values, 1.0, atol=1e-12)
+    assert average.width_s == 25 * period
+    assert average.t_s[0] >= t[0] + 12 * period - 1e-9
+    assert average.t_s[-1] <= t[-1] - 12 * period + 1e-9
+    np.testing.assert_allclose(average.values, 1.0, atol=1e-12)
 
 
 def test_a_window_that_lacks_many_of_its_samples_has_no_average() -> None:
     t = np.delete(np.arange(300) / RATE_HZ, np.arange(140, 160))
-    found = moving_average(t, np.ones((280, 1)), 25)
-    near = found.t_s * RATE_HZ
+    average = moving_average(t, np.ones((280, 1)), 25)
+    near = average.t_s * RATE_HZ
     # Of 25 samples around number 133 six are lost, around number 134 seven.
     assert near[near < 150].max() == pytest.approx(133)
     assert near[near > 150].min() == pytest.approx(166)
@@ -76,18 +76,20 @@ def test_frequencies_and_sizes_without_sense_are_refused() -> None:
 
 def test_the_objective_is_the_papers_sum() -> None:
     t = np.arange(4) / RATE_HZ
-    found = moving_average(
+    average = moving_average(
         t, np.array([[1.0, 0.0, 0.0], [1.0, 3.0, 4.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), 1
     )
-    np.testing.assert_allclose(found.strayed, [0.0, 5.0, 0.0, 1.0], atol=1e-12)
-    assert found.objective == pytest.approx(6.0)
+    np.testing.assert_allclose(average.strayed, [0.0, 5.0, 0.0, 1.0], atol=1e-12)
+    assert average.objective == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        one = fitted(seed, dlpf_cfg)
-        vectors = np.stack([np.zeros(9), one.fit.values, one.drop.true_com_offsets_mm])
-        before, fit, truth = averaged_momentum(one.fit.offsets.apply(vectors), one.flown).objective
+        fitted_drop = fitted(seed, dlpf_cfg)
+        vectors = np.stack([np.zeros(9), fitted_drop.fit.values, fitted_drop.drop.true_com_offsets_mm])
+        before, fit, truth = averaged_momentum(
+            fitted_drop.fit.offsets.apply(vectors), fitted_drop.flown
+        ).objective
         assert truth < 0.05 * before
         assert fit < 0.05 * before

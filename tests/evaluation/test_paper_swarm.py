@@ -21,13 +21,13 @@ def test_powers_are_those_of_a_quadratic_polynomial() -> None:
 
 
 def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
-    one = fitted(1)
-    polynomial = momentum_polynomial(one.fit.offsets, one.flown)
+    fitted_drop = fitted(1)
+    polynomial = momentum_polynomial(fitted_drop.fit.offsets, fitted_drop.flown)
     assert len(polynomial.coefficients) == 55
     # Inside the bounds, where the swarm goes, and far outside, where an approximation would fail.
     for reach_mm in (1.0, 10.0, 100.0):
         vectors = np.random.default_rng(0).uniform(-reach_mm, reach_mm, (20, 9))
-        direct = averaged_momentum(one.fit.offsets.apply(vectors), one.flown)
+        direct = averaged_momentum(fitted_drop.fit.offsets.apply(vectors), fitted_drop.flown)
         strayed = (direct.values - direct.values[:, :1]).swapaxes(1, 2)
         np.testing.assert_allclose(polynomial.momentum_change(vectors), strayed, atol=1e-13 * reach_mm)
         np.testing.assert_allclose(polynomial.objective(vectors), direct.objective, rtol=1e-9)
@@ -35,57 +35,63 @@ def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
 
 def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth() -> None:
     for seed in SEEDS:
-        one = fitted(seed)
-        found = swarm_fit(one.fit, one.flown)
-        truth = one.drop.true_com_offsets_mm
-        assert found.objective < 0.4 * found.objective_before
-        assert found.objective == found.each_objective.min()
-        assert (np.abs(found.values) <= 10.0).all()
+        fitted_drop = fitted(seed)
+        swarm = swarm_fit(fitted_drop.fit, fitted_drop.flown)
+        truth = fitted_drop.drop.true_com_offsets_mm
+        assert swarm.objective < 0.4 * swarm.objective_before
+        assert swarm.objective == swarm.each_objective.min()
+        assert (np.abs(swarm.values) <= 10.0).all()
         # The paper's swarm stops far from its own objective's valley floor.
-        assert found.objective_gauss_newton < 0.5 * found.objective
-        assert np.linalg.norm(found.gauss_newton - truth) < 1.0
-        assert np.median(np.linalg.norm(found.each - truth, axis=1)) > 2.0
-        assert int(found.spread.argmax()) == 5, "body 2 z is what it can tell least"
-        assert not found.converged
-        assert found.objective_below < found.objective
-        searched, stopped = found.sentences()
+        assert swarm.objective_gauss_newton < 0.5 * swarm.objective
+        assert np.linalg.norm(swarm.gauss_newton - truth) < 1.0
+        assert np.median(np.linalg.norm(swarm.each - truth, axis=1)) > 2.0
+        assert int(swarm.spread.argmax()) == 5, "body 2 z is what it can tell least"
+        assert not swarm.converged
+        assert swarm.objective_below < swarm.objective
+        searched, stopped = swarm.sentences()
         assert searched == "10 swarms of 48 particles, 50 iterations each."
         assert stopped.startswith("They did not converge: the best stopped at J = ")
-        np.testing.assert_allclose(found.distance, np.linalg.norm(found.values - one.fit.values))
-        np.testing.assert_allclose(found.spread, np.std(found.each, axis=0, ddof=1))
+        np.testing.assert_allclose(swarm.distance, np.linalg.norm(swarm.values - fitted_drop.fit.values))
+        np.testing.assert_allclose(swarm.spread, np.std(swarm.each, axis=0, ddof=1))
 
 
 def test_the_bottom_of_the_valley_is_what_a_swarm_is_judged_by() -> None:
-    one = fitted(1)
+    fitted_drop = fitted(1)
     small = SwarmSettings(particles=20, iterations=5)
-    found = swarm_fit(one.fit, one.flown, seeds=(1, 2), settings=small)
-    other = swarm_fit(one.fit, one.flown, seeds=(3, 4), settings=small)
+    swarm = swarm_fit(fitted_drop.fit, fitted_drop.flown, seeds=(1, 2), settings=small)
+    other = swarm_fit(fitted_drop.fit, fitted_drop.flown, seeds=(3, 4), settings=small)
     # One valley for all, and below Gauss and Newton's offsets, which minimize something else.
-    assert found.objective_below == pytest.approx(other.objective_below, rel=1e-3)
-    assert found.objective_below < found.objective_gauss_newton
-    arrived = replace(found, objective=1.005 * found.objective_below)
+    assert swarm.objective_below == pytest.approx(other.objective_below, rel=1e-3)
+    assert swarm.objective_below < swarm.objective_gauss_newton
+    arrived = replace(swarm, objective=1.005 * swarm.objective_below)
     assert arrived.converged
     assert arrived.sentences() == ("2 swarms of 20 particles, 5 iterations each.",)
-    assert not replace(arrived, objective=1.02 * found.objective_below).converged
+    assert not replace(arrived, objective=1.02 * swarm.objective_below).converged
 
 
 def test_a_swarm_that_found_something_worse_than_nothing_says_so() -> None:
-    one = fitted(1)
-    found = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=2, iterations=1))
-    assert found.objective > found.objective_before
-    sentences = found.sentences()
+    fitted_drop = fitted(1)
+    swarm = swarm_fit(
+        fitted_drop.fit, fitted_drop.flown, seeds=(3,), settings=SwarmSettings(particles=2, iterations=1)
+    )
+    assert swarm.objective > swarm.objective_before
+    sentences = swarm.sentences()
     assert sentences[0] == "1 swarm of 2 particles, 1 iterations each."
     assert sentences[1].startswith("What they found is worse than no correction: J is ")
-    assert not found.converged
+    assert not swarm.converged
 
 
 def test_what_it_reports_is_the_objective_of_what_it_found() -> None:
-    one = fitted(1)
-    found = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5))
-    vectors = np.stack([found.values, np.zeros(9), one.fit.values])
-    direct = averaged_momentum(one.fit.offsets.apply(vectors), one.flown).objective
-    stated = [found.objective, found.objective_before, found.objective_gauss_newton]
+    fitted_drop = fitted(1)
+    swarm = swarm_fit(
+        fitted_drop.fit, fitted_drop.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5)
+    )
+    vectors = np.stack([swarm.values, np.zeros(9), fitted_drop.fit.values])
+    direct = averaged_momentum(fitted_drop.fit.offsets.apply(vectors), fitted_drop.flown).objective
+    stated = [swarm.objective, swarm.objective_before, swarm.objective_gauss_newton]
     np.testing.assert_allclose(stated, direct, rtol=1e-9)
-    assert np.isnan(found.spread).all(), "one swarm has no spread"
-    again = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5))
-    assert (found.values == again.values).all()
+    assert np.isnan(swarm.spread).all(), "one swarm has no spread"
+    again = swarm_fit(
+        fitted_drop.fit, fitted_drop.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5)
+    )
+    assert (swarm.values == again.values).all()

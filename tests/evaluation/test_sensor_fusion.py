@@ -49,8 +49,8 @@ HOLES = pytest.mark.parametrize(("seed", "from_s"), few_of((1, 1.045), (2, 1.10)
 SEEDS = pytest.mark.parametrize("seed", few_of(1, 2, 3))
 
 
-def motion_in(one: Drop, seed: int, log: DropLog) -> Motion:
-    return moved(log, certificate(one, seed), one.model)
+def motion_in(drop: Drop, seed: int, log: DropLog) -> Motion:
+    return moved(log, certificate(drop, seed), drop.model)
 
 
 def no_gyro(log: DropLog, from_s: float, until_s: float) -> DropLog:
@@ -74,15 +74,15 @@ def slipped(log: DropLog, column: int, from_s: float, by_deg: float) -> DropLog:
 
 @HOLES
 def test_a_hole_in_all_gyros_within_a_stroke_is_carried_over(seed: int, from_s: float) -> None:
-    one = flown(seed)
-    found = motion_in(one, seed, no_gyro(one.log, from_s, from_s + HOLE_S))
+    drop = flown(seed)
+    estimate = motion_in(drop, seed, no_gyro(drop.log, from_s, from_s + HOLE_S))
     for joint in (1, 2, 3):
-        assert_angle_holds(one, found, joint, widest_deg=0.02)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
     for body in (1, 2, 3, 4):
-        off, without = turn_off(one, found, body), turn_off(one, motion(seed), body)
+        off, without = turn_off(drop, estimate, body), turn_off(drop, motion(seed), body)
         assert off.stds < STDS
         assert off.std_deg > 5.0 * without.std_deg
-        fastest_deg_s = np.rad2deg(np.linalg.norm(found.bodies[body - 1].rate_rad_s, axis=1).max())
+        fastest_deg_s = np.rad2deg(np.linalg.norm(estimate.bodies[body - 1].rate_rad_s, axis=1).max())
         assert off.std_deg < fastest_deg_s * HOLE_S / np.sqrt(3.0), "it might have turned either way"
 
 
@@ -94,36 +94,36 @@ def test_where_no_angle_sensor_answers_the_others_tell_what_the_joint_turned_in_
 
     A wrong angle would show in the gyros off the joint's axis, and in the rates of its neighbors.
     """
-    one = flown(seed)
-    silent = sensors_silent_after(one.log, slice(2, 4), 0.9)
-    found = motion_in(one, seed, no_gyro(silent, from_s, from_s + HOLE_S))
-    assert_angle_holds(one, found, 2, widest_deg=0.05)
-    std, without = (angle_off_deg(one, each, 2)[1] for each in (found, motion(seed)))
+    drop = flown(seed)
+    silent = sensors_silent_after(drop.log, slice(2, 4), 0.9)
+    estimate = motion_in(drop, seed, no_gyro(silent, from_s, from_s + HOLE_S))
+    assert_angle_holds(drop, estimate, 2, widest_deg=0.05)
+    std, without = (angle_off_deg(drop, each, 2)[1] for each in (estimate, motion(seed)))
     assert std.max() > 1.5 * without.max()
 
 
 @SEEDS
 def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None:
-    one = flown(seed)
-    found = motion_in(one, seed, no_gyro(one.log, -0.02, 0.095))
+    drop = flown(seed)
+    estimate = motion_in(drop, seed, no_gyro(drop.log, -0.02, 0.095))
     for joint in (1, 2, 3):
-        assert_angle_holds(one, found, joint, widest_deg=0.02)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
     for body in (1, 2, 3, 4):
-        off = turn_off(one, found, body, from_s=0.0)
+        off = turn_off(drop, estimate, body, from_s=0.0)
         assert off.stds < STDS
         assert off.error_deg < 0.05, "it turned by 0.11 deg meanwhile"
-        assert np.hypot(turn_off(one, motion(seed), body).std_deg, 0.015) < off.std_deg < 0.1
+        assert np.hypot(turn_off(drop, motion(seed), body).std_deg, 0.015) < off.std_deg < 0.1
 
 
 @pytest.mark.parametrize(("seed", "body", "joint"), few_of((1, 1, 1), (2, 4, 3), (3, 1, 1)))
 def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_right(
     seed: int, body: int, joint: int
 ) -> None:
-    one = flown(seed)
-    found = motion_in(one, seed, unanswered(one.log, body, -100.0, 100.0))
+    drop = flown(seed)
+    estimate = motion_in(drop, seed, unanswered(drop.log, body, -100.0, 100.0))
     for other in (1, 2, 3):
-        assert_angle_holds(one, found, other, widest_deg=0.06)
-    std, without = (angle_off_deg(one, each, joint)[1] for each in (found, motion(seed)))
+        assert_angle_holds(drop, estimate, other, widest_deg=0.06)
+    std, without = (angle_off_deg(drop, each, joint)[1] for each in (estimate, motion(seed)))
     assert std.max() > 2.5 * without.max()
     assert (std > without).all()
 
@@ -134,18 +134,18 @@ def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_righ
 def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
     seed: int, column: int, by_deg: float
 ) -> None:
-    one = flown(seed)
-    found = motion_in(one, seed, slipped(one.log, column, -1.0, by_deg))
+    drop = flown(seed)
+    motion = motion_in(drop, seed, slipped(drop.log, column, -1.0, by_deg))
     joint, sensor = column // 2 + 1, column % 2
-    distrusted = [sensed.distrusted for sensed in found.fusion.joints]
+    distrusted = [sensed.distrusted for sensed in motion.fusion.joints]
     assert distrusted == [sensor if number == joint else None for number in (1, 2, 3)]
     named = [
-        note for note in notes_of(found) if note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ")
+        note for note in notes_of(motion) if note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ")
     ]
     assert len(named) == 1
-    assert not found.contradicted
+    assert not motion.contradicted
     for other in (1, 2, 3):
-        assert_angle_holds(one, found, other, widest_deg=0.02)
+        assert_angle_holds(drop, motion, other, widest_deg=0.02)
 
 
 @pytest.mark.parametrize(
@@ -154,10 +154,10 @@ def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
 def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
     column: int, from_s: float, by_deg: float
 ) -> None:
-    one = flown(1)
-    log = slipped(one.log, column, from_s, by_deg)
-    found = failed(checks_of(motion_in(one, 1, log), None, log, certificate(one, 1), one.model))
-    cause = found[f"angle sensors of joint {column // 2 + 1}"].cause or ""
+    drop = flown(1)
+    log = slipped(drop.log, column, from_s, by_deg)
+    failures = failed(checks_of(motion_in(drop, 1, log), None, log, certificate(drop, 1), drop.model))
+    cause = failures[f"angle sensors of joint {column // 2 + 1}"].cause or ""
     assert f"angle sensor {column % 2 + 1} of joint {column // 2 + 1}" in cause
 
 
@@ -168,14 +168,14 @@ def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
 def test_an_angle_sensor_that_slips_in_the_fall_is_named_and_not_used(
     seed: int, column: int, from_s: float, by_deg: float
 ) -> None:
-    one = flown(seed)
-    found = motion_in(one, seed, slipped(one.log, column, from_s, by_deg))
+    drop = flown(seed)
+    motion = motion_in(drop, seed, slipped(drop.log, column, from_s, by_deg))
     joint, sensor = column // 2 + 1, column % 2
-    assert [sensed.distrusted for sensed in found.fusion.joints][joint - 1] == sensor
-    assert any(note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ") for note in notes_of(found))
-    assert not found.contradicted
+    assert [sensed.distrusted for sensed in motion.fusion.joints][joint - 1] == sensor
+    assert any(note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ") for note in notes_of(motion))
+    assert not motion.contradicted
     for other in (1, 2, 3):
-        assert_angle_holds(one, found, other, widest_deg=0.02)
+        assert_angle_holds(drop, motion, other, widest_deg=0.02)
 
 
 UNKNOWN_SCALE = 0.03
@@ -193,13 +193,13 @@ def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
     covariance[6:, 6:] = UNKNOWN_SCALE**2 * np.eye(3)
     off = UNKNOWN_SCALE * np.random.default_rng(body).choice([-1.0, 1.0], 3)
     unknown = replace(gyro, scale=gyro.scale + off, covariance=covariance)
-    gyros = tuple(unknown if one.body == body else one for one in calibration.gyros)
+    gyros = tuple(unknown if sensor.body == body else sensor for sensor in calibration.gyros)
     return replace(calibration, gyros=gyros)
 
 
-def gyro_learnt(found: Motion, body: int) -> tuple[FloatArray, FloatArray]:
+def gyro_learnt(motion: Motion, body: int) -> tuple[FloatArray, FloatArray]:
     """(9,) what was taken off the parameters of a gyro, and (9,) how far they may still be off."""
-    prior, solved = found.fusion.prior, found.solved
+    prior, solved = motion.fusion.prior, motion.solved
     root = prior.gyro_root[9 * (body - 1) : 9 * body]
     covariance = root @ solved.jacobians.covariance[prior.gyro, prior.gyro] @ root.T
     return prior.parameters_of(solved.errors)[body - 1], np.sqrt(np.diag(covariance))
@@ -209,15 +209,15 @@ def gyro_learnt(found: Motion, body: int) -> tuple[FloatArray, FloatArray]:
 def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
     seed: int, body: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = flown(seed)
-    used = with_unknown_scale(certificate(one, seed), body)
-    believed, true = used.gyros[body - 1].scale, one.imperfections.gyro_scale[body - 1]
+    drop = flown(seed)
+    calibration = with_unknown_scale(certificate(drop, seed), body)
+    believed, true = calibration.gyros[body - 1].scale, drop.imperfections.gyro_scale[body - 1]
 
-    def left(found: Motion) -> tuple[FloatArray, FloatArray]:
-        learnt, std = gyro_learnt(found, body)
+    def left(other_estimate: Motion) -> tuple[FloatArray, FloatArray]:
+        learnt, std = gyro_learnt(other_estimate, body)
         return believed + learnt[6:] - true, std[6:]
 
-    found = moved(one.log, used, one.model)
+    estimate = moved(drop.log, calibration, drop.model)
     with monkeypatch.context() as patched:
         patched.setattr(
             sensor_fusion,
@@ -227,20 +227,20 @@ def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
                 np.zeros(len(errors)),
             ),
         )
-        by_angles = moved(one.log, used, one.model)
-    assert not found.contradicted
-    error, std = left(found)
+        by_angles = moved(drop.log, calibration, drop.model)
+    assert not estimate.contradicted
+    error, std = left(estimate)
     assert (np.abs(error) < STDS * std).all()
     assert std.max() < 1e-3, "of three per cent"
     error_by_angles, std_by_angles = left(by_angles)
     assert (np.abs(error_by_angles) < STDS * std_by_angles).all()
     assert np.linalg.norm(error) < 0.5 * np.linalg.norm(error_by_angles)
     assert np.linalg.norm(std) < 0.5 * np.linalg.norm(std_by_angles)
-    turned, turned_by_angles = (turn_off(one, motion, body) for motion in (found, by_angles))
+    turned, turned_by_angles = (turn_off(drop, motion, body) for motion in (estimate, by_angles))
     assert turned.stds < STDS
     assert turned.std_deg < min(turned_by_angles.std_deg, 0.1)
     for joint in (1, 2, 3):
-        assert_angle_holds(one, found, joint, widest_deg=0.05)
+        assert_angle_holds(drop, estimate, joint, widest_deg=0.05)
 
 
 @DROPS
@@ -249,21 +249,21 @@ def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(se
 
     From the release on one shows 2 deg/s too much about each axis: far more than the loss of its weight causes.
     """
-    one = flown(seed)
-    used = certificate(one, seed)
-    log = gyro_plus(one.log, body, np.outer(one.log.t_s > 0.0, (2.0, 2.0, 2.0)))
-    found = moved(log, used, one.model)
-    assert found.contradicted
-    assert any(note.startswith("The sensors would have the gyros farther off") for note in notes_of(found))
+    drop = flown(seed)
+    calibration = certificate(drop, seed)
+    log = gyro_plus(drop.log, body, np.outer(drop.log.t_s > 0.0, (2.0, 2.0, 2.0)))
+    motion = moved(log, calibration, drop.model)
+    assert motion.contradicted
+    assert any(note.startswith("The sensors would have the gyros farther off") for note in notes_of(motion))
     for other in (1, 2, 3, 4):
-        learnt, std = gyro_learnt(found, other)
+        learnt, std = gyro_learnt(motion, other)
         assert not learnt.any()
-        assert std == pytest.approx(np.sqrt(np.diag(found.samples.parameter_covariance[other - 1])))
+        assert std == pytest.approx(np.sqrt(np.diag(motion.samples.parameter_covariance[other - 1])))
         if other != body:
-            off = turn_off(one, found, other)
+            off = turn_off(drop, motion, other)
             assert off.stds < STDS
             assert off.std_deg < 0.4
-    checks = failed(checks_of(found, None, log, used, one.model))
+    checks = failed(checks_of(motion, None, log, calibration, drop.model))
     pairs = {f"gyros of bodies {inner} and {inner + 1}" for inner in (body - 1, body) if 1 <= inner <= 3}
     assert pairs <= checks.keys()
     assert all(
@@ -273,9 +273,9 @@ def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(se
 
 @pytest.mark.parametrize("seed", few_of(1, 2, 3))
 def test_healthy_gyros_do_not(seed: int) -> None:
-    found = drops.motion(seed)
-    assert not found.contradicted
-    assert notes_of(found) == []
+    motion = drops.motion(seed)
+    assert not motion.contradicted
+    assert notes_of(motion) == []
 
 
 SAMPLES = 800
@@ -299,10 +299,10 @@ def standing(angle_rad: float, seed: int) -> SensedJoint:
         zero_taken=None,
         bend_taken=None,
     )
-    shown = (
+    readings_rad = (
         sensors.zero_rad + sensors.direction * angle_rad + NOISE_RAD * random.standard_normal((SAMPLES, 2))
     )
-    return SensedJoint.of(sensors, shown, 0.0, np.zeros(SAMPLES))
+    return SensedJoint.of(sensors, readings_rad, 0.0, np.zeros(SAMPLES))
 
 
 @pytest.mark.parametrize("angle_deg", [-20.0, -2.2, 0.0, 2.2, 20.0])
@@ -334,16 +334,16 @@ def assert_close(ours: FloatArray, theirs: FloatArray, given_to_both: FloatArray
     arrays(np.float64, st.tuples(st.integers(2, 60), st.integers(1, 3)), elements=FINITE),
     st.floats(1e-4, 0.05),
 )
-def test_a_lag_of_one_pole_is_that_pole(shown: FloatArray, constant_s: float) -> None:
+def test_a_lag_of_one_pole_is_that_pole(readings: FloatArray, constant_s: float) -> None:
     """Lag of one pole equals that pole's response.
 
     The signal is linear between samples and settled before the first of them.
     """
-    t_s = FINE_S * np.arange(len(shown), dtype=np.float64)
+    t_s = FINE_S * np.arange(len(readings), dtype=np.float64)
     lag = Lag(constant_s, 0.0, 0.0, constant_s, measured=True)
     pole = ([[-1.0 / constant_s]], [[1.0 / constant_s]], [[1.0]], [[0.0]])
-    late = np.column_stack([lsim(pole, column, t_s, X0=column[:1])[1] for column in shown.T])
-    assert_close(lag.apply(t_s, shown), late, shown)
+    late = np.column_stack([lsim(pole, column, t_s, X0=column[:1])[1] for column in readings.T])
+    assert_close(lag.apply(t_s, readings), late, readings)
 
 
 @given(arrays(np.float64, st.integers(SMOOTHED + 1, 60), elements=FINITE))

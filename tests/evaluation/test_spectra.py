@@ -35,31 +35,31 @@ def sine(t_s: FloatArray, line: float, amplitude: float = 1.0) -> FloatArray:
 def test_a_sine_shows_its_amplitude(window: Window, n: int) -> None:
     t = times(n)
     values = np.column_stack([sine(t, 12, 0.7) + 5.0, sine(t, 80, 2.0) - 1.5])
-    found = amplitude_spectrum(t, values, window)
-    assert found.frequency_hz[12] == pytest.approx(12 * RATE_HZ / n)
-    assert found.amplitude[12, 0] == pytest.approx(0.7)
-    assert found.amplitude[80, 1] == pytest.approx(2.0)
-    assert found.amplitude[0] == pytest.approx([5.0, 1.5])
-    others = np.abs(np.arange(len(found.frequency_hz)) - 12) > 1
+    spectrum = amplitude_spectrum(t, values, window)
+    assert spectrum.frequency_hz[12] == pytest.approx(12 * RATE_HZ / n)
+    assert spectrum.amplitude[12, 0] == pytest.approx(0.7)
+    assert spectrum.amplitude[80, 1] == pytest.approx(2.0)
+    assert spectrum.amplitude[0] == pytest.approx([5.0, 1.5])
+    others = np.abs(np.arange(len(spectrum.frequency_hz)) - 12) > 1
     others[0] = False
-    assert found.amplitude[others, 0].max() < 1e-9
-    assert found.norm[80] == pytest.approx(np.hypot(2.0, found.amplitude[80, 0]))
+    assert spectrum.amplitude[others, 0].max() < 1e-9
+    assert spectrum.norm[80] == pytest.approx(np.hypot(2.0, spectrum.amplitude[80, 0]))
 
 
 def test_half_the_sampling_rate_shows_its_amplitude_too() -> None:
     t = times(700)
-    found = amplitude_spectrum(t, np.tile([0.4, -0.4], 350)[:, None])
-    assert found.frequency_hz[-1] == pytest.approx(140.0)
-    assert found.amplitude[-1, 0] == pytest.approx(0.4)
-    assert found.band_rms(140.0)[0] == pytest.approx(0.4)
+    spectrum = amplitude_spectrum(t, np.tile([0.4, -0.4], 350)[:, None])
+    assert spectrum.frequency_hz[-1] == pytest.approx(140.0)
+    assert spectrum.amplitude[-1, 0] == pytest.approx(0.4)
+    assert spectrum.band_rms(140.0)[0] == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize("n", [640, 641])
 def test_all_bands_together_are_the_standard_deviation(n: int) -> None:
     values = np.random.default_rng(0).standard_normal((n, 3)) + 7.0
-    found = amplitude_spectrum(times(n), values)
-    np.testing.assert_allclose(found.band_rms(200.0), values.std(axis=0))
-    parts = np.hypot(found.band_rms(20.0), found.band_rms(200.0, 20.0))
+    spectrum = amplitude_spectrum(times(n), values)
+    np.testing.assert_allclose(spectrum.band_rms(200.0), values.std(axis=0))
+    parts = np.hypot(spectrum.band_rms(20.0), spectrum.band_rms(200.0, 20.0))
     np.testing.assert_allclose(parts, values.std(axis=0))
 
 
@@ -68,29 +68,29 @@ def test_a_band_holds_the_sines_that_are_in_it(window: Window) -> None:
     t = times(700)  # lines 0.4 Hz apart
     before = np.column_stack([sine(t, 5, 2.0) + sine(t, 40, 9.0), sine(t, 7, 1.0)])
     after = np.column_stack([sine(t, 5, 0.2) + sine(t, 40, 9.0), 3.0 + 0.0 * t])
-    found = compare_spectra(t, before, after, window=window, cutoff_hz=5.0)
-    assert found.rms_before == pytest.approx(np.sqrt(2.0**2 / 2 + 1.0 / 2))
-    assert found.rms_after == pytest.approx(0.2 / np.sqrt(2.0))
-    assert found.left == pytest.approx(0.2 / np.sqrt(5.0))
+    comparison = compare_spectra(t, before, after, window=window, cutoff_hz=5.0)
+    assert comparison.rms_before == pytest.approx(np.sqrt(2.0**2 / 2 + 1.0 / 2))
+    assert comparison.rms_after == pytest.approx(0.2 / np.sqrt(2.0))
+    assert comparison.left == pytest.approx(0.2 / np.sqrt(5.0))
 
 
 @pytest.mark.parametrize("window", WINDOWS)
 def test_white_noise_has_the_same_band_in_every_window(window: Window) -> None:
     values = np.random.default_rng(1).standard_normal((50_000, 1))
-    found = amplitude_spectrum(times(50_000), values, window)
-    assert found.band_rms(70.0)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
+    spectrum = amplitude_spectrum(times(50_000), values, window)
+    assert spectrum.band_rms(70.0)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
 @pytest.mark.parametrize("window", WINDOWS)
 def test_leakage_says_what_a_sine_between_two_lines_shows(window: Window) -> None:
     t = times(700)
     distance, share = leakage(t, window, 20.0)
-    found = amplitude_spectrum(t, sine(t, 100.5)[:, None], window)
-    off_hz = np.abs(found.frequency_hz - 100.5 * RATE_HZ / 700)
+    spectrum = amplitude_spectrum(t, sine(t, 100.5)[:, None], window)
+    off_hz = np.abs(spectrum.frequency_hz - 100.5 * RATE_HZ / 700)
     near = off_hz < 20.0
     predicted = np.interp(off_hz[near], distance, share)
-    np.testing.assert_allclose(found.amplitude[near, 0], predicted, atol=5e-3)
-    assert found.amplitude.max() == pytest.approx(
+    np.testing.assert_allclose(spectrum.amplitude[near, 0], predicted, atol=5e-3)
+    assert spectrum.amplitude.max() == pytest.approx(
         {"rectangular": 2 / np.pi, "Hann": 8 / (3 * np.pi)}[window], abs=5e-3
     )
 
@@ -115,8 +115,8 @@ def test_uneven_times_and_holes_are_carried_to_an_even_grid() -> None:
     assert np.ptp(np.diff(grid)) < 1e-12
     assert (grid[0], grid[-1]) == pytest.approx((t[0], t[-1]))
     wave = 0.5 * np.sin(2.0 * np.pi * 4.0 * t)[:, None]
-    found = amplitude_spectrum(t, wave, "Hann")
-    assert found.amplitude[np.abs(found.frequency_hz - 4.0).argmin(), 0] == pytest.approx(0.5, rel=0.01)
+    spectrum = amplitude_spectrum(t, wave, "Hann")
+    assert spectrum.amplitude[np.abs(spectrum.frequency_hz - 4.0).argmin(), 0] == pytest.approx(0.5, rel=0.01)
 
 
 @pytest.mark.parametrize("frequency_hz", [5.0, 60.0])
@@ -124,9 +124,9 @@ def test_straight_lines_take_what_they_are_said_to_take(frequency_hz: float) -> 
     steps = np.arange(28_000)
     # The samples drift to and fro by 20 periods, so that the grid's points lie everywhere between them.
     t = (steps + 20.0 * np.sin(2.0 * np.pi * steps / 27_999)) / RATE_HZ
-    found = amplitude_spectrum(t, np.sin(2.0 * np.pi * frequency_hz * t)[:, None])
-    shown = found.amplitude[np.abs(found.frequency_hz - frequency_hz).argmin(), 0]
-    assert shown == pytest.approx(np.sinc(frequency_hz / RATE_HZ) ** 2, abs=0.01)
+    spectrum = amplitude_spectrum(t, np.sin(2.0 * np.pi * frequency_hz * t)[:, None])
+    amplitude = spectrum.amplitude[np.abs(spectrum.frequency_hz - frequency_hz).argmin(), 0]
+    assert amplitude == pytest.approx(np.sinc(frequency_hz / RATE_HZ) ** 2, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -146,12 +146,12 @@ def test_what_has_no_spectrum_is_refused(t_s: FloatArray, values: FloatArray, ma
 @pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_correction_takes_the_momentum_below_the_cutoff(window: Window, dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        one = fitted(seed, dlpf_cfg)
+        fitted_drop = fitted(seed, dlpf_cfg)
         before, after = (
-            inertial_momentum(one.fit.offsets.correct(values), one.flown)
-            for values in (np.zeros(9), one.fit.values)
+            inertial_momentum(fitted_drop.fit.offsets.correct(values), fitted_drop.flown)
+            for values in (np.zeros(9), fitted_drop.fit.values)
         )
-        found = compare_spectra(one.flown.t_s, before, after, window=window)
-        assert found.cutoff_hz == 5.0
-        assert found.left < 0.05
-        assert found.before.window == found.after.window == window
+        comparison = compare_spectra(fitted_drop.flown.t_s, before, after, window=window)
+        assert comparison.cutoff_hz == 5.0
+        assert comparison.left < 0.05
+        assert comparison.before.window == comparison.after.window == window

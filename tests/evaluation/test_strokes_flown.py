@@ -142,8 +142,8 @@ def test_a_joint_that_came_back_by_itself_says_so() -> None:
         return np.asarray(np.deg2rad(20.0) * np.exp(-(((t - 1.2) / 0.1) ** 2)))
 
     pushed = bent(motion, 3, there_and_back)
-    asked = TimedStroke(1_000_000, 3, 2000, 1_120_000)
-    stroke = strokes_flown(pushed, with_strokes(drop.schedule, asked))[0]
+    commanded_stroke = TimedStroke(1_000_000, 3, 2000, 1_120_000)
+    stroke = strokes_flown(pushed, with_strokes(drop.schedule, commanded_stroke))[0]
     assert not stroke.moved
     assert "Joint 3 moved and came back" in stroke.remark
 
@@ -174,16 +174,16 @@ def test_a_joint_that_went_the_wrong_way_or_was_cut_short_says_so() -> None:
 
 
 def test_without_a_logged_rise_the_schedule_gives_the_time() -> None:
-    drop, motion, known = flown(1)
-    seen = logged_s(drop)
-    seen[1] = float("nan")
-    strokes = strokes_flown(motion, drop.schedule, seen)
+    drop, motion, reference_strokes = flown(1)
+    rises_s = logged_s(drop)
+    rises_s[1] = float("nan")
+    strokes = strokes_flown(motion, drop.schedule, rises_s)
     assert "stroke line did not rise" in strokes[1].remark
     assert np.isnan(strokes[1].dead_time_s), (
         "a servo's dead time of a few ms is not to be had from a schedule"
     )
-    assert strokes[1].size_rad == pytest.approx(known[1].size_rad, abs=np.deg2rad(0.02))
-    assert strokes[0] == known[0]
+    assert strokes[1].size_rad == pytest.approx(reference_strokes[1].size_rad, abs=np.deg2rad(0.02))
+    assert strokes[0] == reference_strokes[0]
 
 
 def cut_off(motion: Motion, until_s: float) -> Motion:
@@ -198,17 +198,19 @@ def cut_off(motion: Motion, until_s: float) -> Motion:
 
 
 def test_a_stroke_that_the_recording_cuts_off_has_a_size_so_far_and_no_arrival() -> None:
-    drop, motion, whole = flown(1)
+    drop, motion, full_strokes = flown(1)
     strokes = strokes_flown(cut_off(motion, 1.25), drop.schedule, logged_s(drop))
     cut = strokes[1]
     assert (cut.moved, cut.unfinished) == (True, True)
     assert cut.remark.startswith("It was still on its way when what can be evaluated ended")
     so_far = np.interp(1.25 - 0.015, motion.t_s, motion.angles_rad[:, 1]) - motion.angles_rad[0, 1]
     assert cut.size_rad == pytest.approx(so_far, abs=np.deg2rad(1.0))
-    assert (cut.start_s, cut.dead_time_s) == pytest.approx((whole[1].start_s, whole[1].dead_time_s), abs=1e-4)
+    assert (cut.start_s, cut.dead_time_s) == pytest.approx(
+        (full_strokes[1].start_s, full_strokes[1].dead_time_s), abs=1e-4
+    )
     assert np.isnan([cut.end_s, cut.mean_rate_rad_s, cut.overshoot_rad, cut.settling_s]).all()
     assert [stroke.remark[:14] for stroke in strokes[2:]] == ["Not recorded: "] * 2
-    assert not any(stroke.unfinished for stroke in whole)
+    assert not any(stroke.unfinished for stroke in full_strokes)
     standing = standing_joints(cut_off(motion, 1.25), strokes)
     assert [s.joint for s in standing] == [1, 1, 2, 3], "joint 2 does not stand after it"
 
@@ -237,8 +239,8 @@ def test_joints_that_stand_are_quiet() -> None:
         standing = standing_joints(motion, strokes)
         assert [s.joint for s in standing] == [1, 1, 1, 2, 2, 2, 3]
         assert [s.remark for s in standing] == [""] * 7
-        for one, other in pairwise(standing):
-            assert one.joint < other.joint or one.until_s < other.from_s
+        for first, other in pairwise(standing):
+            assert first.joint < other.joint or first.until_s < other.from_s
 
 
 def test_creep_between_strokes_is_measured() -> None:
@@ -249,20 +251,20 @@ def test_creep_between_strokes_is_measured() -> None:
 
     crept = bent(motion, 1, creep)
     standing = standing_joints(crept, strokes_flown(crept, drop.schedule, logged_s(drop)))
-    found = [s for s in standing if s.remark]
-    assert len(found) == 1
-    assert (found[0].joint, found[0].crept, found[0].unexpected) == (1, True, False)
-    whole = creep(np.array([found[0].until_s]))[0] - creep(np.array([found[0].from_s]))[0]
+    findings = [s for s in standing if s.remark]
+    assert len(findings) == 1
+    assert (findings[0].joint, findings[0].crept, findings[0].unexpected) == (1, True, False)
+    drift_rad = creep(np.array([findings[0].until_s]))[0] - creep(np.array([findings[0].from_s]))[0]
     # Means over eight samples at either end.
-    assert found[0].drift_rad == pytest.approx(whole, abs=np.deg2rad(0.04))
-    assert "Joint 1 crept by +0.3" in found[0].remark
+    assert findings[0].drift_rad == pytest.approx(drift_rad, abs=np.deg2rad(0.04))
+    assert "Joint 1 crept by +0.3" in findings[0].remark
 
 
 def test_a_motion_that_nobody_commanded_is_found() -> None:
     drop, motion, _ = flown(1)
     joint_1 = [stroke for stroke in drop.schedule.strokes if stroke.joint == 1]
-    seen = [logged_s(drop)[0], logged_s(drop)[2]]
-    strokes = strokes_flown(motion, with_strokes(drop.schedule, *joint_1), seen)
+    rises_s = [logged_s(drop)[0], logged_s(drop)[2]]
+    strokes = strokes_flown(motion, with_strokes(drop.schedule, *joint_1), rises_s)
     assert all(stroke.moved for stroke in strokes)
     unexpected = [s for s in standing_joints(motion, strokes) if s.unexpected]
     assert [s.joint for s in unexpected] == [2]

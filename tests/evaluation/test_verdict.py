@@ -26,9 +26,9 @@ def good() -> Evaluation:
     return evaluate(drop.log, load_robot(), read_calibration(made_folder() / CERTIFICATE), drop.schedule)
 
 
-def reason(found: Evaluation, sentence: str) -> str:
+def reason(evaluation: Evaluation, sentence: str) -> str:
     """Return the verdict's only reason, asserting the verdict's sentence."""
-    verdict = verdict_of(found)
+    verdict = verdict_of(evaluation)
     assert verdict.level == "doubtful"
     assert verdict.sentence == f"EMULATED robot. {sentence}"
     (only,) = verdict.reasons
@@ -45,9 +45,9 @@ def test_a_good_drop_has_no_reasons() -> None:
 
 
 def test_a_drop_that_a_flashed_image_recorded_is_not_called_emulated() -> None:
-    found = good()
-    header = replace(found.log.header, image_crc=0xC0FFEE)
-    verdict = verdict_of(replace(found, log=replace(found.log, header=header)))
+    evaluation = good()
+    header = replace(evaluation.log.header, image_crc=0xC0FFEE)
+    verdict = verdict_of(replace(evaluation, log=replace(evaluation.log, header=header)))
     assert verdict.sentence.startswith("Nothing speaks against it")
 
 
@@ -65,8 +65,10 @@ def test_what_stands_against_the_calibration() -> None:
 
 
 def test_a_note_is_a_doubt() -> None:
-    found = replace(good(), notes=("The gyro of body 2 lacks 5 of 700 samples.",))
-    assert reason(found, "Something stands in for data that is missing.").startswith("The gyro of body 2")
+    evaluation = replace(good(), notes=("The gyro of body 2 lacks 5 of 700 samples.",))
+    assert reason(evaluation, "Something stands in for data that is missing.").startswith(
+        "The gyro of body 2"
+    )
 
 
 @pytest.mark.parametrize("share", [1.0 - 1.1 * OFF_SHARE, 1.0 + 1.1 * OFF_SHARE])
@@ -91,16 +93,16 @@ def test_a_servo_as_the_papers_is_no_doubt() -> None:
 
 def test_what_a_stroke_remarks() -> None:
     first, *others = good().strokes
-    found = replace(good(), strokes=(replace(first, remark="It went the wrong way."), *others))
+    evaluation = replace(good(), strokes=(replace(first, remark="It went the wrong way."), *others))
     assert (
-        reason(found, "Not every stroke was flown as commanded.")
+        reason(evaluation, "Not every stroke was flown as commanded.")
         == "Stroke 1 (joint 1): It went the wrong way."
     )
 
 
 def test_the_fall() -> None:
-    found = replace(good(), instants=replace(good().instants, findings=("It hung on.",)))
-    assert reason(found, "The fall was not as it should be.") == "It hung on."
+    evaluation = replace(good(), instants=replace(good().instants, findings=("It hung on.",)))
+    assert reason(evaluation, "The fall was not as it should be.") == "It hung on."
 
 
 def test_a_release_that_is_not_permitted() -> None:
@@ -119,8 +121,8 @@ def test_a_release_that_is_not_permitted() -> None:
         until_s=0.7,
         notes=(),
     )
-    found = replace(good(), release_velocity=velocity)
-    assert "at 140 ± 2 mm/s downwards" in reason(found, "The fall was not as it should be.")
+    evaluation = replace(good(), release_velocity=velocity)
+    assert "at 140 ± 2 mm/s downwards" in reason(evaluation, "The fall was not as it should be.")
     perhaps = replace(velocity, downward_judged="uncertain")
     assert verdict_of(replace(good(), release_velocity=perhaps)).level == "good"
 
@@ -129,37 +131,37 @@ def test_a_correction_at_its_bound() -> None:
     explained = good().explained
     at_bound = np.zeros_like(explained.fit.at_bound)
     at_bound[5] = True
-    found = replace(good(), explained=replace(explained, fit=replace(explained.fit, at_bound=at_bound)))
-    assert "its bound: body 2 CoM z." in reason(found, "The correction of the model cannot be used.")
+    evaluation = replace(good(), explained=replace(explained, fit=replace(explained.fit, at_bound=at_bound)))
+    assert "its bound: body 2 CoM z." in reason(evaluation, "The correction of the model cannot be used.")
 
 
 def test_a_correction_that_found_no_end() -> None:
     explained = good().explained
-    found = replace(good(), explained=replace(explained, fit=replace(explained.fit, converged=False)))
-    assert "found no end" in reason(found, "The correction of the model cannot be used.")
+    evaluation = replace(good(), explained=replace(explained, fit=replace(explained.fit, converged=False)))
+    assert "found no end" in reason(evaluation, "The correction of the model cannot be used.")
 
 
 def test_a_model_that_even_its_correction_does_not_mend() -> None:
     explained = good().explained
     error = explained.after.error
     tight = replace(error, covariance=error.covariance * (error.mahalanobis / (2 * UNEXPLAINED)) ** 2)
-    found = replace(good(), explained=replace(explained, after=replace(explained.after, error=tight)))
-    words = reason(found, "The model does not explain the motion, corrected or not.")
+    evaluation = replace(good(), explained=replace(explained, after=replace(explained.after, error=tight)))
+    words = reason(evaluation, "The model does not explain the motion, corrected or not.")
     assert f"{2 * UNEXPLAINED:.1f} times what" in words
 
 
 def test_a_correction_that_only_spoils_a_good_model() -> None:
     explained = good().explained
-    found = replace(good(), explained=replace(explained, before=explained.after, after=explained.before))
-    words = reason(found, "The correction of the model cannot be used.")
+    evaluation = replace(good(), explained=replace(explained, before=explained.after, after=explained.before))
+    words = reason(evaluation, "The correction of the model cannot be used.")
     assert "nothing is said against the model" in words
 
 
 def test_reasons_of_several_kinds_are_all_named_once() -> None:
-    found = replace(
+    evaluation = replace(
         good(), notes=("One.", "One."), checks=(Kind("check", "deg", ()).judge(2.0, 1.0, "One."),)
     )
-    verdict = verdict_of(found)
+    verdict = verdict_of(evaluation)
     assert verdict.sentence == "EMULATED robot. 1 check failed; something stands in for data that is missing."
     assert verdict.reasons == ("One.",)
 

@@ -31,10 +31,10 @@ def hex_text(data: bytes) -> str:
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
     """Yield a desk with one Arduino Micro, whose sketch is not the image."""
-    made = Desk()
-    monkeypatch.setattr(serial.tools.list_ports, "comports", made.comports)
-    yield made
-    made.close()
+    desk = Desk()
+    monkeypatch.setattr(serial.tools.list_ports, "comports", desk.comports)
+    yield desk
+    desk.close()
 
 
 @pytest.fixture

@@ -37,9 +37,9 @@ class Pty:
 
     def _serve(self) -> None:
         while (data := os.read(self._master, 4096)) != _END:
-            said = self._answer(data)
-            if said:
-                os.write(self._master, said)
+            answer = self._answer(data)
+            if answer:
+                os.write(self._master, answer)
 
     @property
     def touched(self) -> bool:
@@ -64,22 +64,22 @@ class Sketch:
         self._receiver = FrameReceiver()
 
     def answer(self, data: bytes) -> bytes:
-        said = b""
+        response = b""
         for frame in self._receiver.feed(data):
             self.requests.append(frame.type)
             if self.silent:
                 continue
             if frame.type == msg.HelloRequest.TYPE:
-                said += reply(frame, self.identity)
+                response += reply(frame, self.identity)
             elif frame.type == msg.DisarmRequest.TYPE:
                 self.state = SequencerState.SAFE
-                said += reply(frame, msg.DisarmReply(self.state))
+                response += reply(frame, msg.DisarmReply(self.state))
             elif frame.type == msg.SequencerStatusRequest.TYPE:
                 empty = msg.SequencerStatusReply.decode(bytes(msg.SequencerStatusReply.SIZE))
-                said += reply(frame, replace(empty, state=self.state))
+                response += reply(frame, replace(empty, state=self.state))
             else:
-                said += refusal(frame, ErrorCode.UNKNOWN_MESSAGE)
-        return said
+                response += refusal(frame, ErrorCode.UNKNOWN_MESSAGE)
+        return response
 
 
 class Caterina:
@@ -95,14 +95,14 @@ class Caterina:
 
     def answer(self, data: bytes) -> bytes:
         self._pending += data
-        said = b""
+        response = b""
         while self._pending:
             size = self._size()
             if len(self._pending) < size:
                 break
             command, self._pending = self._pending[:size], self._pending[size:]
-            said += self._do(command)
-        return said
+            response += self._do(command)
+        return response
 
     def _size(self) -> int:
         """Bytes of the command that stands first."""
@@ -125,8 +125,8 @@ class Caterina:
             return b""
         fixed = {b"S": b"CATERIN", b"V": b"10", b"p": b"S", b"a": b"Y", b"t": b"\x44\0", b"s": b"\x87\x95\x1e",
                  b"b": b"Y" + PAGE_BYTES.to_bytes(2, "big")}  # fmt: skip
-        known = kind in (b"A", b"B", b"E", b"T", b"P", b"L", b"x", b"y", b"e")
-        return fixed.get(kind, b"\r" if known else b"?")
+        is_known = kind in (b"A", b"B", b"E", b"T", b"P", b"L", b"x", b"y", b"e")
+        return fixed.get(kind, b"\r" if is_known else b"?")
 
     def _write(self, data: bytes) -> None:
         self.flash[self._address : self._address + len(data)] = data

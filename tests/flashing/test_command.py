@@ -44,17 +44,17 @@ def test_the_real_avrdude_writes_what_the_hex_holds(
 ) -> None:
     desk.image_bytes = len(IMAGE)
     flash("--hex", image)
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     assert desk.written == IMAGE
     assert desk.seen[0] == "sketch" and "bootloader" in desk.seen and desk.seen[-1] == "sketch"
-    assert f"runs image {CRC}" in said.out
+    assert f"runs image {CRC}" in output.out
     for words in (
         "waking the bootloader",
         "writing 1000 bytes to",
         "avrdude: writing",
         "waiting for the new",
     ):
-        assert words in said.err
+        assert words in output.err
 
 
 def test_the_real_avrdude_notices_what_was_not_kept(
@@ -97,9 +97,9 @@ def test_the_same_image_is_refused_unless_forced(
     assert error["code"] == "already-running"
     assert CRC in error["what"]
     assert not desk.sketch_pty.touched and not fake_avrdude.exists()
-    done = flash_json(capsys, "--hex", image, "--force")
-    assert done["flashed"] is True
-    assert done["device"]["image_crc"] == CRC
+    result = flash_json(capsys, "--hex", image, "--force")
+    assert result["flashed"] is True
+    assert result["device"]["image_crc"] == CRC
     assert fake_avrdude.exists()
 
 
@@ -113,8 +113,8 @@ def test_a_board_that_is_not_safe_is_never_flashed(
     assert f"is {state.name.lower()}; it is flashed only while it is safe" in error["what"]
     assert not desk.sketch_pty.touched and not fake_avrdude.exists()
     assert DisarmRequest.TYPE not in desk.sketch.requests
-    given = ("--port", desk.sketch_pty.name)
-    error = flash_json(capsys, "--hex", image, *given, expect=4)["error"]
+    port_arguments = ("--port", desk.sketch_pty.name)
+    error = flash_json(capsys, "--hex", image, *port_arguments, expect=4)["error"]
     assert error["next_step"].startswith(f"tfsat-host disarm --port {desk.sketch_pty.name}, then")
 
 
@@ -166,9 +166,9 @@ def test_a_board_in_its_bootloader_is_written_without_a_touch(
     desk.waits = True
     error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]
     assert error["code"] == "silent" and "waits in its bootloader" in error["what"]
-    done = flash_json(capsys, "--hex", image, "--yes", "--force")
+    result = flash_json(capsys, "--hex", image, "--yes", "--force")
     assert not desk.sketch_pty.touched
-    assert (done["before"], done["device"]["port"]) == (None, desk.sketch_pty.name)
+    assert (result["before"], result["device"]["port"]) == (None, desk.sketch_pty.name)
     assert desk.written == IMAGE
 
 

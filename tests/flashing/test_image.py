@@ -94,8 +94,8 @@ def test_an_installed_package_has_no_image(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cut", [1, 3, 1000])
 def test_bars_are_followed_however_they_are_cut(cut: int) -> None:
     text = "\nWriting | " + "#" * 50 + " | 100% 0.5 s\n\nReading | " + "#" * 50 + " | 100% 0.1 s\n#done#"
-    heard: list[tuple[str, int]] = []
-    bars = Bars(lambda bar, marks: heard.append((bar, marks)))
+    updates: list[tuple[str, int]] = []
+    bars = Bars(lambda bar, marks: updates.append((bar, marks)))
     for start in range(0, len(text), cut):
         bars.feed(text[start : start + cut])
-    assert heard == [("writing", 0), *[("writing", 1)] * 50, ("reading", 0), *[("reading", 1)] * 50]
+    assert updates == [("writing", 0), *[("writing", 1)] * 50, ("reading", 0), *[("reading", 1)] * 50]

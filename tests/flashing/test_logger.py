@@ -51,15 +51,15 @@ class Teensy:
         self.pty = Pty(self._answer)
 
     def _answer(self, data: bytes) -> bytes:
-        said = b""
+        response = b""
         for frame in self._receiver.feed(data):
             if frame.type == HelloRequest.TYPE:
                 crc = self.runs if self.log.exists() else 0xBEFF00
-                said += reply(frame, replace(hello(Board.LOGGER), image_crc=crc))
+                response += reply(frame, replace(hello(Board.LOGGER), image_crc=crc))
             else:
                 empty = LoggerStatusReply.decode(bytes(LoggerStatusReply.SIZE))
-                said += reply(frame, replace(empty, state=self.state, ram_holds_drop=self.ram_holds_drop))
-        return said
+                response += reply(frame, replace(empty, state=self.state, ram_holds_drop=self.ram_holds_drop))
+        return response
 
     def comports(self) -> list[SimpleNamespace]:
         """Return the ports in place of pyserial's `comports`."""
@@ -78,10 +78,10 @@ def teensy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Teensy]:
     program.write_text(LOADER.format(python=sys.executable, log=str(log)))
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(folder))
-    made = Teensy(log)
-    monkeypatch.setattr(serial.tools.list_ports, "comports", made.comports)
-    yield made
-    made.pty.close()
+    board = Teensy(log)
+    monkeypatch.setattr(serial.tools.list_ports, "comports", board.comports)
+    yield board
+    board.pty.close()
 
 
 @pytest.fixture
@@ -100,11 +100,11 @@ def flash(capsys: pytest.CaptureFixture[str], *arguments: object, expect: int = 
 def test_the_loader_writes_and_the_board_says_what_it_runs(
     teensy: Teensy, logger_hex: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    done = flash(capsys, "--hex", logger_hex)
+    result = flash(capsys, "--hex", logger_hex)
     assert json.loads(teensy.log.read_text()) == ["--mcu=TEENSY41", "-w", "-v", str(logger_hex)]
-    assert (done["flashed"], done["image_crc"], done["image_bytes"]) == (True, CRC, len(IMAGE))
-    assert done["before"]["image_crc"] == "00beff00"
-    assert done["device"]["image_crc"] == CRC
+    assert (result["flashed"], result["image_crc"], result["image_bytes"]) == (True, CRC, len(IMAGE))
+    assert result["before"]["image_crc"] == "00beff00"
+    assert result["device"]["image_crc"] == CRC
     error = flash(capsys, "--hex", logger_hex, expect=4)["error"]
     assert error["code"] == "already-running"
 

@@ -57,9 +57,9 @@ def test_a_robot_file_without_rates_is_said(tmp_path: Path, text: str | None) ->
 
 
 def test_the_command_warns_and_does_not_say_that_it_may_fly(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("upload-sequence", 59, 70, "--speed", 400, "--dry-run")
-    assert "above the greatest rate of the servos" in shown.stderr
-    assert "may fly" not in shown.stdout
+    process = tfsat_host("upload-sequence", 59, 70, "--speed", 400, "--dry-run")
+    assert "above the greatest rate of the servos" in process.stderr
+    assert "may fly" not in process.stdout
     assert tfsat_host.json("upload-sequence", 59, 70, "--speed", 400, "--dry-run")["notices"]
 
 

@@ -14,5 +14,5 @@ from tests.preflight.ready_robot import ReadyRobot, ready_robot
 def ready(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Iterator[ReadyRobot]:
-    with ready_robot(tmp_path / "run", monkeypatch, capsys) as made:
-        yield made
+    with ready_robot(tmp_path / "run", monkeypatch, capsys) as robot:
+        yield robot

@@ -69,32 +69,38 @@ class ReadyRobot:
         """Runs the command; what it prints as JSON."""
         self.capture.readouterr()
         code = main(["preflight", str(self.folder), "--json", *arguments])
-        said = self.capture.readouterr()
-        assert code == expect, said
-        shown: dict[str, Any] = json.loads(said.out)
-        return shown
+        output = self.capture.readouterr()
+        assert code == expect, output
+        result: dict[str, Any] = json.loads(output.out)
+        return result
 
 
 def found_wrong(result: dict[str, Any]) -> set[str]:
     """Checks that found something wrong."""
-    return {one["name"] for one in result["checks"] if one["verdict"] == "no-go"}
+    return {entry["name"] for entry in result["checks"] if entry["verdict"] == "no-go"}
 
 
 def not_made(result: dict[str, Any]) -> set[str]:
     """Checks that could not be made, the optional ones aside."""
-    return {one["name"] for one in result["checks"] if one["verdict"] == "not-made" and not one["optional"]}
+    return {
+        entry["name"]
+        for entry in result["checks"]
+        if entry["verdict"] == "not-made" and not entry["optional"]
+    }
 
 
 def check(result: dict[str, Any], name: str) -> dict[str, Any]:
-    return next(one for one in result["checks"] if one["name"] == name)
+    return next(entry for entry in result["checks"] if entry["name"] == name)
 
 
-def certificate_of(robot: EmulatedRobot, truth: Imperfections, taken: datetime) -> Calibration:
+def certificate_of(robot: EmulatedRobot, truth: Imperfections, measured_at: datetime) -> Calibration:
     """Return a complete certificate, servos included."""
-    careful = careful_certificate(robot.model, truth, SEED, taken)
+    careful = careful_certificate(robot.model, truth, SEED, measured_at)
     rng = np.random.default_rng(SEED)
     return replace(
-        careful, servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)), servo_taken=(taken,) * 3
+        careful,
+        servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
+        servo_taken=(measured_at,) * 3,
     )
 
 
@@ -113,8 +119,8 @@ def ready_robot(
     monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", WATCH_S)
     with EmulatedRobot(imperfections=truth, seed=SEED) as robot:
         robot.advance(SETTLE_US)
-        taken = (datetime.now(UTC) - timedelta(hours=1)).replace(microsecond=0)
-        ready = ReadyRobot(robot, folder, certificate_of(robot, certified or truth, taken), capture)
+        measured_at = (datetime.now(UTC) - timedelta(hours=1)).replace(microsecond=0)
+        ready = ReadyRobot(robot, folder, certificate_of(robot, certified or truth, measured_at), capture)
         ready.certify(ready.calibration)
         ready.sequencer().upload(schedule_maneuver(MANEUVER))
         robot.advance(3_000_000)  # the logger has looked at its card

@@ -13,22 +13,22 @@ from tfsat_host.run.preflight import require_not_flown
 from tfsat_host.run.record import sign
 
 
-@pytest.mark.parametrize("left", ["drop.json", "SD.bin", "DROP0003.BIN", "record.json"])
+@pytest.mark.parametrize("file_name", ["drop.json", "SD.bin", "DROP0003.BIN", "record.json"])
 def test_a_folder_with_a_flown_drop_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file_name: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     run = tmp_path / "run"
     run.mkdir()
     (run / "preflight.json").write_text("GO of that day")
-    if left == "record.json":
+    if file_name == "record.json":
         (run / "SD.bin").write_bytes(b"")
         sign(run, [run / "SD.bin"], "tfsat-host campaign add", datetime(2026, 1, 5, tzinfo=UTC))
         (run / "SD.bin").unlink()
     else:
-        (run / left).write_bytes(BLOCK_MAGIC.to_bytes(4, "little"))
-    said = command("preflight", "--emulated", "run", expect=2)
-    assert "drop that was flown" in said.err and "Make a folder for the next drop" in said.err
+        (run / file_name).write_bytes(BLOCK_MAGIC.to_bytes(4, "little"))
+    output = command("preflight", "--emulated", "run", expect=2)
+    assert "drop that was flown" in output.err and "Make a folder for the next drop" in output.err
     assert (run / "preflight.json").read_text() == "GO of that day"
 
 

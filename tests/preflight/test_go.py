@@ -24,39 +24,41 @@ def test_a_healthy_robot_is_go_and_its_result_is_signed(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", 6.0)
-    shown = ready.preflight(expect=0)
-    assert (shown["verdict"], shown["reasons"], found_wrong(shown), not_made(shown)) == (
+    result = ready.preflight(expect=0)
+    assert (result["verdict"], result["reasons"], found_wrong(result), not_made(result)) == (
         "go",
         [],
         set(),
         set(),
     )
-    assert all(one["sentence"] and one["evidence"] for one in shown["checks"])
-    assert shown["emulated"] is True and shown["left_on_the_boards"] == ""
-    assert check(shown, "gyros-present")["evidence"]["samples"] == pytest.approx(1680, abs=10)
+    assert all(entry["sentence"] and entry["evidence"] for entry in result["checks"])
+    assert result["emulated"] is True and result["left_on_the_boards"] == ""
+    assert check(result, "gyros-present")["evidence"]["samples"] == pytest.approx(1680, abs=10)
 
-    battery = check(shown, "battery")
+    battery = check(result, "battery")
     assert (battery["verdict"], battery["optional"], battery["blocks"]) == ("not-made", True, False)
     assert "not wired" in battery["sentence"].lower(), "never a GO that no one measured"
 
-    pause, envelope = (check(shown, name)["evidence"] for name in ("pause", "envelope"))
-    assert {one["at_most"] for one in pause.values()} == {False}
+    pause, envelope = (check(result, name)["evidence"] for name in ("pause", "envelope"))
+    assert {quantity["at_most"] for quantity in pause.values()} == {False}
     assert envelope["envelope"]["at_most"] is True
     keys = ("value", "limit", "at_most", "beyond", "unit")
-    assert {tuple(one) for one in envelope.values()} == {keys}, "those of tfsat-host envelope --json"
+    assert {tuple(quantity) for quantity in envelope.values()} == {keys}, (
+        "those of tfsat-host envelope --json"
+    )
 
     lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
     rows = {line.split("|")[1].strip().strip("`") for line in lines if line.startswith("| `")}
-    assert rows == {one["name"] for one in shown["checks"]}
+    assert rows == {entry["name"] for entry in result["checks"]}
 
     file = ready.folder / "preflight.json"
     written = json.loads(file.read_text(encoding="utf-8"))
-    assert written["checks"] == shown["checks"] and written["verdict"] == "go"
+    assert written["checks"] == result["checks"] and written["verdict"] == "go"
     assert written["files"]["calibration"]["sha256"] == sha256_of(ready.folder / CERTIFICATE)
     assert written["files"]["maneuver"]["sha256"] == sha256_of(ready.folder / "maneuver.toml")
     entry = entries_of(ready.folder)[-1]
     assert entry.by.startswith("tfsat-host preflight ") and entry.by.endswith(": GO")
-    assert (entry.files[0].name, entry.files[0].sha256) == ("preflight.json", shown["signed"])
+    assert (entry.files[0].name, entry.files[0].sha256) == ("preflight.json", result["signed"])
     assert verify(ready.folder) == ()
     file.write_text(file.read_text(encoding="utf-8").replace('"go"', '"no-go"'), encoding="utf-8")
     assert [finding.name for finding in verify(ready.folder)] == ["preflight.json"]
@@ -103,11 +105,11 @@ def test_an_interrupted_preflight_leaves_no_recording_behind(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch, moment: str, number: signal.Signals
 ) -> None:
     """Interrupt a preflight by Ctrl-C, by `kill` or by closing the terminal: no recording is left."""
-    done: Any = getattr(LoggerClient, moment)
+    original: Any = getattr(LoggerClient, moment)
     calls = []
 
     def interrupted(self: LoggerClient, *args: Any, **kwargs: Any) -> Any:
-        result = done(self, *args, **kwargs)
+        result = original(self, *args, **kwargs)
         calls.append(moment)
         if len(calls) == 1:
             signal.raise_signal(number)
@@ -168,16 +170,16 @@ def test_the_loggers_clock_beside_the_computers(
 
 def test_a_person_reads_every_check_and_go(ready: ReadyRobot) -> None:
     assert main(["preflight", str(ready.folder)]) == 0
-    said = ready.capture.readouterr().out
-    assert "\nGO: " in said and "tfsat-host arm" in said and "\x1b" not in said
+    text = ready.capture.readouterr().out
+    assert "\nGO: " in text and "tfsat-host arm" in text and "\x1b" not in text
 
 
 def test_a_person_reads_why_not_and_what_to_type(ready: ReadyRobot) -> None:
     ready.set_clock = None
     assert main(["preflight", str(ready.folder)]) == 4
-    said = ready.capture.readouterr().out
+    text = ready.capture.readouterr().out
     assert ready.logger().status().unix_us == 0, "it was asked for, not set"
-    assert "\nNO-GO: clock." in said and "tfsat-host logger-settings set --clock" in said
+    assert "\nNO-GO: clock." in text and "tfsat-host logger-settings set --clock" in text
 
 
 def test_a_run_is_a_folder(ready: ReadyRobot) -> None:

@@ -36,12 +36,12 @@ def stale(ready: ReadyRobot) -> None:
 
 
 def without_a_servo(ready: ReadyRobot) -> None:
-    known = ready.calibration
+    calibration = ready.calibration
     ready.certify(
         replace(
-            known,
-            servo_maps=tuple(one for one in known.servo_maps if one.joint != 2),
-            servo_taken=known.servo_taken[:2],
+            calibration,
+            servo_maps=tuple(servo_map for servo_map in calibration.servo_maps if servo_map.joint != 2),
+            servo_taken=calibration.servo_taken[:2],
         )
     )
 

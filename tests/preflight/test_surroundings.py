@@ -39,10 +39,10 @@ def test_a_maneuver_beyond_the_facility(ready: ReadyRobot, entry: str, value: st
 
 
 def test_a_card_that_is_pulled_during_the_trial(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    taken = LoggerClient.wait_for_card
+    wait_for_card = LoggerClient.wait_for_card
 
     def pulled(self: LoggerClient) -> Any:
-        status = taken(self)
+        status = wait_for_card(self)
         ready.robot.card_slot.remove()
         return status
 
@@ -52,10 +52,10 @@ def test_a_card_that_is_pulled_during_the_trial(ready: ReadyRobot, monkeypatch: 
 
 
 def test_samples_that_come_unevenly(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = Counts.from_live
+    from_live = Counts.from_live
 
     def uneven(*args: Any) -> Counts:
-        counts = made(*args)
+        counts = from_live(*args)
         noise = np.random.default_rng(1).normal(0.0, 300.0, len(counts.t_us)).astype(np.int64)
         return replace(counts, t_us=counts.t_us + noise)
 
@@ -157,14 +157,14 @@ def test_boards_that_are_not_there_are_said_once_each(ready: ReadyRobot) -> None
         for board in ("sequencer", "logger")
     }
     assert main(["preflight", str(ready.folder)]) == 4
-    said = ready.capture.readouterr().out
-    text = " ".join(word for word in said.split() if word != "MADE")  # of the column next to it
+    output = ready.capture.readouterr().out
+    text = " ".join(word for word in output.split() if word != "MADE")  # of the column next to it
     for board in ("sequencer", "logger"):
-        assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, said
-        assert text.count(f"The {board} was not reached. See protocol.") == 1, said
-        assert text.count(f"The {board} was not reached.") == 1, said
+        assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, output
+        assert text.count(f"The {board} was not reached. See protocol.") == 1, output
+        assert text.count(f"The {board} was not reached.") == 1, output
     assert f"{CERTIFICATE} is that of an emulated robot." in text
-    (verdict,) = (line for line in said.splitlines() if line.startswith("NO-GO:"))
+    (verdict,) = (line for line in output.splitlines() if line.startswith("NO-GO:"))
     assert verdict.startswith("NO-GO: calibration, protocol, pause, duration, envelope. ")
     assert "could not be made" in verdict and "battery" not in verdict and len(verdict) < 120
     result = ready.preflight(expect=4)
@@ -182,10 +182,10 @@ def test_a_sequencer_that_is_not_there(ready: ReadyRobot) -> None:
 def test_a_logger_whose_cable_is_pulled_in_the_middle_is_said_to_keep_a_recording(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    taken = LoggerClient.wait_for_card
+    wait_for_card = LoggerClient.wait_for_card
 
     def pulled(self: LoggerClient) -> Any:
-        status = taken(self)
+        status = wait_for_card(self)
         ready.robot.set_cable(BoardIndex.LOGGER, False)
         return status
 

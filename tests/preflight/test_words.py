@@ -19,12 +19,12 @@ from tfsat_host.preflight.check import no_go
 from tfsat_host.present.output import Output
 
 
-def arguments(**given: object) -> argparse.Namespace:
-    return argparse.Namespace(**{"port": None, "logger_port": None, "emulated": False, **given})
+def arguments(**options: object) -> argparse.Namespace:
+    return argparse.Namespace(**{"port": None, "logger_port": None, "emulated": False, **options})
 
 
 @pytest.mark.parametrize(
-    ("step", "typed"),
+    ("step", "expected_step"),
     [
         ("tfsat-host disarm", "tfsat-host disarm --port /dev/s"),
         (
@@ -43,49 +43,49 @@ def arguments(**given: object) -> argparse.Namespace:
         ("tfsat-host calibrate show", "tfsat-host calibrate show --out 'a run/calibration.toml'"),
     ],
 )
-def test_commands_name_this_runs_files_and_devices(step: str, typed: str) -> None:
+def test_commands_name_this_runs_files_and_devices(step: str, expected_step: str) -> None:
     run = Path("a run")
-    (told,) = typed_here(
+    (preflight_check,) = typed_here(
         [no_go("Wrong.", step)],
         arguments(port="/dev/s", logger_port="/dev/l"),
         run / "maneuver.toml",
         str(run / "calibration.toml"),
         emulated=False,
     )
-    assert told.next_step == typed
+    assert preflight_check.next_step == expected_step
 
 
 def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+    requests = []
 
     def no_port(board: str, explicit: str | None, _out: Output) -> object:
-        asked.append((board, explicit))
+        requests.append((board, explicit))
         raise PortError(PortProblem.MISSING, what="Not there.", next_step="Plug it in.")
 
     from contextlib import ExitStack
 
     monkeypatch.setattr("tfsat_host.cli.boards.open_port", no_port)
-    for given, expected in (
+    for options, expected in (
         ({}, [("sequencer", None), ("logger", None)]),
         ({"port": "/dev/s"}, [("sequencer", "/dev/s")]),
         ({"port": "/dev/s", "logger_port": "/dev/l"}, [("sequencer", "/dev/s"), ("logger", "/dev/l")]),
     ):
-        asked.clear()
+        requests.clear()
         with ExitStack() as stack:
-            found = transports(arguments(**given), None, stack, Output(stderr=io.StringIO()))  # type: ignore[arg-type]
-        assert asked == expected
-        assert all(isinstance(one, PortError) for one in found.values())
+            transport_by_board = transports(arguments(**options), None, stack, Output(stderr=io.StringIO()))  # type: ignore[arg-type]
+        assert requests == expected
+        assert all(isinstance(transport, PortError) for transport in transport_by_board.values())
 
 
 def test_of_many_commands_that_are_wanted_the_one_is_named_that_lists_them(ready: ReadyRobot) -> None:
     """Name the command that lists all wanted commands, if there are too many to show."""
     landed = Landing(ready.calibration.written + timedelta(minutes=30), "recording 1a2b3c4d")
     ready.certify(replace(ready.calibration, landings=(landed,)))
-    wanted = {one.command for one in ready.calibration.shortcomings()}
+    commands = {gap.command for gap in ready.calibration.shortcomings()}
     step = check(ready.preflight(expect=4), "calibration")["next_step"]
-    assert len(wanted) > 3 and " more" not in step
-    typed = f"tfsat-host calibrate show --out {ready.folder / CERTIFICATE}"
-    assert step.startswith(f"{typed} names all {len(wanted)} commands")
+    assert len(commands) > 3 and " more" not in step
+    command = f"tfsat-host calibrate show --out {ready.folder / CERTIFICATE}"
+    assert step.startswith(f"{command} names all {len(commands)} commands")
 
 
 class Terminal(io.StringIO):
@@ -100,8 +100,8 @@ def test_verdicts_are_green_and_red_on_a_terminal(ready: ReadyRobot, monkeypatch
     monkeypatch.setattr("sys.stdout", terminal)
     ready.robot.set_switch(1, False)
     assert main(["preflight", str(ready.folder)]) == 4
-    said = terminal.getvalue()
-    assert "\x1b[32mGO" in said and "\x1b[1;31mNO-GO" in said
+    text = terminal.getvalue()
+    assert "\x1b[32mGO" in text and "\x1b[1;31mNO-GO" in text
 
 
 def test_the_emulated_robot_of_the_command_is_asked_with_its_own_clock(
@@ -115,6 +115,6 @@ def test_the_emulated_robot_of_the_command_is_asked_with_its_own_clock(
     result = json.loads(capsys.readouterr().out)
     assert check(result, "clock")["verdict"] == "go"
     assert {"calibration", "maneuver", "card"} & {
-        one["name"] for one in result["checks"] if one["verdict"] != "go"
+        entry["name"] for entry in result["checks"] if entry["verdict"] != "go"
     } == {"calibration", "maneuver"}
     assert "--emulated" in check(result, "calibration")["next_step"]

@@ -90,11 +90,11 @@ def test_json_has_rows_in_rows() -> None:
 
 
 def test_page_shows_what_has_a_label() -> None:
-    shown = page.table(TABLE)
-    assert shown["columns"] == ["joint", "flown (deg)", "dead time (ms)", "moved", "words", "file"]
-    assert shown["rows"][0] == ["2", "−30.000 ± 0.012", "2.1", "yes", "of 2", "a-b"]
-    assert shown["rows"][1][1] == "–"
-    assert shown["fold"] == {"first": 1, "words": "1 folded"} and shown["caption"] == "A caption."
+    table = page.table(TABLE)
+    assert table["columns"] == ["joint", "flown (deg)", "dead time (ms)", "moved", "words", "file"]
+    assert table["rows"][0] == ["2", "−30.000 ± 0.012", "2.1", "yes", "of 2", "a-b"]
+    assert table["rows"][1][1] == "–"
+    assert table["fold"] == {"first": 1, "words": "1 folded"} and table["caption"] == "A caption."
 
 
 def test_a_row_of_json_is_shown_as_the_object_was() -> None:
@@ -113,8 +113,8 @@ def test_a_share_is_shown_in_percent_from_an_object_and_from_json() -> None:
         Column("share", "by", shown_in="percent"),
         Column("linear_share", "by", shown_in="percent"),
     ):
-        shown = column.cell({column.key: 0.25})
-        assert isinstance(shown, Quantity) and (shown.value, shown.unit) == (25.0, "%")
+        cell = column.cell({column.key: 0.25})
+        assert isinstance(cell, Quantity) and (cell.value, cell.unit) == (25.0, "%")
 
 
 def test_terminal_says_once_what_the_quantities_of_a_group_share() -> None:
@@ -131,7 +131,9 @@ def test_terminal_breaks_headings_before_numbers() -> None:
     numbers = tuple(Column(f"v{i}", "v", std="std") for i in range(3))
     others = tuple(Column(f"dead{i}", "heading of some words") for i in range(6))
     row = {f"v{i}{end}": value for i in range(3) for end, value in (("", 59.138), ("_std", 0.013))}
-    terminal.show_rows((*numbers, *others), [row | {one.key: 1 for one in others}], Output(stdout=stream))
+    terminal.show_rows(
+        (*numbers, *others), [row | {column.key: 1 for column in others}], Output(stdout=stream)
+    )
     assert stream.getvalue().count("59.138 ± 0.013") == 3
 
 
@@ -158,9 +160,9 @@ def test_key_numbers_of_a_group_share_a_line() -> None:
         "Turn: 1.00 ± 0.10 deg, of body 1",
         "Rates: x -2.00 ± 0.10 deg/s, y unknown deg/s",
     ]
-    shown = [page.key_number(one) for one in quantities]
-    assert (shown[0]["value"], shown[0]["std"]) == (1.0, 0.1) and "row" not in shown[0]
-    assert shown[2]["value"] is None and shown[2]["row"] == "Rates"
+    key_numbers = [page.key_number(quantity) for quantity in quantities]
+    assert (key_numbers[0]["value"], key_numbers[0]["std"]) == (1.0, 0.1) and "row" not in key_numbers[0]
+    assert key_numbers[2]["value"] is None and key_numbers[2]["row"] == "Rates"
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) -> None:
     shutil.copytree(folder, tmp_path / "copy")
     wide = _printed(tmp_path / "copy", command, WIDE)
-    known = set(_words(wide))
+    wide_words = set(_words(wide))
     commands = [
         chunk for line in wide for chunk in unbreakable_chunks(line.split()) if "tfsat-host " in chunk
     ]
@@ -101,7 +101,7 @@ def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) ->
         narrow = _printed(again, command, columns)
         assert [line for line in narrow if line != line.rstrip()] == []
         assert [line for line in narrow if len(line) > columns and not _is_one_chunk(line)] == []
-        assert sorted(set(_words(narrow)) - known) == []
+        assert sorted(set(_words(narrow)) - wide_words) == []
         text = "\n".join(narrow)
         assert [chunk for chunk in commands if chunk.rstrip(".,;:)") not in text] == []
 
@@ -110,8 +110,8 @@ def _printed(folder: Path, command: str, columns: int) -> list[str]:
     for earlier in _earlier(command):
         RunCli(folder)(*earlier.split(), expect=None)
     environ = {"COLUMNS": str(columns), "XDG_STATE_HOME": str(folder / "state")}
-    done = RunCli(folder)(*command.split(), expect=None, environ=environ)
-    return [*done.stdout.splitlines(), *done.stderr.splitlines()]
+    process = RunCli(folder)(*command.split(), expect=None, environ=environ)
+    return [*process.stdout.splitlines(), *process.stderr.splitlines()]
 
 
 def _earlier(command: str) -> Iterator[str]:

@@ -168,9 +168,9 @@ def test_the_board_rejects_what_it_cannot_hold(cpp: CppFraming) -> None:
     assert cpp.receive(encode_frame(longest)) == ([longest], 0)
     assert cpp.receive(encode_frame(too_long) + encode_frame(longest)) == ([longest], 1)
     assert len(encode_frame(longest)) <= MAX_FRAME_BYTES
-    whole = cobs_decode(encode_frame(longest)[:-1])
-    assert whole is not None
-    assert cpp.receive(cobs_encode(whole + b"more") + b"\0") == ([], 1)  # its beginning is no frame
+    frame = cobs_decode(encode_frame(longest)[:-1])
+    assert frame is not None
+    assert cpp.receive(cobs_encode(frame + b"more") + b"\0") == ([], 1)  # its beginning is no frame
 
 
 def test_an_empty_piece_is_no_damage(cpp: CppFraming) -> None:

@@ -50,13 +50,13 @@ def _folder(path: Path) -> Path:
 
 def files(tree: Path) -> dict[str, str]:
     """Return every text file below `tree`, by its name."""
-    found = [path for path in tree.rglob("*") if path.is_file() and path.suffix != ".pyc"]
-    return {path.relative_to(tree).as_posix(): path.read_text(encoding="utf-8") for path in found}
+    paths = [path for path in tree.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    return {path.relative_to(tree).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
 def test_what_is_committed_is_what_the_specification_says() -> None:
-    done = generate(REPOSITORY, "--check")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    process = generate(REPOSITORY, "--check")
+    assert (process.returncode, process.stdout, process.stderr) == (0, "", "")
 
 
 def test_every_generated_file_is_watched(tree: Path) -> None:
@@ -72,18 +72,18 @@ def test_every_generated_file_is_watched(tree: Path) -> None:
         (tree / "docs" / page).unlink()
     missing = set(before) - set(files(tree))
     assert len(missing) > 20
-    done = generate(tree)
-    assert done.returncode == 0, done.stderr
-    assert {line.removeprefix("wrote ") for line in done.stdout.splitlines()} == missing
+    process = generate(tree)
+    assert process.returncode == 0, process.stderr
+    assert {line.removeprefix("wrote ") for line in process.stdout.splitlines()} == missing
     assert files(tree) == before
 
     for name in missing:
         path = tree / name
         path.write_text(path.read_text() + "\n")
-    done = generate(tree, "--check")
-    assert done.returncode == 1
-    assert {line.split()[1] for line in done.stderr.splitlines()} == missing
-    assert "make protocol" in done.stderr
+    process = generate(tree, "--check")
+    assert process.returncode == 1
+    assert {line.split()[1] for line in process.stderr.splitlines()} == missing
+    assert "make protocol" in process.stderr
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,9 @@ def test_a_touched_file_fails_the_check_until_it_is_generated_again(tree: Path, 
     path = tree / name
     original = path.read_text()
     path.write_text(original.replace("1", "2", 1))
-    done = generate(tree, "--check")
-    assert done.returncode == 1
-    assert done.stderr == f"stale: {name} (run `make protocol` and commit the result)\n"
+    process = generate(tree, "--check")
+    assert process.returncode == 1
+    assert process.stderr == f"stale: {name} (run `make protocol` and commit the result)\n"
     assert path.read_text() != original  # --check writes nothing
     assert generate(tree).stdout == f"wrote {name}\n"
     assert path.read_text() == original
@@ -111,17 +111,19 @@ def test_a_touched_file_fails_the_check_until_it_is_generated_again(tree: Path, 
 def test_hand_written_link_code_is_copied_to_both_sketches(tree: Path) -> None:
     source = tree / "protocol" / "cpp" / "link.h"
     source.write_text(source.read_text() + "// changed\n")
-    done = generate(tree)
-    assert sorted(done.stdout.splitlines()) == [f"wrote {folder}/link.h" for folder in GENERATED_FOLDERS[:2]]
+    process = generate(tree)
+    assert sorted(process.stdout.splitlines()) == [
+        f"wrote {folder}/link.h" for folder in GENERATED_FOLDERS[:2]
+    ]
 
 
 def test_a_contradiction_is_an_error_that_names_the_file(tree: Path) -> None:
     before = files(tree)
     broken = TEXT.replace("id = 0x21", "id = 0x20")
     (tree / "protocol" / "tfsat.toml").write_text(broken)
-    done = generate(tree)
-    assert done.returncode == 1
-    assert done.stderr.startswith("protocol/tfsat.toml: message ids must be different")
+    process = generate(tree)
+    assert process.returncode == 1
+    assert process.stderr.startswith("protocol/tfsat.toml: message ids must be different")
     assert files(tree) == before | {"protocol/tfsat.toml": broken}
 
 

@@ -28,8 +28,8 @@ BLOCKS: list[dict[str, Any]] = GOLDEN["blocks"]
 
 
 def payload_class(name: str) -> type[Payload]:
-    found: type[Payload] = getattr(messages, name)
-    return found
+    payload_type: type[Payload] = getattr(messages, name)
+    return payload_type
 
 
 def from_plain(record: type[Record], values: dict[str, Any]) -> Record:
@@ -80,20 +80,20 @@ def test_a_payload_of_another_length_is_refused(vector: dict[str, Any]) -> None:
 
 def enum_fields() -> list[tuple[type[Payload], int]]:
     """Payloads with an enumeration, and where in them its byte stands."""
-    found = []
+    fields = []
     for vector in FRAMES:
         kind, offset = payload_class(vector["payload_name"]), 0
         for _, field, count in kind.LAYOUT:
             if isinstance(field, str):
                 size = struct.calcsize("<" + field)
             elif issubclass(field, IntEnum):
-                found.append((kind, offset))
+                fields.append((kind, offset))
                 size = 1
             else:
                 size = field.SIZE
             offset += size * (1 if count is None else count)
         assert offset == kind.SIZE
-    return found
+    return fields
 
 
 @pytest.mark.parametrize(

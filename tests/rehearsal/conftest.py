@@ -21,16 +21,16 @@ from tests.run.bundle.commands import command
 def rehearsed(once: Once) -> Rehearsing:
     """`rehearsed("59", "70", expect=0)`: the command, what it printed and its folder, which is not to be changed."""
 
-    def get(*typed: str, expect: int = 0) -> Rehearsed:
+    def get(*arguments: str, expect: int = 0) -> Rehearsed:
         def made() -> Rehearsed:
-            folder = once.folder / hashlib.sha256(repr(typed).encode()).hexdigest()[:16]
+            folder = once.folder / hashlib.sha256(repr(arguments).encode()).hexdigest()[:16]
             folder.mkdir()
             with contextlib.chdir(folder):
-                said = command("rehearse", *typed, "--out", "run", expect=expect)
-            return Rehearsed(folder / "run", said.out, said.err)
+                output = command("rehearse", *arguments, "--out", "run", expect=expect)
+            return Rehearsed(folder / "run", output.out, output.err)
 
-        one: Rehearsed = once(repr((typed, expect)), made)
-        return one
+        rehearsal: Rehearsed = once(repr((arguments, expect)), made)
+        return rehearsal
 
     return get
 
@@ -43,7 +43,7 @@ def run(rehearsed: Rehearsing, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.fixture(scope="session")
-def seen(once: Once) -> Days:
+def day_of(once: Once) -> Days:
     """Return a function that gives the outcome of a fault's day."""
 
     def get(fault: Any) -> Day:
@@ -54,12 +54,12 @@ def seen(once: Once) -> Days:
 
 
 @pytest.fixture(scope="session")
-def no_go(once: Once, seen: Days) -> Callable[[Any], tuple[str, ...]]:
+def no_go(once: Once, day_of: Days) -> Callable[[Any], tuple[str, ...]]:
     """Checks that stand against the drop when the fault is there before the preflight."""
 
     def get(fault: Any) -> tuple[str, ...]:
         if fault.moment in days.BEFORE_PREFLIGHT:
-            return seen(fault).no_go
+            return day_of(fault).no_go
         checks: tuple[str, ...] = once(f"preflight of {fault.name}", lambda: days.no_go(fault))
         return checks
 

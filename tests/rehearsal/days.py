@@ -50,7 +50,7 @@ class Rehearsed:
 
 
 class Rehearsing(Protocol):
-    def __call__(self, *typed: str, expect: int = 0) -> Rehearsed: ...
+    def __call__(self, *arguments: str, expect: int = 0) -> Rehearsed: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +121,9 @@ def seen(fault: Fault) -> Day:
     if drop.refused is None:
         log = decode_drop(drop)
         try:
-            found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
-            judged = JudgedDay(drop, log, found, verdict_of(found))
-            checks = {one["name"]: one for one in records(CHECKS, found.checks)}
+            evaluation = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
+            judged = JudgedDay(drop, log, evaluation, verdict_of(evaluation))
+            checks = {check["name"]: check for check in records(CHECKS, evaluation.checks)}
         except TfsatError as error:
             judged = JudgedDay(drop, log, refusal=error)
     return Day(

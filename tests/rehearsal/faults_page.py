@@ -11,7 +11,9 @@ from tfsat_host.rehearsal.fault import Fault, Moment, Outcome, words_of
 from tfsat_host.rehearsal.faults import FAULTS, GROUPS
 
 PAGE = DOCS / "faults.md"
-_MOMENTS = "\n".join(["| moment | |", "| --- | --- |", *(f"| {one.typed} | {one.value} |" for one in Moment)])
+_MOMENTS = "\n".join(
+    ["| moment | |", "| --- | --- |", *(f"| {moment.typed} | {moment.value} |" for moment in Moment)]
+)
 _HEAD = f"""# Faults
 
 Written by `python -m tests.rehearsal.faults_page`; do not edit. Each row was rehearsed with the firmware's own code;
@@ -48,44 +50,52 @@ Of one drop each, of seed 1 and the default size: the verdict, and the causes th
 Checks = Callable[[Fault], tuple[str, ...]]
 
 
-def page(seen: Days, no_go: Checks) -> str:
+def page(day_of: Days, no_go: Checks) -> str:
     """Render the page's text.
 
     Args:
-        seen: Gives the outcome of a fault's day.
+        day_of: Gives the outcome of a fault's day.
         no_go: Gives the checks that forbid the drop if the fault is present before the preflight.
     """
-    rows = "".join(row(fault, seen(fault), no_go) for fault in FAULTS)
-    return _HEAD + rows + _DIAGNOSES + "".join(diagnosis(fault, seen(fault)) for fault in MISMATCHES)
+    rows = "".join(row(fault, day_of(fault), no_go) for fault in FAULTS)
+    return _HEAD + rows + _DIAGNOSES + "".join(diagnosis(fault, day_of(fault)) for fault in MISMATCHES)
 
 
-def diagnosis(fault: Fault, found: Day) -> str:
+def diagnosis(fault: Fault, day: Day) -> str:
     """Format a mismatch's row in the second table: the evaluation's diagnosis."""
-    causes = dict.fromkeys(one["cause"] for one in found.checks.values() if one["cause"])
-    level = found.verdict or "refused"
+    causes = dict.fromkeys(check["cause"] for check in day.checks.values() if check["cause"])
+    level = day.verdict or "refused"
     return f"| `{fault.name}` | {level} | {'; '.join(causes) or '–'} |\n"
 
 
-def row(fault: Fault, found: Day, no_go: Checks) -> str:
+def row(fault: Fault, day: Day, no_go: Checks) -> str:
     """Format a fault's row of the table."""
-    where = ", ".join(who for who, words in found.said.items() if fault.noticed and fault.noticed in words)
+    where = ", ".join(who for who, words in day.said.items() if fault.noticed and fault.noticed in words)
     own, all_of_it = fault.moment.typed, words_of(fault.outcomes)
-    kept = ", no recording" if found.log is None else "" if fault.complete else ", recording cut off"
+    recording_note = ", no recording" if day.log is None else "" if fault.complete else ", recording cut off"
     cells = (
         f"`{fault.name}`",
         fault.what if fault.size is None else f"{fault.what} ({fault.size})",
         own if own == all_of_it else f"{own}; {all_of_it}",
         "later" if fault.preflight is None else ", ".join(f"`{name}`" for name in no_go(fault)) or "–",
-        _robot(fault, kept),
+        _robot(fault, recording_note),
         where or "–",
     )
     return "| " + " | ".join(cells) + " |\n"
 
 
-def _robot(fault: Fault, kept: str) -> str:
-    others = [one for one in dict.fromkeys(fault.outcomes.values()) if one is not fault.outcome]
-    when = {one: words_of([at for at, what in fault.outcomes.items() if what is one]) for one in others}
-    return "; ".join([_short(fault.outcome) + kept, *(f"{_short(one)} if @{when[one]}" for one in others)])
+def _robot(fault: Fault, recording_note: str) -> str:
+    others = [outcome for outcome in dict.fromkeys(fault.outcomes.values()) if outcome is not fault.outcome]
+    when = {
+        outcome: words_of([at for at, what in fault.outcomes.items() if what is outcome])
+        for outcome in others
+    }
+    return "; ".join(
+        [
+            _short(fault.outcome) + recording_note,
+            *(f"{_short(outcome)} if @{when[outcome]}" for outcome in others),
+        ]
+    )
 
 
 def _short(outcome: Outcome) -> str:

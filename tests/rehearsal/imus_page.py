@@ -80,13 +80,13 @@ gravity takes along must be measured in orbit, by a star tracker or a sun sensor
 
 def page(runs: int) -> str:
     """Render the page's text."""
-    flown = fly(runs)
+    drops_by_imu = fly(runs)
     return "".join(
         (
             _HEAD.format(runs=runs),
-            *_table(flown, runs),
+            *_table(drops_by_imu, runs),
             _BETWEEN,
-            *robots_table({imu: outcomes[:SHOWN] for imu, outcomes in flown.items()}),
+            *robots_table({imu: outcomes[:SHOWN] for imu, outcomes in drops_by_imu.items()}),
             _WORDS,
             *orbit_rows([load_imu(imu) for imu in IMUS]),
             _FORMULAS,
@@ -107,49 +107,57 @@ def fly(runs: int, fly_series: Fly = fly_many) -> dict[str, tuple[RehearsedDrop,
         imu: Series(SCHEDULE, filed, _SEED, part=load_imu(imu), preflight=preflight(despite=False))
         for imu in IMUS
     }
-    return {imu: fly_series(one, runs) for imu, one in series.items()}
+    return {imu: fly_series(imu_series, runs) for imu, imu_series in series.items()}
 
 
-def robots_table(flown: dict[str, tuple[RehearsedDrop, ...]]) -> list[str]:
+def robots_table(drops_by_imu: dict[str, tuple[RehearsedDrop, ...]]) -> list[str]:
     """Lines of Markdown, one a robot."""
     lines = ["| robot | seed | " + " | ".join(_name(load_imu(imu)) for imu in IMUS) + " |\n"]
     lines.append("| --- | --- |" + " --- |" * len(IMUS) + "\n")
-    for outcomes in zip(*flown.values(), strict=True):
-        cells = [str(outcomes[0].number), str(outcomes[0].seed), *(_error(one) for one in outcomes)]
+    for outcomes in zip(*drops_by_imu.values(), strict=True):
+        cells = [str(outcomes[0].number), str(outcomes[0].seed), *(_error(drop) for drop in outcomes)]
         lines.append("| " + " | ".join(cells) + " |\n")
     return lines
 
 
 def _error(outcome: RehearsedDrop) -> str:
-    one = next((one for one in outcome.compared if one.name == "reorientation"), None)
-    return "not evaluated" if one is None else f"{one.found - one.true:+.3f} ± {one.std:.3f} deg"
+    estimate = next((estimate for estimate in outcome.compared if estimate.name == "reorientation"), None)
+    return (
+        "not evaluated"
+        if estimate is None
+        else f"{estimate.found - estimate.true:+.3f} ± {estimate.std:.3f} deg"
+    )
 
 
-def _table(flown: dict[str, tuple[RehearsedDrop, ...]], runs: int) -> list[str]:
+def _table(drops_by_imu: dict[str, tuple[RehearsedDrop, ...]], runs: int) -> list[str]:
     lines = [f"| of {runs} robots | | " + " | ".join(_name(load_imu(imu)) for imu in IMUS) + " |\n"]
     lines.append("| --- | --- |" + " --- |" * len(IMUS) + "\n")
     for title, unit, name in _QUANTITIES:
-        cells = [_figures(_of(outcomes, name), unit) for outcomes in flown.values()]
+        cells = [_figures(_of(outcomes, name), unit) for outcomes in drops_by_imu.values()]
         for row, label in enumerate(("error, rms", "stated std", "95 % hold")):
             lines.append(
-                f"| {title if row == 0 else ''} | {label} | " + " | ".join(one[row] for one in cells) + " |\n"
+                f"| {title if row == 0 else ''} | {label} | "
+                + " | ".join(cell[row] for cell in cells)
+                + " |\n"
             )
-    good = [str(sum(one.verdict == "good" for one in outcomes)) for outcomes in flown.values()]
+    good = [str(sum(drop.verdict == "good" for drop in outcomes)) for outcomes in drops_by_imu.values()]
     return [*lines, "| verdict | good | " + " | ".join(good) + " |\n"]
 
 
 def _of(outcomes: Sequence[RehearsedDrop], name: str) -> list[EstimateAndTruth]:
-    return [one for outcome in outcomes for one in outcome.compared if one.name.startswith(name)]
+    return [
+        estimate for outcome in outcomes for estimate in outcome.compared if estimate.name.startswith(name)
+    ]
 
 
 def _figures(ones: list[EstimateAndTruth], unit: str) -> tuple[str, str, str]:
-    error = np.array([one.found - one.true for one in ones])
-    std = np.array([one.std for one in ones])
-    held = float((np.abs(error) <= 1.96 * std).mean())
+    error = np.array([estimate.found - estimate.true for estimate in ones])
+    std = np.array([estimate.std for estimate in ones])
+    coverage = float((np.abs(error) <= 1.96 * std).mean())
     return (
         f"{float(np.sqrt((error**2).mean())):.3f} {unit}",
         f"{float(np.median(std)):.3f} {unit}",
-        f"{100.0 * held:.0f} %",
+        f"{100.0 * coverage:.0f} %",
     )
 
 
@@ -180,7 +188,7 @@ def orbit_rows(parts: Sequence[ImuPart]) -> list[str]:
         "| after 10 min | " + " | ".join(part.name.split()[-1] for part in parts) + " |\n",
         "| --- |" + " --- |" * len(parts) + "\n",
         *(
-            f"| {what} | " + " | ".join(f"{one:.2g}" for one in figures) + " |\n"
+            f"| {what} | " + " | ".join(f"{figure:.2g}" for figure in figures) + " |\n"
             for what, figures in rows.items()
         ),
     ]

@@ -42,7 +42,7 @@ from tfsat_host.robot import load_robot
 SOUND = Fault(
     "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), preflight=()
 )
-named: Any = {"ids": lambda one: one.name if isinstance(one, Fault) else one.typed}
+named: Any = {"ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed}
 SLOW = "calibration-of-another-robot"
 """Its fit takes long to settle."""
 
@@ -60,7 +60,7 @@ def each(faults: Sequence[Fault], *sample: str) -> pytest.MarkDecorator:
     late = {SLOW, *(fault.name for fault in MISMATCHES)} - QUICK_MISMATCHES
     chosen = sample or [fault.name for fault in faults if fault.name not in late]
     marks = [() if fault.name in chosen else pytest.mark.prove for fault in faults]
-    params = [pytest.param(one, marks=mark) for one, mark in zip(faults, marks, strict=True)]
+    params = [pytest.param(fault, marks=mark) for fault, mark in zip(faults, marks, strict=True)]
     return pytest.mark.parametrize("fault", params, **named)
 
 
@@ -90,76 +90,82 @@ def test_the_preflight_finds_the_calibration_of_another_robot() -> None:
 
 
 @EACH
-def test_what_the_robot_then_does(seen: Days, fault: Fault) -> None:
-    found = seen(fault)
-    assert found.refused == (fault.outcome is Outcome.NOT_DROPPED)
-    assert (found.moved_deg > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
-    others = set(found.came) - {fault.outcome}
-    assert fault.outcome in found.came
+def test_what_the_robot_then_does(day_of: Days, fault: Fault) -> None:
+    day = day_of(fault)
+    assert day.refused == (fault.outcome is Outcome.NOT_DROPPED)
+    assert (day.moved_deg > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
+    others = set(day.came) - {fault.outcome}
+    assert fault.outcome in day.came
     assert others <= {Outcome.FLIES} and (not others or fault.outcome is Outcome.STOPS)
 
 
 @EACH
-def test_what_it_keeps_and_who_notices(seen: Days, fault: Fault) -> None:
-    found = seen(fault)
-    if found.log is not None:
-        assert found.log.samples_lost == 0
-        assert (found.log.verdict != "truncated") == fault.complete
-    words = " ".join(found.said.values())
+def test_what_it_keeps_and_who_notices(day_of: Days, fault: Fault) -> None:
+    day = day_of(fault)
+    if day.log is not None:
+        assert day.log.samples_lost == 0
+        assert (day.log.verdict != "truncated") == fault.complete
+    words = " ".join(day.said.values())
     assert fault.noticed in words
     if not fault.noticed:
         assert "Nothing speaks against it" in words
-        assert not found.no_go
+        assert not day.no_go
 
 
-def test_words_of_a_fault_are_not_given_without_it(seen: Days) -> None:
-    words = " ".join(seen(SOUND).said.values())
+def test_words_of_a_fault_are_not_given_without_it(day_of: Days) -> None:
+    words = " ".join(day_of(SOUND).said.values())
     assert "Nothing speaks against it" in words
     assert [fault.name for fault in FAULTS if fault.noticed and fault.noticed in words] == []
-    assert seen(SOUND).no_go == ()
+    assert day_of(SOUND).no_go == ()
 
 
 @pytest.mark.parametrize(
     "name", ["sequencer-clock-fast", "watchdog-while-falling", "servo-dead", "servo-slow"]
 )
-def test_what_servos_and_clocks_do_is_no_other_maneuver(seen: Days, name: str) -> None:
-    checks = seen(fault_named(name)).checks
-    assert [checks[one]["verdict"] for one in ("maneuver as filed", "start pose")] == ["passed", "passed"]
+def test_what_servos_and_clocks_do_is_no_other_maneuver(day_of: Days, name: str) -> None:
+    checks = day_of(fault_named(name)).checks
+    assert [checks[check_name]["verdict"] for check_name in ("maneuver as filed", "start pose")] == [
+        "passed",
+        "passed",
+    ]
 
 
-def test_a_start_pose_that_is_wrong_is_named(seen: Days) -> None:
+def test_a_start_pose_that_is_wrong_is_named(day_of: Days) -> None:
     """Name a wrong start pose in the verdict.
 
     A reversed servo holds its joint on the other side of the pulse's middle before the first stroke.
     """
-    found = seen(fault_named("servo-reversed"))
-    (reason,) = [one for one in found.reasons if "Wrong start pose" in one]
+    day = day_of(fault_named("servo-reversed"))
+    (reason,) = [sentence for sentence in day.reasons if "Wrong start pose" in sentence]
     assert "joint 1 stood at +" in reason and "instead of 0 ± 10 deg" in reason
-    pose = found.checks["start pose"]
+    pose = day.checks["start pose"]
     assert pose["verdict"] == "failed" and pose["value"] > pose["threshold"] == 10.0
     assert pose["cause"].startswith("servo of joint 1: it turns the other way")
-    assert found.checks["maneuver as filed"]["verdict"] == "passed"
+    assert day.checks["maneuver as filed"]["verdict"] == "passed"
 
 
 @pytest.mark.parametrize(
     "offset_us",
-    [one if one in (-60_000, 20_000) else pytest.param(one, marks=pytest.mark.prove) for one in STEPS_US],
+    [
+        step_us if step_us in (-60_000, 20_000) else pytest.param(step_us, marks=pytest.mark.prove)
+        for step_us in STEPS_US
+    ],
 )
-def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
+def test_power_cuts_around_the_landing(day_of: Days, offset_us: int) -> None:
     """Power cuts around the landing leave the samples already on the card readable.
 
     They equal those of the same drop without a cut.
     """
-    whole = seen(SOUND).log
+    full_log = day_of(SOUND).log
     drop = flown(
         replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
     )
     log = decode_drop(drop)
-    assert whole is not None and whole.release_us is not None and log.release_us is not None
+    assert full_log is not None and full_log.release_us is not None and log.release_us is not None
     assert drop.landed_s is not None and drop.released_s is not None
     assert log.samples_lost == 0
-    assert np.array_equal(log.t_us - log.release_us, (whole.t_us - whole.release_us)[: len(log)])
-    assert np.array_equal(log.imu_counts, whole.imu_counts[: len(log)])
+    assert np.array_equal(log.t_us - log.release_us, (full_log.t_us - full_log.release_us)[: len(log)])
+    assert np.array_equal(log.imu_counts, full_log.imu_counts[: len(log)])
     cut_s = drop.landed_s - drop.released_s + offset_us / US_PER_S
     assert cut_s - LATE_S < log.seconds(int(log.t_us[-1])) <= cut_s
 
@@ -171,52 +177,52 @@ def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
     "watchdog-while-falling",
     "brown-out-at-release",
 )
-def test_the_flashed_image_does_the_same(seen: Days, fault: Fault) -> None:
+def test_the_flashed_image_does_the_same(day_of: Days, fault: Fault) -> None:
     """Flashed image behaves the same as the native core.
 
     It is the AVR's own code, watchdog, brown-out and EEPROM, in an emulated ATmega32U4.
     """
-    found, filed = seen(fault), load_robot()
+    day, filed = day_of(fault), load_robot()
     drop = rehearse(SCHEDULE, filed, drawn_truth(filed, SEED), hex_path=sequencer_hex(), faults=(fault,))
     assert (drop.refused is not None) == (fault.outcome is Outcome.NOT_DROPPED)
     if drop.refused is None:
-        assert (None if drop.sequencer is None else drop.sequencer.state) is found.state
-        assert turned_deg(drop) == pytest.approx(found.turned_deg, abs=BACKLASH_DEG)
+        assert (None if drop.sequencer is None else drop.sequencer.state) is day.state
+        assert turned_deg(drop) == pytest.approx(day.turned_deg, abs=BACKLASH_DEG)
 
 
 @EACH
-def test_the_page_has_the_fault_as_it_was_rehearsed(seen: Days, no_go: NoGoOf, fault: Fault) -> None:
-    assert row(fault, seen(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
+def test_the_page_has_the_fault_as_it_was_rehearsed(day_of: Days, no_go: NoGoOf, fault: Fault) -> None:
+    assert row(fault, day_of(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
 @pytest.mark.parametrize("fault", MISMATCHES, **named)
-def test_the_page_has_what_an_evaluation_makes_of_it(seen: Days, fault: Fault) -> None:
-    assert diagnosis(fault, seen(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
+def test_the_page_has_what_an_evaluation_makes_of_it(day_of: Days, fault: Fault) -> None:
+    assert diagnosis(fault, day_of(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
 def test_the_page_has_these_faults() -> None:
     names = [line.split("`")[1] for line in PAGE.read_text().splitlines() if line.startswith("| `")]
-    assert names == [one.name for one in (*FAULTS, *MISMATCHES)]
+    assert names == [fault.name for fault in (*FAULTS, *MISMATCHES)]
 
 
 def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:
     for fault, moment in PAIRS:
-        typed = f"{fault.name}{AT}{moment.typed}"
+        fault_text = f"{fault.name}{AT}{moment.typed}"
         if moment in fault.outcomes:
-            assert fault_named(typed).moment is moment
+            assert fault_named(fault_text).moment is moment
             continue
         with pytest.raises(UsageError) as refused:
-            fault_named(typed)
+            fault_named(fault_text)
         assert fault.what in str(refused.value)
         words = refused.value.next_step.replace(fault.name, "").replace(",", " ").replace(".", " ").split()
-        assert {one.typed for one in Moment} & set(words) == {one.typed for one in fault.outcomes}
+        assert {moment.typed for moment in Moment} & set(words) == {moment.typed for moment in fault.outcomes}
 
 
 @pytest.mark.parametrize(
     ("fault", "moment"),
     [
-        pytest.param(*one, marks=() if number < 3 else pytest.mark.prove)
-        for number, one in enumerate(random.Random(7).sample(POSSIBLE, OTHER_MOMENTS))
+        pytest.param(*pair, marks=() if number < 3 else pytest.mark.prove)
+        for number, pair in enumerate(random.Random(7).sample(POSSIBLE, OTHER_MOMENTS))
     ],
     **named,
 )
@@ -231,10 +237,10 @@ def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> N
 
 
 def test_the_list(tfsat_host: RunCli) -> None:
-    listed = {one["name"]: one for one in tfsat_host.json("rehearse", "--list-faults")["faults"]}
+    listed = {fault["name"]: fault for fault in tfsat_host.json("rehearse", "--list-faults")["faults"]}
     assert list(listed) == [fault.name for fault in FAULTS]
-    shown = tfsat_host("rehearse", "--list-faults").stdout
-    assert all(fault.name in shown for fault in FAULTS)
+    text = tfsat_host("rehearse", "--list-faults").stdout
+    assert all(fault.name in text for fault in FAULTS)
     assert listed["gyro-dead"]["moments"] == {moment.typed: "flies the maneuver" for moment in Moment}
     assert listed["host-crash-in-upload"]["moments"] == {"powered": "flies the maneuver"}
     for name in ("sequencer-clock-fast", "logger-clock-fast", "servo-dead"):  # of no matter after the landing
@@ -242,7 +248,7 @@ def test_the_list(tfsat_host: RunCli) -> None:
     assert listed["switch-stuck-open"]["moments"]["recording"] == "is not dropped"
     assert listed["switch-stuck-open"]["moments"]["armed"] == "flies the maneuver"
     assert (listed["gyro-dead"]["size"], listed["gyro-dead"]["unit"]) == (None, None)
-    assert (listed["imu-late"]["size"], listed["imu-late"]["unit"]) == (2.0, "ms") and " 2 ms " in shown
+    assert (listed["imu-late"]["size"], listed["imu-late"]["unit"]) == (2.0, "ms") and " 2 ms " in text
 
 
 def test_moments_in_words() -> None:
@@ -252,7 +258,7 @@ def test_moments_in_words() -> None:
 
 
 @pytest.mark.parametrize(
-    ("typed", "words"),
+    ("fault_names", "words"),
     [
         (["gremlins"], ["There is no fault 'gremlins'", "--list-faults"]),
         (["gyro-dead@dawn"], ["There is no moment 'dawn'", "gyro-dead@ and one of powered, uploaded"]),
@@ -276,13 +282,13 @@ def test_moments_in_words() -> None:
         (["certificate-wrong", SLOW], ["both are of the same part, calibration"]),
     ],
 )
-@pytest.mark.parametrize("more", [(), ("--runs", "2")])
+@pytest.mark.parametrize("extra_options", [(), ("--runs", "2")])
 def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
-    tfsat_host: RunCli, typed: list[str], words: list[str], more: tuple[str, ...]
+    tfsat_host: RunCli, fault_names: list[str], words: list[str], extra_options: tuple[str, ...]
 ) -> None:
-    options = [word for name in typed for word in ("--fault", name)]
-    refused = tfsat_host("rehearse", "59", "70", *options, *more, expect=2).stderr
-    assert all(one in refused for one in words)
+    options = [word for name in fault_names for word in ("--fault", name)]
+    refused = tfsat_host("rehearse", "59", "70", *options, *extra_options, expect=2).stderr
+    assert all(word in refused for word in words)
     assert not (tfsat_host.folder / "run").exists()
 
 
@@ -290,16 +296,16 @@ def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
 def misjudged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Change the catalog to demand, wrongly, that a jolt keeps the robot from flying."""
     demands = at_any_moment(Outcome.STANDS_STILL)
-    wrong = [replace(one, outcomes=demands) if one.name == "crane-jolt" else one for one in FAULTS]
+    wrong = [replace(fault, outcomes=demands) if fault.name == "crane-jolt" else fault for fault in FAULTS]
     monkeypatch.setattr(faults, "FAULTS", tuple(wrong))
     monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.usefixtures("misjudged")
 def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
-    shown = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
-    assert "By design the robot then moves no joint. It did NOT: in truth joints 1, 2, 3 moved by" in shown
-    assert "The evaluation:       GOOD" in shown
+    text = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
+    assert "By design the robot then moves no joint. It did NOT: in truth joints 1, 2, 3 moved by" in text
+    assert "The evaluation:       GOOD" in text
 
 
 @pytest.mark.usefixtures("misjudged")
@@ -309,18 +315,20 @@ def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
         return tuple(series.fly(many, number) for number in range(1, runs + 1))
 
     monkeypatch.setattr(series, "fly_many", here)
-    shown = command("rehearse", "59", "70", "--fault", "crane-jolt", "--runs", "2", "--out", "many", expect=3)
-    assert "2 good" in shown.out
-    assert "did NOT do what it must with these faults, by the truth, in drop 1, 2." in shown.out
+    output = command(
+        "rehearse", "59", "70", "--fault", "crane-jolt", "--runs", "2", "--out", "many", expect=3
+    )
+    assert "2 good" in output.out
+    assert "did NOT do what it must with these faults, by the truth, in drop 1, 2." in output.out
 
 
 def test_a_preflight_that_gives_no_go(run: Path) -> None:
     """Nothing is dropped then; what an older rehearsal left in the folder goes; and it can be dropped all the same."""
-    typed = ("rehearse", "59", "70", "--fault", "gyro-dead@powered", "--out", "run")
-    refused = command(*typed, expect=4).out
+    arguments = ("rehearse", "59", "70", "--fault", "gyro-dead@powered", "--out", "run")
+    refused = command(*arguments, expect=4).out
     assert "Preflight:            NO-GO: gyros-present." in refused
     assert "Nothing was dropped:" in refused and "--despite-preflight" in refused
     assert not {path.name for path in run.iterdir()} & {"SD.bin", "SD.csv", "truth.csv", "report.html"}
-    dropped = result(*typed, "--despite-preflight", expect=3)
+    dropped = result(*arguments, "--despite-preflight", expect=3)
     assert dropped["no_go"] == ["gyros-present"]
     assert (run / "SD.bin").exists()

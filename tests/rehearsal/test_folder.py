@@ -65,14 +65,14 @@ def flown_many(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def interrupted_at(patch: pytest.MonkeyPatch, owner: Any, name: str, call: int, *, after: bool) -> None:
     """Ctrl-C before or after so many calls of a function."""
-    whole: Callable[..., Any] = getattr(owner, name)
+    original: Callable[..., Any] = getattr(owner, name)
     calls = iter(range(1, 1000))
 
     def cut(*args: Any, **options: Any) -> Any:
         now = next(calls) == call
         if now and not after:
             raise KeyboardInterrupt
-        value = whole(*args, **options)
+        value = original(*args, **options)
         if now:
             raise KeyboardInterrupt
         return value
@@ -159,8 +159,8 @@ def test_a_card_that_is_copied_while_the_rehearsal_goes_on_stays(
 
 def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     command("campaign", "init", "camp")
-    said = command("campaign", "add", "camp", "run")
-    assert "EMULATED: no robot fell" in said.words
+    output = command("campaign", "add", "camp", "run")
+    assert "EMULATED: no robot fell" in output.words
     drop = Path("camp/drop-0001")
     assert not (drop / REHEARSED).exists() and (run / REHEARSED).exists()
     assert result("campaign", "list", "camp")["drops"][0]["robot"] == "emulated"
@@ -184,21 +184,21 @@ def test_the_robot_and_the_maneuver_in_the_folder_itself_can_be_flown_again(run:
     assert changed <= {REHEARSED, "summary.json", "report.html"}
     command("rehearse", "59", "70", "--runs", "2", "--robot", "run/robot.toml", "--out", "run", expect=3)
     assert (run / "robot.toml").read_bytes() == before["robot.toml"]
-    left = {path.name for path in run.iterdir() if path.is_file()}
-    assert left == {REHEARSED, "maneuver.toml", "robot.toml", "runs.csv", "runs.json"}
+    file_names = {path.name for path in run.iterdir() if path.is_file()}
+    assert file_names == {REHEARSED, "maneuver.toml", "robot.toml", "runs.csv", "runs.json"}
 
 
-@pytest.mark.parametrize("more", [(), ("--runs", "2")])
-def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, more: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("options", [(), ("--runs", "2")])
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, options: tuple[str, ...]) -> None:
     (tmp_path / "precious").mkdir()
     (tmp_path / "precious" / "runs.csv").write_text("mine")
     (tmp_path / "file").write_text("mine")
     with contextlib.chdir(tmp_path):
-        refused = command("rehearse", "59", "70", "--out", "precious", *more, expect=2).err
+        refused = command("rehearse", "59", "70", "--out", "precious", *options, expect=2).err
         assert "holds files that no rehearsal made" in refused
-        refused = command("rehearse", "59", "70", "--out", "file", "--force", *more, expect=2).err
+        refused = command("rehearse", "59", "70", "--out", "file", "--force", *options, expect=2).err
         assert "Give the name of a folder" in refused and "--force" not in refused
-        refused = command("rehearse", "59", "70", "--out", "file/many", *more, expect=1).err
+        refused = command("rehearse", "59", "70", "--out", "file/many", *options, expect=1).err
         assert "is a file, not a folder" in refused
     assert [path.read_text() for path in (tmp_path / "precious").iterdir()] == ["mine"]
 
@@ -268,9 +268,9 @@ def test_ctrl_c_when_the_new_files_are_whole_leaves_these(
     with monkeypatch.context() as patch:
         interrupted_at(patch, owner, name, 1, after=True)
         command(*ANOTHER, expect=130)
-    found = everything(run)
-    assert found["truth.json"] != before["truth.json"] and b'"seed": 2' in found["summary.json"]
-    assert "report.html" in found and not any(name.startswith(WAITING) for name in found)
+    files = everything(run)
+    assert files["truth.json"] != before["truth.json"] and b'"seed": 2' in files["summary.json"]
+    assert "report.html" in files and not any(name.startswith(WAITING) for name in files)
     assert "GOOD" in command("evaluate", "run").words
 
 

@@ -47,11 +47,11 @@ def test_the_command(tfsat_host: RunCli) -> None:
 
 
 def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
-    for more in ((), ("--runs", "2")):
-        refused = tfsat_host("rehearse", "59", "70", "--imu", "best", *more, expect=1)
+    for options in ((), ("--runs", "2")):
+        refused = tfsat_host("rehearse", "59", "70", "--imu", "best", *options, expect=1)
         assert "adis16465_2, mpu6050" in refused.stderr
         assert "Traceback" not in refused.stderr
-        refused = tfsat_host("rehearse", "59", "70", "--imu", "mpu6050", "--as-filed", *more, expect=2)
+        refused = tfsat_host("rehearse", "59", "70", "--imu", "mpu6050", "--as-filed", *options, expect=2)
         assert "contradict" in refused.stderr
     assert not (tfsat_host.folder / "run").exists()
 
@@ -59,7 +59,9 @@ def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
 @pytest.fixture(scope="module")
 def first() -> dict[str, tuple[RehearsedDrop, ...]]:
     """Fly the page's first robot with each IMU."""
-    return fly(1, lambda one, runs: tuple(series.fly(one, number) for number in range(1, runs + 1)))
+    return fly(
+        1, lambda imu_series, runs: tuple(series.fly(imu_series, number) for number in range(1, runs + 1))
+    )
 
 
 def test_the_page_is_of_these_robots(first: dict[str, tuple[RehearsedDrop, ...]]) -> None:
@@ -72,18 +74,20 @@ def test_the_page_is_of_these_robots(first: dict[str, tuple[RehearsedDrop, ...]]
 def test_the_pages_robots_are_those_of_the_command(
     first: dict[str, tuple[RehearsedDrop, ...]], rehearsed: Rehearsing
 ) -> None:
-    found = {one["name"]: one["found"] for one in rehearsed("59", "70").result["compared"]}
-    assert {one.name: one.found for one in first["mpu6050"][0].compared} == pytest.approx(found, abs=1e-6)
+    estimates = {estimate["name"]: estimate["found"] for estimate in rehearsed("59", "70").result["compared"]}
+    assert {estimate.name: estimate.found for estimate in first["mpu6050"][0].compared} == pytest.approx(
+        estimates, abs=1e-6
+    )
 
 
 def test_what_the_page_says_of_orbit_is_what_a_wandering_bias_integrates_to() -> None:
     part, step_s = load_imu("mpu6050"), 1.0
     random = np.random.default_rng(1)
-    std, kept = wander_std_deg_s(part), np.exp(-step_s / GYRO_WANDER_S)
+    std, decay = wander_std_deg_s(part), np.exp(-step_s / GYRO_WANDER_S)
     bias = std * random.standard_normal(20_000)
     angle = np.zeros_like(bias)
     for _ in range(int(ORBIT_S / step_s)):
         before = bias
-        bias = kept * bias + std * np.sqrt(1.0 - kept**2) * random.standard_normal(len(bias))
+        bias = decay * bias + std * np.sqrt(1.0 - decay**2) * random.standard_normal(len(bias))
         angle += 0.5 * (before + bias) * step_s
     assert angle.std() == pytest.approx(wander_deg(part, ORBIT_S), rel=0.03)

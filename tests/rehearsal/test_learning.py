@@ -49,8 +49,8 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Restrict the candidates to a loop of two joints and one of three."""
 
     def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
-        wanted = (f"to learn: {SIX} by 57/", "to learn: +1 +3 -1 -3 by 7")
-        yield from ((name, one) for name, one in _candidates(robot) if name.startswith(wanted))
+        prefixes = (f"to learn: {SIX} by 57/", "to learn: +1 +3 -1 -3 by 7")
+        yield from ((name, maneuver) for name, maneuver in _candidates(robot) if name.startswith(prefixes))
 
     monkeypatch.setattr(learning, "_candidates", chosen)
     monkeypatch.setattr(learning, "worker_pool", Here)
@@ -62,31 +62,31 @@ def test_candidates_are_flown_one_stroke_after_another() -> None:
     for maneuver in maneuvers:
         schedule = schedule_maneuver(maneuver)
         assert schedule.end_s <= 2.5
-        assert sum(one.angle_deg for one in maneuver.strokes) == pytest.approx(0.0)
+        assert sum(stroke.angle_deg for stroke in maneuver.strokes) == pytest.approx(0.0)
 
 
 @pytest.mark.usefixtures("few")
 def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     shares: list[float] = []
-    found = learn(ROBOT, "com", shares.append)
+    search = learn(ROBOT, "com", shares.append)
     assert sum(shares) == pytest.approx(1.0)
-    assert SIX in found.lessons[0].name and "+1 +3" in found.lessons[-1].name
-    by_rank = [found.rms(one) for one in found.lessons]
-    assert by_rank == sorted(by_rank) and by_rank[0] < found.rms(found.usual) < by_rank[-1]
-    assert found.rms(*found.pair) < by_rank[0]
-    assert found.rms(*found.pair) <= found.rms(found.lessons[0], found.lessons[0])
-    assert len(found.names) == 9 and found.unit == "mm"
-    first, second = found.pair
+    assert SIX in search.lessons[0].name and "+1 +3" in search.lessons[-1].name
+    by_rank = [search.rms(lesson) for lesson in search.lessons]
+    assert by_rank == sorted(by_rank) and by_rank[0] < search.rms(search.usual) < by_rank[-1]
+    assert search.rms(*search.pair) < by_rank[0]
+    assert search.rms(*search.pair) <= search.rms(search.lessons[0], search.lessons[0])
+    assert len(search.names) == 9 and search.unit == "mm"
+    first, second = search.pair
     combined = combine([first.fit, second.fit])
     # Of offsets that are not those of the file the information is a little another one.
-    assert found.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=0.02)
+    assert search.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=0.02)
 
 
 @pytest.mark.usefixtures("few")
 def test_another_quantity_has_its_own_order_and_an_exact_one_none() -> None:
-    found = learn(ROBOT, "hinge-points")
-    assert [name.rsplit(" ", 2)[1] for name in found.names] == ["point"] * 6
-    assert (found.std(found.lessons[0]) < 0.5).all(), "less than the file says"
+    search = learn(ROBOT, "hinge-points")
+    assert [name.rsplit(" ", 2)[1] for name in search.names] == ["point"] * 6
+    assert (search.std(search.lessons[0]) < 0.5).all(), "less than the file says"
     exact = model_offsets(replace(ROBOT, uncertainty=Uncertainty(com_m=0.003)))
     assert not learning._rows(exact, "masses") and len(learning._rows(exact, "com")) == 9
 
@@ -98,13 +98,13 @@ def test_a_robot_that_no_board_flies_is_refused() -> None:
 
 @pytest.mark.usefixtures("few")
 def test_the_command_writes_the_best_and_the_other_of_the_pair(tfsat_host: RunCli) -> None:
-    found = tfsat_host.json("design", "--learn", "com")
-    assert found["wanted"] == "com" and found["compared"] == 3
-    assert [one["drops"] for one in found["maneuvers"]][-2:] == [2, 2]
-    for file in found["files"]:
-        shown = tfsat_host.json("upload-sequence", "--file", file, "--dry-run")
-        assert shown["end_s"] <= 2.5
-    said = tfsat_host("design", "--learn", "com")
-    assert "of 59/70's" in said.stdout and "tfsat-host envelope --file maneuver.toml" in said.stdout
+    design = tfsat_host.json("design", "--learn", "com")
+    assert design["wanted"] == "com" and design["compared"] == 3
+    assert [maneuver["drops"] for maneuver in design["maneuvers"]][-2:] == [2, 2]
+    for file in design["files"]:
+        upload = tfsat_host.json("upload-sequence", "--file", file, "--dry-run")
+        assert upload["end_s"] <= 2.5
+    process = tfsat_host("design", "--learn", "com")
+    assert "of 59/70's" in process.stdout and "tfsat-host envelope --file maneuver.toml" in process.stdout
     refused = tfsat_host("design", "--learn", "com", "--time-limit", 1, expect=2)
     assert "--time-limit: --learn compares maneuvers that use the whole fall" in refused.stderr

@@ -30,7 +30,7 @@ from tfsat_host.rehearsal.truth import Truth, drawn_truth
 
 SEED = 5
 SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
-BUILT = [one for one in FAULTS if one.hidden is not None]
+BUILT = [fault for fault in FAULTS if fault.hidden is not None]
 IDEAL = Truth(SEED, MODEL, ideal(), np.zeros(3))
 COUNT_DEG_S = 1.0 / 65.5
 CHANGED: Mapping[str, set[str]] = {
@@ -49,12 +49,12 @@ CHANGED: Mapping[str, set[str]] = {
     "gyro-saturated-unflagged": {"gyro_front_end_limit_rad_s"},
     "mount-ripple": {"mount_ripple_s"},
 }
-each_built = pytest.mark.parametrize("fault", BUILT, ids=lambda one: one.name)
+each_built = pytest.mark.parametrize("fault", BUILT, ids=lambda fault: fault.name)
 
 
-def differing(one: object, other: object) -> set[str]:
-    names = [field.name for field in fields(one) if field.name != "shape_m"]  # type: ignore[arg-type]
-    return {name for name in names if not np.array_equal(getattr(one, name), getattr(other, name))}
+def differing(first: object, other: object) -> set[str]:
+    names = [field.name for field in fields(first) if field.name != "shape_m"]  # type: ignore[arg-type]
+    return {name for name in names if not np.array_equal(getattr(first, name), getattr(other, name))}
 
 
 @each_built
@@ -109,18 +109,18 @@ def test_inertias_are_those_of_bodies_that_can_be() -> None:
     random = np.random.default_rng(2)
     for inertia in MODEL.inertia_kg_m2:
         for strain in random.standard_normal((50, 3, 3)):
-            found = strained_inertia(inertia, strain + strain.T)
-            least, middle, greatest = np.linalg.eigvalsh(found)
+            tensor = strained_inertia(inertia, strain + strain.T)
+            least, middle, greatest = np.linalg.eigvalsh(tensor)
             assert least > 0.0 and greatest < least + middle
-            assert np.allclose(found, found.T, rtol=1e-12)
+            assert np.allclose(tensor, tensor.T, rtol=1e-12)
 
 
 def test_sizes_are_standard_deviations() -> None:
     truths = [draw_hidden(MODEL, seed) for seed in range(400)]
-    mass = np.array([one.model.mass_kg for one in truths]) / MODEL.mass_kg - 1.0
-    points = 1e3 * (np.array([one.model.joint_point_m for one in truths]) - MODEL.joint_point_m)
-    axes = np.array([one.model.joint_axis for one in truths])
-    com = 1e3 * (np.array([one.model.com_m for one in truths]) - MODEL.com_m)
+    mass = np.array([truth.model.mass_kg for truth in truths]) / MODEL.mass_kg - 1.0
+    points = 1e3 * (np.array([truth.model.joint_point_m for truth in truths]) - MODEL.joint_point_m)
+    axes = np.array([truth.model.joint_axis for truth in truths])
+    com = 1e3 * (np.array([truth.model.com_m for truth in truths]) - MODEL.com_m)
     cube = replace(MODEL, inertia_kg_m2=np.tile(np.eye(3), (4, 1, 1)))
     cubes = np.array([draw_hidden(cube, seed).model.inertia_kg_m2 for seed in range(400)])
     assert mass.std() == pytest.approx(0.02, rel=0.1)
@@ -152,56 +152,60 @@ def dropped(truth: Truth) -> Drop:
     return flies(truth)
 
 
-def with_fault(typed: str) -> tuple[Truth, Drop]:
-    truth = fault_named(typed).apply(IDEAL)
+def with_fault(fault_text: str) -> tuple[Truth, Drop]:
+    truth = fault_named(fault_text).apply(IDEAL)
     return truth, dropped(truth)
 
 
-def rates_deg_s(one: Drop) -> FloatArray:
+def rates_deg_s(emulated_drop: Drop) -> FloatArray:
     """(n, 4, 3) as logged."""
-    return np.asarray(one.log.imu_counts[:, :, 4:7] * COUNT_DEG_S)
+    return np.asarray(emulated_drop.log.imu_counts[:, :, 4:7] * COUNT_DEG_S)
 
 
-def times_s(one: Drop) -> FloatArray:
+def times_s(emulated_drop: Drop) -> FloatArray:
     """(n,) after the release."""
-    return np.array([one.log.seconds(int(t_us)) for t_us in one.log.t_us])
+    return np.array([emulated_drop.log.seconds(int(t_us)) for t_us in emulated_drop.log.t_us])
 
 
 def test_g_sensitivity_shows_under_force_alone() -> None:
-    _, one = with_fault("gyro-g-sensitive")
-    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
-    held, falls = apart[(t_s > -2.0) & (t_s < -0.1)], apart[(t_s > 0.1) & (t_s < 0.6)]
-    assert np.abs(held.mean(axis=0)).max() > 0.5
+    _, emulated_drop = with_fault("gyro-g-sensitive")
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
+    on_hook, falls = apart[(t_s > -2.0) & (t_s < -0.1)], apart[(t_s > 0.1) & (t_s < 0.6)]
+    assert np.abs(on_hook.mean(axis=0)).max() > 0.5
     assert np.abs(falls).max() <= 1.5 * COUNT_DEG_S
 
 
 def test_a_front_end_that_saturates_leaves_no_clip_flag() -> None:
-    truth, one = with_fault("gyro-saturated-unflagged")
+    truth, emulated_drop = with_fault("gyro-saturated-unflagged")
     (body,) = np.flatnonzero(truth.imperfections.gyro_front_end_limit_rad_s)
-    shown, free = rates_deg_s(one)[:, body], rates_deg_s(dropped(IDEAL))[:, body]
-    in_fall = (times_s(one) > 0.0) & (times_s(one) < 2.4)
+    saturated_rates, free = rates_deg_s(emulated_drop)[:, body], rates_deg_s(dropped(IDEAL))[:, body]
+    in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
     assert np.abs(free[in_fall]).max() > 110.0
-    assert np.abs(shown[in_fall]).max() == pytest.approx(100.0, abs=COUNT_DEG_S)
-    assert not one.log.clipped[in_fall].any()
+    assert np.abs(saturated_rates[in_fall]).max() == pytest.approx(100.0, abs=COUNT_DEG_S)
+    assert not emulated_drop.log.clipped[in_fall].any()
     others = [other for other in range(4) if other != body]
-    assert np.array_equal(one.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+    assert np.array_equal(emulated_drop.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
 
 
 def test_a_late_imu_shows_the_same_later() -> None:
-    truth, one = with_fault("imu-late=3")
+    truth, emulated_drop = with_fault("imu-late=3")
     (body,) = np.flatnonzero(truth.imperfections.imu_late_s)
-    t_s, was, shown = times_s(one), rates_deg_s(dropped(IDEAL))[:, body], rates_deg_s(one)[:, body]
+    t_s, was, late_rates = (
+        times_s(emulated_drop),
+        rates_deg_s(dropped(IDEAL))[:, body],
+        rates_deg_s(emulated_drop)[:, body],
+    )
     in_fall = (t_s > 0.1) & (t_s < 2.4)
     axis = int(np.abs(was[in_fall]).max(axis=0).argmax())
 
     def apart(late_s: float) -> float:
         earlier = np.interp(t_s[in_fall] - late_s, t_s, was[:, axis])
-        return float(np.sqrt(np.mean((shown[in_fall, axis] - earlier) ** 2)))
+        return float(np.sqrt(np.mean((late_rates[in_fall, axis] - earlier) ** 2)))
 
     lags_ms = np.arange(0.0, 6.0, 0.1)
     assert lags_ms[np.argmin([apart(1e-3 * lag) for lag in lags_ms])] == pytest.approx(3.0, abs=0.15)
     others = [other for other in range(4) if other != body]
-    assert np.array_equal(one.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+    assert np.array_equal(emulated_drop.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
 
 
 def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
@@ -209,11 +213,11 @@ def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
 
     The logger reads the last output that a chip finished, so what it reads is up to 1 ms older.
     """
-    _, one = with_fault("imu-clocks")
-    apart = rates_deg_s(one) - rates_deg_s(dropped(IDEAL))
-    t_s = times_s(one)
-    moving, held = (t_s > 0.6) & (t_s < 2.3), (t_s > -2.0) & (t_s < -0.1)
-    assert np.abs(apart[held]).max() <= COUNT_DEG_S
+    _, emulated_drop = with_fault("imu-clocks")
+    apart = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL))
+    t_s = times_s(emulated_drop)
+    moving, on_hook = (t_s > 0.6) & (t_s < 2.3), (t_s > -2.0) & (t_s < -0.1)
+    assert np.abs(apart[on_hook]).max() <= COUNT_DEG_S
     # The servos reach 200 deg/s at 4000 deg/s^2: 1 ms is 4 deg/s.
     assert 0.5 < np.abs(apart[moving]).max() < 8.0
 
@@ -222,25 +226,25 @@ def test_a_bias_steps_and_stays() -> None:
     def step(robot: EmulatedRobot) -> None:
         robot.faults.gyro_bias_step(2, np.deg2rad([0.3, -0.2, 0.1]))
 
-    one = flies(IDEAL, step)
-    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
+    emulated_drop = flies(IDEAL, step)
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
     assert not apart[t_s < -0.05].any()
     assert not apart[:, [0, 2, 3]].any()
     assert apart[(t_s > 0.1) & (t_s < 2.4), 1].mean(axis=0) == pytest.approx([0.3, -0.2, 0.1], abs=0.005)
 
 
 def test_mounts_ring_after_strokes_and_bodies_do_not() -> None:
-    _, one = with_fault("mount-ripple=10")
-    apart, t_s = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), times_s(one)
+    _, emulated_drop = with_fault("mount-ripple=10")
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
     assert np.abs(apart[(t_s > 0.05) & (t_s < 0.69)]).max() <= COUNT_DEG_S
     assert 5.0 < np.abs(apart[(t_s > 0.7) & (t_s < 1.0)]).max() < 100.0
-    assert np.array_equal(one.truth, dropped(IDEAL).truth)
+    assert np.array_equal(emulated_drop.truth, dropped(IDEAL).truth)
 
 
 def test_cross_axis_shows_a_share_of_the_other_rates() -> None:
-    truth, one = with_fault("gyro-cross-axis=5")
-    apart, was = rates_deg_s(one) - rates_deg_s(dropped(IDEAL)), rates_deg_s(dropped(IDEAL))
-    in_fall = (times_s(one) > 0.0) & (times_s(one) < 2.4)
+    truth, emulated_drop = with_fault("gyro-cross-axis=5")
+    apart, was = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), rates_deg_s(dropped(IDEAL))
+    in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
     share = np.einsum("brc,tbc->tbr", truth.imperfections.gyro_cross_axis, was[in_fall])
     assert np.abs(apart[in_fall] - share).max() < 3.0 * COUNT_DEG_S
     assert np.abs(share).max() > 3.0
@@ -270,29 +274,29 @@ def test_a_worse_certificate_states_what_it_stated() -> None:
 
 
 @cache
-def hidden(*typed: str) -> HiddenDrop:
-    faults = list(map(fault_named, typed))
+def hidden(*fault_texts: str) -> HiddenDrop:
+    faults = list(map(fault_named, fault_texts))
     return hidden_drop(SCHEDULE, MODEL, draw_hidden(MODEL, SEED), faults)
 
 
 def test_a_hidden_drop_has_the_truth_that_it_is_judged_by() -> None:
-    one = hidden()
-    assert np.abs(np.rad2deg(one.strokes_rad) - [59.0, 70.0, -59.0, -70.0]).max() < 2.0
-    assert one.landed_s == pytest.approx(2.5, abs=1e-3)
-    assert not np.array_equal(one.truth.model.mass_kg, one.filed.mass_kg)
-    assert one.log.samples_lost == 0 and len(one.calibration.gyros) == 4
+    mismatched_drop = hidden()
+    assert np.abs(np.rad2deg(mismatched_drop.strokes_rad) - [59.0, 70.0, -59.0, -70.0]).max() < 2.0
+    assert mismatched_drop.landed_s == pytest.approx(2.5, abs=1e-3)
+    assert not np.array_equal(mismatched_drop.truth.model.mass_kg, mismatched_drop.filed.mass_kg)
+    assert mismatched_drop.log.samples_lost == 0 and len(mismatched_drop.calibration.gyros) == 4
     # Without torque it stays in inertial axes what it was, whatever the strokes did.
-    row = one.rows[np.searchsorted(one.rows[:, 0], one.landed_s - 0.02)]
-    body = Multibody.of(one.truth.model)
+    row = mismatched_drop.rows[np.searchsorted(mismatched_drop.rows[:, 0], mismatched_drop.landed_s - 0.02)]
+    body = Multibody.of(mismatched_drop.truth.model)
     later = locked_inertia(body, row[1:4]) @ row[20:].reshape(4, 3)[body.base]
-    first = one.rows[np.searchsorted(one.rows[:, 0], 0.0)]
+    first = mismatched_drop.rows[np.searchsorted(mismatched_drop.rows[:, 0], 0.0)]
     turns = Rotation.from_quat([at[4 + 4 * body.base :][:4] for at in (first, row)])
-    assert turns[1].apply(later) == pytest.approx(turns[0].apply(one.momentum_kg_m2_s), rel=2e-3)
+    assert turns[1].apply(later) == pytest.approx(turns[0].apply(mismatched_drop.momentum_kg_m2_s), rel=2e-3)
 
 
 def test_a_hidden_drop_repeats_to_the_byte_and_changes_with_what_is_wrong() -> None:
-    def counts(one: HiddenDrop) -> bytes:
-        return bytes(one.log.imu_counts.tobytes() + one.log.angle_counts.tobytes())
+    def counts(mismatched_drop: HiddenDrop) -> bytes:
+        return bytes(mismatched_drop.log.imu_counts.tobytes() + mismatched_drop.log.angle_counts.tobytes())
 
     again = hidden_drop(SCHEDULE, MODEL, draw_hidden(MODEL, SEED), [fault_named("gyro-bias-step=0")])
     assert counts(again) == counts(hidden())
@@ -311,5 +315,5 @@ def test_every_fault_that_is_declared_does_something() -> None:
     declared = {fault.name for fault in FAULTS}
     assert declared == {*STRIKES, *SIZED_STRIKES, *BUILDING}
     assert {fault.name for fault in FAULTS if fault.size is not None} == {*SIZED_STRIKES, *BUILDING}
-    sized = {one.name for group in ("model-mismatch", "sensor-mismatch") for one in GROUPS[group]}
+    sized = {fault.name for group in ("model-mismatch", "sensor-mismatch") for fault in GROUPS[group]}
     assert sized == {*SIZED_STRIKES, *BUILDING}

@@ -34,63 +34,72 @@ def faulty(rehearsed: Rehearsing, *names: str, expect: int = 3) -> Rehearsed:
 
 
 def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
-    said = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
-    assert "unknown deg from the release" in said
-    assert "results are withheld" in said
-    assert not re.search(r"joint \d [+-]\d", said), "the joints' angles are of the same sensors"
-    assert not re.search(r"body \d CoM . +-?\d", said), "no correction of the model"
-    found = tfsat_host.json("evaluate", "run", expect=3)
-    (reason,) = [one for one in found["verdict"]["reasons"] if one.startswith("Withheld")]
+    text = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
+    assert "unknown deg from the release" in text
+    assert "results are withheld" in text
+    assert not re.search(r"joint \d [+-]\d", text), "the joints' angles are of the same sensors"
+    assert not re.search(r"body \d CoM . +-?\d", text), "no correction of the model"
+    evaluation = tfsat_host.json("evaluate", "run", expect=3)
+    (reason,) = [sentence for sentence in evaluation["verdict"]["reasons"] if sentence.startswith("Withheld")]
     assert "rates, attitudes, strokes" in reason
     assert "no greater errors of the certificate describe such a fault" in reason, "none was tried"
     withheld = {
-        key: found[key]
+        key: evaluation[key]
         for key in ("joints", "strokes", "standing", "offsets", "attitude_error", "momentum_kg_m2_s", "lag")
     }
-    withheld |= {"com": found["com_offset_mm"], "identifiability": found["identifiability"]}
-    told = {"joint", "stroke", "number", "scheduled_s", "logged_s", "commanded_deg", "prior_std", "bound"}
-    assert {key: list(_numbers(value, told)) for key, value in withheld.items()} == {
+    withheld |= {"com": evaluation["com_offset_mm"], "identifiability": evaluation["identifiability"]}
+    stated_keys = {
+        "joint",
+        "stroke",
+        "number",
+        "scheduled_s",
+        "logged_s",
+        "commanded_deg",
+        "prior_std",
+        "bound",
+    }
+    assert {key: list(_numbers(value, stated_keys)) for key, value in withheld.items()} == {
         key: [] for key in withheld
     }
 
 
-def _numbers(value: Any, told: set[str]) -> Iterator[float]:
+def _numbers(value: Any, stated_keys: set[str]) -> Iterator[float]:
     """Yield all numbers in a part of a result except those that do not come from sensors."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            if key not in told:
-                yield from _numbers(inner, told)
+            if key not in stated_keys:
+                yield from _numbers(inner, stated_keys)
     elif isinstance(value, list):
         for inner in value:
-            yield from _numbers(inner, told)
+            yield from _numbers(inner, stated_keys)
     elif isinstance(value, int | float) and not isinstance(value, bool):
         yield value
 
 
 @pytest.mark.parametrize("sequencer", ["native", "avr"])
 def test_59_70_comes_back_from_the_card(rehearsed: Rehearsing, tfsat_host: RunCli, sequencer: str) -> None:
-    done = rehearsed("59", "70", "--sequencer", sequencer, "--as-filed")
-    flown = done.result
-    assert flown["verified"] is True
-    assert flown["refused"] is None
-    assert flown["sequencer_state"] == "done"
-    assert flown["knocks"] == 1
-    assert flown["verdict"] == "complete"
-    assert flown["samples_lost"] == 0
+    rehearsal = rehearsed("59", "70", "--sequencer", sequencer, "--as-filed")
+    summary = rehearsal.result
+    assert summary["verified"] is True
+    assert summary["refused"] is None
+    assert summary["sequencer_state"] == "done"
+    assert summary["knocks"] == 1
+    assert summary["verdict"] == "complete"
+    assert summary["samples_lost"] == 0
     # The logger's clock counts whole microseconds, and so do the release and the strokes.
-    assert flown["strokes_s"] == pytest.approx(SCHEDULE_S, abs=60e-6)
-    evaluation = flown["evaluation"]
+    assert summary["strokes_s"] == pytest.approx(SCHEDULE_S, abs=60e-6)
+    evaluation = summary["evaluation"]
     sizes = [stroke["size_deg"] for stroke in evaluation["strokes"]]
     assert sizes == pytest.approx([59.0, 70.0, -59.0, -70.0], abs=0.3)
     assert [joint["final_deg"] for joint in evaluation["joints"]] == pytest.approx([0.0, 0.0, 0.0], abs=0.3)
-    assert flown["warnings"] == []
-    assert flown["quick_look"] is None
-    assert evaluation["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.1)
+    assert summary["warnings"] == []
+    assert summary["quick_look"] is None
+    assert evaluation["reorientation_deg"] == pytest.approx(summary["reorientation_true_deg"], abs=0.1)
 
-    shutil.copy(done.folder / "SD.bin", tfsat_host.folder)
+    shutil.copy(rehearsal.folder / "SD.bin", tfsat_host.folder)
     decoded = tfsat_host.json("decode", "SD.bin")
     assert decoded["verdict"] == "complete"
-    assert decoded["samples"] == flown["samples"]
+    assert decoded["samples"] == summary["samples"]
     strokes = [event for event in decoded["events"] if event["name"] == "stroke"]
     assert [event["t_s"] for event in strokes] == pytest.approx(SCHEDULE_S, abs=60e-6)
     with (tfsat_host.folder / decoded["files"]["csv"]).open() as file:
@@ -117,40 +126,42 @@ def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float
 
 def test_it_names_the_command_that_computes_the_same_drop(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
     """59 deg are rounded by 0.04 deg in whole microseconds."""
-    done = rehearsed("59", "70", "--sequencer", "native", "--as-filed")
-    shutil.copytree(done.folder, tfsat_host.folder / "run")
-    program, *command = shlex.split(done.result["simulate_command"])
+    rehearsal = rehearsed("59", "70", "--sequencer", "native", "--as-filed")
+    shutil.copytree(rehearsal.folder, tfsat_host.folder / "run")
+    program, *command = shlex.split(rehearsal.result["simulate_command"])
     assert program == "tfsat-host"
     computed = tfsat_host.json(*command)
-    assert computed["initial_rate_deg_s"] == done.result["initial_rate_deg_s"] == [-0.73, -0.48, -0.77]
-    assert computed["reorientation_deg"] == pytest.approx(done.result["reorientation_true_deg"], abs=0.01)
+    assert computed["initial_rate_deg_s"] == rehearsal.result["initial_rate_deg_s"] == [-0.73, -0.48, -0.77]
+    assert computed["reorientation_deg"] == pytest.approx(
+        rehearsal.result["reorientation_true_deg"], abs=0.01
+    )
 
 
 def test_folder_of_results(rehearsed: Rehearsing) -> None:
-    done = rehearsed("59", "70")
+    rehearsal = rehearsed("59", "70")
     files = "SD.bin SD.csv maneuver.toml truth.csv truth.json summary.json report.html"
-    assert all((done.folder / name).stat().st_size > 0 for name in files.split())
-    assert "The robot:            seed 1 of " in done.out
-    assert "drop_tower.toml, IMUs InvenSense MPU-6050." in done.out
-    assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in done.out
-    assert " deg/s, body 3 about its own axes x, y, z" in done.out
-    assert "The evaluation:       GOOD." in done.out
-    assert "it ignored 1 knock (during the lift a blow is simulated" in done.out
-    left = {path.name for path in done.folder.rglob("*") if path.is_file() and path.name[0] != "."}
-    assert {Path(path).name for path in done.result["files"]} == left
-    turned = done.result["evaluation"]["reorientation_deg"]
-    assert f"Body 1 turned by:     {turned:.3f} ± 0.0" in done.out
-    assert done.result["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
+    assert all((rehearsal.folder / name).stat().st_size > 0 for name in files.split())
+    assert "The robot:            seed 1 of " in rehearsal.out
+    assert "drop_tower.toml, IMUs InvenSense MPU-6050." in rehearsal.out
+    assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in rehearsal.out
+    assert " deg/s, body 3 about its own axes x, y, z" in rehearsal.out
+    assert "The evaluation:       GOOD." in rehearsal.out
+    assert "it ignored 1 knock (during the lift a blow is simulated" in rehearsal.out
+    file_names = {path.name for path in rehearsal.folder.rglob("*") if path.is_file() and path.name[0] != "."}
+    assert {Path(path).name for path in rehearsal.result["files"]} == file_names
+    turned = rehearsal.result["evaluation"]["reorientation_deg"]
+    assert f"Body 1 turned by:     {turned:.3f} ± 0.0" in rehearsal.out
+    assert rehearsal.result["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
     other = rehearsed("59", "70", "--seed", "2")
-    assert (other.folder / "SD.bin").read_bytes() != (done.folder / "SD.bin").read_bytes()
+    assert (other.folder / "SD.bin").read_bytes() != (rehearsal.folder / "SD.bin").read_bytes()
 
 
 def test_it_can_be_called_from_python(rehearsed: Rehearsing, tmp_path: Path) -> None:
-    done = Rehearsal.of(four_stroke(59.0, 70.0)).run(tmp_path / "run")
+    rehearsal = Rehearsal.of(four_stroke(59.0, 70.0)).run(tmp_path / "run")
     command = rehearsed("59", "70")
-    assert done.exit_code == 0 and done.evaluated is not None and done.judged.good
-    assert (done.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
-    assert done.result["compared"] == command.result["compared"]
+    assert rehearsal.exit_code == 0 and rehearsal.evaluated is not None and rehearsal.judged.good
+    assert (rehearsal.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
+    assert rehearsal.result["compared"] == command.result["compared"]
 
 
 def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:
@@ -159,11 +170,11 @@ def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -
     At 400 deg/s each stroke is over before the servos, 200 deg/s at most, have completed it.
     """
     tfsat_host("upload-sequence", "59", "70", "--speed", "400", "--dry-run", "--out", "fast.toml")
-    shown = tfsat_host("rehearse", "--file", "fast.toml", "--as-filed", "--despite-preflight", expect=3)
-    assert "above the greatest rate of the servos, 200 deg/s" in shown.stderr
-    assert "Warning: Stroke 2 moved its joint by +57." in shown.stderr
+    process = tfsat_host("rehearse", "--file", "fast.toml", "--as-filed", "--despite-preflight", expect=3)
+    assert "above the greatest rate of the servos, 200 deg/s" in process.stderr
+    assert "Warning: Stroke 2 moved its joint by +57." in process.stderr
     for words in ("commanded / deg", "flown / deg", "+57."):
-        assert words in shown.stdout
+        assert words in process.stdout
     summary = json.loads((tfsat_host.folder / "run" / "summary.json").read_text())
     assert len(summary["warnings"]) >= 2
     assert summary["notices"]
@@ -182,7 +193,7 @@ def test_strokes_that_are_not_as_planned_are_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("typed", "code", "words"),
+    ("arguments", "code", "words"),
     [
         (["59", "70", "--seed", "-1"], 2, "is no seed"),
         (["59", "70", "--seed", "1.5"], 2, "is no seed"),
@@ -195,8 +206,8 @@ def test_strokes_that_are_not_as_planned_are_named() -> None:
         (["--file", "missing.toml"], 1, "missing.toml"),
     ],
 )
-def test_what_cannot_be_flown(tfsat_host: RunCli, typed: list[str], code: int, words: str) -> None:
-    assert words in tfsat_host("rehearse", *typed, expect=code).stderr
+def test_what_cannot_be_flown(tfsat_host: RunCli, arguments: list[str], code: int, words: str) -> None:
+    assert words in tfsat_host("rehearse", *arguments, expect=code).stderr
     assert not (tfsat_host.folder / "run").exists()
 
 
@@ -229,21 +240,21 @@ def test_the_image_is_found() -> None:
 
 
 def test_faults_are_named_with_who_noticed(rehearsed: Rehearsing) -> None:
-    done = faulty(rehearsed, "servo-dead", "cable-pulled-while-armed")
-    assert "servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in done.out
-    assert "By design the robot then flies the maneuver" in done.out
-    assert "Noticed by the evaluation: Stroke 1 (joint 1): Joint 1 did not move" in done.out
-    assert "Not noticed. It changes nothing that is to be noticed." in done.out
-    assert (done.result["seed"], done.result["imu"]) == (1, "InvenSense MPU-6050")
-    assert done.result["preflight"] == "go"
-    assert any("did not move" in reason for reason in done.result["evaluation"]["reasons"])
-    servo, cable = done.result["faults"]
+    rehearsal = faulty(rehearsed, "servo-dead", "cable-pulled-while-armed")
+    assert "servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in rehearsal.out
+    assert "By design the robot then flies the maneuver" in rehearsal.out
+    assert "Noticed by the evaluation: Stroke 1 (joint 1): Joint 1 did not move" in rehearsal.out
+    assert "Not noticed. It changes nothing that is to be noticed." in rehearsal.out
+    assert (rehearsal.result["seed"], rehearsal.result["imu"]) == (1, "InvenSense MPU-6050")
+    assert rehearsal.result["preflight"] == "go"
+    assert any("did not move" in reason for reason in rehearsal.result["evaluation"]["reasons"])
+    servo, cable = rehearsal.result["faults"]
     assert (servo["name"], servo["moment"], servo["outcome"]) == (
         "servo-dead",
         "lifted",
         "flies the maneuver",
     )
-    assert [one["who"] for one in servo["noticed_by"]] == ["report"]
+    assert [notice["who"] for notice in servo["noticed_by"]] == ["report"]
     assert cable["noticed_by"] == []
     assert servo["struck_s"] > cable["struck_s"] > 0.0
 
@@ -253,38 +264,40 @@ def test_no_go_names_each_check_with_what_was_found_and_what_to_do(rehearsed: Re
 
     A fault that would have struck after the preflight is reported as not struck.
     """
-    done = faulty(rehearsed, "card-full", "servo-dead@falling", expect=4)
-    assert "Preflight:            NO-GO: card-room, card-writing." in done.out
-    written = json.loads((done.folder / "preflight.json").read_text())
+    rehearsal = faulty(rehearsed, "card-full", "servo-dead@falling", expect=4)
+    assert "Preflight:            NO-GO: card-room, card-writing." in rehearsal.out
+    written = json.loads((rehearsal.folder / "preflight.json").read_text())
     red = [check for check in written["checks"] if check["blocks"]]
     assert [check["name"] for check in red] == ["card-room", "card-writing"] == written["reasons"]
     for check in red:
         for words in (check["name"], check["sentence"], f"On the day: {check['next_step']}"):
-            assert words in done.out
-    assert "run/preflight.json" in done.out
-    assert "Noticed by the preflight's checks: card-room, card-writing" in done.out
-    assert "It did not strike: the day ended before." in done.out
+            assert words in rehearsal.out
+    assert "run/preflight.json" in rehearsal.out
+    assert "Noticed by the preflight's checks: card-room, card-writing" in rehearsal.out
+    assert "It did not strike: the day ended before." in rehearsal.out
     assert (
-        [check["name"] for check in done.result["no_go_checks"]] == done.result["no_go"] == written["reasons"]
+        [check["name"] for check in rehearsal.result["no_go_checks"]]
+        == rehearsal.result["no_go"]
+        == written["reasons"]
     )
-    assert [fault["struck_s"] is None for fault in done.result["faults"]] == [False, True]
+    assert [fault["struck_s"] is None for fault in rehearsal.result["faults"]] == [False, True]
 
 
 def test_without_a_release_it_tells_what_the_switches_did(rehearsed: Rehearsing) -> None:
-    done = faulty(rehearsed, "switch-stuck-closed")
-    shown = done.out
-    assert "minutes on the hook, was let go and fell 2.50 s; it started 0 strokes" in shown
-    assert "in truth no joint moved by more than 0.0 deg" in shown
-    assert "switch 1 never changed, and was closed at the end." in shown
-    assert "switch 2 changed " in shown
-    assert "tfsat-host decode run/SD.bin" in shown
-    assert "The sequencer:        armed" in shown and "STILL ARMED" in shown and "tfsat-host disarm" in shown
-    assert "REFUSED. The recording holds no release." in shown
-    (fault,) = done.result["faults"]
-    assert [one["who"] for one in fault["noticed_by"]] == ["report refuses"]
-    first, second = done.result["no_release"]["switches"]
+    rehearsal = faulty(rehearsed, "switch-stuck-closed")
+    text = rehearsal.out
+    assert "minutes on the hook, was let go and fell 2.50 s; it started 0 strokes" in text
+    assert "in truth no joint moved by more than 0.0 deg" in text
+    assert "switch 1 never changed, and was closed at the end." in text
+    assert "switch 2 changed " in text
+    assert "tfsat-host decode run/SD.bin" in text
+    assert "The sequencer:        armed" in text and "STILL ARMED" in text and "tfsat-host disarm" in text
+    assert "REFUSED. The recording holds no release." in text
+    (fault,) = rehearsal.result["faults"]
+    assert [notice["who"] for notice in fault["noticed_by"]] == ["report refuses"]
+    first, second = rehearsal.result["no_release"]["switches"]
     assert (first["edges_s"], first["open_at_the_end"], second["open_at_the_end"]) == ([], False, True)
-    assert "tfsat-host" in done.result["evaluation_refused"]["next_step"]
+    assert "tfsat-host" in rehearsal.result["evaluation_refused"]["next_step"]
 
 
 def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switches(
@@ -294,46 +307,46 @@ def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switc
 
     The joints' motion is in the truth; the sequencer has lost its power since, and knows no run.
     """
-    done = faulty(rehearsed, "power-cut-after-landing", "card-gone-on-the-hook")
-    assert "how many strokes it started no board knows" in done.out and "0 strokes" not in done.out
-    assert "in truth its joints moved: joint 1 by up to 59." in done.out
-    assert "nothing of the drop: the recording breaks off 26." in done.out
-    assert "both switches must be open" not in done.out
-    assert "The logger recorded no longer: it had lost its power or its card" in done.out
-    assert done.result["no_release"]["strokes_started"] is None
-    assert 26.0 < done.result["no_release"]["recording_ended_before_release_s"] < 27.0
-    cut, gone = done.result["faults"]
+    rehearsal = faulty(rehearsed, "power-cut-after-landing", "card-gone-on-the-hook")
+    assert "how many strokes it started no board knows" in rehearsal.out and "0 strokes" not in rehearsal.out
+    assert "in truth its joints moved: joint 1 by up to 59." in rehearsal.out
+    assert "nothing of the drop: the recording breaks off 26." in rehearsal.out
+    assert "both switches must be open" not in rehearsal.out
+    assert "The logger recorded no longer: it had lost its power or its card" in rehearsal.out
+    assert rehearsal.result["no_release"]["strokes_started"] is None
+    assert 26.0 < rehearsal.result["no_release"]["recording_ended_before_release_s"] < 27.0
+    cut, gone = rehearsal.result["faults"]
     assert cut["came_of_it"] is gone["came_of_it"] is True
-    assert "By design the robot then flies the maneuver. It did." in done.out
-    assert "Not noticed by its own name. What power-cut-after-landing did may hide it" in done.out
+    assert "By design the robot then flies the maneuver. It did." in rehearsal.out
+    assert "Not noticed by its own name. What power-cut-after-landing did may hide it" in rehearsal.out
 
 
 def test_a_robot_that_another_fault_keeps_from_flying_is_called_so(rehearsed: Rehearsing) -> None:
-    done = faulty(rehearsed, "servo-slow", "brown-out-at-release")
-    assert "It did not, for another fault: with that it moves no joint, and it did." in done.out
-    assert "By design the robot then moves no joint. It did." in done.out
+    rehearsal = faulty(rehearsed, "servo-slow", "brown-out-at-release")
+    assert "It did not, for another fault: with that it moves no joint, and it did." in rehearsal.out
+    assert "By design the robot then moves no joint. It did." in rehearsal.out
 
 
 def test_a_recording_out_of_ram_is_not_called_the_cards(rehearsed: Rehearsing) -> None:
-    shown = faulty(rehearsed, "card-pulled", expect=0).out
-    assert "The logger recorded no longer" not in shown  # its own words are what happened to its card
-    assert "RAM of the logger:    complete" in shown and "The card:" not in shown
+    text = faulty(rehearsed, "card-pulled", expect=0).out
+    assert "The logger recorded no longer" not in text  # its own words are what happened to its card
+    assert "RAM of the logger:    complete" in text and "The card:" not in text
 
 
 def test_another_maneuver_than_the_files_is_named(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
-    done = rehearsed("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
-    (reason,) = done.result["evaluation"]["reasons"]
+    rehearsal = rehearsed("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
+    (reason,) = rehearsal.result["evaluation"]["reasons"]
     assert "is not the maneuver that the sequencer held in this drop" in reason
-    (note,) = done.folder.glob("maneuver-*.toml")
+    (note,) = rehearsal.folder.glob("maneuver-*.toml")
     note.rename(tfsat_host.folder / "aside.toml")
-    reason = tfsat_host.json("evaluate", done.folder, expect=3)["verdict"]["reasons"][0]
+    reason = tfsat_host.json("evaluate", rehearsal.folder, expect=3)["verdict"]["reasons"][0]
     (tfsat_host.folder / "aside.toml").rename(note)
     assert reason.startswith(
         "Another maneuver was flown than the file says. The file: 0.700 s joint 1 by +59.00 deg;"
     )
     assert "0.810 s joint 2 by +89." in reason
     tfsat_host("upload-sequence", "18", "90", "--dry-run", "--out", "flown.toml")
-    shutil.copytree(done.folder, tfsat_host.folder / "run")
+    shutil.copytree(rehearsal.folder, tfsat_host.folder / "run")
     right = tfsat_host.json("evaluate", "run", "--maneuver", "flown.toml")
     assert right["verdict"]["level"] == "good"
 
@@ -342,13 +355,13 @@ def test_another_maneuver_than_the_files_is_named(rehearsed: Rehearsing, tfsat_h
 def test_a_file_that_differs_in_times_or_joints_alone_is_another_maneuver(run: Path, differs: str) -> None:
     """54/72 strokes 30 ms apart from 59/70; and the same strokes, but of another joint."""
     file = run.parent / "other.toml"
-    flown = (run / "maneuver.toml").read_text()
-    assert "joint = 2" in flown
+    maneuver_text = (run / "maneuver.toml").read_text()
+    assert "joint = 2" in maneuver_text
     if differs == "joints":
-        file.write_text(flown.replace("joint = 2", "joint = 3"))
+        file.write_text(maneuver_text.replace("joint = 2", "joint = 3"))
     else:
         result("upload-sequence", "54", "72", "--dry-run", "--out", file)
     evaluated = result("evaluate", "run", "--maneuver", file, expect=3)
-    (check,) = [one for one in evaluated["checks"] if one["name"] == "maneuver as filed"]
+    (check,) = [entry for entry in evaluated["checks"] if entry["name"] == "maneuver as filed"]
     assert check["verdict"] == "failed" and check["value"] >= 2
     assert "1.050 s joint 2 by +6" in check["sentence"]

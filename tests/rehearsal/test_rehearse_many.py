@@ -37,8 +37,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_same_drops_whatever_the_number_of_workers() -> None:
     alone, together = fly_many(FIVE, 2, workers=1), fly_many(FIVE, 2, workers=2)
-    assert [one.compared for one in alone] == [one.compared for one in together]
-    assert [one.strokes_off_us for one in alone] == [one.strokes_off_us for one in together]
+    assert [drop.compared for drop in alone] == [drop.compared for drop in together]
+    assert [drop.strokes_off_us for drop in alone] == [drop.strokes_off_us for drop in together]
     first, second = alone
     assert first.compared != second.compared
     assert (first.verdict, first.samples_lost, first.refused) == ("good", 0, "")
@@ -48,34 +48,34 @@ def test_the_same_drops_whatever_the_number_of_workers() -> None:
 
 
 def test_the_command(here: Path) -> None:
-    shown = command("rehearse", "59", "70", "--runs", "2", "--seed", "5", "--out", "many").out
-    assert "95 % hold" in shown and "2 of 2" in shown and "100 %" not in shown
-    kept = json.loads((here / "many" / "runs.json").read_text())
-    assert (kept["runs"], kept["good"], kept["samples_lost"]) == (2, 2, 0)
-    assert kept["stroke_timing_us"]["largest"] < 500
+    text = command("rehearse", "59", "70", "--runs", "2", "--seed", "5", "--out", "many").out
+    assert "95 % hold" in text and "2 of 2" in text and "100 %" not in text
+    summary = json.loads((here / "many" / "runs.json").read_text())
+    assert (summary["runs"], summary["good"], summary["samples_lost"]) == (2, 2, 0)
+    assert summary["stroke_timing_us"]["largest"] < 500
     with (here / "many" / "runs.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["number"] for row in rows] == ["1", "2"]
     again = result("rehearse", "59", "70", "--seed", rows[1]["seed"], "--out", "again")
-    found = {one["name"]: one["found"] for one in again["compared"]}
-    assert float(rows[1]["reorientation found"]) == pytest.approx(found["reorientation"], abs=1e-6)
+    estimates = {estimate["name"]: estimate["found"] for estimate in again["compared"]}
+    assert float(rows[1]["reorientation found"]) == pytest.approx(estimates["reorientation"], abs=1e-6)
 
 
 @pytest.mark.usefixtures("here")
 def test_a_series_with_a_preflight_that_gives_no_go() -> None:
-    done = result("rehearse", "59", "70", "--runs", "2", "--fault", "card-full", expect=4)
-    assert (done["dropped"], done["none"]) == (0, 2)
-    assert done["no_go"] == {"card-room": 2, "card-writing": 2}
-    (noticed,) = done["faults_noticed"]
+    summary = result("rehearse", "59", "70", "--runs", "2", "--fault", "card-full", expect=4)
+    assert (summary["dropped"], summary["none"]) == (0, 2)
+    assert summary["no_go"] == {"card-room": 2, "card-writing": 2}
+    (noticed,) = summary["faults_noticed"]
     assert noticed == {"name": "card-full", "struck": 2, "noticed": 2, "noticed_by": {"preflight": 2}}
 
 
 @pytest.mark.usefixtures("here")
 def test_who_noticed_is_counted_over_the_drops() -> None:
-    typed = ("rehearse", "59", "70", "--runs", "2", "--fault", "servo-dead", "--fault", "crane-jolt")
-    shown = command(*typed, expect=3).out
-    assert "servo-dead. It struck in 2 and was noticed in 2 of them (the evaluation: 2)." in shown
-    assert "crane-jolt. It struck in 2 and was noticed in 2 of them" in shown
+    arguments = ("rehearse", "59", "70", "--runs", "2", "--fault", "servo-dead", "--fault", "crane-jolt")
+    text = command(*arguments, expect=3).out
+    assert "servo-dead. It struck in 2 and was noticed in 2 of them (the evaluation: 2)." in text
+    assert "crane-jolt. It struck in 2 and was noticed in 2 of them" in text
 
 
 @pytest.mark.usefixtures("here")
@@ -85,8 +85,8 @@ def test_what_was_flown_when_it_was_stopped_is_kept() -> None:
     The stop is requested after the first drop: drops in flight are finished, and no more begin.
     """
     landed: list[int] = []
-    flown = fly_many(FIVE, 50, workers=1, progress=lambda: landed.append(1), stop=lambda: bool(landed))
-    assert [one.number for one in flown] == [1]
+    drops = fly_many(FIVE, 50, workers=1, progress=lambda: landed.append(1), stop=lambda: bool(landed))
+    assert [drop.number for drop in drops] == [1]
     assert fly_many(FIVE, 2, workers=1, stop=lambda: True) == ()
 
 
@@ -106,11 +106,11 @@ def test_ctrl_c_keeps_the_table(here: Path, monkeypatch: pytest.MonkeyPatch) -> 
         return fly_many(many, runs, workers=1, progress=one_more, stop=stop)
 
     monkeypatch.setattr(series, "fly_many", interrupted)
-    done = command("rehearse", "59", "70", "--runs", "50", "--out", "many", expect=130)
-    assert "Interrupted after 1 of 50 drops." in done.err
-    assert "Dropped 1 of 1: 1 good" in done.out
-    assert "--file many/maneuver.toml --robot many/robot.toml --seed SEED" in done.out
+    output = command("rehearse", "59", "70", "--runs", "50", "--out", "many", expect=130)
+    assert "Interrupted after 1 of 50 drops." in output.err
+    assert "Dropped 1 of 1: 1 good" in output.out
+    assert "--file many/maneuver.toml --robot many/robot.toml --seed SEED" in output.out
     with (here / "many" / "runs.csv").open() as file:
         assert [row["number"] for row in csv.DictReader(file)] == ["1"]
-    kept = json.loads((here / "many" / "runs.json").read_text())
-    assert (kept["runs"], kept["asked"], kept["imu"]) == (1, 50, "InvenSense MPU-6050")
+    summary = json.loads((here / "many" / "runs.json").read_text())
+    assert (summary["runs"], summary["asked"], summary["imu"]) == (1, 50, "InvenSense MPU-6050")

@@ -29,16 +29,16 @@ def signed(run: Path) -> Calibration:
 
 
 def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path) -> None:
-    found = signed(run)
-    (paper,) = found.papers
+    calibration = signed(run)
+    (paper,) = calibration.papers
     file = run / RECORDINGS / paper.file
     assert sha256_of(file) == paper.sha256
     evidence = from_bytes(file.read_bytes(), source=paper.file)
     assert evidence.step == rest()
     assert np.ptp(evidence.counts.t_us) * 1e-6 >= 20.0, "as long as calibrate bias reads"
     assert evidence.counts.samples_lost == 0
-    assert evidence.origin.logger_serial == found.subject.logger_serial
-    for certified, solved in zip(found.gyros, solve([evidence], MODEL).gyros, strict=True):
+    assert evidence.origin.logger_serial == calibration.subject.logger_serial
+    for certified, solved in zip(calibration.gyros, solve([evidence], MODEL).gyros, strict=True):
         assert np.allclose(certified.bias_rad_s, solved.bias_rad_s, rtol=1e-10)
         assert np.allclose(certified.covariance[:3, :3], solved.covariance[:3, :3], rtol=1e-10)
         assert np.allclose(certified.noise_rad_s, solved.noise_rad_s, rtol=1e-10)
@@ -59,8 +59,10 @@ def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
 
 def test_what_was_not_measured_is_said(run: Path) -> None:
     assert signed(run).drawn == ("zero", "misalignment", "scale", "servo")
-    shown = json.loads(command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE, "--json").out)
-    assert shown["drawn"] == ["zero", "misalignment", "scale", "servo"]
+    certificate = json.loads(
+        command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE, "--json").out
+    )
+    assert certificate["drawn"] == ["zero", "misalignment", "scale", "servo"]
     words = command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE).words
     assert "Drawn for a rehearsal, never measured: zero points, mountings of the gyros" in words
 
@@ -68,9 +70,9 @@ def test_what_was_not_measured_is_said(run: Path) -> None:
 def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:
     (missing,) = result("bundle", "run")["missing"]
     assert missing["lost"] is False and "a rehearsal drew them: zero points" in missing["why"]
-    said = result("reproduce", "run.tfsat.zip")
-    assert said["same"] is True and said["complete"] is True
-    again = next(one for one in said["compared"] if one["what"] == "calibration")
+    reproduction = result("reproduce", "run.tfsat.zip")
+    assert reproduction["same"] is True and reproduction["complete"] is True
+    again = next(comparison for comparison in reproduction["compared"] if comparison["what"] == "calibration")
     assert again["differences"] == [] and again["lacking"] is False
     assert (
         "from 1 recording: biases of the gyros. Not recorded in a rehearsal, but drawn: zero"
@@ -85,20 +87,20 @@ def test_a_bias_that_the_raw_samples_do_not_give_differs(run: Path) -> None:
     (run / CERTIFICATE).write_text(format_calibration(replace(present, gyros=gyros)))
     command("bundle", "run", expect=3)  # the file is not as the rehearsal left it
     again = next(
-        one
-        for one in result("reproduce", "run.tfsat.zip", expect=3)["compared"]
-        if one["what"] == "calibration"
+        comparison
+        for comparison in result("reproduce", "run.tfsat.zip", expect=3)["compared"]
+        if comparison["what"] == "calibration"
     )
-    assert [one["key"] for one in again["differences"]] == ["gyro[2].bias.value[1]"]
+    assert [difference["key"] for difference in again["differences"]] == ["gyro[2].bias.value[1]"]
 
 
 def test_without_its_raw_samples_it_is_not_the_same(run: Path) -> None:
     (recording,) = (run / RECORDINGS).glob("rest-*.npz")
     recording.unlink()
     command("bundle", "run", expect=3)
-    said = result("reproduce", "run.tfsat.zip", expect=3)
-    assert said["complete"] is False
-    assert recording.name in " ".join(said["incomplete"])
+    reproduction = result("reproduce", "run.tfsat.zip", expect=3)
+    assert reproduction["complete"] is False
+    assert recording.name in " ".join(reproduction["incomplete"])
 
 
 def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
@@ -107,11 +109,11 @@ def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
     The landing was noted in the certificate since; both are valid, and both are in the bundle.
     """
     checked = json.loads((run / "preflight.json").read_text())["files"]["calibration"]["sha256"]
-    kept = {sha256_of(path): path.name for path in (run / RECORDINGS).glob("certificate-*.toml")}
-    assert checked in kept and checked != sha256_of(run / CERTIFICATE)
-    assert len(kept) == 2 and read_calibration(run / CERTIFICATE).last_landing is not None
+    name_by_sha256 = {sha256_of(path): path.name for path in (run / RECORDINGS).glob("certificate-*.toml")}
+    assert checked in name_by_sha256 and checked != sha256_of(run / CERTIFICATE)
+    assert len(name_by_sha256) == 2 and read_calibration(run / CERTIFICATE).last_landing is not None
     assert result("bundle", "run")["record"] == []
-    (run / RECORDINGS / kept[checked]).unlink()
+    (run / RECORDINGS / name_by_sha256[checked]).unlink()
     (sentence,) = result("bundle", "run", expect=3)["record"]
     assert f"run/{CERTIFICATE} is not the calibration that the preflight checked" in sentence
     assert "none of the certificates that were kept is" in sentence
@@ -121,9 +123,9 @@ def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
 def test_another_maneuver_than_the_preflight_checked_is_named(run: Path) -> None:
     maneuver = run / "maneuver.toml"
     maneuver.write_text(maneuver.read_text() + "\n# touched\n")
-    said = command("bundle", "run", expect=3)
+    output = command("bundle", "run", expect=3)
     assert (
         "CHANGED run/maneuver.toml is not the maneuver that the preflight checked (run/maneuver.toml"
-        in said.words
+        in output.words
     )
     assert "CHANGED run/maneuver.toml is not" in command("reproduce", "run.tfsat.zip", expect=3).words

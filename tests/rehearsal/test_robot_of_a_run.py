@@ -29,19 +29,21 @@ def other(tfsat_host: RunCli) -> Path:
 
 
 def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Path) -> None:
-    typed = ("rehearse", "54", "72", "--robot", "other.toml", "--as-filed", "--out", "run")
-    flown = tfsat_host.json(*typed)
+    arguments = ("rehearse", "54", "72", "--robot", "other.toml", "--as-filed", "--out", "run")
+    rehearsal = tfsat_host.json(*arguments)
     assert (tfsat_host.folder / "run" / "robot.toml").read_bytes() == other.read_bytes()
-    program, *command = shlex.split(flown["simulate_command"])
+    program, *command = shlex.split(rehearsal["simulate_command"])
     assert program == "tfsat-host"
     computed = tfsat_host.json(*command)
-    assert computed["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.003)
+    assert computed["reorientation_deg"] == pytest.approx(rehearsal["reorientation_true_deg"], abs=0.003)
     # Nothing else is known of it later than the folder; the file may have gone.
     other.unlink()
     again = tfsat_host("evaluate", "run", "--json")
     assert "Robot: run/robot.toml, as the run has it." in again.stderr
-    told = json.loads(again.stdout)
-    assert told["reorientation_deg"] == pytest.approx(flown["evaluation"]["reorientation_deg"], abs=1e-9)
+    evaluation = json.loads(again.stdout)
+    assert evaluation["reorientation_deg"] == pytest.approx(
+        rehearsal["evaluation"]["reorientation_deg"], abs=1e-9
+    )
     named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
     assert "as named, and not the run's own run/robot.toml" in named.stderr
 
@@ -49,18 +51,18 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
     with zipfile.ZipFile(tfsat_host.folder / "run.tfsat.zip") as bundle:
         assert json.loads(bundle.read("manifest.json"))["evaluated"]["robot"] == "run/robot.toml"
         bundled = json.loads(bundle.read("evaluation.json"))
-    assert bundled["com_offset_mm"] == told["com_offset_mm"]
+    assert bundled["com_offset_mm"] == evaluation["com_offset_mm"]
     tfsat_host("campaign", "init", "campaign")
     tfsat_host("campaign", "add", "campaign", "run")
     (drop,) = tfsat_host.json("campaign", "report", "campaign")["drops"]
-    assert drop["evaluation"]["com_offset_mm"] == told["com_offset_mm"]
+    assert drop["evaluation"]["com_offset_mm"] == evaluation["com_offset_mm"]
 
 
 def test_drops_of_different_robots_are_not_compared(
     rehearsed: Rehearsing, tfsat_host: RunCli, other: Path
 ) -> None:
-    for name, typed in (("one", ()), ("two", ("--seed", "2")), ("three", ())):
-        copytree(rehearsed("59", "70", *typed).folder, tfsat_host.folder / name)
+    for name, options in (("one", ()), ("two", ("--seed", "2")), ("three", ())):
+        copytree(rehearsed("59", "70", *options).folder, tfsat_host.folder / name)
     for named in ((), ("--robot", "drop_tower")):
         refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
         assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr
@@ -72,8 +74,8 @@ def test_drops_of_different_robots_are_not_compared(
 
 
 def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:
-    for more in ((), ("--runs", "2")):
-        refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *more, expect=1)
+    for options in ((), ("--runs", "2")):
+        refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *options, expect=1)
         assert "3U CubeSat cannot be rehearsed" in refused.stderr
         assert "0 IMUs" in refused.stderr
         assert "Nothing was flown." in refused.stderr

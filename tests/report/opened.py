@@ -38,9 +38,9 @@ class Picture:
     def count(self, hex_color: str) -> int:
         """Count the pixels of exactly this color, "#rrggbb" (canvas pixels read as alpha, blue, green, red)."""
         red, green, blue = (int(hex_color[i : i + 2], 16) for i in (1, 3, 5))
-        wanted = 0xFF000000 | blue << 16 | green << 8 | red
+        pixel = 0xFF000000 | blue << 16 | green << 8 | red
         return cast(
-            int, self._pixels.evaluate("(pixels, wanted) => pixels.filter(p => p === wanted).length", wanted)
+            int, self._pixels.evaluate("(pixels, wanted) => pixels.filter(p => p === wanted).length", pixel)
         )
 
     def unlike(self, other: Picture) -> int:

@@ -33,19 +33,19 @@ def evaluated() -> Evaluation:
     return evaluate(log, load_robot(), read_calibration(folder() / CERTIFICATE), made_drop().schedule)
 
 
-def reported(found: Evaluation | None = None, name: str = "drop 1") -> ReportedDrop:
+def reported(evaluation: Evaluation | None = None, name: str = "drop 1") -> ReportedDrop:
     """Return the reported drop, or another evaluation of its recording."""
-    found = found or evaluated()
+    evaluation = evaluation or evaluated()
     path = folder() / "SD.bin"
-    return ReportedDrop(name, found, verdict_of(found), sha256_of(path), folder() / CERTIFICATE)
+    return ReportedDrop(name, evaluation, verdict_of(evaluation), sha256_of(path), folder() / CERTIFICATE)
 
 
-def drop_of(found: Evaluation | None = None) -> Any:
-    return document_of([reported(found)], MADE)["drops"][0]
+def drop_of(evaluation: Evaluation | None = None) -> Any:
+    return document_of([reported(evaluation)], MADE)["drops"][0]
 
 
 def numbers(drop: Any) -> dict[str, Any]:
-    return {one["label"]: one for one in drop["key_numbers"]}
+    return {key_number["label"]: key_number for key_number in drop["key_numbers"]}
 
 
 def plots(drop: Any) -> dict[str, Any]:
@@ -53,8 +53,8 @@ def plots(drop: Any) -> dict[str, Any]:
 
 
 def series(plot: Any) -> dict[str, Any]:
-    return {one["label"]: np.array(one["values"], dtype=np.float64) for one in plot["series"]}
+    return {curve["label"]: np.array(curve["values"], dtype=np.float64) for curve in plot["series"]}
 
 
 def table(drop: Any, title: str) -> Any:
-    return next(one for one in drop["tables"] if one["title"] == title)
+    return next(entry for entry in drop["tables"] if entry["title"] == title)

@@ -67,8 +67,8 @@ def _drop(name: str, seed: int, samples: int) -> dict[str, Any]:
         "name": name,
         "verdict": {"level": level, "sentence": sentence, "reasons": ["All six integrity checks passed."]},
         "key_numbers": [
-            dict(zip(("label", "value", "std", "unit", "note"), one, strict=True))
-            for one in (turned, *_NUMBERS)
+            dict(zip(("label", "value", "std", "unit", "note"), row, strict=True))
+            for row in (turned, *_NUMBERS)
         ],
         "notes": ["Gyro of body 4 read its full scale for 12 ms at landing.", "No laser tracks were given."],
         "t_s": t_s.tolist(),
@@ -156,7 +156,8 @@ def _plots(
             [_series(("x", "y", "z", "norm")[i], momentum[:, i], i, "measured") for i in range(4)],
         ),
         _plot(
-            "attitude_error", [_series(f"{kind} correction", one, 3, kind) for kind, one in errors.items()]
+            "attitude_error",
+            [_series(f"{kind} correction", error, 3, kind) for kind, error in errors.items()],
         ),
         _spectrum("momentum_spectrum", 4e-6, rng),
         _spectrum("rate_spectrum", 2.0, rng),

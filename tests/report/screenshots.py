@@ -31,13 +31,13 @@ def take(folder: Path) -> None:
     """
     with tempfile.TemporaryDirectory(prefix="tfsat-screenshots-") as name, sync_playwright() as playwright:
         place = Path(name)
-        one, several = _reports(place)
+        single_report, several = _reports(place)
         chromium = launched(playwright, place, ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
         folder.mkdir(parents=True, exist_ok=True)
-        _opened(chromium, one, _DESKTOP).screenshot(path=folder / "report.png")
-        _mid_stroke(_opened(chromium, one, _DESKTOP)).screenshot(path=folder / "replay.png")
+        _opened(chromium, single_report, _DESKTOP).screenshot(path=folder / "report.png")
+        _mid_stroke(_opened(chromium, single_report, _DESKTOP)).screenshot(path=folder / "replay.png")
         _compared(_opened(chromium, several, _DESKTOP)).screenshot(path=folder / "several.png")
-        _mid_stroke(_opened(chromium, one, _PHONE)).screenshot(path=folder / "narrow.png")
+        _mid_stroke(_opened(chromium, single_report, _PHONE)).screenshot(path=folder / "narrow.png")
         chromium.close()
     for picture in sorted(folder.glob("*.png")):
         size = picture.stat().st_size
@@ -50,12 +50,12 @@ def _reports(place: Path) -> tuple[Path, Path]:
     runs = [place / f"drop {seed}" for seed in _DROPS]
     for seed, run in zip(_DROPS, runs, strict=True):
         run_folder(run, seed)
-    one, several = place / "one.html", place / "several.html"
-    for asked, page in ((runs[:1], one), (runs, several)):
-        code = tfsat_host(["report", *map(str, asked), "--out", str(page), "--json"])
+    single_report, several = place / "one.html", place / "several.html"
+    for folders, page in ((runs[:1], single_report), (runs, several)):
+        code = tfsat_host(["report", *map(str, folders), "--out", str(page), "--json"])
         if code != 0:
             sys.exit(f"tfsat-host report ended with {code}.")
-    return one, several
+    return single_report, several
 
 
 def _opened(chromium: Browser, page: Path, size: dict[str, int]) -> Page:

@@ -29,36 +29,36 @@ MAX_BYTES = 1_500_000
 
 
 def test_key_numbers_are_the_evaluations(drop: Any) -> None:
-    found, shown = evaluated(), numbers(drop)
-    turn = found.reorientation
-    assert shown["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
-    assert shown["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
-    for label, sides in (("filed", found.explained.before), ("corrected", found.explained.after)):
-        error = shown[f"Attitude error, model {'as ' if label == 'filed' else ''}{label}"]
+    evaluation, key_numbers = evaluated(), numbers(drop)
+    turn = evaluation.reorientation
+    assert key_numbers["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
+    assert key_numbers["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
+    for label, sides in (("filed", evaluation.explained.before), ("corrected", evaluation.explained.after)):
+        error = key_numbers[f"Attitude error, model {'as ' if label == 'filed' else ''}{label}"]
         assert error["value"] == pytest.approx(np.rad2deg(sides.error.final_norm_rad))
         assert 0.0 < error["std"] < 0.1
     assert (
-        shown["Attitude error, model corrected"]["value"]
-        < 0.2 * shown["Attitude error, model as filed"]["value"]
+        key_numbers["Attitude error, model corrected"]["value"]
+        < 0.2 * key_numbers["Attitude error, model as filed"]["value"]
     )
-    fit = found.explained.fit
-    assert shown["Largest CoM correction"]["value"] == fit.values[np.abs(fit.values).argmax()]
-    assert [shown[f"Initial rate {axis}"]["value"] for axis in "xyz"] == pytest.approx(
+    fit = evaluation.explained.fit
+    assert key_numbers["Largest CoM correction"]["value"] == fit.values[np.abs(fit.values).argmax()]
+    assert [key_numbers[f"Initial rate {axis}"]["value"] for axis in "xyz"] == pytest.approx(
         [-0.73, -0.48, -0.77], abs=0.05
     )
-    assert shown["Stroke 1"]["note"] == "joint 1, +59.00 deg commanded"
-    assert shown["Fall"]["value"] == pytest.approx(2.5, abs=0.01)
-    assert shown["Recording"]["value"] == 100.0
-    assert "Release velocity" not in shown  # nobody filmed the laser spots
+    assert key_numbers["Stroke 1"]["note"] == "joint 1, +59.00 deg commanded"
+    assert key_numbers["Fall"]["value"] == pytest.approx(2.5, abs=0.01)
+    assert key_numbers["Recording"]["value"] == 100.0
+    assert "Release velocity" not in key_numbers  # nobody filmed the laser spots
 
 
 def test_what_a_drop_lacks_is_no_number() -> None:
-    found = evaluated()
-    blind = replace(found.micro_gravity, changes_g=np.full((4, 3), np.nan))
-    lacking = replace(found, micro_gravity=blind, instants=replace(found.instants, landing=None))
-    shown = numbers(drop_of(lacking))
-    assert shown["Micro-gravity"]["value"] is None and shown["Fall"]["value"] is None
-    assert shown["Fall"]["note"] == "no accelerometer felt a landing"
+    evaluation = evaluated()
+    blind = replace(evaluation.micro_gravity, changes_g=np.full((4, 3), np.nan))
+    lacking = replace(evaluation, micro_gravity=blind, instants=replace(evaluation.instants, landing=None))
+    key_numbers = numbers(drop_of(lacking))
+    assert key_numbers["Micro-gravity"]["value"] is None and key_numbers["Fall"]["value"] is None
+    assert key_numbers["Fall"]["note"] == "no accelerometer felt a landing"
 
 
 def test_strokes_are_where_they_were_flown(drop: Any) -> None:
@@ -75,13 +75,13 @@ def test_strokes_are_where_they_were_flown(drop: Any) -> None:
 
 
 def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
-    found = evaluated()
-    log = found.log
+    evaluation = evaluated()
+    log = evaluation.log
     bounces = tuple(DropEvent(log.origin_us + 200 * k, "switch_edge", 0, (k + 1) % 2, 0) for k in range(5))
     others = tuple(event for event in log.events if event.name != "switch_edge")
     hole = Gap(100, 3, 0, 1, log.origin_us + 1_200_000, log.origin_us + 1_210_000)
     damaged = replace(log, events=(*bounces, *others), gaps=(hole,), samples_lost=3)
-    drop = drop_of(replace(found, log=damaged))
+    drop = drop_of(replace(evaluation, log=damaged))
     switches = [event for event in drop["events"] if event["kind"] == "switch"]
     assert [(event["label"], event["t_s"]) for event in switches] == [("release switch 1 opened", 0.0008)]
     [gap] = [event for event in drop["events"] if event["kind"] == "gap"]
@@ -90,13 +90,13 @@ def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
 
 
 def test_failed_checks_stand_first_with_their_cause() -> None:
-    found = evaluated()
+    evaluation = evaluated()
     bad = (
         Kind("the earth is flat", "sigma", ())
         .judge(3.0, 1.0, "It is not.")
         .caused_by("a wrong map", "Buy a globe.")
     )
-    drop = drop_of(replace(found, checks=(*found.checks, bad)))
+    drop = drop_of(replace(evaluation, checks=(*evaluation.checks, bad)))
     first = table(drop, "Integrity checks")["rows"][0]
     assert first == [
         "the earth is flat",
@@ -110,11 +110,11 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
 
 
 def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
-    found = evaluated()
+    evaluation = evaluated()
     bad = Kind("the earth is flat", "sigma", ()).judge(3.0, 1.0, "It is not.")
-    caption = table(drop_of(replace(found, checks=(*found.checks, bad))), "Correction of the model")[
-        "caption"
-    ]
+    caption = table(
+        drop_of(replace(evaluation, checks=(*evaluation.checks, bad))), "Correction of the model"
+    )["caption"]
     assert "change nothing by it" in caption and "The check of the earth is flat failed." in caption
 
 
@@ -126,24 +126,24 @@ def test_passed_checks_are_folded(drop: Any) -> None:
 
 
 def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
-    found = evaluated()
+    evaluation = evaluated()
     failed = tuple(
         Kind(check.name, "sigma", ())
         .judge(3.0, 1.0, f"{check.name} is off.")
         .caused_by("a loose wire", "Solder it.")
-        for check in found.checks
+        for check in evaluation.checks
     )
-    reasons = drop_of(replace(found, checks=failed))["verdict"]["reasons"]
+    reasons = drop_of(replace(evaluation, checks=failed))["verdict"]["reasons"]
     assert sum("checks failed at once" in reason for reason in reasons) == 1
     assert not any("a loose wire" in reason for reason in reasons)
 
 
 def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
-    found = evaluated()
-    assert worth_of(found) == "to be made" and significance(found) > 3.0
-    explained = found.explained
+    evaluation = evaluated()
+    assert worth_of(evaluation) == "to be made" and significance(evaluation) > 3.0
+    explained = evaluation.explained
     fit = replace(explained.fit, values=0.02 * explained.fit.std)
-    right = replace(found, explained=replace(explained, fit=fit, before=explained.after))
+    right = replace(evaluation, explained=replace(explained, fit=fit, before=explained.after))
     assert worth_of(right) == "not called for"
     drop = drop_of(right)
     assert "No correction is called for" in table(drop, "Correction of the model")["caption"]
@@ -152,7 +152,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
 
 def test_standing_joints_have_a_row_each(drop: Any) -> None:
     rows = table(drop, "Joints between their strokes")["rows"]
-    assert [row[0] for row in rows] == [f"joint {one.joint}" for one in evaluated().standing]
+    assert [row[0] for row in rows] == [f"joint {rest.joint}" for rest in evaluated().standing]
     assert {row[-1] for row in rows} <= {"stood", "crept", "moved"}
 
 
@@ -169,19 +169,19 @@ def _as_on_the_page(value: float, std: float) -> str:
 
 
 def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(drop: Any) -> None:
-    found = evaluated()
-    swarm = swarm_fit(found.explained.fit, found.explained.driven.flown, seeds=(1, 2))
-    beside = table(drop_of(replace(found, swarm=swarm)), "Correction of the model")
+    evaluation = evaluated()
+    swarm = swarm_fit(evaluation.explained.fit, evaluation.explained.driven.flown, seeds=(1, 2))
+    beside = table(drop_of(replace(evaluation, swarm=swarm)), "Correction of the model")
     assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
     assert [row[-1] for row in beside["rows"]] == [
         _as_on_the_page(value, spread) for value, spread in zip(swarm.values, swarm.spread, strict=True)
-    ] + ["–"] * (len(found.explained.fit.offsets) - len(swarm.values))
+    ] + ["–"] * (len(evaluation.explained.fit.offsets) - len(swarm.values))
 
 
 def test_offset_at_its_bound_is_named() -> None:
-    found = evaluated()
-    fit = replace(found.explained.fit, at_bound=np.arange(len(found.explained.fit.values)) == 4)
-    stuck = drop_of(replace(found, explained=replace(found.explained, fit=fit)))
+    evaluation = evaluated()
+    fit = replace(evaluation.explained.fit, at_bound=np.arange(len(evaluation.explained.fit.values)) == 4)
+    stuck = drop_of(replace(evaluation, explained=replace(evaluation.explained, fit=fit)))
     assert "Stopped at its bound: body 2 CoM y." in table(stuck, "Correction of the model")["caption"]
 
 
@@ -198,19 +198,22 @@ def test_provenance_names_the_very_bytes(drop: Any) -> None:
 def test_calibration_older_than_a_landing_is_marked() -> None:
     from tfsat_host.calibration.certificate.certificate import Landing, with_landing
 
-    found = evaluated()
-    landed = with_landing(found.calibration, Landing(datetime(2026, 1, 5, 8, 30, tzinfo=UTC), "a witness"))
+    evaluation = evaluated()
+    landed = with_landing(
+        evaluation.calibration, Landing(datetime(2026, 1, 5, 8, 30, tzinfo=UTC), "a witness")
+    )
     rows = {
-        row[0]: row[3] for row in table(drop_of(replace(found, calibration=landed)), "Calibration")["rows"]
+        row[0]: row[3]
+        for row in table(drop_of(replace(evaluation, calibration=landed)), "Calibration")["rows"]
     }
     assert rows["bias of body 1"] == "2026-01-05 08:00 UTC, before a landing"
     assert rows["scale factors of body 1"] == "2026-01-05 08:00 UTC"  # survives any landing
 
 
 def test_notes_do_not_repeat_the_verdict() -> None:
-    noted = drop_of(replace(evaluated(), notes=("The gyro of body 4 was silent.",)))
-    assert "The gyro of body 4 was silent." in noted["verdict"]["reasons"]
-    assert "The gyro of body 4 was silent." not in noted["notes"]
+    drop = drop_of(replace(evaluated(), notes=("The gyro of body 4 was silent.",)))
+    assert "The gyro of body 4 was silent." in drop["verdict"]["reasons"]
+    assert "The gyro of body 4 was silent." not in drop["notes"]
 
 
 def test_without_a_schedule_strokes_are_those_of_the_line() -> None:
@@ -221,7 +224,7 @@ def test_without_a_schedule_strokes_are_those_of_the_line() -> None:
         "stroke 3",
         "stroke 4",
     ]
-    assert not [one for one in drop["tables"] if one["title"] in ("Strokes", "Clocks")]
+    assert not [entry for entry in drop["tables"] if entry["title"] in ("Strokes", "Clocks")]
     assert {line["kind"] for line in plots(drop)["joints"]["series"]} == {"measured"}
 
 
@@ -254,8 +257,8 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     else:
         angles[:, 4:] = False
     damaged = replace(log, imu_valid=imu, angle_valid=angles)
-    found = evaluate(damaged, load_robot(), evaluated().calibration, None)
-    document = document_of([reported(found)], MADE)
+    evaluation = evaluate(damaged, load_robot(), evaluated().calibration, None)
+    document = document_of([reported(evaluation)], MADE)
     drop = document["drops"][0]
     assert len(render(document).encode()) < MAX_BYTES
     assert drop["verdict"]["level"] == "doubtful"
@@ -267,8 +270,10 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
 def test_a_real_drop_draws(open_document: Opener) -> None:
     document = document_of([reported()], MADE)
     opened = open_document(document)
-    shown = {figure.get_attribute("data-plot") for figure in opened.page.locator("figure[data-plot]").all()}
-    assert {plot["id"] for plot in document["drops"][0]["plots"]} <= shown
+    plot_ids = {
+        figure.get_attribute("data-plot") for figure in opened.page.locator("figure[data-plot]").all()
+    }
+    assert {plot["id"] for plot in document["drops"][0]["plots"]} <= plot_ids
     text = opened.page.inner_text("body")
     assert "Reorientation" in text and document["drops"][0]["verdict"]["sentence"] in text
 

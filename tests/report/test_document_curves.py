@@ -35,7 +35,7 @@ def test_every_line_fits_its_axis(drop: Any) -> None:
 
 def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
     curves, errors = series(plots(drop)["euler"]), series(plots(drop)["attitude_error"])
-    bands = {one["label"]: one["std"] for one in plots(drop)["euler"]["series"]}
+    bands = {curve["label"]: curve["std"] for curve in plots(drop)["euler"]["series"]}
     # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint angles
     # tell differently.
     late = np.array(drop["t_s"]) > 2.3
@@ -46,8 +46,8 @@ def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
             # The corrected model stands next to gyros without the errors that the fit found in them; the measured curve
             # is the gyros' with them: they are apart by these, and no further than its band allows.
             band = np.array(bands[f"φ{axis} measured"], dtype=np.float64)[late]
-            found = 2.0 * band if model == "model corrected" else 0.0
-            assert np.all(np.abs(apart[late]) < 0.04 + found)
+            allowance = 2.0 * band if model == "model corrected" else 0.0
+            assert np.all(np.abs(apart[late]) < 0.04 + allowance)
 
 
 def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
@@ -64,13 +64,13 @@ def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
 
 
 def test_deviation_of_the_euler_angles_is_that_of_the_attitude() -> None:
-    found = evaluated()
-    body, angles = found.motion.bodies[0], euler_angles(found)
+    evaluation = evaluated()
+    body, angles = evaluation.motion.bodies[0], euler_angles(evaluation)
     middle = int(np.searchsorted(body.t_s, 1.4))  # the joints are open, all three angles away from zero
     rng = np.random.default_rng(1)
     turns = rng.multivariate_normal(np.zeros(3), body.covariance(middle), 20_000)
-    drawn = euler_zyx_rad((Rotation.from_rotvec(turns) * body.attitude[middle]).as_matrix())
-    assert angles.std_rad[middle] == pytest.approx(drawn.std(axis=0), rel=0.03)
+    sample_angles = euler_zyx_rad((Rotation.from_rotvec(turns) * body.attitude[middle]).as_matrix())
+    assert angles.std_rad[middle] == pytest.approx(sample_angles.std(axis=0), rel=0.03)
 
 
 def test_momentum_is_calmer_after_the_correction(drop: Any) -> None:
@@ -94,9 +94,9 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
 
 
 def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
-    found, replay = evaluated(), drop["replay"]
-    model, offsets = found.model, found.explained.driven.offsets
-    corrected = offsets.correct(found.explained.fit.values)
+    evaluation, replay = evaluated(), drop["replay"]
+    model, offsets = evaluation.model, evaluation.explained.driven.offsets
+    corrected = offsets.correct(evaluation.explained.fit.values)
     ghost = replay["model"]
     assert ghost[0][0] == [None] * 7  # the release has not settled
     for poses, body in ((replay["measured"], corrected), (ghost[20:], offsets.body)):

@@ -18,26 +18,28 @@ WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-e
 
 
 @pytest.fixture(scope="module")
-def drawn() -> FigureData:
+def figure_data() -> FigureData:
     return drawn_of(evaluated())
 
 
-def written(name: str, drawn: FigureData, file_format: str, folder: Path) -> bytes:
+def written(name: str, figure_data: FigureData, file_format: str, folder: Path) -> bytes:
     path = folder / f"{name}.{file_format}"
-    write_figure(name, drawn, file_format, path)
+    write_figure(name, figure_data, file_format, path)
     return path.read_bytes()
 
 
 @pytest.mark.parametrize("name", WIDTHS_MM)
 def test_each_figure_is_the_same_bytes_of_its_width_with_its_fonts(
-    name: str, drawn: FigureData, tmp_path: Path
+    name: str, figure_data: FigureData, tmp_path: Path
 ) -> None:
-    files = {file_format: written(name, drawn, file_format, tmp_path) for file_format in FORMATS}
+    files = {file_format: written(name, figure_data, file_format, tmp_path) for file_format in FORMATS}
     again = (
         FORMATS if name == "attitude-error" else ()
     )  # one figure stands for all: the style is theirs together
     with mpl.rc_context({"font.size": 23.0, "lines.linewidth": 9.0, "savefig.dpi": 50}):
-        assert all(written(name, drawn, file_format, tmp_path) == files[file_format] for file_format in again)
+        assert all(
+            written(name, figure_data, file_format, tmp_path) == files[file_format] for file_format in again
+        )
     for data in files.values():
         assert MARKER in data[:4096] + data[-4096:]
         assert b"CreationDate" not in data and b"20260" not in data[-2048:]
@@ -54,8 +56,8 @@ def test_every_figure_is_the_papers() -> None:
     assert list(FIGURES) == list(WIDTHS_MM)
 
 
-def test_strokes_are_shaded_behind_the_measured_angles(drawn: FigureData) -> None:
-    figure = FIGURES["motion"](drawn)
+def test_strokes_are_shaded_behind_the_measured_angles(figure_data: FigureData) -> None:
+    figure = FIGURES["motion"](figure_data)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     joints = figure.axes[2]
     spans = [(patch.get_x(), patch.get_width()) for patch in joints.patches if isinstance(patch, Rectangle)]
@@ -67,8 +69,8 @@ def test_strokes_are_shaded_behind_the_measured_angles(drawn: FigureData) -> Non
     assert moving.any() and np.mean(inside) > 0.98
 
 
-def test_before_and_after_share_their_scale(drawn: FigureData) -> None:
-    before, after, *spectra = FIGURES["momentum"](drawn).axes
+def test_before_and_after_share_their_scale(figure_data: FigureData) -> None:
+    before, after, *spectra = FIGURES["momentum"](figure_data).axes
     assert before.get_ylim() == after.get_ylim()
     assert spectra[0].get_ylim() == spectra[1].get_ylim()
     assert all(axes.get_xscale() == "log" for axes in spectra)

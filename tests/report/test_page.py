@@ -114,8 +114,8 @@ def test_prints_whole_and_light(open_document: Opener, scheme: str) -> None:
     report.page.emulate_media(media="print")
     for control in (".transport", ".keys", ".drops", "footer"):
         assert report.page.locator(control).is_hidden(), control
-    for kept in (".verdict", ".key-numbers", ".replay", "table.comparison"):
-        assert report.page.locator(kept).is_visible(), kept
+    for selector in (".verdict", ".key-numbers", ".replay", "table.comparison"):
+        assert report.page.locator(selector).is_visible(), selector
 
 
 def test_numbers_are_written_to_their_uncertainty(open_document: Opener) -> None:

@@ -105,15 +105,20 @@ def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_docu
     document = sample_document()
     replay = document["drops"][0]["replay"]
     replay["model"] = None
-    whole = open_document(document)
-    assert not whole.page.get_by_label("Model", exact=True).is_visible()
-    assert whole.page.locator(".bodies-key li").all_inner_texts() == ["body 1", "body 2", "body 3", "body 4"]
+    full_report = open_document(document)
+    assert not full_report.page.get_by_label("Model", exact=True).is_visible()
+    assert full_report.page.locator(".bodies-key li").all_inner_texts() == [
+        "body 1",
+        "body 2",
+        "body 3",
+        "body 4",
+    ]
     for poses in replay["measured"][:50]:
         poses[:] = [[None] * 7 for _ in poses]
     partly = open_document(document)
-    for report in (whole, partly):
+    for report in (full_report, partly):
         report.press("Home")
-    assert partly.replayed().drawn() < whole.replayed().drawn() - 5000
+    assert partly.replayed().drawn() < full_report.replayed().drawn() - 5000
 
 
 def test_without_webgl_it_says_so_and_draws_flat(

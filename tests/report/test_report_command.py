@@ -34,22 +34,22 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(reporting, "FIGURES", {DRAWN: None})
     for write in ("write_evaluated_mcap", "write_figure"):
-        monkeypatch.setattr(reporting, write, lambda *given: given[-1].write_bytes(MARKER))
+        monkeypatch.setattr(reporting, write, lambda *arguments: arguments[-1].write_bytes(MARKER))
     run_folder(tmp_path / "run")
     return tmp_path / "run"
 
 
 def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None:
-    said = result("report", "run", "--figures", "figures", "--mcap")
+    summary = result("report", "run", "--figures", "figures", "--mcap")
     page = run / "report.html"
     assert PAGE_MARKER in page.read_bytes()[:4096]
     figures = [f"figures/{DRAWN}.{kind}" for kind in FORMATS]
-    assert (said["report"], said["files"]) == (
+    assert (summary["report"], summary["files"]) == (
         "run/report.html",
         ["run/report.html", *figures, "run/SD.evaluated.mcap"],
     )
-    assert all(Path(file).stat().st_size > 0 for file in said["files"])
-    [drop] = said["drops"]
+    assert all(Path(file).stat().st_size > 0 for file in summary["files"])
+    [drop] = summary["drops"]
     assert (drop["name"], drop["run"], drop["verdict"]["level"]) == ("run", "run", "good")
     page.write_bytes(page.read_bytes().replace(b"<noscript>", b"<noscript>old "))
     words = command("report", "run/SD.bin", "--mcap=out/drop.mcap").out  # its own page it may replace
@@ -61,10 +61,10 @@ def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None
 def test_a_file_of_somebody_else_is_kept_without_force_and_doubts_end_with_3(run: Path) -> None:
     page, mcap = run / "report.html", run / "mine.mcap"
     page.write_text("<p>my notes</p>", encoding="utf-8")
-    said = command("report", "run", expect=1)
-    assert "report.html exists and was not made by this command" in said.err
+    output = command("report", "run", expect=1)
+    assert "report.html exists and was not made by this command" in output.err
     assert page.read_text(encoding="utf-8") == "<p>my notes</p>"
-    assert "Evaluating" not in said.err  # it was refused before anything took time
+    assert "Evaluating" not in output.err  # it was refused before anything took time
     mcap.write_text("not yours", encoding="utf-8")
     assert "mine.mcap exists" in command("report", "run", "--mcap=run/mine.mcap", "--out", "a", expect=1).err
     assert not Path("a").exists()
@@ -80,14 +80,14 @@ def test_several_drops_lie_in_one_page_here_but_one_that_cannot_be_evaluated(
 ) -> None:
     run_folder(Path("second"), seed=2)
     Path("empty").mkdir()
-    said = command("report", "run", "second", "empty", "--figures", "figures", "--mcap", "--json", expect=1)
-    assert said.json["report"] == "report.html"
-    assert [drop["name"] for drop in said.json["drops"]] == ["run", "second"]
+    output = command("report", "run", "second", "empty", "--figures", "figures", "--mcap", "--json", expect=1)
+    assert output.json["report"] == "report.html"
+    assert [drop["name"] for drop in output.json["drops"]] == ["run", "second"]
     assert Path(f"figures/second/{DRAWN}.pdf").exists() and Path(f"figures/run/{DRAWN}.png").exists()
     assert Path("second/SD.evaluated.mcap").exists() and Path("run/SD.evaluated.mcap").exists()
-    [refused] = said.json["refused"]
+    [refused] = output.json["refused"]
     assert refused["run"] == "empty" and "empty holds no recording" in refused["what"]
-    assert "empty is not in the report" in said.err
+    assert "empty is not in the report" in output.err
     text = Path("report.html").read_text(encoding="utf-8")
     assert "<p>empty could not be evaluated: empty holds no recording" in text
     assert '"lacking":["empty could not' in text
@@ -110,8 +110,8 @@ def test_provenance_names_all_that_was_read_and_a_hostile_name_is_text(run: Path
     laser = Path(HOSTILE, "laser.csv")
     laser.write_text(f"t_s,spot,along_mm,up_mm\n{''.join(spots)}", encoding="utf-8")
     page = Path("new/deep/report.html")
-    said = command("report", HOSTILE, "--laser", laser, "--out", page, expect=3)
-    assert "The folder new/deep was not there: it was made." in said.err
+    output = command("report", HOSTILE, "--laser", laser, "--out", page, expect=3)
+    assert "The folder new/deep was not there: it was made." in output.err
     opened = Opened(browser.new_page(), page.resolve())
     assert HOSTILE in opened.page.inner_text("h1")
     provenance = opened.page.locator(".table", has_text="SHA-256 of the recording").text_content() or ""
@@ -130,17 +130,17 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
     assert "empty holds no recording" in command("report", "empty", expect=1).err
     both = command("report", "empty", "hollow", expect=1)
     assert "None of the drops can be evaluated." in both.err
-    one = command("report", "run", "empty", "--mcap=one.mcap", expect=2)
-    assert "--mcap names one file" in one.err
+    single_output = command("report", "run", "empty", "--mcap=one.mcap", expect=2)
+    assert "--mcap names one file" in single_output.err
     for name in ("dirx/", "dirx/.", "there/"):
-        said = command("report", "run", "--out", name, expect=2)
-        assert f"'{name}' is a folder" in said.err and f"{name.rstrip('.')}NAME" in said.err
+        output = command("report", "run", "--out", name, expect=2)
+        assert f"'{name}' is a folder" in output.err and f"{name.rstrip('.')}NAME" in output.err
         assert "is a folder" in command("campaign", "report", "camp", "--out", name, expect=2).err
     monkeypatch.setattr("tfsat_host.plotting.MODULE", "a_module_that_nobody_has")
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))
     for extra in ("figures", "mcap"):
-        said = command("report", "run", f"--{extra}=somewhere", expect=1)
-        assert f"python -m pip install '.[{extra}]'" in said.err and "Evaluating" not in said.err
+        output = command("report", "run", f"--{extra}=somewhere", expect=1)
+        assert f"python -m pip install '.[{extra}]'" in output.err and "Evaluating" not in output.err
     assert sorted(path.name for path in Path().iterdir()) == ["empty", "hollow", "run", "there"]
     assert not (run / "report.html").exists()
 
@@ -161,8 +161,8 @@ def test_a_rehearsal_removes_the_results_of_the_recording_that_it_replaces(tfsat
     (run / "evaluation.json").write_bytes(EVALUATION_MARKER)
     (run / "notes.txt").write_text("mine", encoding="utf-8")
     again = tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "run")
-    left = {path.name for path in run.iterdir()}
-    assert not left & {"evaluation.json", "SD.evaluated.mcap"}, "the page is the new recording's own"
-    assert "figures" not in left, "a folder that this leaves empty goes, too"
-    assert {"notes.txt", "SD.bin", "summary.json"} <= left
+    file_names = {path.name for path in run.iterdir()}
+    assert not file_names & {"evaluation.json", "SD.evaluated.mcap"}, "the page is the new recording's own"
+    assert "figures" not in file_names, "a folder that this leaves empty goes, too"
+    assert {"notes.txt", "SD.bin", "summary.json"} <= file_names
     assert "evaluation.json: it was made of the recording that this one replaces" in again.stderr

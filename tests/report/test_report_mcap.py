@@ -32,15 +32,15 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def topics(path: Path) -> Topics:
     """(log time in ns, message) by topic."""
-    found: Topics = defaultdict(list)
+    messages_by_topic: Topics = defaultdict(list)
     before_ns = 0
     with path.open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
             assert message.log_time >= before_ns, channel.topic
             before_ns = message.log_time
-            found[channel.topic].append((message.log_time, decoded))
-    return found
+            messages_by_topic[channel.topic].append((message.log_time, decoded))
+    return messages_by_topic
 
 
 def unix_ns(t_s: Any) -> list[int]:
@@ -64,10 +64,10 @@ def test_joint_angles_come_with_their_deviations(topics: Topics) -> None:
     for joint in motion.joints:
         messages = topics[f"/evaluated/joint_{joint.joint}"]
         assert [time_ns for time_ns, _ in messages] == unix_ns(motion.t_s)
-        shown = np.array([(m.angle_deg, m.angle_deg_std, m.rate_deg_s) for _, m in messages])
+        rows = np.array([(m.angle_deg, m.angle_deg_std, m.rate_deg_s) for _, m in messages])
         rate = motion.fused.joint_rate_rad_s[:, joint.joint - 1]
         expected = np.rad2deg(np.column_stack([joint.angle_rad, joint.std_rad(), rate]))
-        np.testing.assert_allclose(shown, expected, rtol=1e-14)
+        np.testing.assert_allclose(rows, expected, rtol=1e-14)
 
 
 def test_bodies_stand_where_the_replay_shows_them(topics: Topics) -> None:
@@ -76,17 +76,17 @@ def test_bodies_stand_where_the_replay_shows_them(topics: Topics) -> None:
         ("evaluated", "", moved.measured),
         ("model_filed", "model_filed/", moved.predicted),
     ):
-        known = np.isfinite(poses).all(axis=(1, 2))
+        has_pose = np.isfinite(poses).all(axis=(1, 2))
         for body in range(4):
             messages = topics[f"/{place}/tf/body_{body + 1}"]
-            assert [time_ns for time_ns, _ in messages] == unix_ns(moved.t_s[known])
+            assert [time_ns for time_ns, _ in messages] == unix_ns(moved.t_s[has_pose])
             assert {(m.parent_frame_id, m.child_frame_id) for _, m in messages} == {
                 ("world", f"{prefix}body_{body + 1}")
             }
             last = messages[-1][1]
             place_m = (last.translation.x, last.translation.y, last.translation.z)
             turn = (last.rotation.x, last.rotation.y, last.rotation.z, last.rotation.w)
-            np.testing.assert_allclose((*place_m, *turn), poses[known][-1, body], rtol=1e-14)
+            np.testing.assert_allclose((*place_m, *turn), poses[has_pose][-1, body], rtol=1e-14)
 
 
 def test_body_1_turns_as_far_as_was_found(topics: Topics) -> None:
@@ -115,11 +115,11 @@ def test_momentum_of_the_corrected_model_is_calmer(topics: Topics) -> None:
 
 
 def test_rates_and_euler_angles(topics: Topics) -> None:
-    found = evaluated()
+    evaluation = evaluated()
     rates = [(m.rate_deg_s.x, m.rate_deg_s.y, m.rate_deg_s.z) for _, m in topics["/evaluated/body_2/rate"]]
-    np.testing.assert_allclose(np.radians(rates), found.motion.bodies[1].rate_rad_s, rtol=1e-13)
+    np.testing.assert_allclose(np.radians(rates), evaluation.motion.bodies[1].rate_rad_s, rtol=1e-13)
     last = topics["/evaluated/body_1/euler"][-1][1]
-    final = np.rad2deg(found.reorientation.euler_zyx_rad)
+    final = np.rad2deg(evaluation.reorientation.euler_zyx_rad)
     np.testing.assert_allclose((last.z_deg, last.y_deg, last.x_deg), final, atol=1e-9)
     assert 0.0 < last.z_deg_std < 0.1
 
@@ -137,15 +137,17 @@ def test_boxes_hang_on_the_frames(topics: Topics) -> None:
 
 
 def test_verdict_and_strokes_are_told_in_words(topics: Topics) -> None:
-    said = [(time_ns, message.message) for time_ns, message in topics["/evaluated/log"]]
-    texts = [text for _, text in said]
+    log_lines = [(time_ns, message.message) for time_ns, message in topics["/evaluated/log"]]
+    texts = [text for _, text in log_lines]
     verdict = reported().verdict
     assert f"{verdict.level}: {verdict.sentence}" in texts
     stroke = evaluated().strokes[0]
     [begin] = [
-        time_ns for time_ns, text in said if text.startswith("1: joint 1") and not text.endswith("ends")
+        time_ns for time_ns, text in log_lines if text.startswith("1: joint 1") and not text.endswith("ends")
     ]
-    [end] = [time_ns for time_ns, text in said if text.startswith("1: joint 1") and text.endswith("ends")]
+    [end] = [
+        time_ns for time_ns, text in log_lines if text.startswith("1: joint 1") and text.endswith("ends")
+    ]
     assert [begin, end] == unix_ns([stroke.start_s, stroke.end_s])
 
 
@@ -153,5 +155,7 @@ def test_every_topic_is_documented(topics: Topics) -> None:
     documented = re.findall(
         r"`(/[a-zN_/]+)`", (REPOSITORY / "docs" / "report.md").read_text(encoding="utf-8")
     )
-    made = {re.sub(r"_\d", "_N", topic) for topic in topics if topic.startswith(("/evaluated", "/model"))}
-    assert set(documented) == made
+    topic_names = {
+        re.sub(r"_\d", "_N", topic) for topic in topics if topic.startswith(("/evaluated", "/model"))
+    }
+    assert set(documented) == topic_names

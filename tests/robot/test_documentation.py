@@ -47,8 +47,8 @@ def test_every_key_that_the_loader_knows_is_explained_and_no_other(tmp_path: Pat
     file.write_text(ROBOT.replace(before, f"{before}unheard_of = 1{after}", 1), encoding="utf-8")
     with pytest.raises(RobotFileError, match="unheard_of: is not known here") as caught:
         load_robot(file)
-    known = caught.value.next_step.partition("known are: ")[2].rstrip(".").split(", ")
-    assert documented_keys()[table] == set(known)
+    known_keys = caught.value.next_step.partition("known are: ")[2].rstrip(".").split(", ")
+    assert documented_keys()[table] == set(known_keys)
 
 
 def test_no_other_table_is_explained() -> None:

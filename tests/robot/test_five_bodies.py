@@ -32,15 +32,15 @@ def test_the_tree_is_loaded() -> None:
 
 
 def test_shapes_are_the_corners_of_all_boxes_in_the_body_frame() -> None:
-    left, hub, right, *_ = load_robot(FILE).shape_m
-    assert (left.shape, hub.shape, right.shape) == ((8, 3), (16, 3), (0, 3))
+    left_shape, hub, right, *_ = load_robot(FILE).shape_m
+    assert (left_shape.shape, hub.shape, right.shape) == ((8, 3), (16, 3), (0, 3))
     assert hub.min(axis=0) == pytest.approx([-0.1, -0.1, 0.0])
     assert hub.max(axis=0) == pytest.approx([0.1, 0.1, 0.26])
-    assert {tuple(corner) for corner in np.round(1e3 * left)} == {
+    assert {tuple(corner) for corner in np.round(1e3 * left_shape)} == {
         (x, y, z) for x in (-50, 50) for y in (0, 200) for z in (-2, 2)
     }
     with pytest.raises(ValueError, match="read-only"):
-        left[0] = 0
+        left_shape[0] = 0
 
 
 def test_uncertainty_is_in_si_units_and_what_is_left_out_is_exact() -> None:

@@ -109,7 +109,7 @@ def scaled(text: str, entry: str, factor: float) -> str:
     number = re.compile(r"-?\d[\d.]*")
 
     def times(row: re.Match[str]) -> str:
-        return row[1] + number.sub(lambda one: repr(float(one[0]) * factor), row[2])
+        return row[1] + number.sub(lambda match: repr(float(match[0]) * factor), row[2])
 
     return re.sub(rf"^({entry} = )(.*)$", times, text, flags=re.MULTILINE)
 
@@ -137,9 +137,9 @@ def test_another_unit_is_refused_with_its_cure(
 
 
 def test_a_center_of_mass_about_which_its_boxes_cannot_hold_the_inertia_is_refused(tmp_path: Path) -> None:
-    one = ROBOT.replace("com_mm = [46.58, 50.93, 84.18]", "com_mm = [0.04658, 0.05093, 0.08418]")
+    robot_text = ROBOT.replace("com_mm = [46.58, 50.93, 84.18]", "com_mm = [0.04658, 0.05093, 0.08418]")
     with pytest.raises(RobotFileError, match=r"body 1, com_mm: the inertia spreads the mass by .* along x"):
-        load_robot(written(tmp_path, one))
+        load_robot(written(tmp_path, robot_text))
 
 
 def test_robots_whose_frames_begin_at_their_centers_of_mass_are_robots(tmp_path: Path) -> None:

@@ -63,10 +63,15 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     assert f"CRC {crc}" in note.read_text(encoding="utf-8")
     assert read_maneuver(note).name == "59/70", "the upload's own name, which no board stores"
 
-    found = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
-    assert found["maneuver"] == note.name
-    assert [round(stroke["commanded_deg"], 6) for stroke in found["strokes"]] == [59.0, 70.0, -59.0, -70.0]
-    assert any("maneuver.toml is not the maneuver" in reason for reason in found["verdict"]["reasons"])
+    evaluation = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
+    assert evaluation["maneuver"] == note.name
+    assert [round(stroke["commanded_deg"], 6) for stroke in evaluation["strokes"]] == [
+        59.0,
+        70.0,
+        -59.0,
+        -70.0,
+    ]
+    assert any("maneuver.toml is not the maneuver" in reason for reason in evaluation["verdict"]["reasons"])
 
     note.unlink()
     again = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
@@ -87,12 +92,12 @@ def test_an_upload_during_the_recording_is_noted_by_arm(
     robot.control("wait 3s", "drop", "wait still", "wait 500ms")
     tfsat_host("record", "stop", environ=ports)
     (fetched,) = tfsat_host.json("log", "fetch", 1, environ=ports)["logs"]
-    held = schedule_maneuver(read_maneuver(Path(fetched["maneuver"])))
-    assert held.is_same_motion(schedule_maneuver(four_stroke(59, 70)))
+    schedule = schedule_maneuver(read_maneuver(Path(fetched["maneuver"])))
+    assert schedule.is_same_motion(schedule_maneuver(four_stroke(59, 70)))
 
 
 @pytest.fixture
-def noted(tmp_path: Path) -> Path:
+def drop_folder(tmp_path: Path) -> Path:
     """Return a drop with the note of the sequencer's maneuver, and another maneuver in maneuver.toml."""
     folder = tmp_path / "noted"
     run_folder(folder)
@@ -105,39 +110,46 @@ def noted(tmp_path: Path) -> Path:
 
 
 def test_a_replaced_maneuver_is_refused_and_the_flown_strokes_are_measured(
-    noted: Path, tfsat_host: RunCli
+    drop_folder: Path, tfsat_host: RunCli
 ) -> None:
-    shown = tfsat_host("evaluate", noted, expect=3)
-    assert "DOUBTFUL" in shown.stdout
-    assert "another maneuver than maneuver.toml was flown" in " ".join(shown.stdout.lower().split())
-    found = tfsat_host.json("evaluate", noted, expect=3)
-    assert [round(stroke["commanded_deg"], 6) for stroke in found["strokes"]] == [59.0, 70.0, -59.0, -70.0]
-    assert all(stroke["moved"] for stroke in found["strokes"])
+    process = tfsat_host("evaluate", drop_folder, expect=3)
+    assert "DOUBTFUL" in process.stdout
+    assert "another maneuver than maneuver.toml was flown" in " ".join(process.stdout.lower().split())
+    evaluation = tfsat_host.json("evaluate", drop_folder, expect=3)
+    assert [round(stroke["commanded_deg"], 6) for stroke in evaluation["strokes"]] == [
+        59.0,
+        70.0,
+        -59.0,
+        -70.0,
+    ]
+    assert all(stroke["moved"] for stroke in evaluation["strokes"])
 
 
 def test_a_named_maneuver_overrides_and_the_report_says_so(
-    noted: Path, tfsat_host: RunCli, tmp_path: Path
+    drop_folder: Path, tfsat_host: RunCli, tmp_path: Path
 ) -> None:
     named = tmp_path / "other.toml"
     write_maneuver(STALE, named)
-    found = tfsat_host.json("evaluate", noted, "--maneuver", named)
-    assert round(found["strokes"][0]["commanded_deg"], 6) == 59.2
-    assert any("it was named with --maneuver" in note for note in found["notes"])
-    tfsat_host("report", noted, "--maneuver", named, "--out", tmp_path / "r.html", expect=None)
+    evaluation = tfsat_host.json("evaluate", drop_folder, "--maneuver", named)
+    assert round(evaluation["strokes"][0]["commanded_deg"], 6) == 59.2
+    assert any("it was named with --maneuver" in note for note in evaluation["notes"])
+    tfsat_host("report", drop_folder, "--maneuver", named, "--out", tmp_path / "r.html", expect=None)
     assert "it was named with --maneuver" in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
-def test_the_same_maneuver_is_accepted_from_its_own_file(noted: Path, tfsat_host: RunCli) -> None:
-    write_maneuver(four_stroke(59.0, 70.0), noted / "maneuver.toml")
-    found = tfsat_host.json("evaluate", noted, expect=0)
-    assert Path(found["maneuver"]).name == "maneuver.toml"
-    assert not any("maneuver.toml" in reason for reason in found["verdict"]["reasons"])
+def test_the_same_maneuver_is_accepted_from_its_own_file(drop_folder: Path, tfsat_host: RunCli) -> None:
+    write_maneuver(four_stroke(59.0, 70.0), drop_folder / "maneuver.toml")
+    evaluation = tfsat_host.json("evaluate", drop_folder, expect=0)
+    assert Path(evaluation["maneuver"]).name == "maneuver.toml"
+    assert not any("maneuver.toml" in reason for reason in evaluation["verdict"]["reasons"])
 
 
-def test_a_bundle_carries_what_the_sequencer_held(noted: Path, tfsat_host: RunCli, tmp_path: Path) -> None:
-    (noted / "maneuver.toml").unlink()
+def test_a_bundle_carries_what_the_sequencer_held(
+    drop_folder: Path, tfsat_host: RunCli, tmp_path: Path
+) -> None:
+    (drop_folder / "maneuver.toml").unlink()
     archive = tmp_path / "drop.tfsat.zip"
-    bundled = tfsat_host.json("bundle", noted, "--out", archive, expect=0)
+    bundled = tfsat_host.json("bundle", drop_folder, "--out", archive, expect=0)
     assert not any(missing["what"] == "maneuver" for missing in bundled["missing"]), json.dumps(bundled)
     again = tfsat_host.json("reproduce", archive, expect=0)
     assert again["same"] is True

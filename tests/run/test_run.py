@@ -46,15 +46,18 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    heard = Heard()
-    done = Run.open(run, EvaluationOptions(swarm=True)).evaluate(heard)
+    listener = Heard()
+    evaluation = Run.open(run, EvaluationOptions(swarm=True)).evaluate(listener)
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
-    assert any("knows of the landing" in said for said in heard.said) and "Evaluating run" in heard.said
+    assert (
+        any("knows of the landing" in message for message in listener.said)
+        and "Evaluating run" in listener.said
+    )
     assert read_calibration(run / CERTIFICATE).landings
-    said = command("evaluate", run, "--swarm").result
-    assert said["verdict"] == json.loads(json.dumps(done.verdict.as_dict()))
-    assert said["calibration"] == done.calibration_facts
-    assert said["swarm"]["particles"] == 48
+    result = command("evaluate", run, "--swarm").result
+    assert result["verdict"] == json.loads(json.dumps(evaluation.verdict.as_dict()))
+    assert result["calibration"] == evaluation.calibration_facts
+    assert result["swarm"]["particles"] == 48
 
 
 def test_options_of_one_drop_and_files_that_are_not_there_are_refused(run: Path) -> None:
@@ -67,14 +70,14 @@ def test_options_of_one_drop_and_files_that_are_not_there_are_refused(run: Path)
 
 
 def test_a_bundle_is_the_commands_and_gives_itself_again(run: Path) -> None:
-    made = Run.open(run).bundle("here.zip")
+    bundle = Run.open(run).bundle("here.zip")
     command("bundle", run, "--out", "there.zip")
     assert Path("here.zip").read_bytes() == Path("there.zip").read_bytes()
-    again = reproduce(made.target, "again")
+    again = reproduce(bundle.target, "again")
     assert (again.same, again.incomplete) == (True, [])
-    assert again.manifest_sha256 == made.manifest_sha256
+    assert again.manifest_sha256 == bundle.manifest_sha256
     with pytest.raises(TfsatError, match="not empty"):
-        reproduce(made.target, "again")
+        reproduce(bundle.target, "again")
 
 
 def test_a_campaign_compares_its_drops(run: Path, tmp_path: Path) -> None:
@@ -85,9 +88,13 @@ def test_a_campaign_compares_its_drops(run: Path, tmp_path: Path) -> None:
     assert adding.add(folder, Path("second"), move=True).moved
     with pytest.raises(TfsatError, match="A note is one line"):
         campaign.note(folder, 1, "two\nlines")
-    made = reporting.report(folder)
-    (robot,) = made.robots
-    assert made.good and made.page == folder / "report.html" and made.page.is_file()
+    campaign_report = reporting.report(folder)
+    (robot,) = campaign_report.robots
+    assert (
+        campaign_report.good
+        and campaign_report.page == folder / "report.html"
+        and campaign_report.page.is_file()
+    )
     assert robot.numbers == (1, 2) and isinstance(robot.compared, Comparison)
 
 

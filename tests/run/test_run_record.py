@@ -70,28 +70,28 @@ def test_times_are_kept_in_utc(run: Path) -> None:
 def test_any_byte_that_is_changed_is_named(run: Path, data: st.DataObject) -> None:
     """Name the file of any changed byte, in the signed files and in the record itself."""
     name = data.draw(st.sampled_from((*NAMES, RECORD)))
-    whole = (run / name).read_bytes()
-    place = data.draw(st.integers(0, len(whole) - 1))
-    value = data.draw(st.integers(0, 255).filter(lambda value: value != whole[place]))
+    content = (run / name).read_bytes()
+    place = data.draw(st.integers(0, len(content) - 1))
+    value = data.draw(st.integers(0, 255).filter(lambda value: value != content[place]))
     try:
-        (run / name).write_bytes(whole[:place] + bytes([value]) + whole[place + 1 :])
+        (run / name).write_bytes(content[:place] + bytes([value]) + content[place + 1 :])
         assert name in [finding.name for finding in verify(run)]
         assert all(str(run) in finding.sentence for finding in verify(run))
     finally:
-        (run / name).write_bytes(whole)
+        (run / name).write_bytes(content)
     assert verify(run) == ()
 
 
 @given(cut=st.integers(0, 10_000))
 def test_a_record_that_ends_early_is_named(run: Path, cut: int) -> None:
-    whole = (run / RECORD).read_bytes()
+    content = (run / RECORD).read_bytes()
     try:
-        (run / RECORD).write_bytes(whole[: cut % len(whole)])
+        (run / RECORD).write_bytes(content[: cut % len(content)])
         assert [finding.name for finding in verify(run)] == [RECORD]
         with pytest.raises(RecordError, match=RECORD):
             sign(run, [run / "SD.bin"], "goes on", AT)
     finally:
-        (run / RECORD).write_bytes(whole)
+        (run / RECORD).write_bytes(content)
 
 
 def test_a_file_that_is_gone_is_named(run: Path) -> None:
@@ -176,9 +176,11 @@ def test_a_run_may_be_copied(run: Path, tmp_path: Path) -> None:
         max_size=4,
     )
 )
-def test_whatever_is_written_is_read_back(drawn: list[tuple[datetime, str, list[tuple[str, int]]]]) -> None:
+def test_whatever_is_written_is_read_back(
+    raw_entries: list[tuple[datetime, str, list[tuple[str, int]]]],
+) -> None:
     entries: list[Entry] = []
-    for at, by, files in drawn:
+    for at, by, files in raw_entries:
         signed = tuple(SignedFile(name, f"{size:064x}"[-64:], size) for name, size in files)
         entries.append(Entry(at, by, signed, sha256_of_entry(entries[-1]) if entries else ""))
     again, last = parse_record(format_record(tuple(entries)))
@@ -205,6 +207,6 @@ def test_programs_at_the_same_time_lose_no_entry(run: Path) -> None:
     for program in programs:
         program.join()
     assert [program.exitcode for program in programs] == [0, 0, 0]
-    said = [entry.by for entry in entries_of(run)]
-    assert sorted(said[3:]) == sorted(f"{who} {number}" for who in "abc" for number in range(10))
+    authors = [entry.by for entry in entries_of(run)]
+    assert sorted(authors[3:]) == sorted(f"{who} {number}" for who in "abc" for number in range(10))
     assert verify(run) == ()

@@ -37,7 +37,7 @@ def sd(tmp_path: Path) -> Path:
 
 
 def test_summary_and_csv_beside_the_file(sd: Path) -> None:
-    shown = decode(sd).stdout
+    output = decode(sd).stdout
     for words in (
         "1234abcd",
         "complete",
@@ -46,7 +46,7 @@ def test_summary_and_csv_beside_the_file(sd: Path) -> None:
         "release switch 1 opened",
         "stroke 4",
     ):
-        assert words in shown
+        assert words in output
     assert {path.name for path in sd.parent.iterdir()} == {"SD.bin", "SD.csv", "SD.events.csv"}
 
 
@@ -80,9 +80,9 @@ def test_json_has_the_keys_that_others_rely_on(sd: Path, tmp_path: Path) -> None
 def test_lost_data_ends_with_3_and_says_what(tmp_path: Path) -> None:
     blocks = recording(8).blocks
     damaged = write(tmp_path / "damaged.bin", b"".join(blocks[:3] + blocks[4:]))
-    done = decode(damaged, expect=3)
-    assert "6 of 48 samples are lost (1 blocks)" in done.stderr
-    assert "damaged" in done.stdout
+    process = decode(damaged, expect=3)
+    assert "6 of 48 samples are lost (1 blocks)" in process.stderr
+    assert "damaged" in process.stdout
     cut = write(tmp_path / "cut.bin", b"".join(blocks[:-1]))
     assert decode_json(cut, expect=3)["verdict"] == "truncated"
     recorder = Recorder()
@@ -110,9 +110,9 @@ def test_its_own_files_are_replaced_and_nobody_else_s(sd: Path) -> None:
     decode(sd, *formats)
     for name in ("SD.csv", "SD.events.csv", "SD.npz", "SD.mat"):
         mine = write(sd.parent / name, b"my own notes")
-        done = decode(sd, *formats, expect=1)
-        assert f"{mine} exists" in done.stderr
-        assert "--force" in done.stderr
+        process = decode(sd, *formats, expect=1)
+        assert f"{mine} exists" in process.stderr
+        assert "--force" in process.stderr
         assert mine.read_bytes() == b"my own notes"
         decode(sd, *formats, "--force")
         assert mine.read_bytes() != b"my own notes"
@@ -130,9 +130,9 @@ def test_bad_input_is_told_plainly(tmp_path: Path, sd: Path) -> None:
         (tmp_path, f"tfsat-host decode {sd}"),
     ]
     for path, words in cases:
-        done = decode(path, expect=1)
-        assert words in done.stderr
-        assert done.stdout == ""
+        process = decode(path, expect=1)
+        assert words in process.stderr
+        assert process.stdout == ""
     assert {path.name for path in tmp_path.iterdir()} == {
         "SD.bin",
         "empty",
@@ -164,8 +164,8 @@ def test_files_of_another_recording_are_named_whatever_their_date(sd: Path, kind
     before = file.read_bytes()
     write(sd, recording(session=0x5E550002).image())
     os.utime(sd, (shifted_s, shifted_s))
-    shown = decode(sd, "--format", other)
-    assert f"{file} holds another recording than {sd}" in shown.stderr
+    process = decode(sd, "--format", other)
+    assert f"{file} holds another recording than {sd}" in process.stderr
     assert file.read_bytes() == before, "nothing is deleted"
 
 

@@ -43,11 +43,11 @@ print(json.dumps([peak, output, said]))
 
 
 def above_output(path: Path) -> tuple[int, list[object]]:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", MEASURE, str(path)], capture_output=True, text=True, check=True
     )
-    peak, output, said = json.loads(done.stdout)
-    return peak - output, said
+    peak, output, summary = json.loads(process.stdout)
+    return peak - output, summary
 
 
 def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
@@ -57,26 +57,26 @@ def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
         for position, part in ((2 * GIB, recording(4).image()), (1 * GIB, os.urandom(1 << 20))):
             file.seek(position)
             file.write(part)
-    used, said = above_output(path)
-    assert used < ALLOWED_BYTES
-    assert said == ["complete", 24, 0]
+    extra_bytes, summary = above_output(path)
+    assert extra_bytes < ALLOWED_BYTES
+    assert summary == ["complete", 24, 0]
 
 
 def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
     path = tmp_path / "SD.bin"
     path.write_bytes(2 * long_recording(250_000))
-    used, said = above_output(path)
-    assert used < ALLOWED_BYTES
-    assert said == ["truncated", 1_499_994, 250_000]
+    extra_bytes, summary = above_output(path)
+    assert extra_bytes < ALLOWED_BYTES
+    assert summary == ["truncated", 1_499_994, 250_000]
 
 
 def test_blocks_in_any_order(tmp_path: Path) -> None:
     blocks = np.frombuffer(long_recording(40_000), f"S{BLOCK_BYTES}")
     path = tmp_path / "SD.bin"
     path.write_bytes(np.random.default_rng(3).permutation(blocks).tobytes())
-    used, said = above_output(path)
-    assert used < ALLOWED_BYTES
-    assert said == ["truncated", 239_994, 0]
+    extra_bytes, summary = above_output(path)
+    assert extra_bytes < ALLOWED_BYTES
+    assert summary == ["truncated", 239_994, 0]
 
 
 def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,9 +84,9 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
     header, data, *rest = recording(3).blocks
     path = tmp_path / "SD.bin"
     path.write_bytes(header + data * 400_000 + b"".join(rest))
-    used, said = above_output(path)
-    assert used < ALLOWED_BYTES
-    assert said == ["complete", 18, 399_999]
+    extra_bytes, summary = above_output(path)
+    assert extra_bytes < ALLOWED_BYTES
+    assert summary == ["complete", 18, 399_999]
     reads = 0
     read_into = LogSource.read_into
 
@@ -131,11 +131,11 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
 
     with LogSource(path) as source:
         monkeypatch.setattr(LogSource, "chunks", endless)
-        found = survey(source, session=1)
-    assert found.pieces["count"].sum() == 64 * 200
-    assert found.pieces.nbytes < 200 * 64
-    assert found.early is not None
-    assert not len(found.early.builder.columns()["t_us"])
+        survey_result = survey(source, session=1)
+    assert survey_result.pieces["count"].sum() == 64 * 200
+    assert survey_result.pieces.nbytes < 200 * 64
+    assert survey_result.early is not None
+    assert not len(survey_result.early.builder.columns()["t_us"])
 
 
 def test_a_jumble_of_more_pieces_than_any_card_holds_is_refused(

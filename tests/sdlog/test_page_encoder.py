@@ -61,29 +61,29 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_is_accepted_as_complete(recording: Path, tfsat_host: RunCli) -> None:
-    said = tfsat_host.json("decode", str(recording), expect=3)  # two readings missed, one clipped
-    assert (said["verdict"], said["doubts"], len(said["warnings"])) == ("complete", [], 3)
-    assert (said["samples"], said["samples_lost"], said["blocks_lost"]) == (COUNT, 0, 0)
-    aside = {name: count for name, count in said["set_aside"].items() if count}
+    report = tfsat_host.json("decode", str(recording), expect=3)  # two readings missed, one clipped
+    assert (report["verdict"], report["doubts"], len(report["warnings"])) == ("complete", [], 3)
+    assert (report["samples"], report["samples_lost"], report["blocks_lost"]) == (COUNT, 0, 0)
+    aside = {name: count for name, count in report["set_aside"].items() if count}
     assert aside == {"duplicate": len(AGAIN)}
 
 
 def test_one_without_faults_is_accepted_without_a_word(tmp_path: Path, tfsat_host: RunCli) -> None:
     (tmp_path / "SD.bin").write_bytes(encode(SAMPLES[:SILENT], EVENTS[:3]))
-    said = tfsat_host.json("decode", "SD.bin")
-    assert (said["verdict"], said["doubts"], said["warnings"]) == ("complete", [], [])
-    assert (said["samples"], said["release_us"]) == (SILENT, OPENED_US[1])
+    report = tfsat_host.json("decode", "SD.bin")
+    assert (report["verdict"], report["doubts"], report["warnings"]) == ("complete", [], [])
+    assert (report["samples"], report["release_us"]) == (SILENT, OPENED_US[1])
 
 
 def test_every_value_is_as_it_was_meant(recording: Path) -> None:
     log = load(recording)
     assert (log.verdict, log.doubts, log.gaps, log.session) == ("complete", (), (), page_encoder.SESSION)
-    assert log.t_us.tolist() == [one.time_us for one in SAMPLES]
-    assert log.imu_counts.tolist() == [one.imu for one in SAMPLES]
-    assert log.angle_counts.tolist() == [one.angle for one in SAMPLES]
+    assert log.t_us.tolist() == [sample.time_us for sample in SAMPLES]
+    assert log.imu_counts.tolist() == [sample.imu for sample in SAMPLES]
+    assert log.angle_counts.tolist() == [sample.angle for sample in SAMPLES]
     assert log.release_us == OPENED_US[1]
     assert log.release is not None and log.release.uncertainty_us == 0
-    open_from = [[one.time_us >= opened_us for opened_us in OPENED_US] for one in SAMPLES]
+    open_from = [[sample.time_us >= opened_us for opened_us in OPENED_US] for sample in SAMPLES]
     assert log.switch_open.tolist() == open_from
     assert np.argwhere(log.clipped).tolist() == [[CLIPPED, 3]]
 
@@ -101,7 +101,7 @@ def test_every_event_is_as_it_was_meant(recording: Path) -> None:
 
 def test_every_unit_is_as_it_was_meant(recording: Path) -> None:
     log = load(recording)
-    imu = np.array([one.imu for one in SAMPLES])
+    imu = np.array([sample.imu for sample in SAMPLES])
     valid = np.ones((COUNT, 4), bool)
     valid[SILENT, 1] = False
     assert np.array_equal(log.imu_valid, valid)
@@ -112,7 +112,7 @@ def test_every_unit_is_as_it_was_meant(recording: Path) -> None:
     np.testing.assert_allclose(log.temperature_c[valid], temperature[valid], rtol=1e-9, atol=1e-9)
     assert np.isnan(log.rate_rad_s[SILENT, 1]).all() and np.isnan(log.sensor_angle_rad[SILENT, 3])
     assert np.argwhere(~log.angle_valid).tolist() == [[SILENT, 3]]
-    angle = (np.array([one.angle for one in SAMPLES]) + 0.5) * 2 * np.pi / 4096
+    angle = (np.array([sample.angle for sample in SAMPLES]) + 0.5) * 2 * np.pi / 4096
     np.testing.assert_allclose(log.sensor_angle_rad[log.angle_valid], angle[log.angle_valid], rtol=1e-12)
 
 
@@ -142,9 +142,9 @@ def test_it_prints_every_sample(tmp_path: Path) -> None:
     (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     path = tmp_path / "SD.bin"
     path.write_bytes(encoded().image())
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
+    process = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
     log = load(path)
-    lines = [list(map(int, line.split())) for line in done.stdout.splitlines()]
+    lines = [list(map(int, line.split())) for line in process.stdout.splitlines()]
     assert [line[0] for line in lines] == log.t_us.tolist()
     assert [line[2:30] for line in lines] == log.imu_counts.reshape(len(log), 28).tolist()
     assert [line[30:] for line in lines] == log.angle_counts.tolist()

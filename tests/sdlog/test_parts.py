@@ -23,8 +23,8 @@ def recorded(tmp_path: Path, who_am_i: list[int], *happened: tuple[int, EventCod
     """60 samples with events (sample, code, IMU, arg, value)."""
     recorder = Recorder(header=replace(HEADER, who_am_i=bytes(who_am_i)))
     while recorder.samples < 60:
-        due = [one for one in happened if recorder.samples <= one[0] < recorder.samples + 6]
-        recorder.data(events=[event(recorder.time_us(one[0]), *one[1:]) for one in due])
+        due = [entry for entry in happened if recorder.samples <= entry[0] < recorder.samples + 6]
+        recorder.data(events=[event(recorder.time_us(entry[0]), *entry[1:]) for entry in due])
     recorder.close()
     return load(write(tmp_path / "SD.bin", recorder.image()))
 

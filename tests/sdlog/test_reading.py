@@ -31,11 +31,11 @@ def test_holes_of_a_sparse_image_are_not_read_and_count_as_never_written(
     sparse: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read = []
-    whole = LogSource.read_into
+    read_into = LogSource.read_into
 
     def counted(self: LogSource, target: memoryview, offset: int) -> memoryview:
         read.append(len(target))
-        return whole(self, target, offset)
+        return read_into(self, target, offset)
 
     monkeypatch.setattr(LogSource, "read_into", counted)
     log = load(sparse)
@@ -88,8 +88,8 @@ def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     for path in (pipe, Path("/dev/zero")):
-        said = decode(path, expect=2).stderr
-        assert f"{str(path)!r} is a device, pipe or socket, not a file: save it to one" in said
+        error_text = decode(path, expect=2).stderr
+        assert f"{str(path)!r} is a device, pipe or socket, not a file: save it to one" in error_text
         with pytest.raises(LogError, match="is not a file that can be read from any place"):
             load(path)
 
@@ -97,16 +97,16 @@ def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
 def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path) -> None:
     path = write(tmp_path / "SD.bin", recording(4).image())
     # A folder below a device's file cannot be made, by root either.
-    done = decode(path, "--out", "/proc/nowhere", expect=1)
-    assert "complete: nothing is missing" in done.stdout
-    assert "No file could be written to /proc/nowhere" in done.stderr
-    assert "is decoded (complete, 24 samples)" in done.stderr
+    process = decode(path, "--out", "/proc/nowhere", expect=1)
+    assert "complete: nothing is missing" in process.stdout
+    assert "No file could be written to /proc/nowhere" in process.stderr
+    assert "is decoded (complete, 24 samples)" in process.stderr
     json_text = decode(path, "--out", "/proc/nowhere", "--json", expect=1).stdout
     assert '"verdict": "complete"' in json_text and '"error"' in json_text
 
 
 def test_the_footer_is_shown_in_words(tmp_path: Path) -> None:
-    shown = decode(write(tmp_path / "SD.bin", recording(4).image())).stdout
-    assert "jitter 1.5 µs rms, steps of 3.569 to 3.573 ms, 0 late ticks" in shown
-    assert "longest stall 7 ms, at most 3 of 768 blocks waited, 0 written a second time" in shown
-    assert "Ended      by a stop over the cable" in shown
+    output = decode(write(tmp_path / "SD.bin", recording(4).image())).stdout
+    assert "jitter 1.5 µs rms, steps of 3.569 to 3.573 ms, 0 late ticks" in output
+    assert "longest stall 7 ms, at most 3 of 768 blocks waited, 0 written a second time" in output
+    assert "Ended      by a stop over the cable" in output

@@ -55,11 +55,11 @@ def test_the_newest_recording_is_decoded_and_the_older_can_be_asked_for(tmp_path
     assert (log.session, log.other_sessions, len(log)) == (7, (9,), 36)
     assert log.set_aside.stale == len(survivors) + 1
     assert (log.blocks_lost, log.samples_lost, log.verdict) == (1, 0, "damaged")
-    whole = write(tmp_path / "image.bin", recording(6, session=7).image() + old.image())
-    older = load(whole, session=9)
+    image_path = write(tmp_path / "image.bin", recording(6, session=7).image() + old.image())
+    older = load(image_path, session=9)
     assert (older.session, older.verdict, len(older)) == (9, "complete", 180)
     with pytest.raises(SessionError, match="no recording 00000005"):
-        load(whole, session=5)
+        load(image_path, session=5)
 
 
 def test_lost_blocks_are_counted_where_they_were(tmp_path: Path) -> None:
@@ -252,11 +252,11 @@ def test_any_loss_gives_right_values_and_right_counts(
     if closed:
         recorder.close()
     blocks = recorder.blocks
-    kept = data.draw(st.sets(st.integers(0, len(blocks) - 1)))
+    kept_numbers = data.draw(st.sets(st.integers(0, len(blocks) - 1)))
     noise = data.draw(st.lists(st.sampled_from([ZERO, b"x" * 512, blocks[0][:508] + b"torn"]), max_size=4))
-    order = data.draw(st.permutations([blocks[number] for number in sorted(kept)] + noise))
+    order = data.draw(st.permutations([blocks[number] for number in sorted(kept_numbers)] + noise))
     path = write(tmp_path_factory.mktemp("any") / "SD.bin", b"".join(order))
-    heads = [_head(blocks[number]) for number in sorted(kept)]
+    heads = [_head(blocks[number]) for number in sorted(kept_numbers)]
     samples = [first + slot for _, kind, count, first in heads if kind == 2 for slot in range(count)]
     if not samples or not any(kind == 1 for _, kind, _, _ in heads):
         with pytest.raises(LogError):
@@ -269,14 +269,14 @@ def test_any_loss_gives_right_values_and_right_counts(
     assert_values(log)
     before = log.late_start
     if before is not None:
-        assert order[0] == blocks[before.blocks] and min(kept) == before.blocks
-    assert log.blocks_lost == max(kept) + 1 - len(kept) - (before.blocks if before else 0)
-    has_footer = closed and len(blocks) - 1 in kept
+        assert order[0] == blocks[before.blocks] and min(kept_numbers) == before.blocks
+    assert log.blocks_lost == max(kept_numbers) + 1 - len(kept_numbers) - (before.blocks if before else 0)
+    has_footer = closed and len(blocks) - 1 in kept_numbers
     if has_footer:
         assert log.samples_lost == recorder.samples - len(samples) - (before.samples if before else 0)
-    whole = not log.blocks_lost and not log.samples_lost
+    is_gapless = not log.blocks_lost and not log.samples_lost
     both_ends = has_footer and before is None
-    assert log.verdict == (("complete" if both_ends else "truncated") if whole else "damaged")
+    assert log.verdict == (("complete" if both_ends else "truncated") if is_gapless else "damaged")
 
 
 @pytest.mark.parametrize(

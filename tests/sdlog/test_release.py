@@ -39,11 +39,11 @@ NEVER = 1 << 60
 
 def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
     """Return the switch levels that the samples show for these edges."""
-    shown = levels(NEVER, NEVER)
-    for one in events:
-        if one.name == "switch_edge":
-            shown[one.t_us <= T_US, one.index] = bool(one.arg)
-    return shown
+    switch_levels = levels(NEVER, NEVER)
+    for drop_event in events:
+        if drop_event.name == "switch_edge":
+            switch_levels[drop_event.t_us <= T_US, drop_event.index] = bool(drop_event.arg)
+    return switch_levels
 
 
 @pytest.mark.parametrize(
@@ -94,16 +94,16 @@ def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.
     ],
 )
 def test_release(events: list[DropEvent], expected: int | None) -> None:
-    found = find_release(events, T_US, sampled(events))
-    assert (found.t_us if found else None) == expected
-    assert found is None or found.uncertainty_us == 0
+    release = find_release(events, T_US, sampled(events))
+    assert (release.t_us if release else None) == expected
+    assert release is None or release.uncertainty_us == 0
 
 
 def test_lost_edges_are_replaced_by_the_samples_and_their_uncertainty() -> None:
-    shown = levels(1_000_000, 1_200_000)
-    found = find_release((), T_US, shown)
-    assert found is not None
-    assert (found.earliest_us, found.t_us, found.latest_us) == (1_196_000, 1_200_000, 1_200_000)
+    switch_levels = levels(1_000_000, 1_200_000)
+    release = find_release((), T_US, switch_levels)
+    assert release is not None
+    assert (release.earliest_us, release.t_us, release.latest_us) == (1_196_000, 1_200_000, 1_200_000)
 
 
 def test_switches_that_were_open_from_the_start_are_no_release() -> None:
@@ -117,8 +117,8 @@ def test_whatever_blocks_are_lost_the_release_is_right_or_its_uncertainty_covers
     recorder, release_us = drop_with_release()
     flagged = 0
     for first in range(1, len(recorder.blocks) - run):
-        left = recorder.blocks[:first] + recorder.blocks[first + run :]
-        log = load(write(tmp_path / "SD.bin", b"".join(left)))
+        remaining_blocks = recorder.blocks[:first] + recorder.blocks[first + run :]
+        log = load(write(tmp_path / "SD.bin", b"".join(remaining_blocks)))
         if log.release is None:
             assert log.verdict != "complete"
             assert log.doubts, "strokes without a release are doubtful"
@@ -158,8 +158,8 @@ class Story:
             event(release_us, EventCode.SWITCH_EDGE, 1, 1),
         ]
         self.recorder.data(flags=OPEN, events=edges)
-        said = [event(release_us + recorded_later_us, EventCode.RELEASE, 0, 1)] if recorded else []
-        self.recorder.data(flags=OPEN, events=said)
+        release_events = [event(release_us + recorded_later_us, EventCode.RELEASE, 0, 1)] if recorded else []
+        self.recorder.data(flags=OPEN, events=release_events)
         self.fall(blocks)
 
     def close(self, *, revokes: bool = True) -> None:
@@ -181,8 +181,10 @@ class Story:
         if not self.closed:
             self.recorder.close()
         self.closed = True
-        left = [block for number, block in enumerate(self.recorder.blocks) if number not in without]
-        return load(write(tmp_path / "SD.bin", b"".join(left)))
+        remaining_blocks = [
+            block for number, block in enumerate(self.recorder.blocks) if number not in without
+        ]
+        return load(write(tmp_path / "SD.bin", b"".join(remaining_blocks)))
 
 
 def knocked_then_dropped(*, lands: bool = True) -> Story:

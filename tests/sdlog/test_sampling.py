@@ -193,9 +193,9 @@ def invalid(log: DropLog) -> list[int]:
 def test_without_the_block_of_the_event_the_same_readings_are_invalid(tmp_path: Path) -> None:
     recorder = frozen(FIRST, NOTICED)
     recorder.close()
-    whole = loaded(tmp_path, recorder.blocks)
-    assert invalid(whole) == list(range(FIRST, 240))
-    assert whole.verdict == "complete"
+    complete_log = loaded(tmp_path, recorder.blocks)
+    assert invalid(complete_log) == list(range(FIRST, 240))
+    assert complete_log.verdict == "complete"
     lost = 1 + NOTICED // SAMPLES_PER_BLOCK
     rest = loaded(tmp_path, recorder.blocks[:lost] + recorder.blocks[lost + 1 :])
     assert invalid(rest) == [row for row in range(FIRST, 240) if row // SAMPLES_PER_BLOCK != lost - 1]
@@ -205,8 +205,8 @@ def test_without_the_block_of_the_event_the_same_readings_are_invalid(tmp_path: 
 @pytest.mark.parametrize("block", range(1 + FIRST // SAMPLES_PER_BLOCK, 2 + NOTICED // SAMPLES_PER_BLOCK))
 def test_where_the_power_is_cut_before_it_is_noticed(tmp_path: Path, block: int) -> None:
     log = loaded(tmp_path, frozen(FIRST, NOTICED).blocks[: block + 1])
-    seen = range(FIRST, len(log))
-    assert invalid(log) == (list(seen) if len(seen) >= FROZEN_READINGS else [])
+    frozen_samples = range(FIRST, len(log))
+    assert invalid(log) == (list(frozen_samples) if len(frozen_samples) >= FROZEN_READINGS else [])
 
 
 def test_one_invalid_reading_after_it_is_enough(tmp_path: Path) -> None:

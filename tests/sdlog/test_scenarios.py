@@ -18,16 +18,16 @@ DECODED = DOCS / "decode-report" / "drops.csv"
 
 @pytest.fixture(scope="module")
 def scenarios(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Scenario]:
-    made = make(tmp_path_factory.mktemp("scenarios"))
-    return {scenario.path.name: scenario for scenario in made}
+    all_scenarios = make(tmp_path_factory.mktemp("scenarios"))
+    return {scenario.path.name: scenario for scenario in all_scenarios}
 
 
-def assert_no_wrong_value(log: DropLog, whole: DropLog) -> None:
+def assert_no_wrong_value(log: DropLog, complete_log: DropLog) -> None:
     """Every sample and every event of `log` is one of the recording that came whole."""
-    rows = np.searchsorted(whole.sample_index, log.sample_index)
+    rows = np.searchsorted(complete_log.sample_index, log.sample_index)
     for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open", "clipped"):
-        np.testing.assert_array_equal(getattr(log, name), getattr(whole, name)[rows])
-    assert set(log.events) <= set(whole.events)
+        np.testing.assert_array_equal(getattr(log, name), getattr(complete_log, name)[rows])
+    assert set(log.events) <= set(complete_log.events)
 
 
 @pytest.mark.parametrize(
@@ -44,21 +44,21 @@ def test_verdict_exit_code_and_values(
 ) -> None:
     scenario = scenarios[name]
     facts = decode_json(scenario.path, expect=exit_code)
-    log, whole = load(scenario.path), load(scenario.card)
+    log, complete_log = load(scenario.path), load(scenario.card)
     assert [str(cell) for cell in describe_drop(scenario, exit_code, facts)] in read_rows(DECODED)
-    assert (facts["verdict"], log.verdict, log.session) == (verdict, verdict, whole.session)
-    assert_no_wrong_value(log, whole)
+    assert (facts["verdict"], log.verdict, log.session) == (verdict, verdict, complete_log.session)
+    assert_no_wrong_value(log, complete_log)
     if name == "cut.bin":
-        assert log.release == whole.release
+        assert log.release == complete_log.release
         assert abs(log.t_s[-1] - CUT_AT_S) < 0.03
     if name == "noisy.bin":
         hit = log.set_aside.foreign + log.set_aside.torn
         assert hit == round(NOISE_SHARE * scenario.card.stat().st_size / BLOCK_BYTES)
         assert log.blocks_lost == hit
-        assert log.samples_lost == len(whole) - len(log)
-        if log.release is not None and whole.release is not None:
-            assert log.release.earliest_us <= whole.release.t_us <= log.release.latest_us
+        assert log.samples_lost == len(complete_log) - len(log)
+        if log.release is not None and complete_log.release is not None:
+            assert log.release.earliest_us <= complete_log.release.t_us <= log.release.latest_us
     if name in ("clean.bin", "card.img"):
-        assert len(log) == len(whole)
+        assert len(log) == len(complete_log)
     if name == "card.img":
         assert (facts["chosen_by"], len(facts["other_sessions"])) == ("time of day", 1)

@@ -42,9 +42,12 @@ def test_the_newest_by_the_time_of_day_is_decoded_wherever_it_stands(card: Path)
         (OLD,),
     )
     assert_values(log)
-    started = {one.session: one.started_unix_us for one in log.recordings}
+    started = {log_recording.session: log_recording.started_unix_us for log_recording in log.recordings}
     assert started == {OLD: STARTED_US, NEW: STARTED_US + HOUR_US}
-    assert [(one.samples, one.is_unbroken, one.has_end) for one in log.recordings] == [(30, True, True)] * 2
+    assert [
+        (log_recording.samples, log_recording.is_unbroken, log_recording.has_end)
+        for log_recording in log.recordings
+    ] == [(30, True, True)] * 2
     assert load(card, session=OLD).chosen_by == "asked for"
 
 
@@ -85,22 +88,22 @@ def test_a_clock_that_was_set_while_recording_tells_when_it_began(tmp_path: Path
 
 
 def test_the_command_lists_them_and_names_the_way_to_another(card: Path) -> None:
-    done = decode(card)
-    assert f"{card} holds 2 recordings. Decoded: 0000000b, the newest by the time of day" in done.stderr
-    assert "0000000a  2026-09-21 14:13:20 UTC  about 30 samples in 8 blocks, whole" in done.stderr
-    assert f"tfsat-host decode {card} --session ID" in done.stderr
-    assert "8 of other recordings" in done.stdout and "stale" not in done.stdout
+    process = decode(card)
+    assert f"{card} holds 2 recordings. Decoded: 0000000b, the newest by the time of day" in process.stderr
+    assert "0000000a  2026-09-21 14:13:20 UTC  about 30 samples in 8 blocks, whole" in process.stderr
+    assert f"tfsat-host decode {card} --session ID" in process.stderr
+    assert "8 of other recordings" in process.stdout and "stale" not in process.stdout
     facts = decode_json(card, "--session", "a")
     assert (facts["session"], facts["chosen_by"]) == ("0000000a", "asked for")
-    assert [one["session"] for one in facts["recordings"]] == ["0000000a", "0000000b"]
+    assert [entry["session"] for entry in facts["recordings"]] == ["0000000a", "0000000b"]
 
 
 def test_the_place_is_named_as_the_rule_and_a_missing_time_is_a_dash(tmp_path: Path) -> None:
     image = recorded(OLD, 0).image() + b"".join(recorded(NEW, 0, 9).blocks[3:])
-    done = decode(write(tmp_path / "card.img", image))
-    assert "Decoded: 0000000a, the first in the file" in done.stderr
-    assert "0000000a  -  " in done.stderr
-    assert "parts of it" in done.stderr
+    process = decode(write(tmp_path / "card.img", image))
+    assert "Decoded: 0000000a, the first in the file" in process.stderr
+    assert "0000000a  -  " in process.stderr
+    assert "parts of it" in process.stderr
     alone = decode(write(tmp_path / "one.bin", recorded(OLD, 0).image()))
     assert "recordings" not in alone.stderr
 
@@ -143,9 +146,9 @@ def test_with_its_end_it_is_truncated_still(tmp_path: Path) -> None:
     log = load(write(tmp_path / "RAM.BIN", b"".join(recorder.blocks[16:])))
     assert (log.verdict, log.blocks_lost) == ("truncated", 0)
     assert log.footer is not None
-    shown = decode(tmp_path / "RAM.BIN", expect=3)
-    assert "what came before is not in the file" in shown.stdout
-    assert "no end" not in shown.stderr
+    process = decode(tmp_path / "RAM.BIN", expect=3)
+    assert "what came before is not in the file" in process.stdout
+    assert "no end" not in process.stderr
 
 
 def test_what_was_dropped_before_the_start_is_not_lost_inside(tmp_path: Path) -> None:
@@ -162,9 +165,9 @@ def test_a_hole_inside_is_damage_and_told_apart(tmp_path: Path) -> None:
     log = load(path)
     assert (log.verdict, log.blocks_lost, log.samples_lost) == ("damaged", 2, 12)
     assert [gap.late_start for gap in log.gaps] == [True, False]
-    shown = decode(path, expect=3)
-    assert "begins at block 10" in shown.stderr
-    assert "(2 blocks), in 1 places" in shown.stderr
+    process = decode(path, expect=3)
+    assert "begins at block 10" in process.stderr
+    assert "(2 blocks), in 1 places" in process.stderr
 
 
 def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> None:
@@ -176,27 +179,27 @@ def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> Non
 
 def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
     blocks = made().blocks
-    shown = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
+    process = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
     assert "truncated: complete from 0.0 s to 0.7 s; what came before and after is not in the file" in (
-        shown.stdout
+        process.stdout
     )
-    assert "The recording begins at block 10: RAM kept the newest 0.7 s." in shown.stderr
+    assert "The recording begins at block 10: RAM kept the newest 0.7 s." in process.stderr
     for word in ("damaged", "lost", "power was cut", "missing"):
-        assert word not in shown.stdout + shown.stderr
+        assert word not in process.stdout + process.stderr
     facts = decode_json(tmp_path / "RAM.BIN", expect=3)
     assert facts["gaps"][0]["late_start"] is True
 
 
 def test_a_cut_recording_says_from_when_to_when_it_is_complete(tmp_path: Path) -> None:
-    shown = decode(write(tmp_path / "SD.bin", made().image()), expect=3)
-    assert "truncated: complete from 0.0 s to 0.9 s; what came after is not in the file" in shown.stdout
+    process = decode(write(tmp_path / "SD.bin", made().image()), expect=3)
+    assert "truncated: complete from 0.0 s to 0.9 s; what came after is not in the file" in process.stdout
 
 
 def test_a_part_that_ram_could_not_hold_is_not_said_to_come_from_it(tmp_path: Path) -> None:
     path = write(tmp_path / "part.bin", b"".join(made(1200).blocks[100:]))
-    shown = decode(path, expect=3)
-    assert "what came before it is not in this file" in shown.stderr
-    assert "RAM" not in shown.stderr
+    process = decode(path, expect=3)
+    assert "what came before it is not in this file" in process.stderr
+    assert "RAM" not in process.stderr
 
 
 def test_remains_without_a_header_do_not_hide_a_recording_that_can_be_decoded(tmp_path: Path) -> None:

@@ -62,12 +62,12 @@ def test_units_and_the_order_of_the_joints() -> None:
 
 
 @given(valid_settings())
-def test_what_is_written_is_read_exactly(wanted: ServoSettings) -> None:
-    assert parse_settings(format_settings(wanted)) == (wanted, [])
+def test_what_is_written_is_read_exactly(servo_settings: ServoSettings) -> None:
+    assert parse_settings(format_settings(servo_settings)) == (servo_settings, [])
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said", "held"),
+    ("old", "new", "expected_text", "rounded_number"),
     [
         ("zero_us = 2000", "zero_us = 2000.5", "rounded from 2000.5 to 2000 us: the board resolves 1 us.", 2000),
         ("zero_us = 2000", "zero_us = 2001.5", "joint 2: zero_us was rounded from 2001.5 to 2002 us:", 2002),
@@ -76,17 +76,17 @@ def test_what_is_written_is_read_exactly(wanted: ServoSettings) -> None:
         ("frame_ms = 12.5", "frame_ms = 12.50049", "from 12.50049 to 12.5 ms: the board resolves 0.001 ms", 12_500),
     ],
 )  # fmt: skip
-def test_rounding_is_said(old: str, new: str, said: str, held: int) -> None:
-    found, (notice,) = parse_settings(TEXT.replace(old, new))
-    assert said in notice
-    servo = found.of(2)
-    assert held in (servo.zero_us, servo.ns_per_deg, servo.max_cdeg, found.frame_us)
+def test_rounding_is_said(old: str, new: str, expected_text: str, rounded_number: int) -> None:
+    servo_settings, (notice,) = parse_settings(TEXT.replace(old, new))
+    assert expected_text in notice
+    servo = servo_settings.of(2)
+    assert rounded_number in (servo.zero_us, servo.ns_per_deg, servo.max_cdeg, servo_settings.frame_us)
 
 
 def test_a_decimal_is_taken_as_it_is_written() -> None:
     """11.115 has no exact binary value, nor has 0.29."""
-    found, notices = parse_settings(TEXT.replace("11.111", "11.115").replace("75.25", "0.29"))
-    assert (found.of(1).ns_per_deg, found.of(2).max_cdeg, notices) == (11_115, 29, [])
+    servo_settings, notices = parse_settings(TEXT.replace("11.111", "11.115").replace("75.25", "0.29"))
+    assert (servo_settings.of(1).ns_per_deg, servo_settings.of(2).max_cdeg, notices) == (11_115, 29, [])
 
 
 @pytest.mark.parametrize(

@@ -32,10 +32,12 @@ NewBoard = Callable[..., Board]
 USUAL = FACTORY.servos[0]
 
 
-def boards_word(board: Board, wanted: ServoSettings) -> int | None:
+def boards_word(board: Board, servo_settings: ServoSettings) -> int | None:
     """What the board refuses (its detail), whatever the host's own checks would say; None: it accepts."""
     try:
-        client(board).request(SettingsWriteRequest(wanted.frame_us, wanted.servos), SettingsWriteReply)
+        client(board).request(
+            SettingsWriteRequest(servo_settings.frame_us, servo_settings.servos), SettingsWriteReply
+        )
     except BoardError as error:
         assert error.code == ErrorCode.SETTING_OUT_OF_RANGE, error
         return error.detail
@@ -51,15 +53,15 @@ def of_joint_2(servo: ServoSetting) -> ServoSettings:
 @example(FACTORY)
 @example(of_joint_2(replace(USUAL, zero_us=1500, ns_per_deg=11_112)))  # 2500.08 us at 90 deg
 @example(of_joint_2(ServoSetting(2499, 2000, 0, 0, 51)))
-def test_both_accept_or_both_refuse(new_board: NewBoard, wanted: ServoSettings) -> None:
-    finding = find_defect(wanted)
-    assert boards_word(new_board(), wanted) == (finding and finding.index)
+def test_both_accept_or_both_refuse(new_board: NewBoard, servo_settings: ServoSettings) -> None:
+    finding = find_defect(servo_settings)
+    assert boards_word(new_board(), servo_settings) == (finding and finding.index)
 
 
 @settings(max_examples=100)
 @given(valid_settings())
-def test_valid_settings_pass(wanted: ServoSettings) -> None:
-    assert find_defect(wanted) is None
+def test_valid_settings_pass(servo_settings: ServoSettings) -> None:
+    assert find_defect(servo_settings) is None
 
 
 @pytest.mark.parametrize(
@@ -90,12 +92,16 @@ def test_every_defect_has_its_name(
 @settings(max_examples=25)
 @given(valid_settings())
 def test_stored_read_back_and_still_there_after_a_power_cut(
-    new_board: NewBoard, wanted: ServoSettings
+    new_board: NewBoard, servo_settings: ServoSettings
 ) -> None:
     board = new_board()
-    first = connect(board).write_settings(wanted)
-    assert (first.written, first.stored.origin, first.stored.settings) == (True, Origin.UPLOADED, wanted)
-    again = connect(board).write_settings(wanted)
+    first = connect(board).write_settings(servo_settings)
+    assert (first.written, first.stored.origin, first.stored.settings) == (
+        True,
+        Origin.UPLOADED,
+        servo_settings,
+    )
+    again = connect(board).write_settings(servo_settings)
     assert (again.written, again.stored) == (False, first.stored)
     board.power_cycle()
     assert connect(board).settings() == first.stored
@@ -108,10 +114,10 @@ def test_a_new_board_has_the_factory_settings(board: Board) -> None:
 
 @settings(max_examples=10)
 @given(valid_settings())
-def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, wanted: ServoSettings) -> None:
+def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, servo_settings: ServoSettings) -> None:
     """Measured at the pins of the armed board, whatever maneuver it holds."""
     board = new_board()
-    fitting = replace(wanted, servos=tuple(replace(s, max_cdeg=9000) for s in wanted.servos))
+    fitting = replace(servo_settings, servos=tuple(replace(s, max_cdeg=9000) for s in servo_settings.servos))
     fitting = fitting if find_defect(fitting) is None else FACTORY
     sequencer = connect(board)
     sequencer.write_settings(fitting)

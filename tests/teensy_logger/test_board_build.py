@@ -77,13 +77,13 @@ def test_what_the_board_cannot_carry_fails_the_build(
     shutil.copytree(SKETCH, copy)
     sketch = copy / "teensy_logger.ino"
     sketch.write_text(sketch.read_text() + line + "\n")
-    done = build(tmp_path, f"SKETCH={copy}")
-    assert done.returncode != 0
-    assert complaint in done.stdout + done.stderr
+    process = build(tmp_path, f"SKETCH={copy}")
+    assert process.returncode != 0
+    assert complaint in process.stdout + process.stderr
 
 
 def test_a_missing_compiler_is_an_error_that_says_what_to_run(tmp_path: Path) -> None:
-    done = build(tmp_path, path=str(tmp_path))
-    assert done.returncode != 0
-    assert "arm-none-eabi-g++ is missing" in done.stderr
-    assert "tools/install-toolchain.sh" in done.stderr
+    process = build(tmp_path, path=str(tmp_path))
+    assert process.returncode != 0
+    assert "arm-none-eabi-g++ is missing" in process.stderr
+    assert "tools/install-toolchain.sh" in process.stderr

@@ -26,5 +26,5 @@ def test_core(tmp_path: Path) -> None:
     write_header(tmp_path / "golden_blocks.h")
     sources = [*HERE.glob("*.cpp"), *(SOURCES / "core").glob("*.cpp"), *OTHERS]
     sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in EMULATED]
-    said = run([build_program(sorted(sources), tmp_path / "core", [tmp_path, STUBS])])
-    assert said.count("\nok ") > 100
+    output = run([build_program(sorted(sources), tmp_path / "core", [tmp_path, STUBS])])
+    assert output.count("\nok ") > 100

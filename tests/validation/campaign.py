@@ -58,22 +58,26 @@ class Campaign:
 
 def run_campaigns(campaigns: Sequence[Campaign], progress: Progress = lambda _: None) -> dict[str, list[Any]]:
     """All results, judged. Raises Broken."""
-    found: dict[str, list[Any]] = {one.name: [None] * len(one.jobs) for one in campaigns}
+    results: dict[str, list[Any]] = {campaign.name: [None] * len(campaign.jobs) for campaign in campaigns}
     with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
-        places = {pool.submit(job): (one.name, i) for one in campaigns for i, job in enumerate(one.seeded())}
+        places = {
+            pool.submit(job): (campaign.name, i)
+            for campaign in campaigns
+            for i, job in enumerate(campaign.seeded())
+        }
         try:
-            for done, future in enumerate(as_completed(places), start=1):
+            for finished_count, future in enumerate(as_completed(places), start=1):
                 name, i = places[future]
-                found[name][i] = future.result()
-                progress(f"{done} of {len(places)} jobs ({name})")
+                results[name][i] = future.result()
+                progress(f"{finished_count} of {len(places)} jobs ({name})")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    for one in campaigns:
-        parts = [part if isinstance(part, list) else [part] for part in found[one.name]]
-        found[one.name] = [result for part in parts for result in part]
-        one.judge(found[one.name])
-    return found
+    for campaign in campaigns:
+        parts = [part if isinstance(part, list) else [part] for part in results[campaign.name]]
+        results[campaign.name] = [result for part in parts for result in part]
+        campaign.judge(results[campaign.name])
+    return results
 
 
 Results = tuple[Mapping[str, str], Mapping[str, object]]
@@ -95,11 +99,11 @@ def write_proof(name: str, command: str, prove: Callable[[Path, Progress], Resul
 
     with tempfile.TemporaryDirectory() as folder:
         try:
-            tables, more = prove(Path(folder), progress)
+            tables, facts = prove(Path(folder), progress)
         except (AssertionError, BuildError) as error:
             print(f"Error: {error}\n  Nothing is proven; docs/{name} is as it was.", file=sys.stderr)
             return 1
-    run.write(tables, more, arguments.out)
+    run.write(tables, facts, arguments.out)
     print(f"Written: docs/{name}")
     return 0
 
@@ -108,12 +112,12 @@ def declared(campaigns: Sequence[Campaign]) -> str:
     """The campaigns as CSV: what was judged, in how many jobs, from which seed on."""
     return csv_text(
         ("campaign", "jobs", "first seed", "step", "judged"),
-        [(one.name, len(one.jobs), *_seeds(one), one.judged) for one in campaigns],
+        [(campaign.name, len(campaign.jobs), *_seeds(campaign), campaign.judged) for campaign in campaigns],
     )
 
 
-def _seeds(one: Campaign) -> tuple[object, object]:
-    return ("", "") if one.seed is None else (one.seed, one.step)
+def _seeds(campaign: Campaign) -> tuple[object, object]:
+    return ("", "") if campaign.seed is None else (campaign.seed, campaign.step)
 
 
 def output(*command: str) -> str:

@@ -86,16 +86,16 @@ class CampaignRun:
     """A campaign under way: what it measures is hashed before it begins and written when it has ended."""
 
     def __init__(self, name: str) -> None:
-        (self.proof,) = (one for one in PROOFS if one.name == name)
+        (self.proof,) = (proof for proof in PROOFS if proof.name == name)
         self._sha256 = self.proof.hash_subject()
         self._begun_s = time.monotonic()
 
-    def write(self, tables: Mapping[str, str], more: Mapping[str, object], docs: Path = DOCS) -> None:
+    def write(self, tables: Mapping[str, str], facts: Mapping[str, object], docs: Path = DOCS) -> None:
         """Write the campaign's files and fill the tables of all pages.
 
         Args:
             tables: Text by the file's name in the campaign's folder.
-            more: What else it was run with, such as the versions of tools.
+            facts: What else it was run with, such as the versions of tools.
             docs: The folder of the pages.
         """
         folder = docs / self.proof.name
@@ -107,7 +107,7 @@ class CampaignRun:
             "version of tfsat": __version__,
             "date of the last commit": date_of_commit(),
             "duration": f"{minutes:.1f} min",
-            **more,
+            **facts,
             SHA256_ROW: self._sha256,
         }
         (folder / "provenance.csv").write_text(

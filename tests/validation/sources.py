@@ -31,13 +31,13 @@ def code_sha256(module: str, root: Path = REPOSITORY) -> str:
 
 
 def _imported(module: str, root: Path) -> set[Path]:
-    found: set[Path] = set()
+    imported_paths: set[Path] = set()
     names = [module]
     while names:
-        for path in set(_files(names.pop(), root)) - found:
-            found.add(path)
+        for path in set(_files(names.pop(), root)) - imported_paths:
+            imported_paths.add(path)
             names += _imports(ast.parse(path.read_text(encoding="utf-8")))
-    return found
+    return imported_paths
 
 
 def _files(name: str, root: Path) -> Iterator[Path]:
@@ -67,7 +67,7 @@ def _bare_python(path: Path) -> str:
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):
-            body[:] = [one for one in body if not _is_text(one)]
+            body[:] = [statement for statement in body if not _is_text(statement)]
     return ast.dump(tree)
 
 
@@ -94,4 +94,6 @@ def _bare(path: Path) -> str:
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".toml":
         return text
-    return " ".join(_C_COMMENT_OR_TEXT.sub(lambda one: one[0] if one[0][0] == '"' else " ", text).split())
+    return " ".join(
+        _C_COMMENT_OR_TEXT.sub(lambda match: match[0] if match[0][0] == '"' else " ", text).split()
+    )

@@ -53,14 +53,14 @@ def markdown_table(rows: Sequence[Sequence[str]]) -> str:
     rules = [
         "--:" if all(_NUMBER.fullmatch(row[k]) for row in values) else "---" for k in range(len(columns))
     ]
-    shown = [
+    formatted_rows = [
         [
             "**no**" if name == MET and value == "no" else value
             for name, value in zip(columns, row, strict=True)
         ]
         for row in values
     ]
-    return "".join(f"| {' | '.join(line)} |\n" for line in (columns, rules, *shown))
+    return "".join(f"| {' | '.join(line)} |\n" for line in (columns, rules, *formatted_rows))
 
 
 def cell(value: object) -> str:

@@ -40,8 +40,15 @@ def targets_csv(targets: Iterable[Target]) -> str:
     return csv_text(
         COLUMNS,
         [
-            (one.quantity, one.value, _bound(one.low), _bound(one.high), one.unit, one.is_met)
-            for one in targets
+            (
+                target.quantity,
+                target.value,
+                _bound(target.low),
+                _bound(target.high),
+                target.unit,
+                target.is_met,
+            )
+            for target in targets
         ],
     )
 
@@ -52,12 +59,12 @@ def _bound(value: float | None) -> object:
 
 def report_targets(targets: Sequence[Target]) -> int:
     """Print which targets are met; return 1 if one is not."""
-    for one in targets:
-        bounds = " to ".join("" if end is None else cell(end) for end in (one.low, one.high))
+    for target in targets:
+        bounds = " to ".join("" if end is None else cell(end) for end in (target.low, target.high))
         print(
-            f"{one.quantity}: {cell(one.value)} of {bounds} {one.unit}: {'met' if one.is_met else 'MISSED'}"
+            f"{target.quantity}: {cell(target.value)} of {bounds} {target.unit}: {'met' if target.is_met else 'MISSED'}"
         )
-    return 0 if all(one.is_met for one in targets) else 1
+    return 0 if all(target.is_met for target in targets) else 1
 
 
 def read_targets(path: Path) -> list[tuple[Target, bool]]:

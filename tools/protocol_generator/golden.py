@@ -77,8 +77,8 @@ def _frame(type_id: int, sequence: int, payload: bytes) -> bytes:
 def _vectors(spec: Spec) -> list[tuple[Struct, int, Values, bytes]]:
     state = [0]
     payloads = [payload for message in spec.messages for payload in message.payloads]
-    drawn = [(payload, index % 256, _draw(spec, payload, state)) for index, payload in enumerate(payloads)]
-    return [(payload, sequence, values, _pack(spec, payload, values)) for payload, sequence, values in drawn]
+    cases = [(payload, index % 256, _draw(spec, payload, state)) for index, payload in enumerate(payloads)]
+    return [(payload, sequence, values, _pack(spec, payload, values)) for payload, sequence, values in cases]
 
 
 def _block(spec: Spec, kind: str, body: bytes, counts: tuple[int, int]) -> tuple[Values, bytes]:

@@ -147,13 +147,13 @@ def load_spec(path: Path) -> Spec:
     """Read, check and return the specification. Raises SpecError."""
     raw = tomllib.loads(path.read_text(encoding="utf-8"))
     enums = {name: _enum(name, body) for name, body in raw["enum"].items()}
-    known = set(SCALARS) | set(enums)
+    type_names = set(SCALARS) | set(enums)
     structs: dict[str, Struct] = {}
     for name, body in raw["struct"].items():
-        structs[name] = Struct(name, body["doc"], _fields(body["fields"], known))
-        known.add(name)
+        structs[name] = Struct(name, body["doc"], _fields(body["fields"], type_names))
+        type_names.add(name)
     messages = tuple(
-        _message(name, body, raw["link"]["reply_bit"], known) for name, body in raw["message"].items()
+        _message(name, body, raw["link"]["reply_bit"], type_names) for name, body in raw["message"].items()
     )
     major, minor, patch = (int(part) for part in raw["protocol"]["firmware_version"].split("."))
     spec = Spec(
@@ -171,11 +171,11 @@ def load_spec(path: Path) -> Spec:
     return spec
 
 
-def _fields(raw: list[dict[str, str]], known: set[str]) -> tuple[Field, ...]:
+def _fields(raw: list[dict[str, str]], type_names: set[str]) -> tuple[Field, ...]:
     fields = []
     for entry in raw:
         match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", entry["type"])
-        if match is None or match[1] not in known:
+        if match is None or match[1] not in type_names:
             raise SpecError(f"field {entry['name']}: unknown type {entry['type']}")
         if keyword.iskeyword(entry["name"]):
             raise SpecError(f"field {entry['name']}: a word of Python's own")
@@ -195,11 +195,11 @@ def _enum(name: str, body: dict[str, Any]) -> Enum:
     return Enum(name, body["doc"], values)
 
 
-def _message(name: str, body: dict[str, Any], reply_bit: int, known: set[str]) -> Message:
+def _message(name: str, body: dict[str, Any], reply_bit: int, type_names: set[str]) -> Message:
     def part(key: str, type_id: int) -> Struct | None:
         if key not in body:
             return None
-        return Struct(camel(name) + key.capitalize(), body["doc"], _fields(body[key], known), type_id)
+        return Struct(camel(name) + key.capitalize(), body["doc"], _fields(body[key], type_names), type_id)
 
     number = body["id"]
     return Message(

@@ -147,10 +147,10 @@ def _wire(entry: dict[str, Any], parts: dict[str, Part], panels: set[str]) -> Wi
 
 
 def _check(wiring: Wiring) -> None:
-    used = [element.part.ref for wire in wiring.wires for element in wire.path]
+    wired_refs = [element.part.ref for wire in wiring.wires for element in wire.path]
     for ref in wiring.parts:
-        if used.count(ref) != 1 and ref != "BT1":
-            raise WiringError(f"{ref} is wired {used.count(ref)} times")
+        if wired_refs.count(ref) != 1 and ref != "BT1":
+            raise WiringError(f"{ref} is wired {wired_refs.count(ref)} times")
     for name, value in wiring.ranges.items():
         if not value.low < value.high:
             raise WiringError(f"range {name}: low is not below high")

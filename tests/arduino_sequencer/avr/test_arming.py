@@ -106,10 +106,10 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     released_ns = release(sequencer)
     sequencer.run(2_600_000)
     assert_maneuver_flown(sequencer, released_ns)
-    flown = client.run_report()
-    assert (flown.released, flown.stroke_count) == (1, len(OLD.strokes))
+    run_report = client.run_report()
+    assert (run_report.released, run_report.stroke_count) == (1, len(OLD.strokes))
     sequencer.reset(cause)
-    assert connect(sequencer).run_report() == flown
+    assert connect(sequencer).run_report() == run_report
     client = restart_with(sequencer, sequencer.eeprom())
     assert client.run_report().released == 0
     assert client.status().knocks == 0

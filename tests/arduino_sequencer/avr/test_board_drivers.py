@@ -42,18 +42,20 @@ def test_hello_names_the_flashed_image_and_the_chip(sequencer: AvrBoard, sequenc
 
 
 @pytest.mark.parametrize(
-    ("extended_fuse", "brown_out_v", "said"),
+    ("extended_fuse", "brown_out_v", "attention_text"),
     [(0xCB, 2.6, "resets below 2.6 V only"), (0xFF, None, "never resets"), (0xC8, 4.3, ""), (0xF8, 4.3, "")],
 )
 def test_status_warns_of_a_brown_out_fuse_as_sold(
-    sequencer: AvrBoard, extended_fuse: int, brown_out_v: float | None, said: str
+    sequencer: AvrBoard, extended_fuse: int, brown_out_v: float | None, attention_text: str
 ) -> None:
     sequencer.set_extended_fuse(extended_fuse)
     sequencer.power(False)
     sequencer.power(True)
     state, rows = sequencer_state(connect(sequencer))
     assert state["brown_out_v"] == brown_out_v
-    assert [said in text and "docs/wiring.md" in text for text in state["attention"]] == [True] * bool(said)
+    assert [attention_text in text and "docs/wiring.md" in text for text in state["attention"]] == [
+        True
+    ] * bool(attention_text)
     assert dict(rows).get("  ATTENTION", "") == "".join(state["attention"])
 
 

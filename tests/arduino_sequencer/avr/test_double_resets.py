@@ -61,9 +61,9 @@ def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
     return Outcome(status.state, status.fault, [set(train) for train in trains])
 
 
-def assert_held(outcomes: dict[int, Outcome], held: Outcome) -> None:
-    """Assert that every outcome equals `held`; `outcomes` maps the time between the resets, in us, to outcomes."""
-    assert {at: outcome for at, outcome in outcomes.items() if outcome != held} == {}
+def assert_held(outcomes: dict[int, Outcome], expected_outcome: Outcome) -> None:
+    """Assert that every outcome equals `expected_outcome`, by the time between the resets in us."""
+    assert {at: outcome for at, outcome in outcomes.items() if outcome != expected_outcome} == {}
 
 
 @GRID
@@ -75,8 +75,8 @@ def test_a_run_that_is_reset_twice_holds_its_joints_where_they_are(sequencer: Av
             sequencer.switch(index, closed=False)
         sequencer.run(1_200_000)
         outcomes[between_us] = dip_twice(sequencer, between_us)
-    held = Outcome(SequencerState.FAULT, ErrorCode.RESET_WHILE_RUNNING, AFTER_TWO_STROKES)
-    assert_held(outcomes, held)
+    expected_outcome = Outcome(SequencerState.FAULT, ErrorCode.RESET_WHILE_RUNNING, AFTER_TWO_STROKES)
+    assert_held(outcomes, expected_outcome)
 
 
 @GRID
@@ -87,5 +87,5 @@ def test_an_armed_board_that_is_reset_twice_holds_its_joints_at_the_start_pose(
     for between_us in BETWEEN_RESETS_US[::every]:
         arm(sequencer)
         outcomes[between_us] = dip_twice(sequencer, between_us)
-    held = Outcome(SequencerState.ARMED, ErrorCode.NONE, START_POSE)
-    assert_held(outcomes, held)
+    expected_outcome = Outcome(SequencerState.ARMED, ErrorCode.NONE, START_POSE)
+    assert_held(outcomes, expected_outcome)

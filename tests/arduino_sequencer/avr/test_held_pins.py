@@ -56,8 +56,8 @@ def test_a_pin_that_is_let_go_after_the_run_moves_no_joint(sequencer: AvrBoard, 
     sequencer.edges()
     sequencer.hold_pin(2, PinHold.FREE)
     sequencer.run(100_000)
-    held = [edge for edge in sequencer.edges() if edge.pin == 1]
-    widths = {pulse.width_ns for pulse in pulses(held[not held[0].high :], 1)}
+    pin_edges = [edge for edge in sequencer.edges() if edge.pin == 1]
+    widths = {pulse.width_ns for pulse in pulses(pin_edges[not pin_edges[0].high :], 1)}
     assert widths == {JOINT_2_OPEN_NS}
     status = connect(sequencer).status()
     assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.STROKE_MISSED)

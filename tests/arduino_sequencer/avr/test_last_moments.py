@@ -62,9 +62,9 @@ def fall(library: ctypes.CDLL, sequencer_hex: Path) -> Callable[[int], Fall]:
         client.close()
         board.edges()
         board.run(phase_us)
-        one = Fall(board, board.now_us)
-        one.switches(closed=False)
-        return one
+        drop = Fall(board, board.now_us)
+        drop.switches(closed=False)
+        return drop
 
     return begin
 
@@ -79,18 +79,18 @@ def test_a_false_release_that_is_detected_as_the_first_stroke_begins(
 ) -> None:
     """Either nothing moved and it is armed, or the joint got its stroke and the board says so: at any loop phase."""
     for phase_us in range(20_000, 20_000 + LOOP_US, step):
-        one = fall(phase_us)
-        one.run_to(closed_us)
-        one.switches(closed=True)
-        one.run_to(AFTER_US)
-        moved = {pulse.width_ns for pulse in one.pulses_since_release()} != {START_POSE_NS}
-        status = connect(one.board).status()
+        drop = fall(phase_us)
+        drop.run_to(closed_us)
+        drop.switches(closed=True)
+        drop.run_to(AFTER_US)
+        moved = {pulse.width_ns for pulse in drop.pulses_since_release()} != {START_POSE_NS}
+        status = connect(drop.board).status()
         if moved:
             assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING)
             assert (status.strokes_started, status.joint_angle_cdeg) == (1, (5900, 0, 0))
         else:
             assert status.joint_angle_cdeg == (0, 0, 0) and status.strokes_started == 0
-        one.board.close()
+        drop.board.close()
 
 
 @STEP
@@ -105,13 +105,13 @@ def test_a_pin_that_is_let_go_right_after_a_pulse_loses_no_stroke(
     fall_ns = last.rise_ns + last.width_ns
     free.board.close()
     for cycles in range(-64, 1_000, step):
-        one = fall(20_000)
-        one.run_to(fall_ns // 1000 - 500)
-        one.board.hold_pin(1, hold)
-        one.board.run_to_cycle((1000 * one.open_us + fall_ns) * CYCLES_PER_US // 1000 + cycles)
-        one.board.hold_pin(1, PinHold.FREE)
-        one.run_to(AFTER_US)
-        assert connect(one.board).run_report().start_us[0] == FIRST_US, (
+        drop = fall(20_000)
+        drop.run_to(fall_ns // 1000 - 500)
+        drop.board.hold_pin(1, hold)
+        drop.board.run_to_cycle((1000 * drop.open_us + fall_ns) * CYCLES_PER_US // 1000 + cycles)
+        drop.board.hold_pin(1, PinHold.FREE)
+        drop.run_to(AFTER_US)
+        assert connect(drop.board).run_report().start_us[0] == FIRST_US, (
             f"let go {cycles} cycles after the fall"
         )
-        one.board.close()
+        drop.board.close()

@@ -36,12 +36,12 @@ def retained_ram(elf: Path) -> range:
 
 def images(board: AvrBoard, addresses: range, duration_us: int) -> list[bytes]:
     """Run for `duration_us` and return each image of this RAM that differs from the one before."""
-    found = [board.copy(addresses)]
+    ram_images = [board.copy(addresses)]
     for cycle in range(board.cycles, board.cycles + duration_us * CYCLES_PER_US, 2):
         board.run_to_cycle(cycle)
-        if (image := board.copy(addresses)) != found[-1]:
-            found.append(image)
-    return found
+        if (image := board.copy(addresses)) != ram_images[-1]:
+            ram_images.append(image)
+    return ram_images
 
 
 def reset_with(board: AvrBoard, addresses: range, image: bytes) -> None:
@@ -69,7 +69,7 @@ def test_a_reset_while_a_stroke_is_noted_loses_neither_its_time_nor_the_run(
     addresses = retained_ram(sequencer_hex.with_suffix(".elf"))
     torn = images(sequencer, addresses, 2_500)
     assert len(torn) > 20
-    told = []
+    outcomes = []
     for image in torn:
         reset_with(sequencer, addresses, image)
         client = connect(sequencer)
@@ -77,12 +77,12 @@ def test_a_reset_while_a_stroke_is_noted_loses_neither_its_time_nor_the_run(
         assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.RESET_WHILE_RUNNING)
         assert report.released == 1
         assert set(report.start_us[1:]) == {STROKE_NOT_BEGUN_US}
-        told.append((report.start_us[0], status.joint_angle_cdeg[0], status.servos_driven))
-    noted_us = told[-1][0]
+        outcomes.append((report.start_us[0], status.joint_angle_cdeg[0], status.servos_driven))
+    noted_us = outcomes[-1][0]
     assert abs(noted_us - FIRST.t_us) <= 2
     # Between the interrupt's mark and the loop's note, nobody knows when; amid the mark, which is made
     # within a microsecond, not even whether: no pulses.
-    assert list(dict.fromkeys(told)) == [
+    assert list(dict.fromkeys(outcomes)) == [
         (STROKE_NOT_BEGUN_US, 0, ALL),
         (STROKE_NOT_BEGUN_US, 0, 0),
         (STROKE_TIME_UNKNOWN_US, ANGLE_CDEG, ALL),

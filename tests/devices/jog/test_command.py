@@ -62,10 +62,10 @@ def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
         yield process
 
 
-def commanded_deg_of(said: str) -> float:
-    found = re.search(r"Joint 1 was last commanded to ([\d.]+) deg and was let go", said)
-    assert found, said
-    return float(found[1])
+def commanded_deg_of(output: str) -> float:
+    match = re.search(r"Joint 1 was last commanded to ([\d.]+) deg and was let go", output)
+    assert match, output
+    return float(match[1])
 
 
 class Terminal(io.StringIO):
@@ -86,9 +86,9 @@ def is_limp(robot: Served) -> bool:
 @BOTH_SEQUENCERS
 def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: RunCli) -> None:
     (before,) = robot.control("time")
-    done = tfsat_host.json(*JOG, "--hold", "0.5", "--yes", "--port", robot.sequencer)
+    result = tfsat_host.json(*JOG, "--hold", "0.5", "--yes", "--port", robot.sequencer)
     (after,) = robot.control("time")
-    assert (done["joint"], done["to_deg"], done["state"]) == (1, 20, "safe")
+    assert (result["joint"], result["to_deg"], result["state"]) == (1, 20, "safe")
     assert float(after.split()[1]) - float(before.split()[1]) > 20 / 15 + 0.5
     assert joint_1_deg(robot) == pytest.approx(20, abs=1)
     assert is_limp(robot)
@@ -99,17 +99,17 @@ def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: Ru
 def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
     with jogging(robot, *options) as process:
         process.send_signal(signal.SIGINT)
-        said_out, said = process.communicate(timeout=TIMEOUT_S)
+        said_out, error_text = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
-    assert "Traceback" not in said
+    assert "Traceback" not in error_text
     if options:
         error = json.loads(said_out)["error"]
         assert error["joint"] == 1
         commanded_deg = error["last_angle_deg"]
     else:
         assert said_out == ""
-        assert "was let go on its way; the sequencer is safe" in said
-        commanded_deg = commanded_deg_of(said)
+        assert "was let go on its way; the sequencer is safe" in error_text
+        commanded_deg = commanded_deg_of(error_text)
     assert 3 < joint_1_deg(robot) < 80
     assert commanded_deg == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
     assert is_limp(robot)
@@ -125,11 +125,11 @@ def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
         assert is_limp(robot)
         robot.control("wait 1s")
         process.send_signal(signal.SIGCONT)
-        _, said = process.communicate(timeout=TIMEOUT_S)
+        _, error_text = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 1
-    assert "This computer was away for" in said
-    assert "did not restart" in said
-    assert 0 < commanded_deg_of(said) <= stopped_deg + LAG_DEG
+    assert "This computer was away for" in error_text
+    assert "did not restart" in error_text
+    assert 0 < commanded_deg_of(error_text) <= stopped_deg + LAG_DEG
     assert is_limp(robot)
 
 
@@ -143,10 +143,10 @@ def test_ctrl_z_lets_it_go_before_the_program_stops(robot: Served) -> None:
         with closing(SerialTransport(str(robot.sequencer))) as port:
             assert SequencerClient.connect(port).status().state == SequencerState.SAFE
         process.send_signal(signal.SIGCONT)
-        _, said = process.communicate(timeout=TIMEOUT_S)
+        _, error_text = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
-    assert "Error: The jog has ended: Ctrl-Z let the joint go" in said
-    assert commanded_deg_of(said) == pytest.approx(left_deg, abs=LAG_DEG)
+    assert "Error: The jog has ended: Ctrl-Z let the joint go" in error_text
+    assert commanded_deg_of(error_text) == pytest.approx(left_deg, abs=LAG_DEG)
 
 
 def test_it_says_what_will_move_and_demands_the_word(
@@ -154,8 +154,8 @@ def test_it_says_what_will_move_and_demands_the_word(
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     assert main([*JOG, "--emulated"]) == 4
-    said = capsys.readouterr()
-    assert said.out == ""
+    output = capsys.readouterr()
+    assert output.out == ""
     for words in (
         "Joint 1 will move from 0 to 20 deg at 15 deg/s (1.3 s)",
         "The other joints stay limp",
@@ -165,13 +165,13 @@ def test_it_says_what_will_move_and_demands_the_word(
         "The emulated robot starts with each command: all its joints are at 0 deg now.",
         "Nothing was moved.",
     ):
-        assert words in said.err
-    assert "joint 1:" not in said.err
+        assert words in output.err
+    assert "joint 1:" not in output.err
     monkeypatch.setattr(sys, "stdin", Terminal("JOG\n"))
     assert main([*JOG, "--emulated"]) == 0
-    said = capsys.readouterr()
-    assert "went to 20 deg and was let go; the sequencer is safe" in said.out
-    assert "joint 1:  20.00 deg, to 20 deg" in said.err
+    output = capsys.readouterr()
+    assert "went to 20 deg and was let go; the sequencer is safe" in output.out
+    assert "joint 1:  20.00 deg, to 20 deg" in output.err
 
 
 def test_without_a_terminal_nothing_moves(tfsat_host: RunCli) -> None:

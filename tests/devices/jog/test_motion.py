@@ -25,11 +25,11 @@ LIMP_AFTER_US = 120_000
 
 @pytest.fixture
 def robot() -> Iterator[EmulatedRobot]:
-    with EmulatedRobot() as made:
-        made.advance(SETTLE_US)
-        made.hold((3,))
-        made.record_truth(TRUTH_US)
-        yield made
+    with EmulatedRobot() as emulated_robot:
+        emulated_robot.advance(SETTLE_US)
+        emulated_robot.hold((3,))
+        emulated_robot.record_truth(TRUTH_US)
+        yield emulated_robot
 
 
 @pytest.fixture
@@ -69,8 +69,8 @@ def is_limp(robot: EmulatedRobot, joint: int) -> bool:
 
 @pytest.mark.parametrize("joint", [1, 2, 3])
 def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: JogClient, joint: int) -> None:
-    told: list[int] = []
-    assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, told.append) == JogEnd(True, 3000)
+    reported_angles_cdeg: list[int] = []
+    assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, reported_angles_cdeg.append) == JogEnd(True, 3000)
     path = angles_deg(robot, joint)
     assert path[-1, 1] == pytest.approx(30.0, abs=0.5)
     assert fastest_deg_s(robot, joint) < 1.3 * SPEED_DEG_S
@@ -78,7 +78,11 @@ def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: Jo
     assert np.count_nonzero(moving) * TRUTH_US * 1e-6 == pytest.approx(28.0 / SPEED_DEG_S, rel=0.1)
     for other in {1, 2, 3} - {joint}:
         assert np.ptp(angles_deg(robot, other)[:, 1]) < 0.5
-    assert told[0] == 0 and told[-1] == 3000 and told == sorted(told)
+    assert (
+        reported_angles_cdeg[0] == 0
+        and reported_angles_cdeg[-1] == 3000
+        and reported_angles_cdeg == sorted(reported_angles_cdeg)
+    )
     assert sequencer.status().state == SequencerState.SAFE
     assert is_limp(robot, joint)
 
@@ -101,8 +105,13 @@ def test_it_is_held_longer_than_the_board_waits_for_orders(
 
 
 def test_a_wish_to_stop_lets_the_joint_go_on_its_way(robot: EmulatedRobot, sequencer: JogClient) -> None:
-    told: list[int] = []
-    end = sequencer.run(Jog(2, 0, 9000), 0.0, lambda: bool(told) and told[-1] > 2000, told.append)
+    reported_angles_cdeg: list[int] = []
+    end = sequencer.run(
+        Jog(2, 0, 9000),
+        0.0,
+        lambda: bool(reported_angles_cdeg) and reported_angles_cdeg[-1] > 2000,
+        reported_angles_cdeg.append,
+    )
     assert not end.held
     assert 20 < angles_deg(robot, 2)[-1, 1] < 30
     assert end.angle_cdeg / 100 == pytest.approx(angles_deg(robot, 2)[-1, 1], abs=3)

@@ -45,11 +45,11 @@ class Watch:
 
 @pytest.fixture
 def robot() -> Iterator[EmulatedRobot]:
-    with EmulatedRobot() as made:
-        made.advance(SETTLE_US)
-        made.hold((3,))
-        made.record_truth(5_000)
-        yield made
+    with EmulatedRobot() as emulated_robot:
+        emulated_robot.advance(SETTLE_US)
+        emulated_robot.hold((3,))
+        emulated_robot.record_truth(5_000)
+        yield emulated_robot
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_what_is_shown_goes_from_stop_to_stop(robot: EmulatedRobot, sequencer: J
     sequencer.tour(TOUR, go_on, watch)
     assert [stop for stop, _ in watch.told] == sorted(stop for stop, _ in watch.told)
     for stop, (before, after) in enumerate(pairwise((0, *TOUR.stops_cdeg))):
-        angles = [angle_cdeg for told, angle_cdeg in watch.told if told == stop]
+        angles = [angle_cdeg for reported_stop, angle_cdeg in watch.told if reported_stop == stop]
         assert angles[-1] == after
         assert min(before, after) <= min(angles) <= max(angles) <= max(before, after)
         assert angles == sorted(angles, reverse=after < before)

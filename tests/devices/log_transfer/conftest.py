@@ -11,5 +11,5 @@ from tests.devices.log_transfer.bench import Bench
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     """Yield a bench: a robot with its logger, in virtual time."""
-    with Bench(tmp_path) as made:
-        yield made
+    with Bench(tmp_path) as log_bench:
+        yield log_bench

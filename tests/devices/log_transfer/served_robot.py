@@ -78,8 +78,8 @@ class LoggerAtPort:
 
     def printed(self, *words: object, expect: int = 0) -> str:
         """Runs it without; both its streams."""
-        done = self.run(*words, "--port", self.robot.logger, expect=expect)
-        return done.stdout + done.stderr
+        process = self.run(*words, "--port", self.robot.logger, expect=expect)
+        return process.stdout + process.stderr
 
     def hand(self, *lines: str) -> None:
         """Lines to the robot's control; each must succeed."""

@@ -79,8 +79,8 @@ def test_a_copy_that_changed_is_no_copy(logger: LoggerAtPort) -> None:
 def test_the_table_for_people(logger: LoggerAtPort) -> None:
     assert "No recordings." in logger.printed("log", "list")
     logger.record()
-    said = logger.printed("log", "list")
-    assert "(in RAM)" in said and "DROP0001.BIN" in said and "MiB free" in said
+    output = logger.printed("log", "list")
+    assert "(in RAM)" in output and "DROP0001.BIN" in output and "MiB free" in output
     fetched = logger.printed("log", "fetch", 1, "--out", "a folder/drop.bin")
     assert "every block checked" in fetched and "complete: " in fetched
     assert (logger.folder / "a folder" / "drop.bin").exists()
@@ -94,12 +94,12 @@ def test_a_fetch_goes_on_where_its_cable_was_pulled(served_logger: LoggerAtPort)
     error = fetch_and_pull(served_logger, part)
     assert str(part.name) in error["meaning"] and "are kept in" in error["meaning"]
     assert "goes on from there" in error["next_step"]
-    kept = part.read_bytes()
-    assert len(kept) == 32 * 2**20
+    part_bytes = part.read_bytes()
+    assert len(part_bytes) == 32 * 2**20
     served_logger.hand("cable logger plug")
     (copy,) = served_logger("log", "fetch", 1, expect=3)["logs"]
     assert copy["verdict"] == "truncated"
-    assert copy["resumed_blocks"] * BLOCK_BYTES <= len(kept)
+    assert copy["resumed_blocks"] * BLOCK_BYTES <= len(part_bytes)
     assert copy["resumed_blocks"] > 100
     assert (served_logger.folder / "DROP0001.BIN").read_bytes() == served_logger.card_file(1)
     assert not part.exists()
@@ -126,8 +126,8 @@ def test_no_recording_begins_with_a_bad_card(logger: LoggerAtPort) -> None:
 def test_a_drop_without_a_card_is_kept_until_it_is_fetched(logger: LoggerAtPort) -> None:
     logger.hand("card remove")
     logger("record", "start", expect=1)
-    asked = logger.printed("log", "fetch", "ram", expect=2)
-    assert "a drop after it would not be recorded" in asked
+    question = logger.printed("log", "fetch", "ram", expect=2)
+    assert "a drop after it would not be recorded" in question
     logger.hand("wait 1.5", "drop", "wait 300ms")
     # In the middle of the fall: the command waits, and ends nothing.
     refused = logger("log", "list", expect=4)["error"]
@@ -161,10 +161,10 @@ def test_ram_is_not_overwritten_and_not_given_up_by_accident(logger: LoggerAtPor
 
 def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) -> None:
     assert logger("logger-settings")["origin"] == "factory"
-    done = logger("logger-settings", "set", "--rate", 1000, "--dlpf", 2, "--clock")
-    assert done["before"]["rate_hz"] == 280
-    assert done["settings"] == {**done["before"], "rate_hz": 1000, "dlpf_cfg": 2}
-    assert (done["origin"], done["clock_set"]) == ("uploaded", True)
+    result = logger("logger-settings", "set", "--rate", 1000, "--dlpf", 2, "--clock")
+    assert result["before"]["rate_hz"] == 280
+    assert result["settings"] == {**result["before"], "rate_hz": 1000, "dlpf_cfg": 2}
+    assert (result["origin"], result["clock_set"]) == ("uploaded", True)
     status = logger("status")["logger"]
     assert (status["rate_hz"], status["settings_origin"]) == (1000, "uploaded")
     assert abs(status["clock_error_s"]) < 60
@@ -173,15 +173,15 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     refused = logger("logger-settings", "set", "--gyro-range", 300, expect=2)["error"]
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
     assert "Nothing to set" in logger("logger-settings", "set", expect=2)["error"]["what"]
-    assert logger("logger-settings", "show")["settings"] == done["settings"]
-    said = logger.printed("logger-settings")
-    assert "1000 Hz leaves 1000 us" in said
+    assert logger("logger-settings", "show")["settings"] == result["settings"]
+    output = logger.printed("logger-settings")
+    assert "1000 Hz leaves 1000 us" in output
 
 
 def test_the_monitor_shows_the_true_rate(served_logger: LoggerAtPort) -> None:
     served_logger("logger-settings", "set", "--rate", 1000)
-    done = served_logger.run("monitor", "--for", 3, "--json", "--port", served_logger.robot.logger)
-    last = json.loads(done.stdout.splitlines()[-1])["logger"]
+    process = served_logger.run("monitor", "--for", 3, "--json", "--port", served_logger.robot.logger)
+    last = json.loads(process.stdout.splitlines()[-1])["logger"]
     assert last["measured_rate_hz"] == pytest.approx(1000.0, rel=0.001)
     assert last["rate_hz"] == 1000
     assert (last["card"], last["ram_holds_drop"]) == ("ready", False)
@@ -234,9 +234,9 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
         while fetching.poll() is None and not _begun(part):
             pass
         logger.hand("cable logger pull")
-        said, _ = fetching.communicate(timeout=TIMEOUT_S)
-    assert fetching.returncode == 1, said
-    error: dict[str, Any] = json.loads(said)["error"]
+        output, _ = fetching.communicate(timeout=TIMEOUT_S)
+    assert fetching.returncode == 1, output
+    error: dict[str, Any] = json.loads(output)["error"]
     return error
 
 

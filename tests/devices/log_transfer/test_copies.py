@@ -23,9 +23,9 @@ from tfsat_host.protocol.messages import LogEntry
 def logger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LoggerAtPort]:
     monkeypatch.chdir(tmp_path)
     with robot_here(monkeypatch) as robot:
-        made = LoggerAtPort(robot, RunCli(tmp_path))
-        made.record()
-        yield made
+        port_logger = LoggerAtPort(robot, RunCli(tmp_path))
+        port_logger.record()
+        yield port_logger
 
 
 def test_a_second_copy_does_not_disown_the_first(logger: LoggerAtPort) -> None:

@@ -20,8 +20,8 @@ class Tower(LoggerAtPort):
         return self.run.json(*words, expect=expect)
 
     def printed(self, *words: object, expect: int = 0) -> str:
-        done = self.run(*words, expect=expect)
-        return " ".join((done.stdout + done.stderr).split())
+        process = self.run(*words, expect=expect)
+        return " ".join((process.stdout + process.stderr).split())
 
 
 @pytest.fixture
@@ -30,9 +30,9 @@ def tower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tower]:
     with robot_here(monkeypatch) as robot:
         monkeypatch.setenv("TFSAT_SEQUENCER_PORT", str(robot.sequencer))
         monkeypatch.setenv("TFSAT_LOGGER_PORT", str(robot.logger))
-        made = Tower(robot, RunCli(tmp_path))
-        made("upload-sequence", 59, 70)
-        yield made
+        drop_tower = Tower(robot, RunCli(tmp_path))
+        drop_tower("upload-sequence", 59, 70)
+        yield drop_tower
 
 
 def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
@@ -47,10 +47,10 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     assert "tfsat-host arm --unrecorded" in refused["next_step"]
     assert tower("status")["sequencer"]["state"] == "safe"
 
-    said = tower.printed("status")
-    assert "Warning: The logger records, but its card is missing." in said
-    assert "nothing stands against it" not in said
-    assert "arming would be refused because of the logger." in said
+    status_text = tower.printed("status")
+    assert "Warning: The logger records, but its card is missing." in status_text
+    assert "nothing stands against it" not in status_text
+    assert "arming would be refused because of the logger." in status_text
     assert tower("status")["sequencer"]["arm_refusal"]["what"] == refused["what"]
     monitored = tower.printed("monitor", "--for", "0.5")
     assert "The logger records, but its card is missing. A drop now would not be on the card" in monitored
@@ -80,8 +80,8 @@ def test_a_card_that_is_pulled_in_the_fall_is_shouted_about_at_once(tower: Tower
     tower("record", "start")
     tower.hand("wait 1", "drop", "wait 500ms", "card remove", "wait 300ms")
     shout = "THE CARD IS MISSING AND THE DROP IS IN RAM ONLY"
-    said = tower.printed("status")
-    assert f"Warning: {shout}" in said and "keep it on" in said
+    status_text = tower.printed("status")
+    assert f"Warning: {shout}" in status_text and "keep it on" in status_text
     listed = tower("log", "list", expect=4)["error"]
     assert shout in listed["meaning"]
     assert "Wait a second" not in json.dumps(listed)

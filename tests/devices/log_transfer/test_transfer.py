@@ -74,10 +74,10 @@ def test_the_list_tells_each_recording_and_the_copies_are_the_cards_files(bench:
 def test_a_recording_that_was_erased_is_gone_and_the_others_stay(bench: Bench) -> None:
     for _ in range(3):
         bench.record(0.2)
-    kept = bench.robot.card_slot.files()
+    card_files = bench.robot.card_slot.files()
     bench.logger.erase_log(bench.entry(2))
-    del kept[2]
-    assert bench.robot.card_slot.files() == kept
+    del card_files[2]
+    assert bench.robot.card_slot.files() == card_files
     assert [entry.number for entry in bench.logger.logs()] == [RAM, 1, 3]
 
 

@@ -32,9 +32,9 @@ def test_a_copy_without_samples_leads_to_ram(bench: Bench, number: int) -> None:
     path.write_bytes(bench.fetch(bench.entry(1))[:BLOCK_BYTES])
     copy = Copy(bench.entry(number), path)
     copy.judge(bench.logger.listing())
-    said = " ".join(copy.warnings)
-    assert "was copied whole, but it cannot be decoded" in said and "has no samples" in said
-    assert ("tfsat-host log fetch ram" in said) is (number != RAM)
+    warning_text = " ".join(copy.warnings)
+    assert "was copied whole, but it cannot be decoded" in warning_text and "has no samples" in warning_text
+    assert ("tfsat-host log fetch ram" in warning_text) is (number != RAM)
 
 
 def test_nobody_is_told_to_stop_in_the_fall(bench: Bench) -> None:
@@ -63,7 +63,7 @@ def test_a_file_that_was_full_is_no_full_card(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("who_am_i", "said"),
+    ("who_am_i", "imu_text"),
     [
         (0x68, "2 NOT MEASURING (MPU-6050)"),
         (0x70, "2 NOT MEASURING (MPU-6500)"),
@@ -72,9 +72,9 @@ def test_a_file_that_was_full_is_no_full_card(bench: Bench) -> None:
     ],
 )
 def test_an_imu_that_answers_and_does_not_measure_is_not_missing(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch, who_am_i: int, said: str
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, who_am_i: int, imu_text: str
 ) -> None:
     status = replace(bench.logger.status(), imu_present=0b1101, who_am_i=bytes([0x68, who_am_i, 0x68, 0x98]))
     monkeypatch.setattr(bench.logger, "status", lambda: status)
     _, rows = logger_state(bench.logger)
-    assert ("  IMUs", f"1 MPU-6050, {said}, 3 MPU-6050, 4 ICM-20689") in rows
+    assert ("  IMUs", f"1 MPU-6050, {imu_text}, 3 MPU-6050, 4 ICM-20689") in rows

@@ -63,15 +63,15 @@ class Monitor:
     def until(self, board: str, key: str, value: object) -> Any:
         """Return the first line in which `board` reports `value` for `key`."""
         while True:
-            shown = self.next()
-            if (shown[board] or {}).get(key) == value:
-                return shown
+            line = self.next()
+            if (line[board] or {}).get(key) == value:
+                return line
 
     def interrupt(self) -> tuple[int, str]:
         self.process.send_signal(signal.SIGINT)
-        _, said = self.process.communicate(timeout=TIMEOUT_S)
-        assert "Traceback" not in said
-        return self.process.returncode, said
+        _, error_text = self.process.communicate(timeout=TIMEOUT_S)
+        assert "Traceback" not in error_text
+        return self.process.returncode, error_text
 
 
 def json_lines(text: str) -> list[Any]:
@@ -79,8 +79,8 @@ def json_lines(text: str) -> list[Any]:
 
 
 def test_both_boards_as_json_lines(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
-    done = tfsat_host("monitor", "--for", "1.5", "--json", environ=both)
-    lines = json_lines(done.stdout)
+    process = tfsat_host("monitor", "--for", "1.5", "--json", environ=both)
+    lines = json_lines(process.stdout)
     assert len(lines) >= 4
     assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
     last = lines[-1]
@@ -100,9 +100,9 @@ def test_a_drop_is_seen_and_not_disturbed(robot: Served, both: dict[str, str], t
     robot.control("knock 1 20ms", "wait 100ms", "release 2", "wait 100ms", "seat", "wait 100ms", "drop")
     running = monitor.until("sequencer", "state", "running")["sequencer"]
     assert running["switches_closed"] == [False, False]
-    done = monitor.until("sequencer", "state", "done")
-    assert done["sequencer"]["strokes_started"] == 4
-    assert done["sequencer"]["knocks"] == 2
+    final_line = monitor.until("sequencer", "state", "done")
+    assert final_line["sequencer"]["strokes_started"] == 4
+    assert final_line["sequencer"]["knocks"] == 2
     assert monitor.interrupt()[0] == 0
 
 
@@ -111,14 +111,14 @@ def test_rates_and_angles_follow_a_hand(robot: Served, both: dict[str, str]) -> 
     monitor = Monitor("--port", both["TFSAT_LOGGER_PORT"], environ={})
     rates, angles = [], []
     for _ in range(15):
-        shown = monitor.next()
-        assert shown["sequencer"] is None
-        rates.append(shown["logger"]["bodies"][1]["rate_deg_s"][1])
-        angles.append([sensor["joint_deg_uncalibrated"] for sensor in shown["logger"]["angle_sensors"]])
+        line = monitor.next()
+        assert line["sequencer"] is None
+        rates.append(line["logger"]["bodies"][1]["rate_deg_s"][1])
+        angles.append([sensor["joint_deg_uncalibrated"] for sensor in line["logger"]["angle_sensors"]])
     assert max(map(abs, rates)) > 40
     for sensor in (2, 3):
-        seen = [row[sensor] for row in angles]
-        assert 30 < max(seen) - min(seen) < 50
+        angles_deg = [row[sensor] for row in angles]
+        assert 30 < max(angles_deg) - min(angles_deg) < 50
     assert max(row[4] for row in angles) - min(row[4] for row in angles) < 2
     assert monitor.interrupt()[0] == 0
 
@@ -171,8 +171,8 @@ def test_a_reader_that_goes_ends_it_quietly(
         assert process.stdout is not None and process.stderr is not None
         assert process.stdout.readline()
         process.stdout.close()
-        said = process.stderr.read()
-    assert said in ("", f"{UNCALIBRATED}\n")
+        error_text = process.stderr.read()
+    assert error_text in ("", f"{UNCALIBRATED}\n")
 
 
 def test_limp_servos_hold_no_angle(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
@@ -185,8 +185,8 @@ def test_limp_servos_hold_no_angle(robot: Served, both: dict[str, str], tfsat_ho
     assert (safe["last_refusal"], safe["fault_explained"]) == ("no_maneuver", None)
     assert safe["last_refusal_explained"]["what"] == "No valid maneuver was uploaded."
     assert monitor.interrupt()[0] == 0
-    said = tfsat_host("monitor", "--for", "0.5", environ=both).stdout
-    assert "last refusal no maneuver: No valid maneuver was uploaded." in said
+    output = tfsat_host("monitor", "--for", "0.5", environ=both).stdout
+    assert "last refusal no maneuver: No valid maneuver was uploaded." in output
     tfsat_host("upload-sequence", 59, 70, environ=both)
     tfsat_host("arm", "--yes", environ=both)
     monitor = Monitor(environ=both)
@@ -196,12 +196,12 @@ def test_limp_servos_hold_no_angle(robot: Served, both: dict[str, str], tfsat_ho
 
 def test_lines_where_there_is_no_terminal(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
     robot.control("release 1")
-    done = tfsat_host("monitor", "--for", "2.5", environ=both)
-    lines = done.stdout.splitlines()
+    process = tfsat_host("monitor", "--for", "2.5", environ=both)
+    lines = process.stdout.splitlines()
     assert len(lines) == 3
     assert "sequencer safe; switches 1 OPEN, 2 closed" in lines[0]
     assert "joints/deg (uncalibrated)" in lines[0]
-    assert "uncalibrated" in done.stderr
+    assert "uncalibrated" in process.stderr
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (120, 40)])
@@ -213,15 +213,15 @@ def test_a_picture_on_a_terminal(robot: Served, both: dict[str, str], columns: i
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     with subprocess.Popen(command, stdout=slave, stderr=slave, env=environ) as process:
         os.close(slave)
-        shown = b""
+        screen_bytes = b""
         try:
             while data := os.read(master, 4096):
-                shown += data
+                screen_bytes += data
         except OSError:  # Linux ends a terminal without writers so
             pass
     os.close(master)
     assert process.returncode == 0
-    text = shown.decode()
+    text = screen_bytes.decode()
     last = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.rsplit("\x1b[2K", 1)[1])
     words = ("sequencer  safe; switches 1 closed, 2 OPEN", "logger     idle", "x / deg/s", "uncalibrated")
     for expected in (*words, "Ctrl-C ends it."):
@@ -238,8 +238,8 @@ def test_without_any_board(tfsat_host: RunCli) -> None:
 
 def test_a_port_that_is_not_there(tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tfsat_host.cli.boards.APPEARANCE_S", 0.0)
-    done = tfsat_host("monitor", "--for", "1", "--port", "nope", "--json", expect=1)
-    assert json.loads(done.stdout)["error"]["code"] == "missing"
+    process = tfsat_host("monitor", "--for", "1", "--port", "nope", "--json", expect=1)
+    assert json.loads(process.stdout)["error"]["code"] == "missing"
 
 
 def test_emulated(tfsat_host: RunCli) -> None:

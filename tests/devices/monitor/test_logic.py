@@ -72,9 +72,9 @@ def test_gaps_are_counted_and_a_restart_of_the_logger_is_none() -> None:
 
 @pytest.fixture
 def robot() -> Iterator[EmulatedRobot]:
-    with EmulatedRobot() as made:
-        made.advance(SETTLE_US)
-        yield made
+    with EmulatedRobot() as emulated_robot:
+        emulated_robot.advance(SETTLE_US)
+        yield emulated_robot
 
 
 @pytest.fixture

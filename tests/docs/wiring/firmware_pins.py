@@ -19,9 +19,9 @@ def source(path: str) -> str:
 
 
 def _one(pattern: str, text: str) -> tuple[str, ...]:
-    found = re.search(pattern, text)
-    assert found, pattern
-    return found.groups()
+    match = re.search(pattern, text)
+    assert match, pattern
+    return match.groups()
 
 
 def sequencer_pins() -> dict[str, str]:
@@ -50,8 +50,8 @@ def logger_pins() -> dict[str, str]:
     analog = re.findall(r"A\d", _one(r"kAnglePins\[\] = \{([^}]*)\}", sketch)[0])
     for index, name in enumerate(analog):
         pins[TEENSY_ANALOG[name]] = f"angle sensor {index // 2 + 1}{'ab'[index % 2]}"
-    one, two, stroke = _one(r"EdgeInputs::Pins\{\{(\d+), (\d+)\}, (\d+)\}", sketch)
-    pins |= {one: "release switch 1", two: "release switch 2", stroke: "stroke line, in"}
+    first_pin, two, stroke = _one(r"EdgeInputs::Pins\{\{(\d+), (\d+)\}, (\d+)\}", sketch)
+    pins |= {first_pin: "release switch 1", two: "release switch 2", stroke: "stroke line, in"}
     assert "pinMode(LED_BUILTIN, OUTPUT)" in sketch
     pins["13"] = "status LED, on the board"
     assert len(pins) == 14

@@ -32,9 +32,9 @@ PROFILE_KEYS = {"notes", "fqbn", "programmer", "platforms", "libraries", "port",
 
 
 def _sketch(name: str) -> dict[str, Any]:
-    found = yaml.safe_load((REPOSITORY / "firmware" / name / "sketch.yaml").read_text(encoding="utf-8"))
-    assert isinstance(found, dict)
-    return found
+    sketch = yaml.safe_load((REPOSITORY / "firmware" / name / "sketch.yaml").read_text(encoding="utf-8"))
+    assert isinstance(sketch, dict)
+    return sketch
 
 
 def _platformio() -> configparser.ConfigParser:
@@ -67,7 +67,7 @@ def test_the_sequencers_profile_is_the_board_and_the_core_that_the_image_is_buil
 
 def test_the_loggers_board_options_are_those_it_is_compiled_with() -> None:
     profile = _sketch("teensy_logger")["profiles"]["teensy41"]
-    assert [one["platform"] for one in profile["platforms"]] == ["teensy:avr (1.59.0)"]
+    assert [platform["platform"] for platform in profile["platforms"]] == ["teensy:avr (1.59.0)"]
     package, architecture, board, options = profile["fqbn"].split(":")
     assert (package, architecture, board) == ("teensy", "avr", "teensy41")
     assert dict(option.split("=") for option in options.split(",")) == {"usb": "serial", "speed": "600"}

@@ -19,15 +19,15 @@ def tree(tmp_path: Path) -> Tree:
 
 
 def test_what_is_committed_is_what_the_data_says() -> None:
-    done = Tree(REPOSITORY).generate("--check")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    process = Tree(REPOSITORY).generate("--check")
+    assert (process.returncode, process.stdout, process.stderr) == (0, "", "")
 
 
 def test_a_changed_value_makes_both_files_stale_until_they_are_written(tree: Tree) -> None:
     tree.spoil('value = "4.7 nF, film or X7R", short = "4.7 nF"', 'value = "4.8 nF", short = "4.8 nF"')
-    done = tree.generate("--check")
-    assert done.returncode == 1
-    assert {line.split()[1] for line in done.stderr.splitlines()} == {"docs/wiring.svg", "docs/wiring.md"}
+    process = tree.generate("--check")
+    assert process.returncode == 1
+    assert {line.split()[1] for line in process.stderr.splitlines()} == {"docs/wiring.svg", "docs/wiring.md"}
     assert tree.generate().returncode == 0
     assert tree.generate("--check").returncode == 0
     for name in ("wiring.svg", "wiring.md"):
@@ -36,9 +36,9 @@ def test_a_changed_value_makes_both_files_stale_until_they_are_written(tree: Tre
 
 def test_a_wiring_that_is_refused_leaves_both_files_alone_and_says_why(tree: Tree) -> None:
     tree.spoil('"R4", "R2 to 5V"', '"R2 to 5V"')
-    done = tree.generate()
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "docs/wiring.toml: R4 is wired 0 times\n"
+    process = tree.generate()
+    assert (process.returncode, process.stdout) == (1, "")
+    assert process.stderr == "docs/wiring.toml: R4 is wired 0 times\n"
 
 
 @pytest.mark.parametrize(

@@ -61,14 +61,14 @@ def _texts() -> list[ET.Element]:
 
 
 def test_every_pin_terminal_part_and_value_is_in_the_drawing() -> None:
-    drawn = {text.text for text in _texts()}
+    drawing_texts = {text.text for text in _texts()}
     wiring = committed()
     for wire in wiring.wires:
-        assert {wire.pin, wire.carries, wire.device, wire.terminal} <= drawn
+        assert {wire.pin, wire.carries, wire.device, wire.terminal} <= drawing_texts
         for element in wire.path:
-            assert {element.part.ref, element.part.short} <= drawn
-            assert element.net in ("", "GND") or element.net in drawn
-    assert {panel.board for panel in wiring.panels} <= drawn
+            assert {element.part.ref, element.part.short} <= drawing_texts
+            assert element.net in ("", "GND") or element.net in drawing_texts
+    assert {panel.board for panel in wiring.panels} <= drawing_texts
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,8 @@ def _area(text: ET.Element) -> Area:
     height = {"s": 12.0, "t": 19.0}.get(text.get("class", ""), 14.0)
     width = 0.58 * height * len(text.text or "")
     x, y = float(text.get("x", "")), float(text.get("y", ""))
-    left = x - {"middle": width / 2, "end": width}.get(text.get("text-anchor", ""), 0.0)
-    return Area(left, left + width, y - 0.75 * height, y)
+    left_x = x - {"middle": width / 2, "end": width}.get(text.get("text-anchor", ""), 0.0)
+    return Area(left_x, left_x + width, y - 0.75 * height, y)
 
 
 def test_no_words_lie_over_others_or_outside() -> None:

@@ -19,14 +19,14 @@ class Branch(NamedTuple):
 def branches(robot: RobotModel) -> list[Branch]:
     """Return every joint once, a parent always before its children."""
     ends = list(enumerate(zip(robot.joint_inner.tolist(), robot.joint_outer.tolist(), strict=True)))
-    found: list[Branch] = []
+    tree_branches: list[Branch] = []
     placed = {robot.base}
     while len(placed) < robot.n_bodies:
         for joint, (inner, outer) in ends:
             if inner in placed and outer not in placed:
-                found.append(Branch(joint, inner, outer, 1.0))
+                tree_branches.append(Branch(joint, inner, outer, 1.0))
                 placed.add(outer)
             elif outer in placed and inner not in placed:
-                found.append(Branch(joint, outer, inner, -1.0))
+                tree_branches.append(Branch(joint, outer, inner, -1.0))
                 placed.add(inner)
-    return found
+    return tree_branches

@@ -29,8 +29,8 @@ def columns(path: Path) -> dict[str, list[float]]:
 
 
 def test_the_papers_maneuver_for_people(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("simulate", 58.75, 70.29)
-    assert shown.stderr == ""
+    process = tfsat_host("simulate", 58.75, 70.29)
+    assert process.stderr == ""
     for text in (
         "drop tower robot, followed by its body 3",
         "without angular momentum",
@@ -39,7 +39,7 @@ def test_the_papers_maneuver_for_people(tfsat_host: RunCli) -> None:
         "+58.75",
         "1.82",
     ):
-        assert text in shown.stdout
+        assert text in process.stdout
 
 
 def test_the_papers_maneuver_in_json(tfsat_host: RunCli) -> None:
@@ -86,9 +86,9 @@ def test_an_open_path_says_whose_rotation_it_is(tfsat_host: RunCli) -> None:
     default = tfsat_host.json("simulate", "--file", "open.toml")
     assert not default["closed"]
     assert by_name["reorientation_deg"] - default["reorientation_deg"] == pytest.approx(40.0, abs=0.1)
-    shown = tfsat_host("simulate", "--file", "open.toml")
-    assert "depends on the base body: this is that of body 3" in shown.stderr
-    assert "has turned by / deg" in shown.stdout
+    process = tfsat_host("simulate", "--file", "open.toml")
+    assert "depends on the base body: this is that of body 3" in process.stderr
+    assert "has turned by / deg" in process.stdout
 
 
 def test_five_bodies_move_within_their_own_limits(tfsat_host: RunCli, five: Path) -> None:
@@ -181,9 +181,9 @@ def test_measured_angles_need_not_keep_the_limits(tfsat_host: RunCli) -> None:
 
 def test_a_history_that_cannot_be_understood(tfsat_host: RunCli) -> None:
     (tfsat_host.folder / "h.csv").write_text("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,0\n1,0,x,0\n")
-    shown = tfsat_host("simulate", "--history", "h.csv", expect=1)
+    process = tfsat_host("simulate", "--history", "h.csv", expect=1)
     for text in ("h.csv:3: theta2_deg is 'x'", "nothing was simulated", "Write a number there"):
-        assert text in shown.stderr
+        assert text in process.stderr
 
 
 @pytest.mark.parametrize(
@@ -210,10 +210,10 @@ def test_arguments_that_make_no_sense(tfsat_host: RunCli, arguments: tuple[str, 
 
 def test_a_maneuver_through_the_gimbal_lock_warns_of_nothing(tfsat_host: RunCli) -> None:
     write(tfsat_host.folder / "still.toml")
-    shown = tfsat_host(
+    process = tfsat_host(
         "simulate", "--file", "still.toml", "--initial-rate", 0, 90, 0, "--until", 2, "--out", "tumble.csv"
     )
-    assert shown.stderr == ""
+    assert process.stderr == ""
     assert max(columns(tfsat_host.folder / "tumble.csv")["body3_euler_y_deg"]) > 85.0
 
 
@@ -250,10 +250,12 @@ def test_a_slow_maneuver_takes_as_long_as_it_takes(tfsat_host: RunCli) -> None:
 
 
 def test_one_rigid_body_flies_but_no_maneuver_moves_it(tfsat_host: RunCli, tmp_path: Path) -> None:
-    one = random_robot(tmp_path, 3, 1).path
-    result = tfsat_host.json("simulate", "--robot", one, "--initial-rate", 10, 20, 30, "--out", "one.csv")
+    robot_path = random_robot(tmp_path, 3, 1).path
+    result = tfsat_host.json(
+        "simulate", "--robot", robot_path, "--initial-rate", 10, 20, 30, "--out", "one.csv"
+    )
     assert result["reorientation_deg"] > 10.0 and len(result["bodies"]) == 1
-    assert "no joints" in tfsat_host.json("simulate", 5, 5, "--robot", one, expect=2)["error"]["what"]
+    assert "no joints" in tfsat_host.json("simulate", 5, 5, "--robot", robot_path, expect=2)["error"]["what"]
 
 
 def test_what_cannot_be_simulated_was_not_to_be_sent_anywhere(tfsat_host: RunCli, tmp_path: Path) -> None:

@@ -43,15 +43,15 @@ def test_how_they_grow_with_a_small_turn_is_their_numerical_derivative(
         )
         columns.append(wrap_angle(after - before) / (2.0 * step))
     near_lock = 1.0 / np.cos(zyx[1])
-    found = euler_zyx_by_turn(attitude.as_matrix())
-    assert found == pytest.approx(np.column_stack(columns), abs=1e-8 * near_lock**3)
+    derivative = euler_zyx_by_turn(attitude.as_matrix())
+    assert derivative == pytest.approx(np.column_stack(columns), abs=1e-8 * near_lock**3)
 
 
 def test_how_they_grow_is_told_of_many_attitudes_at_once() -> None:
     turns = Rotation.random(12, rng=np.random.default_rng(2)).as_matrix().reshape(3, 4, 3, 3)
-    found = euler_zyx_by_turn(turns)
-    assert found.shape == (3, 4, 3, 3)
-    assert found[2, 1] == pytest.approx(euler_zyx_by_turn(turns[2, 1]))
+    derivatives = euler_zyx_by_turn(turns)
+    assert derivatives.shape == (3, 4, 3, 3)
+    assert derivatives[2, 1] == pytest.approx(euler_zyx_by_turn(turns[2, 1]))
 
 
 @pytest.mark.parametrize("y_deg", [90.0, -90.0])

@@ -38,8 +38,8 @@ def flown(
     rate_rad_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None = None,
     speed_deg_s: float = 170.0,
 ) -> Simulation:
-    asked = replace(maneuver(*strokes), speed_deg_s=speed_deg_s)
-    schedule = schedule_maneuver(asked, robot_limits(robot))
+    requested_maneuver = replace(maneuver(*strokes), speed_deg_s=speed_deg_s)
+    schedule = schedule_maneuver(requested_maneuver, robot_limits(robot))
     return fly(robot, schedule, until_s=until_s, base=base, initial_rate_rad_s=rate_rad_s)
 
 
@@ -157,20 +157,20 @@ def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> No
     assert np.degrees(closed.flight.angles_rad[0]) == pytest.approx(np.full(4, 30.0))
     assert closed.is_closed
     turned = Rotation.from_matrix(closed.rotations())
-    assert max(apart_deg(one, turned[0]) for one in turned) < 1e-5
+    assert max(apart_deg(rotation, turned[0]) for rotation in turned) < 1e-5
 
 
 def test_a_history_is_flown_until_any_time_in_it() -> None:
     robot = load_robot()
     t_s = np.linspace(0.0, 2.0, 41)
     history = history_from_samples(t_s, np.outer(np.sin(2.0 * t_s), [0.6, 0.9, 0.3]))
-    whole = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
+    full_simulation = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
     for until_s in (0.35, 2.0, 2.4):
         part = fly(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)
         assert part.flight.t_s[-1] == until_s
         assert part.flight.angles_rad[-1] == pytest.approx(history.angles_rad(np.array(until_s)))
     middle = fly(robot, history, until_s=1.25, initial_rate_rad_s=RATE_RAD_S)
-    there = int(np.argmin(np.abs(whole.flight.t_s - 1.25)))
-    assert whole.flight.t_s[there] == pytest.approx(1.25)
-    reached = Rotation.from_quat(whole.flight.quaternion_xyzw[there])
+    there = int(np.argmin(np.abs(full_simulation.flight.t_s - 1.25)))
+    assert full_simulation.flight.t_s[there] == pytest.approx(1.25)
+    reached = Rotation.from_quat(full_simulation.flight.quaternion_xyzw[there])
     assert apart_deg(final(middle), reached) < 2e-4

@@ -29,9 +29,9 @@ DEFAULT = DesignSettings()
 
 
 @functools.cache
-def design(robot: RobotModel, asked: DesignSettings = DEFAULT) -> Design:
+def design(robot: RobotModel, settings: DesignSettings = DEFAULT) -> Design:
     """Return a design, computed once for all tests that use it."""
-    return designed(robot, asked)
+    return designed(robot, settings)
 
 
 # The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
@@ -39,16 +39,16 @@ PAPERS_TIME_S = 2 * (58.75 + 70.29) / 170.0
 
 
 def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotModel) -> None:
-    found = design(drop_tower, DesignSettings(time_limit_s=PAPERS_TIME_S))
-    best = found.optimum
+    solution = design(drop_tower, DesignSettings(time_limit_s=PAPERS_TIME_S))
+    best = solution.optimum
     assert best.sequence == (1, 2, -1, -2)
     assert best.alpha_deg == pytest.approx([60.06, 68.98, 0.0], abs=0.01)
     assert best.reorientation_deg == pytest.approx(26.126, abs=0.001)
     assert best.rotation_vector_deg[2] == pytest.approx(-26.12, abs=0.01)
     assert best.duration_s == pytest.approx(PAPERS_TIME_S, abs=1e-9)
     assert best.efficiency == pytest.approx(0.1012, abs=0.0001)
-    assert found.summit.residual < 1e-6
-    papers = candidate(found.problem, np.radians([58.75, 70.29, 0.0]), (1, 2, 3, -1, -2, -3))
+    assert solution.summit.residual < 1e-6
+    papers = candidate(solution.problem, np.radians([58.75, 70.29, 0.0]), (1, 2, 3, -1, -2, -3))
     assert papers.reorientation_deg == pytest.approx(26.112, abs=0.001)
     assert 0.0 < best.reorientation_deg - papers.reorientation_deg < 0.015
 
@@ -56,13 +56,13 @@ def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotMod
 @pytest.mark.parametrize("time_limit_s", [0.05, 0.2, 1.0])
 def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: float) -> None:
     """Share a short time nearly evenly between two joints, and leave no joint to move alone."""
-    found = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
-    assert found.gap_deg is not None
-    assert found.gap_deg >= -1e-9
-    even = found.problem.farthest_rad(0.25 * time_limit_s) * [1, 1, 0]
-    assert found.optimum.alpha_deg[:2] == pytest.approx(np.degrees(even[:2]), rel=0.1)
-    shared = candidate(found.problem, even, (1, 2, 3, -1, -2, -3))
-    assert found.optimum.reorientation_deg >= shared.reorientation_deg > 0.0
+    solution = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    assert solution.gap_deg is not None
+    assert solution.gap_deg >= -1e-9
+    even = solution.problem.farthest_rad(0.25 * time_limit_s) * [1, 1, 0]
+    assert solution.optimum.alpha_deg[:2] == pytest.approx(np.degrees(even[:2]), rel=0.1)
+    shared = candidate(solution.problem, even, (1, 2, 3, -1, -2, -3))
+    assert solution.optimum.reorientation_deg >= shared.reorientation_deg > 0.0
 
 
 @settings(max_examples=60)
@@ -81,11 +81,11 @@ def test_strokes_take_what_the_servos_need(
     assert taken_s == pytest.approx(flown_s, abs=2e-9)
     back = np.array([problem.farthest_rad(s)[j] for j, s in enumerate(taken_s)])
     assert back == pytest.approx(size, abs=1e-9)
-    kept = problem.within_time(size)
-    assert problem.keeps_time(kept) and (kept <= size).all()
+    limited_size = problem.within_time(size)
+    assert problem.keeps_time(limited_size) and (limited_size <= size).all()
     if not problem.keeps_time(size):
-        assert problem.duration_s(kept) == pytest.approx(time_limit_s, rel=1e-9)
-        assert not problem.keeps_time(1.0001 * kept)
+        assert problem.duration_s(limited_size) == pytest.approx(time_limit_s, rel=1e-9)
+        assert not problem.keeps_time(1.0001 * limited_size)
     step = 1e-7
     slope = (problem.stroke_s(size + step) - problem.stroke_s(size)) / step
     assert (
@@ -96,8 +96,8 @@ def test_strokes_take_what_the_servos_need(
 
 @pytest.mark.parametrize("time_limit_s", [0.4, 1.0, 1.7])
 def test_every_stroke_has_ended_when_the_next_begins(drop_tower: RobotModel, time_limit_s: float) -> None:
-    found = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
-    schedule = schedule_maneuver(found.maneuver(found.optimum))
+    solution = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    schedule = schedule_maneuver(solution.maneuver(solution.optimum))
     ends_s = arrivals_s(drop_tower, schedule)
     starts_s = [stroke.t_s for stroke in schedule.strokes]
     assert all(end_s <= start_s + 1e-9 for end_s, start_s in zip(ends_s, starts_s[1:], strict=False))
@@ -107,10 +107,10 @@ def test_every_stroke_has_ended_when_the_next_begins(drop_tower: RobotModel, tim
 
 def test_the_swarms_point_is_climbed_from_as_well(five_bodies: RobotModel) -> None:
     """Whatever a coarse grid misses, the optimum is never below the swarm."""
-    found = design(five_bodies, DesignSettings(joints=(0, 1, 3)))
-    assert found.gap_deg is not None
-    assert found.gap_deg >= -1e-6
-    assert found.optimum.reorientation_deg > 0.0
+    solution = design(five_bodies, DesignSettings(joints=(0, 1, 3)))
+    assert solution.gap_deg is not None
+    assert solution.gap_deg >= -1e-6
+    assert solution.optimum.reorientation_deg > 0.0
 
 
 @pytest.mark.parametrize("alternating", [False, True])
@@ -118,12 +118,12 @@ def test_the_swarms_point_is_climbed_from_as_well(five_bodies: RobotModel) -> No
 def test_the_swarm_comes_near_and_never_beats_the_optimum(
     drop_tower: RobotModel, seed: int, alternating: bool
 ) -> None:
-    found = design(drop_tower, DesignSettings(seed=seed, alternating=alternating))
-    assert found.gap_deg is not None
-    assert 0.0 <= found.gap_deg < 1.0
-    assert found.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
-    assert found.swarm.duration_s < 1.5 + 1e-4
-    assert found.swarm.alpha_deg[:2] == pytest.approx([59.4, 68.1], abs=6.0)
+    solution = design(drop_tower, DesignSettings(seed=seed, alternating=alternating))
+    assert solution.gap_deg is not None
+    assert 0.0 <= solution.gap_deg < 1.0
+    assert solution.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
+    assert solution.swarm.duration_s < 1.5 + 1e-4
+    assert solution.swarm.alpha_deg[:2] == pytest.approx([59.4, 68.1], abs=6.0)
 
 
 def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> None:
@@ -177,10 +177,10 @@ def test_the_highest_summit_is_not_the_one_below_the_best_grid_point(drop_tower:
 
 
 def test_without_a_time_limit_joints_1_and_2_open_all_the_way(drop_tower: RobotModel) -> None:
-    found = design(drop_tower, DesignSettings(joints=(0, 1), time_limit_s=10.0))
-    assert found.optimum.alpha_deg == pytest.approx([90.0, 90.0])
-    assert found.optimum.reorientation_deg == pytest.approx(39.4, abs=0.05)
-    assert found.summit.gain_rad_s == 0.0
+    solution = design(drop_tower, DesignSettings(joints=(0, 1), time_limit_s=10.0))
+    assert solution.optimum.alpha_deg == pytest.approx([90.0, 90.0])
+    assert solution.optimum.reorientation_deg == pytest.approx(39.4, abs=0.05)
+    assert solution.summit.gain_rad_s == 0.0
 
 
 def test_more_time_gives_what_the_optimum_says_it_gives(drop_tower: RobotModel) -> None:
@@ -210,10 +210,10 @@ def test_a_climb_ends_where_nothing_rises(drop_tower: RobotModel) -> None:
 
 
 def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: RobotModel) -> None:
-    found = design(drop_tower)
-    maneuver = found.maneuver(found.optimum, "designed")
+    solution = design(drop_tower)
+    maneuver = solution.maneuver(solution.optimum, "designed")
     assert sum(abs(stroke.angle_deg) for stroke in maneuver.strokes) / maneuver.speed_deg_s <= 1.5
-    for stroke, exact in zip(maneuver.strokes, found.optimum.alpha_deg[[0, 1, 0, 1]], strict=True):
+    for stroke, exact in zip(maneuver.strokes, solution.optimum.alpha_deg[[0, 1, 0, 1]], strict=True):
         assert abs(exact - abs(stroke.angle_deg)) < 0.0101
     schedule = schedule_maneuver(maneuver)
     assert [s.joint for s in schedule.strokes] == [1, 2, 1, 2]
@@ -221,22 +221,22 @@ def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: Rob
 
 
 def test_the_reported_rotation_is_that_of_the_reported_sequence(drop_tower: RobotModel) -> None:
-    found = design(drop_tower, DesignSettings(joints=(0, 1, 2), limit_deg=(30.0, 30.0, 90.0)))
-    best = found.optimum
+    solution = design(drop_tower, DesignSettings(joints=(0, 1, 2), limit_deg=(30.0, 30.0, 90.0)))
+    best = solution.optimum
     joints = [abs(s) - 1 for s in best.sequence]
     deltas = np.radians([np.copysign(best.alpha_deg[abs(s) - 1], s) for s in best.sequence])
-    vector = np.degrees(rotation_vector_rad(path_rotation(found.problem.body, joints, deltas)))
+    vector = np.degrees(rotation_vector_rad(path_rotation(solution.problem.body, joints, deltas)))
     assert vector == pytest.approx(best.rotation_vector_deg, abs=1e-6)
     assert (best.alpha_deg <= np.array([30.0, 30.0, 90.0]) + 1e-9).all()
 
 
 def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> None:
     """Five bodies in a tree: a joint that only closes from its start pose moves out by negative angles."""
-    found = design(five_bodies, DesignSettings(joints=(0, 1, 2), time_limit_s=3.0))
-    best = found.optimum
+    solution = design(five_bodies, DesignSettings(joints=(0, 1, 2), time_limit_s=3.0))
+    best = solution.optimum
     low, high = np.degrees(five_bodies.joint_limits_rad).T
     start = np.degrees([servo.start_rad for servo in five_bodies.servos])
-    pose, strokes = start.copy(), found.maneuver(best).strokes
+    pose, strokes = start.copy(), solution.maneuver(best).strokes
     for stroke in strokes:
         pose[stroke.joint - 1] += stroke.angle_deg
         assert (pose >= low - 1e-9).all()
@@ -244,10 +244,12 @@ def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> N
     assert pose == pytest.approx(start)
     joints, deltas = [s.joint - 1 for s in strokes], np.radians([s.angle_deg for s in strokes])
     rotation = path_rotation(Multibody.of(five_bodies), joints, deltas, start_rad=np.radians(start), steps=16)
-    flown = float(np.degrees(rotation_angle_rad(rotation)))
-    assert flown == pytest.approx(best.reorientation_deg, abs=0.01)  # displacements were rounded down
-    assert best.reorientation_deg == pytest.approx(np.degrees(found.summit.reorientation_rad), abs=1e-3)
-    assert found.problem.steps > 2  # its strokes need more than the drop tower robot's
+    reorientation_deg = float(np.degrees(rotation_angle_rad(rotation)))
+    assert reorientation_deg == pytest.approx(
+        best.reorientation_deg, abs=0.01
+    )  # displacements were rounded down
+    assert best.reorientation_deg == pytest.approx(np.degrees(solution.summit.reorientation_rad), abs=1e-3)
+    assert solution.problem.steps > 2  # its strokes need more than the drop tower robot's
 
 
 def test_joints_that_may_turn_to_both_sides_are_searched_on_both(drop_tower: RobotModel) -> None:
@@ -262,17 +264,19 @@ def test_joints_that_may_turn_to_both_sides_are_searched_on_both(drop_tower: Rob
 
 
 def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> None:
-    found = design(drop_tower)
-    flown, maneuver = found.round_candidate(found.optimum), found.maneuver(found.optimum)
+    solution = design(drop_tower)
+    candidate, maneuver = solution.round_candidate(solution.optimum), solution.maneuver(solution.optimum)
     joints, deltas = (
         [s.joint - 1 for s in maneuver.strokes],
         np.radians([s.angle_deg for s in maneuver.strokes]),
     )
-    rotation = path_rotation(found.problem.body, joints, deltas, steps=16)
-    assert flown.reorientation_deg == pytest.approx(float(np.degrees(rotation_angle_rad(rotation))), abs=1e-9)
-    assert flown.duration_s == pytest.approx(np.degrees(np.abs(deltas).sum()) / 170.0)
-    assert flown.sequence == found.optimum.sequence
-    assert abs(found.optimum.reorientation_deg - flown.reorientation_deg) < 1e-4
+    rotation = path_rotation(solution.problem.body, joints, deltas, steps=16)
+    assert candidate.reorientation_deg == pytest.approx(
+        float(np.degrees(rotation_angle_rad(rotation))), abs=1e-9
+    )
+    assert candidate.duration_s == pytest.approx(np.degrees(np.abs(deltas).sum()) / 170.0)
+    assert candidate.sequence == solution.optimum.sequence
+    assert abs(solution.optimum.reorientation_deg - candidate.reorientation_deg) < 1e-4
 
 
 @settings(max_examples=40)
@@ -284,10 +288,10 @@ def test_what_is_commanded_is_near_and_keeps_time_and_limits(
     drop_tower: RobotModel, time_limit_s: float, shares: list[float]
 ) -> None:
     problem = Problem.of(drop_tower, DesignSettings(time_limit_s=time_limit_s))
-    wanted = np.degrees(problem.within_time(np.radians(90.0) * np.array(shares)))
-    commanded = problem.commanded_deg(wanted)
+    desired_deg = np.degrees(problem.within_time(np.radians(90.0) * np.array(shares)))
+    commanded = problem.commanded_deg(desired_deg)
     assert commanded * 100 == pytest.approx(np.rint(commanded * 100), abs=1e-6)
-    assert np.abs(commanded - wanted).max() <= 0.0151
+    assert np.abs(commanded - desired_deg).max() <= 0.0151
     assert problem.duration_s(np.radians(commanded)) <= time_limit_s + 1e-8
     assert (commanded >= 0.0).all()
     assert (commanded <= 90.0).all()
@@ -300,15 +304,15 @@ def test_turns_end_with_the_best_of_their_rounds(
     rounds: list[float] = []
 
     def lessening(*args: Any) -> SwarmOptimum:
-        found = minimize(*args)
-        rounds.append(found.value + 0.01 * len(rounds))
-        return replace(found, value=rounds[-1])
+        swarm_optimum = minimize(*args)
+        rounds.append(swarm_optimum.value + 0.01 * len(rounds))
+        return replace(swarm_optimum, value=rounds[-1])
 
     monkeypatch.setattr("tfsat_host.plan.design.minimize", lessening)
-    asked = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
-    found, _ = search(Problem.of(drop_tower, asked), asked)
+    settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
+    optimum, _ = search(Problem.of(drop_tower, settings), settings)
     assert len(rounds) > 1
-    assert found.value == min(rounds)
+    assert optimum.value == min(rounds)
 
 
 def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:

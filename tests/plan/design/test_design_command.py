@@ -17,16 +17,16 @@ _design = planning.design
 
 
 @functools.cache
-def _designed(path: Path, asked: DesignSettings) -> planning.Design:
-    return _design(load_robot(path), asked)
+def _designed(path: Path, settings: DesignSettings) -> planning.Design:
+    return _design(load_robot(path), settings)
 
 
 @pytest.fixture(autouse=True)
 def _each_design_once(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Commands that design the same share it, but for the test that compares two designs."""
 
-    def design(robot: RobotModel, asked: DesignSettings, _progress: object) -> planning.Design:
-        return _designed(robot.path, asked)
+    def design(robot: RobotModel, settings: DesignSettings, _progress: object) -> planning.Design:
+        return _designed(robot.path, settings)
 
     if "same_bytes" not in request.node.name:
         monkeypatch.setattr(planning, "design", design)
@@ -41,12 +41,12 @@ def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
     assert designed["duration_s"] == pytest.approx(1.5)
     assert [abs(s["angle_deg"]) for s in designed["schedule"]] == [59.4, 68.1, 59.4, 68.1]
     assert all(check["passed"] for check in designed["checks"])
-    flown = tfsat_host.json("simulate", "--file", "maneuver.toml")
-    assert flown["reorientation_deg"] == pytest.approx(designed["reorientation_deg"], abs=1e-6)
-    assert f"{flown['reorientation_deg']:.3f} deg" in (tfsat_host.folder / "maneuver.toml").read_text()
-    shown = tfsat_host.json("upload-sequence", "--file", "maneuver.toml", "--dry-run")
-    assert shown["schedule"] == designed["schedule"]
-    assert shown["end_s"] == designed["end_s"]
+    simulation = tfsat_host.json("simulate", "--file", "maneuver.toml")
+    assert simulation["reorientation_deg"] == pytest.approx(designed["reorientation_deg"], abs=1e-6)
+    assert f"{simulation['reorientation_deg']:.3f} deg" in (tfsat_host.folder / "maneuver.toml").read_text()
+    upload = tfsat_host.json("upload-sequence", "--file", "maneuver.toml", "--dry-run")
+    assert upload["schedule"] == designed["schedule"]
+    assert upload["end_s"] == designed["end_s"]
 
 
 def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
@@ -61,31 +61,41 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
 
 
 def test_a_person_reads_both_results_and_what_to_type_next(tfsat_host: RunCli) -> None:
-    done = tfsat_host("design", "--joints", "2, 1", "--time-limit", "1.518", "--out", "mine.toml")
-    assert "+2 +1 -2 -1" in done.stdout or "+1 +2 -1 -2" in done.stdout
-    assert "26.123" in done.stdout
-    assert "tfsat-host upload-sequence --file mine.toml" in done.stdout
-    assert "all 11 checks passed" in done.stdout
+    process = tfsat_host("design", "--joints", "2, 1", "--time-limit", "1.518", "--out", "mine.toml")
+    assert "+2 +1 -2 -1" in process.stdout or "+1 +2 -1 -2" in process.stdout
+    assert "26.123" in process.stdout
+    assert "tfsat-host upload-sequence --file mine.toml" in process.stdout
+    assert "all 11 checks passed" in process.stdout
 
 
 def test_everything_can_be_set(tfsat_host: RunCli) -> None:
     settings = ("--particles", 5, "--iterations", 3, "--inertia", "0.5,0.5", "--own-best", "1,1")
-    more = ("--best-of-all", "2,2", "--penalty", "1e3", "--limit", "50,60", "--speed", 100, "--alternating")
-    found = tfsat_host.json("design", "--joints", "1,2", *settings, *more)
-    assert len(found["swarm"]["best_objective_deg"]) == 4
-    assert found["swarm"]["evaluations"] == 5 * 4
-    assert found["optimum"]["alpha_deg"][0] <= 50.0
-    assert sum(found["optimum"]["alpha_deg"]) == pytest.approx(75.0)
+    other_settings = (
+        "--best-of-all",
+        "2,2",
+        "--penalty",
+        "1e3",
+        "--limit",
+        "50,60",
+        "--speed",
+        100,
+        "--alternating",
+    )
+    result = tfsat_host.json("design", "--joints", "1,2", *settings, *other_settings)
+    assert len(result["swarm"]["best_objective_deg"]) == 4
+    assert result["swarm"]["evaluations"] == 5 * 4
+    assert result["optimum"]["alpha_deg"][0] <= 50.0
+    assert sum(result["optimum"]["alpha_deg"]) == pytest.approx(75.0)
     assert tomllib.loads((tfsat_host.folder / "maneuver.toml").read_text())["speed_deg_s"] == 100.0
 
 
 def test_a_robot_in_orbit_has_no_sequencer_and_no_drop_tower(tfsat_host: RunCli) -> None:
-    done = tfsat_host("design", "--robot", "cubesat_3u", "--time-limit", 12)
-    assert "39.408" in done.stdout
-    assert done.stderr.count("\n") == 1  # progress alone
-    assert "upload-sequence" not in done.stdout
+    process = tfsat_host("design", "--robot", "cubesat_3u", "--time-limit", 12)
+    assert "39.408" in process.stdout
+    assert process.stderr.count("\n") == 1  # progress alone
+    assert "upload-sequence" not in process.stdout
     command = "simulate --file maneuver.toml --robot cubesat_3u"
-    assert f"Next: tfsat-host {command}" in done.stdout
+    assert f"Next: tfsat-host {command}" in process.stdout
     assert tfsat_host.json(*command.split())["reorientation_deg"] == pytest.approx(39.408, abs=1e-3)
     designed = tfsat_host.json("design", "--robot", "cubesat_3u", "--time-limit", 12)
     assert designed["schedule"] is None
@@ -94,9 +104,9 @@ def test_a_robot_in_orbit_has_no_sequencer_and_no_drop_tower(tfsat_host: RunCli)
 
 
 def test_what_the_sequencer_refuses_is_said(tfsat_host: RunCli) -> None:
-    done = tfsat_host("design", "--time-limit", 3)
-    assert "sequencer would refuse it" in done.stderr
-    assert "upload-sequence" not in done.stdout
+    process = tfsat_host("design", "--time-limit", 3)
+    assert "sequencer would refuse it" in process.stderr
+    assert "upload-sequence" not in process.stdout
 
 
 @pytest.mark.parametrize(
@@ -104,30 +114,30 @@ def test_what_the_sequencer_refuses_is_said(tfsat_host: RunCli) -> None:
     [(("--time-limit", "1.6"), "stroke-time"), (("--joints", "1,3"), "transversal-velocity")],
 )
 def test_what_fails_a_check_is_not_recommended(tfsat_host: RunCli, args: tuple[str, ...], check: str) -> None:
-    done = tfsat_host("design", *args, expect=3)
-    assert f"The check {check} failed" in done.stderr
-    assert "Do not fly it" in done.stdout
-    assert "upload-sequence" not in done.stdout
+    process = tfsat_host("design", *args, expect=3)
+    assert f"The check {check} failed" in process.stderr
+    assert "Do not fly it" in process.stdout
+    assert "upload-sequence" not in process.stdout
     tfsat_host("envelope", "--file", "maneuver.toml", expect=3)
 
 
 def test_a_speed_that_no_servo_reaches_is_said(tfsat_host: RunCli) -> None:
-    done = tfsat_host("design", "--speed", 300, expect=None)
-    assert "above the greatest rate of the servos" in done.stderr
+    process = tfsat_host("design", "--speed", 300, expect=None)
+    assert "above the greatest rate of the servos" in process.stderr
 
 
 def test_a_penalty_too_small_for_the_time_is_said(tfsat_host: RunCli) -> None:
-    done = tfsat_host("design", "--penalty", 1)
-    assert "longer than the time limit" in done.stderr
-    assert "behind the optimum" not in done.stdout
+    process = tfsat_host("design", "--penalty", 1)
+    assert "longer than the time limit" in process.stderr
+    assert "behind the optimum" not in process.stdout
     assert tfsat_host.json("design", "--penalty", 1)["swarm_behind_optimum_deg"] is None
 
 
 def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
     file = tfsat_host.folder / "maneuver.toml"
     file.write_text("mine")
-    done = tfsat_host("design", expect=1)
-    assert "was not made by this command" in done.stderr
+    process = tfsat_host("design", expect=1)
+    assert "was not made by this command" in process.stderr
     assert file.read_text() == "mine"
     tfsat_host("design", "--force")
     tfsat_host("design")  # over its own
@@ -158,6 +168,6 @@ def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
 )
 def test_what_cannot_be_designed_is_said(tfsat_host: RunCli, args: tuple[str, ...], words: str) -> None:
     expected = 1 if "--robot" in args else 2
-    done = tfsat_host("design", *args, expect=expected)
-    assert words in done.stderr
+    process = tfsat_host("design", *args, expect=expected)
+    assert words in process.stderr
     assert not (tfsat_host.folder / "maneuver.toml").exists()

@@ -35,24 +35,24 @@ def test_the_spread_is_that_of_drawn_robots(
 ) -> None:
     robot = uncertain.robot
     problem = Problem.of(robot, DesignSettings(time_limit_s=4.0))
-    found = uncertain.spread(problem, sequence, np.radians(displacements_deg))
+    spread = uncertain.spread(problem, sequence, np.radians(displacements_deg))
     size = dict(enumerate(np.radians(displacements_deg), start=1))
     strokes = [
-        PlannedStroke(abs(one) - 1, math.copysign(size[abs(one)], one), 10.0 * k)
-        for k, one in enumerate(sequence)
+        PlannedStroke(abs(signed_joint) - 1, math.copysign(size[abs(signed_joint)], signed_joint), 10.0 * k)
+        for k, signed_joint in enumerate(sequence)
     ]
     parameters = Parameters.of(robot, Plan.of(robot, strokes, problem.speed_rad_s))
-    drawn = run_locally(Study(parameters, error_sources(parameters, uncertain.stated), 4000, 1), workers=1)
-    assert math.degrees(found.mean_rad) == pytest.approx(drawn.reorientation_deg.mean(), abs=0.15)
-    assert math.degrees(found.std_rad) == pytest.approx(drawn.reorientation_deg.std(), rel=0.06)
+    outcomes = run_locally(Study(parameters, error_sources(parameters, uncertain.stated), 4000, 1), workers=1)
+    assert math.degrees(spread.mean_rad) == pytest.approx(outcomes.reorientation_deg.mean(), abs=0.15)
+    assert math.degrees(spread.std_rad) == pytest.approx(outcomes.reorientation_deg.std(), rel=0.06)
 
 
 def test_a_robot_that_is_exactly_as_filed_has_no_spread(drop_tower: RobotModel) -> None:
     problem = Problem.of(drop_tower, DesignSettings())
     exact = Uncertain(drop_tower, Uncertainty(servo_speed_relative=0.1))
-    found = exact.spread(problem, FOUR, np.radians([59.0, 70.0, 0.0]))
-    assert found.std_rad == 0.0
-    assert math.degrees(found.mean_rad) == pytest.approx(25.9, abs=0.3)
+    spread = exact.spread(problem, FOUR, np.radians([59.0, 70.0, 0.0]))
+    assert spread.std_rad == 0.0
+    assert math.degrees(spread.mean_rad) == pytest.approx(25.9, abs=0.3)
 
 
 @pytest.mark.parametrize("k", [1.0, 3.0])
@@ -64,18 +64,18 @@ def test_no_point_of_a_grid_is_better(uncertain: Uncertain, k: float) -> None:
     """
     stated = Uncertainty(stroke_rad=math.radians(4.0), com_m=0.002)
     robot = replace(uncertain.robot, uncertainty=stated)
-    found = design(robot, DesignSettings(joints=(0, 1), time_limit_s=1.6, robust=k)).robust
-    assert isinstance(found, Robust) and found.k == k
-    assert found.spread.less(k) >= found.of_optimum.less(k) - 1e-12
+    robust_design = design(robot, DesignSettings(joints=(0, 1), time_limit_s=1.6, robust=k)).robust
+    assert isinstance(robust_design, Robust) and robust_design.k == k
+    assert robust_design.spread.less(k) >= robust_design.of_optimum.less(k) - 1e-12
     problem = Problem.of(robot, DesignSettings(joints=(0, 1), time_limit_s=1.6))
-    assert problem.keeps_time(np.radians(np.abs(found.maneuver.alpha_deg)))
+    assert problem.keeps_time(np.radians(np.abs(robust_design.maneuver.alpha_deg)))
     best = max(
         Uncertain(robot, stated).spread(problem, FOUR, np.radians(pair)).less(k)
         for pair in itertools.product(np.arange(10.0, 91.0, 5.0), repeat=2)
         if problem.keeps_time(np.radians(pair))
     )
-    assert found.spread.less(k) >= best - 1e-9
-    assert math.degrees(found.spread.less(k) - best) < 0.5, "and the grid comes near it"
+    assert robust_design.spread.less(k) >= best - 1e-9
+    assert math.degrees(robust_design.spread.less(k) - best) < 0.5, "and the grid comes near it"
 
 
 @pytest.mark.parametrize("k", [-1.0, math.nan, 11.0])
@@ -92,15 +92,15 @@ def test_without_uncertainties_there_is_nothing_to_be_robust_against(drop_tower:
 
 def test_the_command_writes_the_robust_maneuver_and_compares(tfsat_host: RunCli) -> None:
     plain = tfsat_host.json("design", "--out", "plain.toml")
-    found = tfsat_host.json("design", "--robust", 3, "--out", "robust.toml")
+    result = tfsat_host.json("design", "--robust", 3, "--out", "robust.toml")
     assert plain["robust"] is None
-    robust = found["robust"]
+    robust = result["robust"]
     assert robust["k"] == 3.0 and robust["std_deg"] < robust["optimum_std_deg"]
     assert (
         robust["mean_deg"] - 3 * robust["std_deg"]
         > robust["optimum_mean_deg"] - 3 * robust["optimum_std_deg"]
     )
-    assert found["alpha_deg"] == pytest.approx(robust["alpha_deg"], abs=0.01)
-    assert found["optimum"]["reorientation_deg"] == plain["optimum"]["reorientation_deg"]
-    shown = tfsat_host("design", "--robust", 3, "--out", "robust.toml").stdout
-    assert "the robust maneuver turns by" in " ".join(shown.split()) and "\n robust " in shown
+    assert result["alpha_deg"] == pytest.approx(robust["alpha_deg"], abs=0.01)
+    assert result["optimum"]["reorientation_deg"] == plain["optimum"]["reorientation_deg"]
+    output = tfsat_host("design", "--robust", 3, "--out", "robust.toml").stdout
+    assert "the robust maneuver turns by" in " ".join(output.split()) and "\n robust " in output

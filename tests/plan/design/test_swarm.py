@@ -27,10 +27,10 @@ def test_the_coefficients_are_the_papers() -> None:
 
 
 def test_it_finds_the_bottom_of_a_bowl() -> None:
-    found = minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(3))
-    assert found.position == pytest.approx([0.3, 1.1], abs=0.02)
-    assert found.value == pytest.approx(float(bowl(found.position)))
-    assert found.evaluations == 48 * 51
+    optimum = minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(3))
+    assert optimum.position == pytest.approx([0.3, 1.1], abs=0.02)
+    assert optimum.value == pytest.approx(float(bowl(optimum.position)))
+    assert optimum.evaluations == 48 * 51
 
 
 @settings(deadline=None, max_examples=30)
@@ -38,40 +38,40 @@ def test_it_finds_the_bottom_of_a_bowl() -> None:
 def test_no_particle_leaves_the_box_and_the_best_never_gets_worse(
     seed: int, particles: int, iterations: int
 ) -> None:
-    seen: list[FloatArray] = []
+    positions: list[FloatArray] = []
 
     def watched(x: FloatArray) -> FloatArray:
-        seen.append(x.copy())
+        positions.append(x.copy())
         return -bowl(x)  # the best places are the box's corners
 
-    found = minimize(watched, LOW, HIGH, SwarmSettings(particles, iterations), np.random.default_rng(seed))
-    for x in seen:
+    optimum = minimize(watched, LOW, HIGH, SwarmSettings(particles, iterations), np.random.default_rng(seed))
+    for x in positions:
         assert x.shape == (2, particles)
         assert (x >= LOW[:, None]).all()
         assert (x <= HIGH[:, None]).all()
-    assert (np.diff(found.best_values) <= 0.0).all()
-    assert found.value == found.best_values[-1] == min(float(np.min(-bowl(x))) for x in seen)
+    assert (np.diff(optimum.best_values) <= 0.0).all()
+    assert optimum.value == optimum.best_values[-1] == min(float(np.min(-bowl(x))) for x in positions)
 
 
 def test_the_coefficients_can_be_set() -> None:
     """Without memory and company a swarm only drifts: it does not settle."""
     still = (0.0, 0.0)
     lonely = SwarmSettings(inertia=still, own_best=still, best_of_all=still)
-    found = minimize(bowl, LOW, HIGH, lonely, np.random.default_rng(3))
-    assert (found.best_values == found.best_values[0]).all()
+    optimum = minimize(bowl, LOW, HIGH, lonely, np.random.default_rng(3))
+    assert (optimum.best_values == optimum.best_values[0]).all()
 
 
 def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None:
-    seen: list[FloatArray] = []
+    positions: list[FloatArray] = []
 
     def watched(x: FloatArray) -> FloatArray:
-        seen.append(x.copy())
+        positions.append(x.copy())
         return bowl(x)
 
     none, half = (0.0, 0.0), (0.5, 0.5)
     led = SwarmSettings(9, 1, inertia=none, own_best=none, best_of_all=half)
     minimize(watched, LOW, HIGH, led, np.random.default_rng(8))
-    start, end = seen
+    start, end = positions
     leader = start[:, np.argmin(bowl(start)), None]
     # r2 is drawn between 0 and 1: they go between none and half of the way.
     assert (np.abs(end - leader) <= np.abs(start - leader)).all()
@@ -80,14 +80,14 @@ def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None
 
 
 def _watched(settings: SwarmSettings, low: float, high: float) -> list[FloatArray]:
-    seen: list[FloatArray] = []
+    positions: list[FloatArray] = []
 
     def watched(x: FloatArray) -> FloatArray:
-        seen.append(x.copy())
+        positions.append(x.copy())
         return bowl(x)
 
     minimize(watched, np.full(2, low), np.full(2, high), settings, np.random.default_rng(8))
-    return seen
+    return positions
 
 
 def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> None:

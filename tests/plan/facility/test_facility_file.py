@@ -72,10 +72,10 @@ def test_a_mistake_is_named_with_its_line_and_cure(
     assert TEXT.count(entry) == 1
     with pytest.raises(FacilityFileError, match=problem) as caught:
         load(tmp_path, TEXT.replace(entry, wrong))
-    wanted = next(n for n, line in enumerate(TEXT.splitlines(), 1) if entry in line)
+    line_number = next(n for n, line in enumerate(TEXT.splitlines(), 1) if entry in line)
     if "pre-travel" in caught.value.what:  # a matter of two lines: the other one is named
-        wanted = next(n for n, line in enumerate(TEXT.splitlines(), 1) if "operating_position" in line)
-    assert f"tower.toml:{wanted}: " in caught.value.what
+        line_number = next(n for n, line in enumerate(TEXT.splitlines(), 1) if "operating_position" in line)
+    assert f"tower.toml:{line_number}: " in caught.value.what
     assert "drop tower" in caught.value.meaning
     assert caught.value.next_step
 

@@ -39,27 +39,27 @@ def checks(schedule: Schedule = PAPER, *, mass_factor: float = 1.0, **changes: A
     return {check.name: check for check in check_maneuver(schedule, robot, tower, envelope)}
 
 
-def failed(found: dict[str, Check]) -> set[str]:
-    return {name for name, check in found.items() if not check.passed}
+def failed(checks_by_name: dict[str, Check]) -> set[str]:
+    return {name for name, check in checks_by_name.items() if not check.passed}
 
 
 def test_the_maneuver_that_was_flown_passes() -> None:
-    found = checks()
-    assert tuple(found) == NAMES
-    assert failed(found) == set()
+    checks_by_name = checks()
+    assert tuple(checks_by_name) == NAMES
+    assert failed(checks_by_name) == set()
 
 
 def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
-    found = checks()
-    assert (found["detaching-force"].value, found["detaching-force"].limit) == (11.1, 10.0)
-    assert (found["separation"].value, found["separation"].limit) == (4.0, 1.0)
-    assert (found["slowest-release"].value, found["slowest-release"].limit) == (30.0, 20.0)
-    assert (found["fastest-release"].value, found["fastest-release"].limit) == (50.0, 100.0)
-    assert (found["pause"].value, found["pause"].limit) == (0.7, 0.7)
-    assert found["stroke-time"].value == pytest.approx(1.5176, abs=1e-4)
-    assert (round(found["landing"].value, 2), found["landing"].limit) == (2.23, 2.5)
-    assert found["envelope"].limit == 165.0
-    assert found["transversal-velocity"].limit == 7.0
+    checks_by_name = checks()
+    assert (checks_by_name["detaching-force"].value, checks_by_name["detaching-force"].limit) == (11.1, 10.0)
+    assert (checks_by_name["separation"].value, checks_by_name["separation"].limit) == (4.0, 1.0)
+    assert (checks_by_name["slowest-release"].value, checks_by_name["slowest-release"].limit) == (30.0, 20.0)
+    assert (checks_by_name["fastest-release"].value, checks_by_name["fastest-release"].limit) == (50.0, 100.0)
+    assert (checks_by_name["pause"].value, checks_by_name["pause"].limit) == (0.7, 0.7)
+    assert checks_by_name["stroke-time"].value == pytest.approx(1.5176, abs=1e-4)
+    assert (round(checks_by_name["landing"].value, 2), checks_by_name["landing"].limit) == (2.23, 2.5)
+    assert checks_by_name["envelope"].limit == 165.0
+    assert checks_by_name["transversal-velocity"].limit == 7.0
 
 
 @pytest.mark.parametrize(
@@ -82,18 +82,18 @@ def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
     ids=lambda value: str(value) if isinstance(value, dict) else " ".join(sorted(value)),
 )
 def test_each_check_fails_for_its_own_reason(changes: dict[str, Any], expected: set[str]) -> None:
-    found = checks(**changes)
-    assert failed(found) == expected
+    checks_by_name = checks(**changes)
+    assert failed(checks_by_name) == expected
     for name in expected:
-        check = found[name]
+        check = checks_by_name[name]
         short = check.limit - check.value if not check.at_most else check.value - check.limit
         assert short >= 0.0 if check.beyond else short > 0.0
         assert check.needed == ("more than" if check.beyond else "at most" if check.at_most else "at least")
 
 
 def test_strokes_that_take_too_long_are_doubtful() -> None:
-    found = checks(schedule_of((1, 66.0), (2, 67.0), (1, -66.0), (2, -67.0)))
-    assert failed(found) == {"stroke-time"}
+    checks_by_name = checks(schedule_of((1, 66.0), (2, 67.0), (1, -66.0), (2, -67.0)))
+    assert failed(checks_by_name) == {"stroke-time"}
 
 
 def test_a_robot_that_lands_open_reaches_the_bottom_earlier() -> None:

@@ -20,14 +20,14 @@ def of(robot: RobotModel, step_deg: float) -> Distribution:
 
 
 def worst_deg(
-    body: Multibody, found: Distribution, start: FloatArray | None = None, samples: int = 60
+    body: Multibody, loop_grid: Distribution, start: FloatArray | None = None, samples: int = 60
 ) -> float:
     """Return the largest angle between loops of the distribution and the same loops computed per stroke."""
     worst = 0.0
-    for index in np.random.default_rng(1).integers(0, len(found.joints), samples):
-        (i, j), (a, b) = found.joints[index], found.displacement_rad[index]
+    for index in np.random.default_rng(1).integers(0, len(loop_grid.joints), samples):
+        (i, j), (a, b) = loop_grid.joints[index], loop_grid.displacement_rad[index]
         exact = path_rotation(body, [i, j, i, j], np.array([a, b, -a, -b]), start_rad=start, steps=40)
-        difference = quaternion.product(quaternion.inverse(exact), found.quaternion_xyzw[index])
+        difference = quaternion.product(quaternion.inverse(exact), loop_grid.quaternion_xyzw[index])
         worst = max(worst, float(np.degrees(rotation_angle_rad(difference))))
     return worst
 
@@ -36,73 +36,73 @@ def worst_deg(
 def test_every_loop_of_the_grid_is_right_to_a_millionth_of_a_degree(
     cubesat: RobotModel, step_deg: float, loops: int
 ) -> None:
-    found = of(cubesat, step_deg)
-    assert len(found.joints) == loops
-    assert worst_deg(Multibody.of(cubesat), found) < 1e-6
+    loop_grid = of(cubesat, step_deg)
+    assert len(loop_grid.joints) == loops
+    assert worst_deg(Multibody.of(cubesat), loop_grid) < 1e-6
 
 
 def test_a_tree_of_five_bodies_starts_anywhere_and_turns_both_ways(tmp_path: Path) -> None:
     robot = random_robot(tmp_path, 2, 5)
     body, start = Multibody.of(robot), np.radians([30.0, -50.0, 0.0, 90.0])
-    found = distribution(body, robot.joint_limits_rad, 20.0, start_rad=start)
-    reached = np.degrees(start[found.joints] + found.displacement_rad)
+    loop_grid = distribution(body, robot.joint_limits_rad, 20.0, start_rad=start)
+    reached = np.degrees(start[loop_grid.joints] + loop_grid.displacement_rad)
     assert reached.min() >= -90.0 - 1e-9 and reached.max() <= 90.0 + 1e-9
     # 60 up and 120 down, 140 and 40, 90 and 90 (80 of them), 0 and 180.
     counts = np.array([3 + 6, 7 + 2, 4 + 4, 0 + 9])
-    assert len(found.joints) == counts.sum() ** 2 - (counts**2).sum()
-    assert worst_deg(body, found, start) < 1e-6
+    assert len(loop_grid.joints) == counts.sum() ** 2 - (counts**2).sum()
+    assert worst_deg(body, loop_grid, start) < 1e-6
 
 
 def test_a_pair_the_other_way_round_is_the_inverse(cubesat: RobotModel) -> None:
-    found = of(cubesat, 15.0)
+    loop_grid = of(cubesat, 15.0)
     by_loop = {
         (*pair, *np.round(np.degrees(displacement)).astype(int).tolist()): turned
         for pair, displacement, turned in zip(
-            found.joints.tolist(), found.displacement_rad, found.quaternion_xyzw, strict=True
+            loop_grid.joints.tolist(), loop_grid.displacement_rad, loop_grid.quaternion_xyzw, strict=True
         )
     }
     body = Multibody.of(cubesat)
     for (i, j, a, b), turned in by_loop.items():
         other = by_loop[j, i, b, a]
         assert rotation_angle_rad(quaternion.product(turned, other)) < 1e-12
-    flown = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 75.0, -30.0, -75.0]), steps=4)
-    assert np.abs(flown - by_loop[2, 0, 30, 75]).max() < 1e-8
+    rotation = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 75.0, -30.0, -75.0]), steps=4)
+    assert np.abs(rotation - by_loop[2, 0, 30, 75]).max() < 1e-8
 
 
 def test_the_paper_s_best_maneuver(cubesat: RobotModel) -> None:
-    found = of(cubesat, 5.0)
-    farthest = found.maneuver(found.best_by_angle)
+    loop_grid = of(cubesat, 5.0)
+    farthest = loop_grid.maneuver(loop_grid.best_by_angle)
     assert {*farthest.joints} == {1, 2}
     assert (farthest.alpha_deg, farthest.beta_deg) == pytest.approx((90.0, 90.0))
     assert farthest.reorientation_deg == pytest.approx(39.31, abs=0.15)
     assert farthest.efficiency == pytest.approx(0.1092, abs=0.0005)
-    best = found.maneuver(found.best_by_efficiency)
+    best = loop_grid.maneuver(loop_grid.best_by_efficiency)
     assert best.efficiency == pytest.approx(0.1092, abs=0.001)
-    assert best.efficiency == found.efficiency.max() >= farthest.efficiency
+    assert best.efficiency == loop_grid.efficiency.max() >= farthest.efficiency
     assert best.efficiency == pytest.approx(best.reorientation_deg / (2 * (best.alpha_deg + best.beta_deg)))
 
 
 def test_every_ordered_pair_has_its_best(cubesat: RobotModel) -> None:
-    found = of(cubesat, 10.0)
-    best = [found.maneuver(index) for index in found.best_of_pairs()]
+    loop_grid = of(cubesat, 10.0)
+    best = [loop_grid.maneuver(index) for index in loop_grid.best_of_pairs()]
     assert sorted(maneuver.joints for maneuver in best) == [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
-    assert best[0].efficiency == found.efficiency.max()
+    assert best[0].efficiency == loop_grid.efficiency.max()
     assert [maneuver.efficiency for maneuver in best] == sorted(
         (maneuver.efficiency for maneuver in best), reverse=True
     )
 
 
 def test_a_limit_that_is_no_multiple_of_the_step_is_not_on_the_grid(cubesat: RobotModel) -> None:
-    found = of(cubesat, 7.0)
-    assert np.degrees(found.displacement_rad).max() == pytest.approx(84.0)
-    assert len(found.joints) == 6 * 12**2
+    loop_grid = of(cubesat, 7.0)
+    assert np.degrees(loop_grid.displacement_rad).max() == pytest.approx(84.0)
+    assert len(loop_grid.joints) == 6 * 12**2
 
 
 def test_a_joint_without_room_takes_no_part(cubesat: RobotModel) -> None:
     limits = cubesat.joint_limits_rad.copy()
     limits[0] = 0.0, np.radians(4.0)
-    found = of(replace(cubesat, joint_limits_rad=limits), 5.0)
-    assert {*map(tuple, found.joints.tolist())} == {(1, 2), (2, 1)}
+    loop_grid = of(replace(cubesat, joint_limits_rad=limits), 5.0)
+    assert {*map(tuple, loop_grid.joints.tolist())} == {(1, 2), (2, 1)}
 
 
 @pytest.mark.parametrize("step_deg", [0.0, -5.0, float("nan"), float("inf"), 91.0, 0.01])

@@ -31,8 +31,8 @@ def test_greedy_lookup_never_loses_ground_when_the_model_is_right(
     nimble_table: PrimitiveTable, table: PrimitiveTable, seed: int
 ) -> None:
     target = Rotation.random(random_state=seed).as_quat()
-    for one in (nimble_table, table):
-        flight = fly(Planner.of(one, "greedy", 2.0 * DEG, trim=False, most=60), target)
+    for primitive_table in (nimble_table, table):
+        flight = fly(Planner.of(primitive_table, "greedy", 2.0 * DEG, trim=False, most=60), target)
         assert flight.steps
         assert (np.diff(errors(flight)) < 0.0).all()
         for step in flight.steps:

@@ -13,35 +13,35 @@ GRID = ("design", "--robot", "cubesat_3u", "--grid")
 
 
 def test_the_paper_s_figures(tfsat_host: RunCli) -> None:
-    found = tfsat_host.json(*GRID, "5")
-    assert found["maneuvers"] == 1944
-    assert sorted(found["farthest"]["joints"]) == [2, 3]
-    assert found["farthest"]["reorientation_deg"] == pytest.approx(39.31, abs=0.15)
-    assert found["most_efficient"]["efficiency"] == pytest.approx(0.1092, abs=0.001)
-    assert found["average_rate_deg_s"] == pytest.approx(3.28, abs=0.02)
-    assert found["slew_time_s"] == pytest.approx(27.4, abs=0.15)
-    assert found["expected_error_deg"] == pytest.approx(1.21, abs=0.005)
-    assert len(found["pairs"]) == 6 and found["files"] == []
+    summary = tfsat_host.json(*GRID, "5")
+    assert summary["maneuvers"] == 1944
+    assert sorted(summary["farthest"]["joints"]) == [2, 3]
+    assert summary["farthest"]["reorientation_deg"] == pytest.approx(39.31, abs=0.15)
+    assert summary["most_efficient"]["efficiency"] == pytest.approx(0.1092, abs=0.001)
+    assert summary["average_rate_deg_s"] == pytest.approx(3.28, abs=0.02)
+    assert summary["slew_time_s"] == pytest.approx(27.4, abs=0.15)
+    assert summary["expected_error_deg"] == pytest.approx(1.21, abs=0.005)
+    assert len(summary["pairs"]) == 6 and summary["files"] == []
 
 
 def test_text_shows_every_pair(tfsat_host: RunCli) -> None:
-    shown = tfsat_host(*GRID, "15").stdout
+    text = tfsat_host(*GRID, "15").stdout
     for pair in ("1 2", "2 1", "1 3", "3 1", "2 3", "3 2"):
-        assert f"\n {pair} " in shown
-    assert "deg/s" in shown
+        assert f"\n {pair} " in text
+    assert "deg/s" in text
 
 
 def test_every_loop_is_in_the_csv(tfsat_host: RunCli) -> None:
-    found = tfsat_host.json(*GRID, "15", "--out", "loops.csv")
+    summary = tfsat_host.json(*GRID, "15", "--out", "loops.csv")
     with (tfsat_host.folder / "loops.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == found["maneuvers"] == 6 * 6**2
+    assert len(rows) == summary["maneuvers"] == 6 * 6**2
     best = max(rows, key=lambda row: float(row["efficiency"]))
-    assert float(best["efficiency"]) == pytest.approx(found["most_efficient"]["efficiency"], abs=1e-8)
+    assert float(best["efficiency"]) == pytest.approx(summary["most_efficient"]["efficiency"], abs=1e-8)
     for row in rows:
         travel = 2.0 * (float(row["alpha_deg"]) + float(row["beta_deg"]))
         assert float(row["efficiency"]) == pytest.approx(float(row["reorientation_deg"]) / travel, abs=1e-7)
-    assert found["most_efficient"]["euler_zyx_deg"] == pytest.approx(
+    assert summary["most_efficient"]["euler_zyx_deg"] == pytest.approx(
         [float(best[f"euler_{axis}_deg"]) for axis in "zyx"], abs=1e-7
     )
 
@@ -60,7 +60,7 @@ def test_files_of_others_and_strange_pictures_are_refused(tfsat_host: RunCli) ->
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("15", "--figure", "picture.jpg"), ".png"),
         (("15", "--out", "maneuver.toml"), "loops.csv"),
@@ -82,26 +82,26 @@ def test_files_of_others_and_strange_pictures_are_refused(tfsat_host: RunCli) ->
     ],
 )
 def test_what_does_not_fit_a_grid_is_refused_by_name(
-    tfsat_host: RunCli, arguments: tuple[str, ...], told: str
+    tfsat_host: RunCli, arguments: tuple[str, ...], message: str
 ) -> None:
-    assert told in tfsat_host(*GRID, *arguments, expect=2).stderr
+    assert message in tfsat_host(*GRID, *arguments, expect=2).stderr
     assert not list(tfsat_host.folder.glob("*.*"))
 
 
 def test_speed_limits_and_joints_are_kept_to(tfsat_host: RunCli) -> None:
-    found = tfsat_host.json(*GRID, "5", "--speed", "60", "--limit", "30,20", "--joints", "2,3")
-    assert found["maneuvers"] == 2 * 6 * 4
-    assert [sorted(pair["joints"]) for pair in found["pairs"]] == [[2, 3], [2, 3]]
-    for pair in (*found["pairs"], found["farthest"]):
+    summary = tfsat_host.json(*GRID, "5", "--speed", "60", "--limit", "30,20", "--joints", "2,3")
+    assert summary["maneuvers"] == 2 * 6 * 4
+    assert [sorted(pair["joints"]) for pair in summary["pairs"]] == [[2, 3], [2, 3]]
+    for pair in (*summary["pairs"], summary["farthest"]):
         by_joint = dict(zip(pair["joints"], (pair["alpha_deg"], pair["beta_deg"]), strict=True))
         assert by_joint[2] <= 30.0 + 1e-9 and by_joint[3] <= 20.0 + 1e-9
-    assert found["average_rate_deg_s"] == pytest.approx(60.0 * found["most_efficient"]["efficiency"])
+    assert summary["average_rate_deg_s"] == pytest.approx(60.0 * summary["most_efficient"]["efficiency"])
     assert "at 60 deg/s" in tfsat_host(*GRID, "15", "--speed", "60").stdout
 
 
 def test_long_work_is_announced(tfsat_host: RunCli) -> None:
-    said = tfsat_host(*GRID, "0.9", "--joints", "1,2", "--out", "loops.csv", "--figure", "d.png").stderr
-    assert [line.rstrip(" …") for line in said.splitlines()] == [
+    stderr = tfsat_host(*GRID, "0.9", "--joints", "1,2", "--out", "loops.csv", "--figure", "d.png").stderr
+    assert [line.rstrip(" …") for line in stderr.splitlines()] == [
         "Computing the loops",
         "Writing loops.csv",
         "Writing d.png",

@@ -31,19 +31,19 @@ def _each_table_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_quarter_turn(tfsat_host: RunCli) -> None:
-    found = tfsat_host.json("plan", "--target", "z:90")
-    assert found["reached"] and found["error_deg"] <= found["tolerance_deg"] == 1.0
-    assert found["primitives"] == len(found["steps"])
-    assert found["axis_time_s"] == pytest.approx(27.4, abs=0.3)
-    assert found["axis_time_s"] <= found["duration_s"] < 40.0
-    assert found["target_euler_zyx_deg"] == pytest.approx([90.0, 0.0, 0.0])
-    assert found["robot"] == "3U CubeSat"
-    assert found["open_loop_error_deg"] is None
+    plan = tfsat_host.json("plan", "--target", "z:90")
+    assert plan["reached"] and plan["error_deg"] <= plan["tolerance_deg"] == 1.0
+    assert plan["primitives"] == len(plan["steps"])
+    assert plan["axis_time_s"] == pytest.approx(27.4, abs=0.3)
+    assert plan["axis_time_s"] <= plan["duration_s"] < 40.0
+    assert plan["target_euler_zyx_deg"] == pytest.approx([90.0, 0.0, 0.0])
+    assert plan["robot"] == "3U CubeSat"
+    assert plan["open_loop_error_deg"] is None
 
 
 def test_text_tells_error_time_and_number(tfsat_host: RunCli) -> None:
-    done = tfsat_host("plan", "--target", "z:-30", "--method", "greedy")
-    last = done.stdout.splitlines()[-3]
+    process = tfsat_host("plan", "--target", "z:-30", "--method", "greedy")
+    last = process.stdout.splitlines()[-3]
     assert last.startswith("Reached: ") and "primitives" in last and " s by " in last
 
 
@@ -52,31 +52,31 @@ def test_the_whole_chain_is_as_short_as_it_can_be_and_a_bound_says_how_short(tfs
 
     With only the last loop solved for it took 38.9 s; SLSQP over the same three loops finds 34.08 s.
     """
-    found = tfsat_host.json("plan", "--target", "z:90")
-    assert found["reached"] and found["duration_s"] <= 34.1
-    assert found["primitives"] == 3
-    assert 31.0 < found["least_time_s"] < found["duration_s"]
-    shown = tfsat_host("plan", "--target", "z:90").stdout
-    assert f"No chain of such loops takes less than {found['least_time_s']:.1f} s" in shown
-    assert f"no loop tilts it by more than {found['least_time_rate_deg_s']:.3g} deg/s" in shown
+    plan = tfsat_host.json("plan", "--target", "z:90")
+    assert plan["reached"] and plan["duration_s"] <= 34.1
+    assert plan["primitives"] == 3
+    assert 31.0 < plan["least_time_s"] < plan["duration_s"]
+    text = tfsat_host("plan", "--target", "z:90").stdout
+    assert f"No chain of such loops takes less than {plan['least_time_s']:.1f} s" in text
+    assert f"no loop tilts it by more than {plan['least_time_rate_deg_s']:.3g} deg/s" in text
 
 
 def test_euler_angles_are_z_y_x_in_whatever_order_they_are_written(tfsat_host: RunCli) -> None:
-    one = tfsat_host.json("plan", "--target", "x:3,z:40,y:-2", "--method", "greedy")
-    assert one["target_euler_zyx_deg"] == pytest.approx([40.0, -2.0, 3.0])
+    plan = tfsat_host.json("plan", "--target", "x:3,z:40,y:-2", "--method", "greedy")
+    assert plan["target_euler_zyx_deg"] == pytest.approx([40.0, -2.0, 3.0])
     other = tfsat_host.json(
-        "plan", "--method", "greedy", "--target-quaternion", *one["target_quaternion_xyzw"]
+        "plan", "--method", "greedy", "--target-quaternion", *plan["target_quaternion_xyzw"]
     )
-    assert other["target_quaternion_xyzw"] == pytest.approx(one["target_quaternion_xyzw"])
-    assert other["error_deg"] == pytest.approx(one["error_deg"])
+    assert other["target_quaternion_xyzw"] == pytest.approx(plan["target_quaternion_xyzw"])
+    assert other["error_deg"] == pytest.approx(plan["error_deg"])
 
 
 def test_a_tolerance_out_of_reach_ends_with_3_and_a_possible_one(tfsat_host: RunCli) -> None:
     arguments = ("plan", "--target", "z:30", "--method", "greedy", "--table-only", "--tolerance")
-    done = tfsat_host(*arguments, "1e-6", expect=3)
-    assert "NOT REACHED" in done.stdout
-    assert "No single loop brings it nearer" in done.stdout
-    possible = done.stdout.split("--tolerance ")[1].split(" ")[0]
+    process = tfsat_host(*arguments, "1e-6", expect=3)
+    assert "NOT REACHED" in process.stdout
+    assert "No single loop brings it nearer" in process.stdout
+    possible = process.stdout.split("--tolerance ")[1].split(" ")[0]
     assert tfsat_host.json(*arguments, possible)["reached"]
     assert tfsat_host.json(*arguments, "1e-6", expect=3)["outcome"] == "no progress"
 
@@ -101,9 +101,9 @@ def test_a_wrong_model_and_noise_are_reproducible(tfsat_host: RunCli) -> None:
 
 def test_the_plan_is_written_and_nobody_s_file_is_lost(tfsat_host: RunCli) -> None:
     arguments = ("plan", "--target", "z:20", "--method", "greedy", "--out", "plan.json")
-    shown = tfsat_host.json(*arguments)
+    plan = tfsat_host.json(*arguments)
     written = json.loads((tfsat_host.folder / "plan.json").read_text())
-    assert {**written, "file": "plan.json", "history": None} == shown
+    assert {**written, "file": "plan.json", "history": None} == plan
     tfsat_host(*arguments)  # its own file may be written again
     (tfsat_host.folder / "plan.json").write_text("mine\n")
     tfsat_host(*arguments, expect=1)
@@ -134,10 +134,10 @@ def test_what_cannot_be_meant_is_refused(tfsat_host: RunCli, arguments: tuple[ob
 def test_a_robot_that_states_no_uncertainty_has_no_wrong_model(tfsat_host: RunCli, tmp_path: Path) -> None:
     text = find_robot("cubesat_3u").read_text(encoding="utf-8").split("[uncertainty]")[0]
     (tmp_path / "exact.toml").write_text(text, encoding="utf-8")
-    done = tfsat_host(
+    process = tfsat_host(
         "plan", "--target", "z:5", "--robot", tmp_path / "exact.toml", "--model-error", "1", expect=1
     )
-    assert "[uncertainty]" in done.stderr
+    assert "[uncertainty]" in process.stderr
 
 
 def test_a_grid_without_loops_is_refused(tfsat_host: RunCli) -> None:
@@ -149,23 +149,23 @@ def test_noise_above_the_tolerance_does_not_lead_away_and_promises_nothing(
     tfsat_host: RunCli, tolerance: float, seed: int
 ) -> None:
     arguments = ("plan", "--target", "z:90", "--noise", "1", "--tolerance", tolerance, "--seed", seed)
-    found = tfsat_host.json(*arguments, expect=3)
-    assert found["outcome"] == "given up"
-    measured = [step["measured_error_deg"] for step in found["steps"]]
+    plan = tfsat_host.json(*arguments, expect=3)
+    assert plan["outcome"] == "given up"
+    measured = [step["measured_error_deg"] for step in plan["steps"]]
     # Four deviations about three axes; the end is where it had been measured nearest.
-    assert found["error_deg"] < 4.0
-    attitudes = {tuple(round(value, 9) for value in step["attitude_xyzw"]) for step in found["steps"]}
-    nearest = found["steps"][measured.index(min(measured))]["attitude_xyzw"]
-    assert found["steps"][-1]["attitude_xyzw"] == pytest.approx(nearest, abs=1e-6)
+    assert plan["error_deg"] < 4.0
+    attitudes = {tuple(round(value, 9) for value in step["attitude_xyzw"]) for step in plan["steps"]}
+    nearest = plan["steps"][measured.index(min(measured))]["attitude_xyzw"]
+    assert plan["steps"][-1]["attitude_xyzw"] == pytest.approx(nearest, abs=1e-6)
     assert len(attitudes) > 1
-    assert found["possible_tolerance_deg"] is None and found["measured_to_deg"] == pytest.approx(3.0**0.5)
+    assert plan["possible_tolerance_deg"] is None and plan["measured_to_deg"] == pytest.approx(3.0**0.5)
 
 
 def test_noise_above_the_tolerance_is_named(tfsat_host: RunCli) -> None:
     arguments = "plan --target z:90 --method greedy --noise 1 --tolerance 0.5 --seed 2 --most 4"
-    shown = tfsat_host(*arguments.split(), expect=3).stdout
-    assert "--tolerance" not in shown and "No single loop" not in shown
-    assert "below the noise" in shown and "measured to 1.7 deg" in shown
+    text = tfsat_host(*arguments.split(), expect=3).stdout
+    assert "--tolerance" not in text and "No single loop" not in text
+    assert "below the noise" in text and "measured to 1.7 deg" in text
 
 
 def test_a_turn_and_its_inverse_take_as_long(tfsat_host: RunCli) -> None:
@@ -179,21 +179,21 @@ def test_the_rate_is_that_about_the_axis_needed(tfsat_host: RunCli) -> None:
     )
     assert about_z["axis_rate_deg_s"] == pytest.approx(3.28, abs=0.02)
     assert about_y["axis_rate_deg_s"] < 0.3
-    shown = tfsat_host("plan", "--target", "y:90", "--tolerance", "89").stdout
-    assert f"{about_y['axis_rate_deg_s']:.2f} deg/s" in shown and "3.29" not in shown
+    text = tfsat_host("plan", "--target", "y:90", "--tolerance", "89").stdout
+    assert f"{about_y['axis_rate_deg_s']:.2f} deg/s" in text and "3.29" not in text
 
 
 def test_at_the_target_rounding_is_not_shown(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("plan", "--target", "z:360").stdout
-    assert "at the start" in shown and "e-" not in shown
+    text = tfsat_host("plan", "--target", "z:360").stdout
+    assert "at the start" in text and "e-" not in text
 
 
 @pytest.mark.parametrize("target", ["x:2,z:-40", "z:0"])
 def test_simulate_arrives_where_the_plan_does(tfsat_host: RunCli, target: str) -> None:
     plan = tfsat_host.json("plan", "--target", target, "--history", "plan.csv")
-    flown = tfsat_host.json("simulate", "--robot", "cubesat_3u", "--history", "plan.csv")
+    simulation = tfsat_host.json("simulate", "--robot", "cubesat_3u", "--history", "plan.csv")
     end = plan["steps"][-1]["attitude_xyzw"] if plan["steps"] else [0.0, 0.0, 0.0, 1.0]
-    cosine = abs(sum(a * b for a, b in zip(flown["quaternion_xyzw"], end, strict=True)))
+    cosine = abs(sum(a * b for a, b in zip(simulation["quaternion_xyzw"], end, strict=True)))
     assert math.degrees(2.0 * math.acos(min(cosine, 1.0))) < 0.01
 
 

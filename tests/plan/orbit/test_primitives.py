@@ -16,11 +16,13 @@ from tfsat_host.robot import RobotModel
 
 
 def test_every_primitive_turns_as_its_strokes_do(table: PrimitiveTable, nimble_table: PrimitiveTable) -> None:
-    for one in (table, nimble_table):
-        for index in np.random.default_rng(3).integers(0, len(one), 40):
-            primitive = one.primitive(int(index))
+    for robot_table in (table, nimble_table):
+        for index in np.random.default_rng(3).integers(0, len(robot_table), 40):
+            primitive = robot_table.primitive(int(index))
             joints, deltas = zip(*primitive.strokes, strict=True)
-            exact = path_rotation(one.body, joints, np.array(deltas), start_rad=one.start_rad, steps=6)
+            exact = path_rotation(
+                robot_table.body, joints, np.array(deltas), start_rad=robot_table.start_rad, steps=6
+            )
             error = quaternion.product(quaternion.inverse(exact), primitive.quaternion_xyzw)
             assert np.degrees(quaternion.angle(error)) < 1e-3
             assert np.bincount(joints, deltas).tolist() == pytest.approx([0.0] * (max(joints) + 1))
@@ -32,11 +34,13 @@ def test_a_primitive_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot
 ) -> None:
     robot = random_robot(tmp_path, seed, 3)
     limits_rad = np.radians([[-limit_deg, limit_deg]] * 2)
-    one = primitive_table(replace(robot, joint_limits_rad=limits_rad), limit_deg / 3.0)
-    for index in range(0, len(one), 4):
-        primitive = one.primitive(index)
+    robot_table = primitive_table(replace(robot, joint_limits_rad=limits_rad), limit_deg / 3.0)
+    for index in range(0, len(robot_table), 4):
+        primitive = robot_table.primitive(index)
         joints, deltas = zip(*primitive.strokes, strict=True)
-        exact = path_rotation(one.body, joints, np.array(deltas), start_rad=one.start_rad, steps=40)
+        exact = path_rotation(
+            robot_table.body, joints, np.array(deltas), start_rad=robot_table.start_rad, steps=40
+        )
         error = quaternion.product(quaternion.inverse(exact), primitive.quaternion_xyzw)
         assert np.degrees(quaternion.angle(error)) < 1.5e-4
 

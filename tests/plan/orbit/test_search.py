@@ -29,12 +29,12 @@ def test_search_reaches_the_same_error_in_less_time(
 ) -> None:
     needed = Rotation.from_euler("ZYX", target_deg, degrees=True).as_quat()
     greedy = lookup(table, needed, GOAL_RAD, 100)
-    found = search(table, TimeToGo.of(table), needed, GOAL_RAD, most=100)
-    for route in (greedy, found):
+    search_route = search(table, TimeToGo.of(table), needed, GOAL_RAD, most=100)
+    for route in (greedy, search_route):
         assert route.remaining_rad <= GOAL_RAD
         assert after(table, route, needed) == pytest.approx(route.remaining_rad, abs=1e-12)
         assert route.duration_s == pytest.approx(table.duration_s[list(route.primitives)].sum())
-    assert found.duration_s < 0.9 * greedy.duration_s
+    assert search_route.duration_s < 0.9 * greedy.duration_s
 
 
 def test_no_chain_beats_the_robot_s_best_rate(table: PrimitiveTable) -> None:
@@ -75,12 +75,12 @@ def test_a_trimmed_primitive_leaves_nothing_and_stays_within_limits(nimble_table
     rng = np.random.default_rng(8)
     inside = np.flatnonzero(np.degrees(quaternion.angle(nimble_table.rotation)) < 40.0)
     for index in rng.choice(inside, 5):
-        wanted = nimble_table.rotation[:, index]
-        needed = quaternion.product(wanted, quaternion.exponential(np.radians(rng.uniform(-0.5, 0.5, 3))))
+        rotation = nimble_table.rotation[:, index]
+        needed = quaternion.product(rotation, quaternion.exponential(np.radians(rng.uniform(-0.5, 0.5, 3))))
         primitive, remaining = trim_primitive(nimble_table, needed, 1e-7)
         assert np.degrees(remaining) < 1e-4
-        left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
-        assert quaternion.angle(left) == pytest.approx(remaining, abs=1e-12)
+        residual = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
+        assert quaternion.angle(residual) == pytest.approx(remaining, abs=1e-12)
         assert np.degrees(np.abs(primitive.displacement_rad)).max() <= 90.0 + 1e-9
 
 
@@ -105,9 +105,9 @@ def test_a_chain_is_never_slower_than_what_it_is_made_from_nor_faster_than_the_b
     needed = unit_quaternion(target, None)
     planner = Planner.of(table, "search", GOAL_RAD, share=1.0)
     chain = planner.chain(needed)
-    left = remainder(chain.primitives, needed)
-    assert float(quaternion.angle(left)) <= GOAL_RAD
-    assert chain.remaining_rad == pytest.approx(float(quaternion.angle(left)), abs=1e-9)
+    residual = remainder(chain.primitives, needed)
+    assert float(quaternion.angle(residual)) <= GOAL_RAD
+    assert chain.remaining_rad == pytest.approx(float(quaternion.angle(residual)), abs=1e-9)
     assert least_time(table, planner.time_to_go.axes[0], needed, GOAL_RAD).seconds <= chain.duration_s
     limits = table.limits_rad - table.start_rad[:, None]
     for primitive in chain.primitives:

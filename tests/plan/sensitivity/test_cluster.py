@@ -69,9 +69,9 @@ def test_a_scheduler_without_workers_is_not_waited_for(tfsat_host: RunCli, tmp_p
 
 @pytest.mark.usefixtures("hasty")
 def test_a_scheduler_that_is_not_there_is_not_waited_for(tfsat_host: RunCli) -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))  # not listening: nobody answers, and nobody else gets the port
-        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+    with socket.socket() as silent_socket:
+        silent_socket.bind(("127.0.0.1", 0))  # not listening: nobody answers, and nobody else gets the port
+        address = f"tcp://127.0.0.1:{silent_socket.getsockname()[1]}"
         error = tfsat_host.json(*_STUDY, "--dask", address, expect=1)["error"]
     assert address in error["what"]
     assert "dask scheduler" in error["next_step"] and "leave out --dask" in error["next_step"]

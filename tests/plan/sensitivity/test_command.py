@@ -62,10 +62,10 @@ def test_people_read_what_to_measure_first(tfsat_host: RunCli) -> None:
 )
 def test_it_agrees_with_simulate_to_the_figures_printed(tfsat_host: RunCli, release: str) -> None:
     simulated = tfsat_host.json("simulate", *release.split())
-    found = tfsat_host.json("sensitivity", *release.split(), "--samples", 2, *_EXACT)
-    turned = found["monte_carlo"]["outputs"]["reorientation_deg"]["mean"]["value"]
+    sensitivity = tfsat_host.json("sensitivity", *release.split(), "--samples", 2, *_EXACT)
+    turned = sensitivity["monte_carlo"]["outputs"]["reorientation_deg"]["mean"]["value"]
     for key in ("reorientation_deg", "rotation_vector_deg", "quaternion_xyzw"):
-        assert found[key] == pytest.approx(simulated[key], abs=2e-4)
+        assert sensitivity[key] == pytest.approx(simulated[key], abs=2e-4)
     assert turned == pytest.approx(simulated["reorientation_deg"], abs=2e-4)
 
 

@@ -25,10 +25,10 @@ _STROKES = (PlannedStroke(0, np.radians(59.0), 0.05), PlannedStroke(1, np.radian
 @pytest.mark.parametrize("rate", [None, _SPIN])
 def test_derivatives_do_not_depend_on_the_step(robot: RobotModel, rate: FloatArray | None) -> None:
     parameters = parameters_of(robot, rate)
-    found, halved = derivatives(parameters), derivatives(parameters, step_scale=0.5)
-    scale = np.abs(found.of_attitude).max(axis=1, keepdims=True) + 1e-3
-    assert (np.abs(found.of_attitude - halved.of_attitude) < 1e-6 * scale).all()
-    assert (np.abs(found.of_rotation_vector - halved.of_rotation_vector) < 1e-6 * scale).all()
+    partials, halved = derivatives(parameters), derivatives(parameters, step_scale=0.5)
+    scale = np.abs(partials.of_attitude).max(axis=1, keepdims=True) + 1e-3
+    assert (np.abs(partials.of_attitude - halved.of_attitude) < 1e-6 * scale).all()
+    assert (np.abs(partials.of_rotation_vector - halved.of_rotation_vector) < 1e-6 * scale).all()
 
 
 def _reference_vector_deg(robot: RobotModel, changed: Robot, ends_deg: FloatArray) -> FloatArray:
@@ -95,21 +95,25 @@ def test_derivatives_agree_with_an_independent_model(robot: RobotModel, name: st
         reached = _shifted(ends, (1,), moved_end)
         vectors.append(_reference_vector_deg(robot, change(Robot.of(robot), by), reached))
     slope = (vectors[1] - vectors[0]) / (2.0 * step)
-    found = derivatives(parameters)
+    partials = derivatives(parameters)
     index = parameters.names.index(name)
-    np.testing.assert_allclose(found.of_rotation_vector[index], slope, atol=1e-3 * float(np.abs(slope).max()))
+    np.testing.assert_allclose(
+        partials.of_rotation_vector[index], slope, atol=1e-3 * float(np.abs(slope).max())
+    )
     middle = (np.linalg.norm(vectors[1]) - np.linalg.norm(vectors[0])) / (2.0 * step)
-    assert found.of_reorientation[index] == pytest.approx(middle, abs=1e-3 * float(np.abs(slope).max()))
+    assert partials.of_reorientation[index] == pytest.approx(middle, abs=1e-3 * float(np.abs(slope).max()))
 
 
 def test_a_path_there_and_back_turns_nothing_and_still_has_slopes(robot: RobotModel) -> None:
     strokes = [PlannedStroke(0, 0.8, 0.7), PlannedStroke(0, -0.8, 1.2)]
-    found = derivatives(Parameters.of(robot, Plan.of(robot, strokes, RATE_RAD_S)))
-    assert found.reorientation_deg < 1e-6
-    assert np.isfinite(found.of_rotation_vector).all()
+    partials = derivatives(Parameters.of(robot, Plan.of(robot, strokes, RATE_RAD_S)))
+    assert partials.reorientation_deg < 1e-6
+    assert np.isfinite(partials.of_rotation_vector).all()
     end = Parameters.of(robot, Plan.of(robot, strokes, RATE_RAD_S)).names.index("stroke 2 end (joint 1)")
-    assert found.of_reorientation[end] == pytest.approx(float(np.linalg.norm(found.of_rotation_vector[end])))
-    assert found.of_reorientation[end] > 0.1
+    assert partials.of_reorientation[end] == pytest.approx(
+        float(np.linalg.norm(partials.of_rotation_vector[end]))
+    )
+    assert partials.of_reorientation[end] > 0.1
 
 
 def test_squares_of_the_sources_add_up_to_the_whole(robot: RobotModel) -> None:

@@ -24,8 +24,8 @@ from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.robot import RobotModel
 
 
-def _apart_deg(one: FloatArray, other: FloatArray) -> float:
-    return float(np.degrees(quaternion.angle(quaternion.product(quaternion.inverse(one), other))))
+def _apart_deg(first: FloatArray, other: FloatArray) -> float:
+    return float(np.degrees(quaternion.angle(quaternion.product(quaternion.inverse(first), other))))
 
 
 def _final(parameters: Parameters, vectors: FloatArray) -> FloatArray:
@@ -70,12 +70,12 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
 def test_a_robot_without_errors_ends_where_the_path_of_its_strokes_leads(robot: RobotModel) -> None:
     parameters = parameters_of(robot)
     nominal = parameters.nominal[None]
-    flown = _final(parameters, nominal)
+    attitude = _final(parameters, nominal)
     path = path_rotation(
         Multibody.of(robot), [s.joint for s in STROKES], np.array([s.delta_rad for s in STROKES])
     )
-    assert _apart_deg(flown, path) < 2e-5
-    assert np.degrees(rotation_angle_rad(flown)) == pytest.approx(26.1058, abs=1e-4)
+    assert _apart_deg(attitude, path) < 2e-5
+    assert np.degrees(rotation_angle_rad(attitude)) == pytest.approx(26.1058, abs=1e-4)
 
 
 def test_a_joint_still_on_its_way_begins_its_next_stroke_when_it_has_arrived(robot: RobotModel) -> None:

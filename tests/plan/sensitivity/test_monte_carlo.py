@@ -15,11 +15,11 @@ from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import MAX_RELATIVE
 
 
-def _same(one: Outcomes, other: Outcomes) -> bool:
+def _same(outcomes: Outcomes, other: Outcomes) -> bool:
     return (
-        np.array_equal(one.quaternion_xyzw, other.quaternion_xyzw)
-        and np.array_equal(one.moving_time_s, other.moving_time_s)
-        and np.array_equal(one.end_s, other.end_s)
+        np.array_equal(outcomes.quaternion_xyzw, other.quaternion_xyzw)
+        and np.array_equal(outcomes.moving_time_s, other.moving_time_s)
+        and np.array_equal(outcomes.end_s, other.end_s)
     )
 
 
@@ -28,8 +28,8 @@ def _same(one: Outcomes, other: Outcomes) -> bool:
     [
         Uncertainty(0.002, 2e-4, 0.003, 5e-5, 1e-3, 1e-3, 0.004, 0.002),
         *(
-            pytest.param(one, marks=pytest.mark.prove)
-            for one in (
+            pytest.param(uncertainty, marks=pytest.mark.prove)
+            for uncertainty in (
                 replace(EXACT, mass_relative=0.002),
                 replace(EXACT, inertia_relative=0.003),
                 replace(EXACT, joint_axis_rad=1e-3, joint_point_m=1e-4),
@@ -41,13 +41,13 @@ def _same(one: Outcomes, other: Outcomes) -> bool:
 )
 def test_small_errors_spread_as_first_order_says(robot: RobotModel, stated: Uncertainty) -> None:
     study = study_of(robot, stated, samples=1000, seed=5)
-    found = derivatives(study.parameters)
-    linear = linear_spread(found, study.sources)
-    summed = summary(study, run_locally(study, workers=1), found.quaternion_xyzw, ())
+    partials = derivatives(study.parameters)
+    linear = linear_spread(partials, study.sources)
+    summed = summary(study, run_locally(study, workers=1), partials.quaternion_xyzw, ())
     turned = summed.outputs["reorientation_deg"]
     assert turned.std.value == pytest.approx(linear.reorientation_deg, abs=4.0 * turned.std.standard_error)
     assert turned.mean.value == pytest.approx(
-        found.reorientation_deg, abs=4.0 * turned.mean.standard_error + 0.01 * linear.reorientation_deg
+        partials.reorientation_deg, abs=4.0 * turned.mean.standard_error + 0.01 * linear.reorientation_deg
     )
     np.testing.assert_allclose(summed.variance_shares, linear.shares, atol=0.05)
     for axis, letter in enumerate("xyz"):
@@ -86,10 +86,10 @@ def test_the_largest_errors_leave_every_body_physical(robot: RobotModel) -> None
 
 def test_samples_spread_as_stated(robot: RobotModel) -> None:
     study = study_of(robot, stated_by(robot), samples=10_000)
-    drawn = np.vstack([study.vectors(study.deviates(chunk)) for chunk in range(study.chunks)])
-    wanted = study.sources.parameter_sigma
-    np.testing.assert_allclose(drawn.std(axis=0), wanted, rtol=0.04)
-    np.testing.assert_allclose(drawn.mean(axis=0), study.parameters.nominal, atol=4.0 * wanted.max() / 100.0)
+    vectors = np.vstack([study.vectors(study.deviates(chunk)) for chunk in range(study.chunks)])
+    sigma = study.sources.parameter_sigma
+    np.testing.assert_allclose(vectors.std(axis=0), sigma, rtol=0.04)
+    np.testing.assert_allclose(vectors.mean(axis=0), study.parameters.nominal, atol=4.0 * sigma.max() / 100.0)
 
 
 def test_a_servo_s_scale_is_the_same_there_and_back(robot: RobotModel) -> None:
@@ -123,35 +123,35 @@ def test_on_a_spinning_robot_the_speed_matters_even_without_overlap(robot: Robot
     spread_deg = []
     for rate in (None, np.radians([0.0, 0.0, 10.0])):
         parameters = parameters_of(robot, rate)
-        found = linear_spread(derivatives(parameters), error_sources(parameters, speed))
-        spread_deg.append(found.attitude_deg)
+        spread = linear_spread(derivatives(parameters), error_sources(parameters, speed))
+        spread_deg.append(spread.attitude_deg)
     assert spread_deg[0] < 1e-6
     assert spread_deg[1] > 5e-3
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_seed_others(robot: RobotModel) -> None:
-    one, again, other = (
+    first, again, other = (
         run_chunk(study_of(robot, stated_by(robot), samples=CHUNK, seed=seed), 0) for seed in (1, 1, 2)
     )
-    assert _same(one, again)
-    assert not _same(one, other)
+    assert _same(first, again)
+    assert not _same(first, other)
 
 
 def test_workers_change_no_bit(robot: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tfsat_host.plan.study._WORTH_A_PROCESS", 1)
     study = study_of(robot, stated_by(robot), samples=2 * CHUNK - 123)
-    told: list[float] = []
-    by_two = run_locally(study, workers=2, progress=told.append)
+    sample_counts: list[float] = []
+    by_two = run_locally(study, workers=2, progress=sample_counts.append)
     assert _same(by_two, run_locally(study, workers=1))
-    assert len(by_two) == sum(told) == study.samples
+    assert len(by_two) == sum(sample_counts) == study.samples
 
 
 def test_a_longer_study_begins_with_the_shorter_one(robot: RobotModel) -> None:
     short = study_of(robot, stated_by(robot), samples=CHUNK)
     long = study_of(robot, stated_by(robot), samples=3 * CHUNK)
     assert _same(run_chunk(short, 0), run_chunk(long, 0))
-    few, whole = run_chunk(study_of(robot, stated_by(robot), samples=3), 0), run_chunk(short, 0)
-    assert len(few) == 3 and np.array_equal(few.quaternion_xyzw, whole.quaternion_xyzw[:3])
+    few, outcomes = run_chunk(study_of(robot, stated_by(robot), samples=3), 0), run_chunk(short, 0)
+    assert len(few) == 3 and np.array_equal(few.quaternion_xyzw, outcomes.quaternion_xyzw[:3])
     assert not np.array_equal(long.deviates(0), long.deviates(1))
 
 
@@ -159,8 +159,8 @@ def test_one_kind_of_error_less_leaves_the_others_as_they_were(robot: RobotModel
     with_all = study_of(robot, stated_by(robot), samples=10)
     without = study_of(robot, replace(stated_by(robot), com_m=0.0), samples=10)
     part = with_all.parameters.part["inertia"]
-    one, other = (study.vectors(study.deviates(0))[:, part] for study in (with_all, without))
-    assert np.array_equal(one, other)
+    inertia_vectors, other = (study.vectors(study.deviates(0))[:, part] for study in (with_all, without))
+    assert np.array_equal(inertia_vectors, other)
 
 
 def test_exceeded_limits_are_counted(robot: RobotModel) -> None:

@@ -20,27 +20,29 @@ def _changed(parameters: Parameters, name: str, by: float) -> tuple[Multibody, l
     """Return the robot with one parameter changed, and the names of its arrays that differ."""
     vector = parameters.nominal.copy()
     vector[parameters.names.index(name)] += by
-    found = parameters.robots(vector[None])
-    return found, [
+    multibody = parameters.robots(vector[None])
+    return multibody, [
         key
         for key in _ARRAYS
-        if not np.allclose(getattr(found, key)[0], getattr(parameters.body, key), rtol=1e-12, atol=1e-15)
+        if not np.allclose(getattr(multibody, key)[0], getattr(parameters.body, key), rtol=1e-12, atol=1e-15)
     ]
 
 
 def test_the_nominal_vector_is_the_model(robot: RobotModel) -> None:
     parameters = parameters_of(robot)
-    found, wanted = parameters.robots(parameters.nominal[None]), Multibody.of(robot)
+    multibody, reference = parameters.robots(parameters.nominal[None]), Multibody.of(robot)
     for key in _ARRAYS:
-        np.testing.assert_allclose(getattr(found, key)[0], getattr(wanted, key), rtol=1e-14, atol=1e-18)
+        np.testing.assert_allclose(
+            getattr(multibody, key)[0], getattr(reference, key), rtol=1e-14, atol=1e-18
+        )
 
 
 def test_so_it_is_for_any_tree(tmp_path: Path) -> None:
     robot = random_robot(tmp_path, 7, 5)
     parameters = Parameters.of(robot, Plan.of(robot, [PlannedStroke(2, 0.3, 0.1)], RATE_RAD_S))
-    found = parameters.robots(parameters.nominal[None])
-    np.testing.assert_allclose(found.joint_axis[0], robot.joint_axis, atol=1e-15)
-    np.testing.assert_allclose(found.inertia_kg_m2[0], robot.inertia_kg_m2, atol=1e-18)
+    multibody = parameters.robots(parameters.nominal[None])
+    np.testing.assert_allclose(multibody.joint_axis[0], robot.joint_axis, atol=1e-15)
+    np.testing.assert_allclose(multibody.inertia_kg_m2[0], robot.inertia_kg_m2, atol=1e-18)
     assert len(set(parameters.names)) == len(parameters.names) == 10 * 5 + 4 * 4 + 1 + 1
 
 
@@ -59,9 +61,9 @@ def test_a_parameter_changes_what_it_is_named_after(
     robot: RobotModel, name: str, array: str, index: tuple[int, ...], by: float, change: float
 ) -> None:
     parameters = parameters_of(robot)
-    found, differ = _changed(parameters, name, by)
+    multibody, differ = _changed(parameters, name, by)
     assert differ == [array]
-    difference = getattr(found, array)[0] - getattr(parameters.body, array)
+    difference = getattr(multibody, array)[0] - getattr(parameters.body, array)
     assert difference[index] == pytest.approx(change)
     twin = difference[(index[0], *index[:0:-1])] if array == "inertia_kg_m2" else difference[index]
     assert twin == difference[index]
@@ -69,10 +71,10 @@ def test_a_parameter_changes_what_it_is_named_after(
 
 
 def test_a_tilt_turns_the_axis_about_the_direction_that_it_names(robot: RobotModel) -> None:
-    found, differ = _changed(parameters_of(robot), "joint 1 tilt about y", 2.0)
+    multibody, differ = _changed(parameters_of(robot), "joint 1 tilt about y", 2.0)
     assert differ == ["joint_axis"]
     turn = np.radians(2.0)
-    np.testing.assert_allclose(found.joint_axis[0, 0], [np.cos(turn), 0.0, -np.sin(turn)], atol=1e-15)
+    np.testing.assert_allclose(multibody.joint_axis[0, 0], [np.cos(turn), 0.0, -np.sin(turn)], atol=1e-15)
 
 
 def test_directions_across_any_axis_are_perpendicular_to_it_and_to_each_other(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ def test_ranks_are_spearman_s_ties_included() -> None:
     rng = np.random.default_rng(0)
     deviates = rng.normal(size=(300, 2))
     output = np.round(np.exp(deviates[:, 0]) + 0.3 * rng.normal(size=300), 1)
-    wanted = [stats.spearmanr(output, column).statistic for column in deviates.T]
-    np.testing.assert_allclose(rank_correlation(output, deviates), wanted, atol=1e-12)
+    coefficients = [stats.spearmanr(output, column).statistic for column in deviates.T]
+    np.testing.assert_allclose(rank_correlation(output, deviates), coefficients, atol=1e-12)
 
 
 def test_shares_of_a_sum_are_those_of_its_terms() -> None:
@@ -25,24 +25,26 @@ def test_shares_of_a_sum_are_those_of_its_terms() -> None:
 
 def test_standard_errors_are_the_spread_of_many_studies() -> None:
     draws = np.random.default_rng(2).gamma(4.0, size=(2000, 400))
-    found = [spread(row) for row in draws]
+    spreads = [spread(row) for row in draws]
     for estimates in (
-        [s.mean for s in found],
-        [s.std for s in found],
-        [s.percentiles[84.0] for s in found],
+        [s.mean for s in spreads],
+        [s.std for s in spreads],
+        [s.percentiles[84.0] for s in spreads],
     ):
-        seen = np.std([estimate.value for estimate in estimates])
-        said = np.mean([estimate.standard_error for estimate in estimates])
-        assert said == pytest.approx(seen, rel=0.1)
+        empirical_std = np.std([estimate.value for estimate in estimates])
+        mean_standard_error = np.mean([estimate.standard_error for estimate in estimates])
+        assert mean_standard_error == pytest.approx(empirical_std, rel=0.1)
 
 
 def test_percentiles_are_numpy_s() -> None:
     values = np.random.default_rng(3).normal(size=1001)
-    found = spread(values).percentiles
-    np.testing.assert_allclose([e.value for e in found.values()], np.percentile(values, list(found)))
+    percentiles = spread(values).percentiles
+    np.testing.assert_allclose(
+        [e.value for e in percentiles.values()], np.percentile(values, list(percentiles))
+    )
 
 
 def test_no_hit_at_all_is_no_certainty() -> None:
-    found = share(np.zeros(100, dtype=bool))
-    assert found.value == 0.0
-    assert 0.005 < found.standard_error < 0.02
+    estimate = share(np.zeros(100, dtype=bool))
+    assert estimate.value == 0.0
+    assert 0.005 < estimate.standard_error < 0.02

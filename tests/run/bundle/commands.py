@@ -44,21 +44,21 @@ def _once(
     function: Callable[[Any], Any], of: Callable[[Any], Any] = lambda value: value
 ) -> Callable[[Any], Any]:
     """Cache the function's result for each object, or for each object that `of` makes of it."""
-    made: dict[int, tuple[Any, Any]] = {}
+    cache: dict[int, tuple[Any, Any]] = {}
 
     def kept(value: Any) -> Any:
         key = of(value)
-        if id(key) not in made:
-            made[id(key)] = key, function(value)  # the object stays, and with it its id
-        return made[id(key)][1]
+        if id(key) not in cache:
+            cache[id(key)] = key, function(value)  # the object stays, and with it its id
+        return cache[id(key)][1]
 
     return kept
 
 
 _BUILDER = "tfsat_host.report.contents.document_builder"
 _DRAWN = {
-    f"{_BUILDER}.charts_of": _once(charts_of, lambda found: found.motion),
-    f"{_BUILDER}.replay_of": _once(replay_of, lambda found: found.motion),
+    f"{_BUILDER}.charts_of": _once(charts_of, lambda evaluation: evaluation.motion),
+    f"{_BUILDER}.replay_of": _once(replay_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.plot_of": _once(plot_of),
     "tfsat_host.report.document_rounding._plot": _once(document_rounding._plot),
     "tfsat_host.report.document_rounding._replay": _once(document_rounding._replay),
@@ -88,8 +88,8 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         return replace(_MADE[key], log=log, model=model)
 
     monkeypatch.setattr(drop_evaluation, "evaluate", kept)
-    for name, drawn in _DRAWN.items():
-        monkeypatch.setattr(name, drawn)
+    for name, builder in _DRAWN.items():
+        monkeypatch.setattr(name, builder)
 
 
 def _of_no_robot(calibration: Calibration) -> Calibration:
@@ -101,7 +101,7 @@ def _sha256_of_samples(card: Path) -> str:
     """Hash all blocks except the header's, which also identifies the robot."""
     data = card.read_bytes()
     blocks = (data[at : at + BLOCK_BYTES] for at in range(0, len(data), BLOCK_BYTES))
-    return hashlib.sha256(b"".join(one for one in blocks if one[_KIND] != BlockKind.HEADER)).hexdigest()
+    return hashlib.sha256(b"".join(block for block in blocks if block[_KIND] != BlockKind.HEADER)).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -114,11 +114,11 @@ class Done(Said):
 def command(*args: object, expect: int = 0) -> Done:
     """Runs a command in the current folder."""
     out, err = io.StringIO(), io.StringIO()
-    given: list[Any] = []
+    results: list[Any] = []
     show = Output.result
 
     def keep(self: Output, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
-        given.append(jsonable(data))
+        results.append(jsonable(data))
         show(self, data, text)
 
     with (
@@ -128,10 +128,10 @@ def command(*args: object, expect: int = 0) -> Done:
     ):
         patch.setattr(Output, "result", keep)
         code = main(list(map(str, args)))
-    done = Done(code, out.getvalue(), err.getvalue(), given[0] if given else None)
-    assert "Traceback" not in done.err and "a bug of its own" not in done.out + done.err, done
-    assert code == expect, (code, done.out[:3000], done.err)
-    return done
+    output = Done(code, out.getvalue(), err.getvalue(), results[0] if results else None)
+    assert "Traceback" not in output.err and "a bug of its own" not in output.out + output.err, output
+    assert code == expect, (code, output.out[:3000], output.err)
+    return output
 
 
 def result(*args: object, expect: int = 0) -> Any:

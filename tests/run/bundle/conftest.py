@@ -58,8 +58,8 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
     """Makes every evaluation this page and next to nothing else, at once."""
 
     def as_this(page: str | None) -> None:
-        done = RecomputedEvaluation({"a": [1.0]}, page, None)
-        monkeypatch.setattr("tfsat_host.run.bundle.making.recompute", lambda *_: done)
+        recomputation = RecomputedEvaluation({"a": [1.0]}, page, None)
+        monkeypatch.setattr("tfsat_host.run.bundle.making.recompute", lambda *_: recomputation)
 
     return as_this
 

@@ -24,8 +24,8 @@ AT = datetime(2026, 1, 5, 8, 40, tzinfo=UTC)
 
 def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
     before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
-    said = result("bundle", "run")
-    assert said["bundle"] == "run.tfsat.zip"
+    summary = result("bundle", "run")
+    assert summary["bundle"] == "run.tfsat.zip"
     with zipfile.ZipFile("run.tfsat.zip") as opened:
         contents = {name: opened.read(name) for name in opened.namelist()}
         assert opened.testzip() is None
@@ -81,7 +81,7 @@ def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         (tmp_path / "run" / name).unlink()
     words, missing = command("bundle", "run").words, result("bundle", "run")["missing"]
     expected = ["maneuver", "calibration", "preflight.json", "record.json", "image of the sequencer"]
-    assert [one["what"] for one in missing] == expected
+    assert [entry["what"] for entry in missing] == expected
     assert all(f"Missing {what}: " in words for what in expected)
 
 
@@ -92,14 +92,14 @@ def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
     for name in ("hook.jpg", "gone.jpg"):
         (quick / "photos" / name).write_bytes(b"jpg")
         sign(quick, [quick / "photos" / name], "a person", AT)
-    said = result("bundle", "run")
-    assert "run/photos/hook.jpg" in said["files"] and said["left_out"].keys() == {"SD.csv"}
+    summary = result("bundle", "run")
+    assert "run/photos/hook.jpg" in summary["files"] and summary["left_out"].keys() == {"SD.csv"}
     (quick / "photos/gone.jpg").rename(tmp_path / "gone.jpg")
     (quick / "photos/gone.jpg").symlink_to(tmp_path / "gone.jpg")
     (quick / "preflight.json").write_text("{}")
-    said = result("bundle", "run", expect=3)
-    assert "run/photos/gone.jpg" not in said["files"] and len(said["record"]) == 1
-    (lost,) = (one for one in said["missing"] if one["what"] == "run/photos/gone.jpg")
+    summary = result("bundle", "run", expect=3)
+    assert "run/photos/gone.jpg" not in summary["files"] and len(summary["record"]) == 1
+    (lost,) = (entry for entry in summary["missing"] if entry["what"] == "run/photos/gone.jpg")
     assert lost["lost"] is True and "leads out of the folder" in lost["why"]
     words = command("bundle", "run", expect=3).words
     assert "CHANGED" in words and "preflight.json was changed" in words
@@ -108,9 +108,9 @@ def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
 def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(undecodable: Path) -> None:
     """It is the one that others are to look at."""
     del undecodable
-    said = result("bundle", "run", expect=3)
-    assert "report.html" in {one["what"] for one in said["missing"] if one["lost"]}
-    assert {"run/SD.bin", f"run/{CERTIFICATE}", "evaluation.json"} <= said["files"].keys()
+    summary = result("bundle", "run", expect=3)
+    assert "report.html" in {entry["what"] for entry in summary["missing"] if entry["lost"]}
+    assert {"run/SD.bin", f"run/{CERTIFICATE}", "evaluation.json"} <= summary["files"].keys()
     again = result("reproduce", "run.tfsat.zip", expect=3)
     assert (again["same"], again["complete"]) == (True, False)
     assert again["compared"][0]["sentence"].startswith("The drop cannot be evaluated")
@@ -118,17 +118,17 @@ def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(undecodabl
 
 def test_a_recording_by_itself_takes_what_lies_beside_it(quick: Path) -> None:
     (quick / "SD.bin").rename(quick / "DROP0003.BIN")
-    said = result("bundle", "run/DROP0003.BIN")
-    assert said["bundle"] == "DROP0003.tfsat.zip" and said["name"] == "DROP0003"
-    assert {f"run/{CERTIFICATE}", "run/maneuver.toml", "run/preflight.json"} <= said["files"].keys()
-    assert said["left_out"] == {}, "that folder is not the drop's"
+    summary = result("bundle", "run/DROP0003.BIN")
+    assert summary["bundle"] == "DROP0003.tfsat.zip" and summary["name"] == "DROP0003"
+    assert {f"run/{CERTIFICATE}", "run/maneuver.toml", "run/preflight.json"} <= summary["files"].keys()
+    assert summary["left_out"] == {}, "that folder is not the drop's"
 
 
 def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
     for name in (CERTIFICATE, "maneuver.toml"):
         (run / name).rename(tmp_path / name)
-    said = result("bundle", "run", "--maneuver", "maneuver.toml", "--swarm")
-    assert said["evaluated"] | {"robot": None, "facility": None} == {
+    summary = result("bundle", "run", "--maneuver", "maneuver.toml", "--swarm")
+    assert summary["evaluated"] | {"robot": None, "facility": None} == {
         "recording": "run/SD.bin",
         "maneuver": "maneuver/maneuver.toml",
         "calibration": f"calibration/{CERTIFICATE}",
@@ -151,8 +151,8 @@ def test_one_drop_at_a_time_and_nothing_of_others_is_overwritten(quick: Path) ->
     assert "'there/' is a folder" in command("bundle", "run", "--out", "there/", expect=2).err
     assert sorted(path.name for path in Path().iterdir()) == ["run", "run.tfsat.zip"]
     (quick / "SD.bin").unlink()
-    said = command("bundle", "run", expect=1)
-    assert "Nothing was bundled." in said.err and "evaluate" not in said.err
+    output = command("bundle", "run", expect=1)
+    assert "Nothing was bundled." in output.err and "evaluate" not in output.err
     assert "tfsat-host bundle SD.bin" in command("bundle", "gone", expect=1).err
 
 
@@ -164,17 +164,17 @@ def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
     of_preflight, of_certificate = result("bundle", "run", expect=3)["doubts"]
     assert f"of logger {OTHER.hex()}, preflight.json of logger {serial}" in of_preflight
     assert "the certificate of logger" in of_certificate
-    said = result("reproduce", "run.tfsat.zip", expect=3)
-    assert said["same"] is True and said["doubts"] == [of_preflight, of_certificate]
+    reproduction = result("reproduce", "run.tfsat.zip", expect=3)
+    assert reproduction["same"] is True and reproduction["doubts"] == [of_preflight, of_certificate]
     assert "DOUBTFUL" in command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
 
 
 def test_samples_that_were_lost_are_named(quick: Path) -> None:
-    said = command("bundle", "run")
-    assert "Recording run/SD.bin, complete:" in said.words and " 0 lost" in said.words
+    output = command("bundle", "run")
+    assert "Recording run/SD.bin, complete:" in output.words and " 0 lost" in output.words
     remove_blocks(quick / "SD.bin", 3.0, 3.5)
-    said = command("bundle", "run", expect=3)
-    assert "samples are lost" in said.words and " 0 lost" not in said.words
+    output = command("bundle", "run", expect=3)
+    assert "samples are lost" in output.words and " 0 lost" not in output.words
 
 
 def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
@@ -184,8 +184,12 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
     lines = [f"{sha256_of(quick / name)}  {name}" for name in names]
     (quick / ".tfsat-rehearsal").write_text("\n".join(["made by tfsat-host rehearse", *lines]) + "\n")
     assert result("bundle", "run")["doubts"] == []
-    kept = ["run/report.html", "run/summary.json", "run/truth.json"]
-    assert result("reproduce", "run.tfsat.zip")["not_computed"] == [*kept[:2], "run/truth.csv", kept[2]]
+    uncomputed_files = ["run/report.html", "run/summary.json", "run/truth.json"]
+    assert result("reproduce", "run.tfsat.zip")["not_computed"] == [
+        *uncomputed_files[:2],
+        "run/truth.csv",
+        uncomputed_files[2],
+    ]
     words = command("reproduce", "run.tfsat.zip", "--out", "again").words
     assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
     (quick / "truth.json").write_text('{"edited": true}')
@@ -205,15 +209,15 @@ def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_pa
     (quick / "loop").symlink_to(".")
     (quick / "note\u202etxt.md").write_text("which way?")  # else no `reproduce` would take the archive
     os.mkfifo(quick / "pipe.txt")
-    said = result("bundle", "run")
-    left_out = said["left_out"]
+    summary = result("bundle", "run")
+    left_out = summary["left_out"]
     assert left_out["outside.txt"] == f"is a link that leads out of the folder, to {tmp_path / 'secret.txt'}"
     assert left_out["nowhere.txt"] == left_out["round.txt"] == "is a link that leads nowhere"
     assert left_out["loop"] == "is a link to a folder"
     assert left_out["pipe.txt"] == "is a pipe"
     assert left_out["run/note\u202etxt.md"] == "its name holds a character that cannot be seen"
-    assert {"run/notes.txt", "run/inside.txt"} <= said["files"].keys()
-    assert not any("secret" in name or "outside" in name for name in said["files"])
+    assert {"run/notes.txt", "run/inside.txt"} <= summary["files"].keys()
+    assert not any("secret" in name or "outside" in name for name in summary["files"])
     assert "outside.txt is a link that leads out of the folder" in command("bundle", "run").words
     command("reproduce", "run.tfsat.zip")
 
@@ -224,12 +228,12 @@ def test_a_file_that_counts_and_lies_elsewhere_has_to_be_named(
 ) -> None:
     (quick / name).rename(tmp_path / f"other-{name}")
     (quick / name).symlink_to(tmp_path / f"other-{name}")
-    said = command("bundle", "run", expect=1)
-    assert f"run/{name} is a link that leads out of the folder" in said.err.replace("\n", " ")
+    output = command("bundle", "run", expect=1)
+    assert f"run/{name} is a link that leads out of the folder" in output.err.replace("\n", " ")
     assert not Path("run.tfsat.zip").exists()
     option = {"maneuver.toml": ("--maneuver",), CERTIFICATE: ("--calibration",)}.get(name)
-    given = ("run", *option, f"run/{name}") if option else (f"run/{name}",)
-    command("bundle", *given, "--out", "named.zip")
+    arguments = ("run", *option, f"run/{name}") if option else (f"run/{name}",)
+    command("bundle", *arguments, "--out", "named.zip")
 
 
 def test_a_folder_with_a_long_name_makes_a_bundle_that_reproduces(quick: Path) -> None:

@@ -21,10 +21,12 @@ _JSON = st.recursive(
 )
 
 
-def keys(one: object, two: object) -> list[str]:
-    found = [difference.key for difference in differences(one, two, STRICT)]
-    assert len(found) == len(list(differences(two, one, STRICT))), "it does not matter who is first"
-    return found
+def keys(first: object, two: object) -> list[str]:
+    difference_keys = [difference.key for difference in differences(first, two, STRICT)]
+    assert len(difference_keys) == len(list(differences(two, first, STRICT))), (
+        "it does not matter who is first"
+    )
+    return difference_keys
 
 
 @given(_JSON)
@@ -43,13 +45,13 @@ def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> N
 
 
 def test_how_far_apart_is_said() -> None:
-    (one,) = differences({"a": [{"b": 10.0}]}, {"a": [{"b": 11.0}]}, EVALUATION_TOLERANCE)
-    assert (one.key, one.bundled, one.recomputed) == ("a[0].b", 10.0, 11.0)
-    assert one.relative == pytest.approx(1.0 / 11.0)
+    (difference,) = differences({"a": [{"b": 10.0}]}, {"a": [{"b": 11.0}]}, EVALUATION_TOLERANCE)
+    assert (difference.key, difference.bundled, difference.recomputed) == ("a[0].b", 10.0, 11.0)
+    assert difference.relative == pytest.approx(1.0 / 11.0)
 
 
 @pytest.mark.parametrize(
-    ("one", "two"),
+    ("first", "two"),
     [
         (True, 1),
         (None, 0.0),
@@ -62,12 +64,12 @@ def test_how_far_apart_is_said() -> None:
         ("a", "b"),
     ],
 )
-def test_what_is_of_another_kind_differs(one: object, two: object) -> None:
-    assert len(keys({"k": one}, {"k": two})) == 1
+def test_what_is_of_another_kind_differs(first: object, two: object) -> None:
+    assert len(keys({"k": first}, {"k": two})) == 1
 
 
 @pytest.mark.parametrize(
-    ("one", "two", "same"),
+    ("first", "two", "same"),
     [
         ("turned by 25.64 ± 0.01 deg", "turned by 25.65 ± 0.02 deg", True),
         ("turned by 25.64 ± 0.01 deg", "turned by 25.66 ± 0.01 deg", False),
@@ -81,12 +83,12 @@ def test_what_is_of_another_kind_differs(one: object, two: object) -> None:
         ("released 2026-01-05", "released 2026-01-06", False),
     ],
 )
-def test_of_sentences_the_figures_count(one: str, two: str, same: bool) -> None:
-    assert same_figures(one, two) is same
+def test_of_sentences_the_figures_count(first: str, two: str, same: bool) -> None:
+    assert same_figures(first, two) is same
 
 
 @pytest.mark.parametrize(
-    ("key", "one", "two"),
+    ("key", "first", "two"),
     [
         ("worth", "to be made", "not called for"),
         ("verdict", "passed", "not possible"),
@@ -96,17 +98,17 @@ def test_of_sentences_the_figures_count(one: str, two: str, same: bool) -> None:
     ],
 )
 @pytest.mark.parametrize("tolerance", [EVALUATION_TOLERANCE, REPORT_TOLERANCE])
-def test_what_is_no_sentence_must_be_equal(key: str, one: str, two: str, tolerance: Tolerance) -> None:
-    (found,) = differences({"correction": {key: one}}, {"correction": {key: two}}, tolerance)
-    assert found.key == f"correction.{key}"
+def test_what_is_no_sentence_must_be_equal(key: str, first: str, two: str, tolerance: Tolerance) -> None:
+    (difference,) = differences({"correction": {key: first}}, {"correction": {key: two}}, tolerance)
+    assert difference.key == f"correction.{key}"
 
 
 @pytest.mark.parametrize("tolerance", [EVALUATION_TOLERANCE, REPORT_TOLERANCE])
 def test_the_sentences_of_a_list_may_be_said_otherwise(tolerance: Tolerance) -> None:
     then = {"reasons": ["2 of 3 switches"]}
     assert differences(then, {"reasons": ["switches, 2 of 3"]}, tolerance) == []
-    (found,) = differences(then, {"reasons": ["1 of 3 switches"]}, tolerance)
-    assert found.key == "reasons[0]"
+    (difference,) = differences(then, {"reasons": ["1 of 3 switches"]}, tolerance)
+    assert difference.key == "reasons[0]"
 
 
 def test_a_page_may_name_its_headings_otherwise() -> None:
@@ -128,7 +130,7 @@ def nested(depth: int) -> object:
 @pytest.mark.parametrize("hostile", [nested(5000), 10**400, float("nan"), float("inf"), {"a": nested(5000)}])
 def test_what_nobody_would_write_is_a_difference(hostile: object) -> None:
     for ours in (1.0, [1.0], nested(5), {"a": [1.0, [2.0]]}):
-        for one, two in ((hostile, ours), (ours, hostile)):
-            found = list(differences({"k": one}, {"k": two}, STRICT))
-            assert found
-            repr(found)
+        for first, two in ((hostile, ours), (ours, hostile)):
+            mismatches = list(differences({"k": first}, {"k": two}, STRICT))
+            assert mismatches
+            repr(mismatches)

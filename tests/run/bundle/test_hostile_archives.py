@@ -79,9 +79,9 @@ def refused(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
 @pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
 def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
     """Also when a person packed it again with another tool."""
-    found = unpacked(tmp_path, packed(GOOD, method=method))
-    assert found.pop("manifest.json") == manifest_of(GOOD)
-    assert found == GOOD
+    files = unpacked(tmp_path, packed(GOOD, method=method))
+    assert files.pop("manifest.json") == manifest_of(GOOD)
+    assert files == GOOD
 
 
 @pytest.mark.parametrize(
@@ -107,8 +107,8 @@ def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
 def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, why: str) -> None:
     folder = tmp_path / "deep" / "er"
     folder.mkdir(parents=True)
-    said = refused(folder, packed(GOOD | {name: b"x"}))
-    assert re.search(why, said), said
+    message = refused(folder, packed(GOOD | {name: b"x"}))
+    assert re.search(why, message), message
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
 
 
@@ -199,10 +199,10 @@ def test_encrypted_and_oddly_packed_files_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
-    more, less = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
-    assert "does not name: run/more" in refused(tmp_path, packed(more, manifest_of(GOOD)))
-    said = refused(tmp_path, packed(less, manifest_of(GOOD)))
-    assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in said
+    surplus_files, less = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
+    assert "does not name: run/more" in refused(tmp_path, packed(surplus_files, manifest_of(GOOD)))
+    message = refused(tmp_path, packed(less, manifest_of(GOOD)))
+    assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in message
     longer = packed(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
     assert "601 bytes; its manifest says 600" in refused(tmp_path, longer)
     assert "has no manifest.json" in refused(tmp_path, zip_of([("run/SD.bin", RAW)]))
@@ -211,8 +211,8 @@ def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
 
 def test_a_changed_file_is_named(tmp_path: Path) -> None:
     changed = GOOD | {"run/SD.bin": RAW[::-1]}
-    said = refused(tmp_path, packed(changed, manifest_of(GOOD)))
-    assert "1 of 3 files" in said and said.endswith("run/SD.bin.")
+    message = refused(tmp_path, packed(changed, manifest_of(GOOD)))
+    assert "1 of 3 files" in message and message.endswith("run/SD.bin.")
 
 
 def zip_of(files: Iterable[tuple[str, bytes]]) -> bytes:
@@ -257,8 +257,8 @@ def test_any_damage_is_refused_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     """Bytes of a good archive are changed, cut or repeated: whatever is unpacked is what was packed."""
-    whole = packed(GOOD, method=data.draw(st.sampled_from([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])))
-    edited = bytearray(whole)
+    archive = packed(GOOD, method=data.draw(st.sampled_from([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])))
+    edited = bytearray(archive)
     for _ in range(data.draw(st.integers(1, 4))):
         place = data.draw(st.integers(0, len(edited) - 1))
         kind = data.draw(st.sampled_from(["byte", "cut", "repeat"]))
@@ -272,12 +272,12 @@ def test_any_damage_is_refused_or_harmless(
             return
     folder = tmp_path_factory.mktemp("damaged")
     try:
-        found = unpacked(folder, bytes(edited))
+        files = unpacked(folder, bytes(edited))
     except BundleError:
         assert not (folder / "out").exists()
         return
-    manifest = parse_manifest(found.pop("manifest.json"), "a.zip")
-    assert {name: hashlib.sha256(one).hexdigest() for name, one in found.items()} == {
+    manifest = parse_manifest(files.pop("manifest.json"), "a.zip")
+    assert {name: hashlib.sha256(content).hexdigest() for name, content in files.items()} == {
         name: file.sha256 for name, file in manifest.files.items()
     }
 
@@ -293,8 +293,8 @@ def test_a_name_that_passes_stays_in_the_folder(name: str) -> None:
 def test_the_command_refuses_with_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a.zip").write_bytes(packed(GOOD | {"../outside": b"x"}))
-    said = command("reproduce", "a.zip", expect=1)
-    assert "`..`" in said.err and "Nothing was unpacked." in said.err
+    output = command("reproduce", "a.zip", expect=1)
+    assert "`..`" in output.err and "Nothing was unpacked." in output.err
     assert command("reproduce", "gone.zip", expect=1).err
     assert [path.name for path in tmp_path.iterdir()] == ["a.zip"]
 
@@ -309,9 +309,10 @@ def test_characters_that_nobody_sees_are_refused(
     """
     monkeypatch.chdir(tmp_path)
     Path("a.zip").write_bytes(packed(GOOD | {f"run/gnp{sign}.txt": b"x"}))
-    said = command("reproduce", "a.zip", expect=1)
+    output = command("reproduce", "a.zip", expect=1)
     assert (
-        "a character that cannot be seen" in said.words + " ".join(said.err.split()) and sign not in said.err
+        "a character that cannot be seen" in output.words + " ".join(output.err.split())
+        and sign not in output.err
     )
 
 

@@ -34,21 +34,21 @@ Computed = Callable[[str | None], None]
 
 def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drop_evaluation, "evaluate", evaluate)  # computed, and not kept
-    done = command("reproduce", bundle)
-    said = done.result
-    assert (said["same"], said["complete"], said["incomplete"]) == (True, True, [])
-    assert [(one["what"], one["differences"]) for one in said["compared"]] == [
+    output = command("reproduce", bundle)
+    reproduction = output.result
+    assert (reproduction["same"], reproduction["complete"], reproduction["incomplete"]) == (True, True, [])
+    assert [(comparison["what"], comparison["differences"]) for comparison in reproduction["compared"]] == [
         ("evaluation", []),
         ("report", []),
         ("calibration", None),
     ]
-    assert said["record"] == [] and said["environment"] == []
-    assert said["folder"] == "run-reproduced"
+    assert reproduction["record"] == [] and reproduction["environment"] == []
+    assert reproduction["folder"] == "run-reproduced"
     folder = Path("run-reproduced")
     with zipfile.ZipFile(bundle) as opened:
         for name in opened.namelist():
             assert (folder / name).read_bytes() == opened.read(name), "computing changes nothing"
-    assert "SAME: " in done.out
+    assert "SAME: " in output.out
 
 
 def test_the_folder_must_be_new_and_the_bundle_one(
@@ -58,8 +58,8 @@ def test_the_folder_must_be_new_and_the_bundle_one(
     Path("run-reproduced").mkdir()
     command("reproduce", bundle, expect=3)
     assert "run-reproduced is there already" in command("reproduce", bundle, expect=1).err
-    said = command("reproduce", "run-reproduced", expect=1)
-    assert "run-reproduced is a folder; BUNDLE is a file that tfsat-host bundle makes" in said.err
+    output = command("reproduce", "run-reproduced", expect=1)
+    assert "run-reproduced is a folder; BUNDLE is a file that tfsat-host bundle makes" in output.err
     assert "There is no file nope.zip; BUNDLE is a file" in command("reproduce", "nope.zip", expect=1).err
     with pytest.raises(SystemExit):
         main(["reproduce", "--help"])
@@ -74,14 +74,14 @@ def test_a_number_that_differs_is_named_with_both_values(bundle: Path) -> None:
         values["initial_rate_deg_s"][0] *= 1.0 + 1e-6
 
     rewrite_json(bundle, "evaluation.json", change)
-    done = command("reproduce", bundle, expect=3)
-    assert done.result["same"] is False
-    evaluation, report, _ = done.result["compared"]
-    keys = {one["key"]: one["relative"] for one in evaluation["differences"]}
+    output = command("reproduce", bundle, expect=3)
+    assert output.result["same"] is False
+    evaluation, report, _ = output.result["compared"]
+    keys = {difference["key"]: difference["relative"] for difference in evaluation["differences"]}
     assert keys.keys() == {"reorientation_deg", "strokes[1].size_deg"}
     assert keys["reorientation_deg"] == pytest.approx(1e-4, rel=1e-3)
     assert report["differences"] == []
-    words = done.words
+    words = output.words
     assert "Evaluation: 2 DIFFER" in words and "strokes[1].size_deg" in words and "NOT THE SAME" in words
 
 
@@ -92,8 +92,11 @@ def test_words_that_differ_and_keys_that_are_gone_are_named(bundle: Path) -> Non
         values["more"] = 1
 
     rewrite_json(bundle, "evaluation.json", change)
-    said = result("reproduce", bundle, expect=3)
-    differs = {one["key"]: (one["bundled"], one["recomputed"]) for one in said["compared"][0]["differences"]}
+    reproduction = result("reproduce", bundle, expect=3)
+    differs = {
+        difference["key"]: (difference["bundled"], difference["recomputed"])
+        for difference in reproduction["compared"][0]["differences"]
+    }
     assert differs.keys() == {"verdict.level", "lag", "more"}
     assert differs["verdict.level"] == ("doubtful", "good")
     assert differs["lag"][0] == differs["more"][1] == "not there"
@@ -105,9 +108,11 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
 
     rewrite(bundle, other_style)
     rewrite_json(bundle, "environment.json", lambda values: values["packages"].update(numpy="1.0"))
-    said = result("reproduce", bundle)
-    assert said["same"] is True, "nor is another environment a difference"
-    assert [one.partition(" now")[0] for one in said["environment"]] == [f"numpy: 1.0 then, {np.__version__}"]
+    reproduction = result("reproduce", bundle)
+    assert reproduction["same"] is True, "nor is another environment a difference"
+    assert [sentence.partition(" now")[0] for sentence in reproduction["environment"]] == [
+        f"numpy: 1.0 then, {np.__version__}"
+    ]
 
     def other_curve(files: dict[str, bytes]) -> None:
         document = document_in(files["report.html"].decode())
@@ -115,9 +120,9 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
         files["report.html"] = render(document).encode()
 
     rewrite(bundle, other_curve)
-    said = result("reproduce", bundle, "--out", "again", expect=3)
-    (one,) = said["compared"][1]["differences"]
-    assert one["key"] == "drops[0].plots[0].series[0].values[100]"
+    reproduction = result("reproduce", bundle, "--out", "again", expect=3)
+    (difference,) = reproduction["compared"][1]["differences"]
+    assert difference["key"] == "drops[0].plots[0].series[0].values[100]"
 
 
 def test_another_recording_gives_other_numbers(bundle: Path) -> None:
@@ -129,8 +134,11 @@ def test_another_recording_gives_other_numbers(bundle: Path) -> None:
         files["run/SD.bin"] = blocks[:middle] + bytes(512) + blocks[middle + 512 :]
 
     rewrite(bundle, shorter)
-    said = result("reproduce", bundle, expect=3)
-    assert any(one["key"].startswith("recording.samples") for one in said["compared"][0]["differences"])
+    reproduction = result("reproduce", bundle, expect=3)
+    assert any(
+        difference["key"].startswith("recording.samples")
+        for difference in reproduction["compared"][0]["differences"]
+    )
 
 
 def test_a_changed_file_is_refused_by_name(bundle: Path) -> None:
@@ -138,8 +146,8 @@ def test_a_changed_file_is_refused_by_name(bundle: Path) -> None:
         files["run/maneuver.toml"] = files["run/maneuver.toml"].replace(b"59.0", b"58.0")
 
     rewrite(bundle, change, hashes=False)
-    said = command("reproduce", bundle, expect=1)
-    assert "run/maneuver.toml" in said.err and "Nothing was unpacked" in said.err
+    output = command("reproduce", bundle, expect=1)
+    assert "run/maneuver.toml" in output.err and "Nothing was unpacked" in output.err
     assert not Path("run-reproduced").exists()
 
 
@@ -163,8 +171,8 @@ def test_an_evaluation_that_is_none_is_named_in_words(
     computed(None)
     name = "evaluation.json"
     rewrite(bundle, lambda files: files.pop(name) if data is None else files.update({name: data}))
-    (one,) = result("reproduce", bundle, expect=3)["compared"][0]["differences"]
-    assert (one["key"], one["recomputed"]) == (name, "an evaluation")
+    (difference,) = result("reproduce", bundle, expect=3)["compared"][0]["differences"]
+    assert (difference["key"], difference["recomputed"]) == (name, "an evaluation")
     words = command("reproduce", bundle, "--out", "again", expect=3).words
     assert "The bundle has no evaluation" in words or "The bundled evaluation cannot be read" in words
     assert "None" not in words
@@ -184,8 +192,8 @@ def test_a_flipped_bit_leaves_what_is_still_good(bundle: Path, name: str, expect
         at = opened.getinfo(name).header_offset + 30 + len(name) + 10
     data[at] ^= 0x10
     bundle.write_bytes(data)
-    said = command("reproduce", bundle, expect=1)
-    err = " ".join(said.err.split())
+    output = command("reproduce", bundle, expect=1)
+    err = " ".join(output.err.split())
     assert f"1 of 11 files in {bundle} is not what its manifest says: {name}." in err
     assert expected in err and "Nothing was unpacked." in err
     assert f"unzip {bundle} -d rescued" in err and "tfsat-host bundle rescued/run" in err
@@ -197,10 +205,10 @@ def test_changed_evidence_is_named(bundle: Path) -> None:
         files["run/preflight.json"] = files["run/preflight.json"].replace(b"1a2b", b"1a2c")
 
     rewrite(bundle, change)
-    done = command("reproduce", bundle, expect=3)
-    assert (done.result["same"], done.result["complete"]) == (True, False)
-    assert "SAME as far as it could be computed, and not whole: 1 CHANGED (above)." in done.words
-    assert "preflight.json was changed" in done.words
+    output = command("reproduce", bundle, expect=3)
+    assert (output.result["same"], output.result["complete"]) == (True, False)
+    assert "SAME as far as it could be computed, and not whole: 1 CHANGED (above)." in output.words
+    assert "preflight.json was changed" in output.words
 
 
 def test_what_was_changed_before_it_was_bundled_stays_named(quick: Path) -> None:
@@ -208,8 +216,8 @@ def test_what_was_changed_before_it_was_bundled_stays_named(quick: Path) -> None
     (quick / "preflight.json").write_text("{}")
     command("bundle", "run", expect=3)
     rewrite(ARCHIVE, lambda files: files.pop("run/record.json"))
-    said = result("reproduce", ARCHIVE, expect=3)
-    assert said["complete"] is False and "preflight.json was changed" in said["record"][0]
+    reproduction = result("reproduce", ARCHIVE, expect=3)
+    assert reproduction["complete"] is False and "preflight.json was changed" in reproduction["record"][0]
 
 
 def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,16 +229,16 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
     del run
     monkeypatch.setattr(drop_evaluation, "evaluate_run", refuse)
     command("bundle", "run", expect=3)
-    said = result("reproduce", ARCHIVE, expect=3)
-    assert (said["same"], said["complete"]) == (True, False)
-    assert "It ends at the release." in said["compared"][0]["sentence"]
+    reproduction = result("reproduce", ARCHIVE, expect=3)
+    assert (reproduction["same"], reproduction["complete"]) == (True, False)
+    assert "It ends at the release." in reproduction["compared"][0]["sentence"]
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
     assert "Evaluation: REFUSED. The drop cannot be evaluated, now as then: It ends at the release." in words
     assert words.count("LOST when bundled") == 1 == words.count("LOST (above)") and "same" not in words
 
 
-def calibration_in(said: Any) -> Any:
-    return next(one for one in said["compared"] if one["what"] == "calibration")
+def calibration_in(reproduction: Any) -> Any:
+    return next(comparison for comparison in reproduction["compared"] if comparison["what"] == "calibration")
 
 
 def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None:
@@ -241,39 +249,39 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None
     between = done(REST).taken + timedelta(seconds=30)
     note_landing(calibrated / CERTIFICATE, Landing(between, "recording 0000abcd"))
     note_landing(calibrated / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
-    said = result("bundle", "run")
-    kept = [name for name in said["files"] if name.startswith(f"run/{RECORDINGS}")]
-    assert sum(name.endswith(".npz") for name in kept) == len(STEPS)
-    assert "raw data of the calibration" not in {one["what"] for one in said["missing"]}
-    said = result("reproduce", ARCHIVE)
-    assert (said["same"], said["complete"], said["incomplete"]) == (True, True, [])
-    again = calibration_in(said)
+    summary = result("bundle", "run")
+    recordings = [name for name in summary["files"] if name.startswith(f"run/{RECORDINGS}")]
+    assert sum(name.endswith(".npz") for name in recordings) == len(STEPS)
+    assert "raw data of the calibration" not in {entry["what"] for entry in summary["missing"]}
+    summary = result("reproduce", ARCHIVE)
+    assert (summary["same"], summary["complete"], summary["incomplete"]) == (True, True, [])
+    again = calibration_in(summary)
     assert again["differences"] == [] and "recomputed from 3 recordings" in again["sentence"]
 
 
 def test_values_that_the_recordings_do_not_give_are_named(calibrated: Path) -> None:
-    found = read_calibration(calibrated / CERTIFICATE)
-    bias = found.gyros[1].bias_rad_s + np.array([0.0, 1e-4, 0.0])
-    gyros = (found.gyros[0], replace(found.gyros[1], bias_rad_s=bias), *found.gyros[2:])
-    (calibrated / CERTIFICATE).write_text(format_calibration(replace(found, gyros=gyros)))
+    calibration = read_calibration(calibrated / CERTIFICATE)
+    bias = calibration.gyros[1].bias_rad_s + np.array([0.0, 1e-4, 0.0])
+    gyros = (calibration.gyros[0], replace(calibration.gyros[1], bias_rad_s=bias), *calibration.gyros[2:])
+    (calibrated / CERTIFICATE).write_text(format_calibration(replace(calibration, gyros=gyros)))
     result("bundle", "run")
     differs = calibration_in(result("reproduce", ARCHIVE, expect=3))["differences"]
-    assert [one["key"] for one in differs] == ["gyro[1].bias.value[1]"]
+    assert [difference["key"] for difference in differs] == ["gyro[1].bias.value[1]"]
 
 
 def test_recordings_that_are_gone_or_changed_are_lost(calibrated: Path) -> None:
     rest, zero = (read_calibration(calibrated / CERTIFICATE).papers[i].file for i in (0, 1))
     (calibrated / RECORDINGS / zero).write_bytes(to_bytes(done(SWINGS[0])))
-    lost = {one["what"] for one in result("bundle", "run", expect=3)["missing"] if one["lost"]}
+    lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{zero}"}
-    said = result("reproduce", ARCHIVE, expect=3)
-    assert (said["same"], said["complete"]) == (True, False)
-    assert any(zero in sentence for sentence in said["incomplete"])
+    reproduction = result("reproduce", ARCHIVE, expect=3)
+    assert (reproduction["same"], reproduction["complete"]) == (True, False)
+    assert any(zero in sentence for sentence in reproduction["incomplete"])
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
     assert "SAME as far as it could be computed, and not whole: 1 LOST, 1 NOT COMPUTED (above)." in words
     assert "SAME: the raw data give" not in words
     (calibrated / RECORDINGS / rest).unlink()
-    lost = {one["what"] for one in result("bundle", "run", expect=3)["missing"] if one["lost"]}
+    lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{rest}", f"run/{RECORDINGS}/{zero}"}
     again = calibration_in(result("reproduce", ARCHIVE, "--out", "third", expect=3))
     assert again["differences"] is None and rest in again["sentence"]
@@ -292,7 +300,7 @@ def test_a_recording_that_was_changed_in_the_bundle_does_not_pass(calibrated: Pa
         files[name] = to_bytes(replace(done(ZERO), tool_version="another"))
 
     rewrite(ARCHIVE, change)
-    said = result("reproduce", ARCHIVE, expect=3)
-    assert (said["same"], said["complete"]) == (True, False)
-    again = calibration_in(said)
+    reproduction = result("reproduce", ARCHIVE, expect=3)
+    assert (reproduction["same"], reproduction["complete"]) == (True, False)
+    again = calibration_in(reproduction)
     assert again["differences"] is None and "SHA-256 differs" in again["sentence"]

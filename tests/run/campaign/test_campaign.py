@@ -37,8 +37,8 @@ def index_of(camp: Path) -> list[Any]:
 def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     before = contents(Path("run1"))
     assert command("campaign", "next", "camp").out == "1\n"
-    said = result("campaign", "add", "camp", "run1", "--note", "wind: west, ±3 m/s")
-    assert (said["number"], said["path"], said["moved"]) == (1, "camp/drop-0001", False)
+    summary = result("campaign", "add", "camp", "run1", "--note", "wind: west, ±3 m/s")
+    assert (summary["number"], summary["path"], summary["moved"]) == (1, "camp/drop-0001", False)
     assert contents(Path("run1")) == before
     drop = contents(camp / "drop-0001")
     taught = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
@@ -46,7 +46,7 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
     assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"
     assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002", "findings": []}
-    assert said["released"] == "2026-01-05T09:00:07.000Z" and len(said["session"]) == 8
+    assert summary["released"] == "2026-01-05T09:00:07.000Z" and len(summary["session"]) == 8
     (entry,) = index_of(camp)
     assert entry == json.loads(drop["drop.json"])
     assert [note["text"] for note in entry["notes"]] == ["wind: west, ±3 m/s"]
@@ -83,8 +83,8 @@ def test_a_recording_brings_what_lies_beside_it_and_the_certificate_from_here(ca
 def test_the_same_recording_comes_in_once(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     before = contents(camp)
-    said = command("campaign", "add", "camp", "run1", "--move", expect=1)
-    assert "is drop 1 of camp already" in said.err
+    output = command("campaign", "add", "camp", "run1", "--move", expect=1)
+    assert "is drop 1 of camp already" in output.err
     assert contents(camp) == before and Path("run1").is_dir()
     assert not list(camp.glob(".adding-*"))
 
@@ -92,8 +92,8 @@ def test_the_same_recording_comes_in_once(camp: Path) -> None:
 def test_a_recording_that_cannot_be_decoded_is_kept(camp: Path) -> None:
     blocks = np.frombuffer(Path("run1/SD.bin").read_bytes(), DATA_BLOCK_DTYPE)
     Path("run1/SD.bin").write_bytes(blocks[blocks["kind"] == BlockKind.DATA].tobytes())
-    said = command("campaign", "add", "camp", "run1", expect=3)
-    assert "cannot be decoded" in said.err and "lost its header" in said.err
+    output = command("campaign", "add", "camp", "run1", expect=3)
+    assert "cannot be decoded" in output.err and "lost its header" in output.err
     assert index_of(camp)[0]["session"] is None
     command("campaign", "add", "camp", "run2")
     report = result("campaign", "report", "camp", expect=3)
@@ -134,10 +134,10 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     command("campaign", "add", "camp", "run2")
     shutil.rmtree(camp / "drop-0002")
-    said = command("campaign", "list", "camp", expect=3)
-    assert "drop-0002 is in the index and not there any more" in said.err
-    said = command("campaign", "next", "camp", expect=3)
-    assert said.out == "3\n" and "not there any more" in said.err
+    output = command("campaign", "list", "camp", expect=3)
+    assert "drop-0002 is in the index and not there any more" in output.err
+    output = command("campaign", "next", "camp", expect=3)
+    assert output.out == "3\n" and "not there any more" in output.err
     assert result("campaign", "add", "camp", "run3")["number"] == 3
     command("campaign", "note", "camp", "2", "it burned")
     assert [drop["number"] for drop in index_of(camp)] == [1, 2, 3]
@@ -149,20 +149,20 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
 def test_a_damaged_index_is_rebuilt_from_the_folders(camp: Path, damage: bytes | None) -> None:
     command("campaign", "add", "camp", "run1", "--note", "one")
     command("campaign", "add", "camp", "run2")
-    whole = index_of(camp)
+    entries = index_of(camp)
     if damage is None:
         (camp / "campaign.json").unlink()
     else:
         (camp / "campaign.json").write_bytes(damage)
-    said = result("campaign", "list", "camp", expect=3)
-    assert [{**drop, "changes": None} for drop in said["drops"]] == [
-        {**drop, "changes": None} for drop in whole
+    summary = result("campaign", "list", "camp", expect=3)
+    assert [{**drop, "changes": None} for drop in summary["drops"]] == [
+        {**drop, "changes": None} for drop in entries
     ]
-    assert "rebuilt from the drops' folders" in said["findings"][0]
+    assert "rebuilt from the drops' folders" in summary["findings"][0]
     assert result("campaign", "add", "camp", "run3")["number"] == 3
-    assert index_of(camp)[:2] == whole and len(index_of(camp)) == 3
-    kept = list(camp.glob("campaign.damaged-*.json"))
-    assert [path.read_bytes() for path in kept] == ([] if damage is None else [damage])
+    assert index_of(camp)[:2] == entries and len(index_of(camp)) == 3
+    backups = list(camp.glob("campaign.damaged-*.json"))
+    assert [path.read_bytes() for path in backups] == ([] if damage is None else [damage])
     assert result("campaign", "list", "camp")["findings"] == []
 
 
@@ -172,9 +172,9 @@ def test_a_drop_whose_entry_was_not_written_any_more_is_found(camp: Path) -> Non
     before = (camp / "campaign.json").read_bytes()
     command("campaign", "add", "camp", "run2", "--note", "two")
     (camp / "campaign.json").write_bytes(before)
-    said = result("campaign", "list", "camp", expect=3)
-    assert [drop["number"] for drop in said["drops"]] == [1, 2]
-    assert "drop-0002 was not in the index" in said["findings"][0]
+    summary = result("campaign", "list", "camp", expect=3)
+    assert [drop["number"] for drop in summary["drops"]] == [1, 2]
+    assert "drop-0002 was not in the index" in summary["findings"][0]
     assert "is drop 2 of camp already" in command("campaign", "add", "camp", "run2", expect=1).err
 
 
@@ -182,10 +182,10 @@ def test_a_folder_that_says_nothing_of_itself_is_named_and_keeps_its_number(camp
     command("campaign", "add", "camp", "run1")
     (camp / "drop-0005").mkdir()
     shutil.copytree(camp / "drop-0001", camp / "drop-0006")
-    said = result("campaign", "list", "camp", expect=3)
-    assert len(said["drops"]) == 1 and said["next"] == 7
-    assert "its own drop.json cannot be read" in said["findings"][0]
-    assert "renamed or copied by hand" in said["findings"][1]
+    summary = result("campaign", "list", "camp", expect=3)
+    assert len(summary["drops"]) == 1 and summary["next"] == 7
+    assert "its own drop.json cannot be read" in summary["findings"][0]
+    assert "renamed or copied by hand" in summary["findings"][1]
 
 
 def test_what_is_no_campaign_is_refused(camp: Path) -> None:
@@ -209,8 +209,8 @@ def test_two_terminals_at_once_lose_no_drop(camp: Path) -> None:
         for n in (1, 2, 3)
     ]
     for program in programs:
-        _, said = program.communicate()
-        assert program.returncode == 0, said
+        _, stderr = program.communicate()
+        assert program.returncode == 0, stderr
     drops = result("campaign", "list", "camp")["drops"]
     assert [drop["number"] for drop in drops] == [1, 2, 3]
     assert {drop["origin"]: drop["notes"][0]["text"] for drop in drops} == {
@@ -253,14 +253,14 @@ def test_an_entry_that_is_not_the_index_s_is_named(camp: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "left", ["SD.bin", "DROP0001.BIN", "preflight.json", "record.json", ".tfsat-rehearsal"]
+    "file_name", ["SD.bin", "DROP0001.BIN", "preflight.json", "record.json", ".tfsat-rehearsal"]
 )
-def test_a_run_is_no_campaign(camp: Path, left: str) -> None:
+def test_a_run_is_no_campaign(camp: Path, file_name: str) -> None:
     del camp
     Path("place").mkdir()
-    (Path("place") / left).write_bytes(b"")
-    said = command("campaign", "init", "place", expect=1)
-    assert f"it holds {left}" in said.err and not Path("place/campaign.json").exists()
+    (Path("place") / file_name).write_bytes(b"")
+    output = command("campaign", "init", "place", expect=1)
+    assert f"it holds {file_name}" in output.err and not Path("place/campaign.json").exists()
 
 
 def test_hints_can_be_typed_as_they_are(camp: Path) -> None:

@@ -33,13 +33,13 @@ def added(*runs: str) -> None:
 def test_robots_are_compared_by_themselves(camp: Path) -> None:
     on_other_logger(Path("run3"), OTHER)
     added("run1", "run3", "run2")
-    said = command("campaign", "report", "camp")
-    first, other = said.result["comparisons"]
+    output = command("campaign", "report", "camp")
+    first, other = output.result["comparisons"]
     assert (first["drops"], other["drops"]) == ([1, 3], [2])
     assert first["comparison"]["agreement"]["agree"] is True and other["comparison"] is None
     assert other["logger_serial"] == OTHER.hex() != first["logger_serial"]
-    assert "2 robots or robot files: none is combined with those of another" in said.words
-    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in said.words
+    assert "2 robots or robot files: none is combined with those of another" in output.words
+    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in output.words
 
 
 def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,10 +54,10 @@ def test_a_drop_with_an_edited_robot_is_named_and_left_out(camp: Path) -> None:
     added("run1", "run2", "run3")
     edited = camp / "drop-0002" / "robot.toml"
     edited.write_text(edited.read_text() + "# mended\n")
-    said = result("campaign", "report", "camp", expect=3)
-    assert [drop["evaluation"] is None for drop in said["drops"]] == [False, True, False]
-    assert "robot.toml was changed" in said["drops"][1]["error"]["what"]
-    assert [one["drops"] for one in said["comparisons"]] == [[1, 3]]
+    summary = result("campaign", "report", "camp", expect=3)
+    assert [drop["evaluation"] is None for drop in summary["drops"]] == [False, True, False]
+    assert "robot.toml was changed" in summary["drops"][1]["error"]["what"]
+    assert [comparison["drops"] for comparison in summary["comparisons"]] == [[1, 3]]
     edited.write_text("no TOML")
     assert "Drop 2 cannot be evaluated" in command("campaign", "report", "camp", expect=3).words
 
@@ -67,9 +67,9 @@ def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> 
     for run in ("run1", "run2", "run3"):
         (Path(run) / "robot.toml").write_text(text + ("# measured again\n" if run == "run3" else ""))
     added("run1", "run2", "run3")
-    said = command("campaign", "report", "camp")
-    assert [one["drops"] for one in said.result["comparisons"]] == [[1, 2], [3]]
-    assert "robot file" in said.words
+    output = command("campaign", "report", "camp")
+    assert [comparison["drops"] for comparison in output.result["comparisons"]] == [[1, 2], [3]]
+    assert "robot file" in output.words
 
 
 def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
@@ -92,13 +92,13 @@ def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
 def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     command("campaign", "add", "camp", "run2", "--note", "the second")
-    done = command("campaign", "report", "camp")
-    said, words = done.result, done.words
-    assert said["report"] == "camp/report.html"
-    assert [drop["number"] for drop in said["drops"]] == [1, 2]
-    turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in said["drops"]]
+    output = command("campaign", "report", "camp")
+    summary, words = output.result, output.words
+    assert summary["report"] == "camp/report.html"
+    assert [drop["number"] for drop in summary["drops"]] == [1, 2]
+    turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in summary["drops"]]
     assert turned_deg == pytest.approx([25.7, 25.7], abs=0.3)
-    (compared,) = said["comparisons"]
+    (compared,) = summary["comparisons"]
     assert (compared["robot"], compared["drops"]) == ("emulated", [1, 2]), "no robot fell"
     assert (
         len(compared["comparison"]["cross_validation"]) == 2 and compared["comparison"]["agreement"]["agree"]
@@ -121,15 +121,15 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     for seed in (1, 2):
         fell(Path(f"run{seed}"))
     for number, seed in enumerate((1, 3, 2, 4), 1):
-        said = command("campaign", "add", "camp", f"run{seed}")
-        assert ("EMULATED: no robot fell" in said.words) == (seed > 2), number
+        output = command("campaign", "add", "camp", f"run{seed}")
+        assert ("EMULATED: no robot fell" in output.words) == (seed > 2), number
     listed = result("campaign", "list", "camp")["drops"]
     assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
-    said = command("campaign", "report", "camp")
-    assert [one["robot"] for one in said.result["comparisons"]] == ["real", "emulated"]
-    for one, numbers in zip(said.result["comparisons"], ((1, 3), (2, 4)), strict=True):
-        assert one["drops"] == list(numbers)
-        drops = [left["drop"] for left in one["comparison"]["cross_validation"]]
+    output = command("campaign", "report", "camp")
+    assert [comparison["robot"] for comparison in output.result["comparisons"]] == ["real", "emulated"]
+    for comparison, numbers in zip(output.result["comparisons"], ((1, 3), (2, 4)), strict=True):
+        assert comparison["drops"] == list(numbers)
+        drops = [row["drop"] for row in comparison["comparison"]["cross_validation"]]
         assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
             True,
             True,
@@ -141,12 +141,12 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
         "Each drop by the corrections of the others",
     ):
         assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
-    assert "The drops of the real robot together:" in said.words
-    assert "The drops of the emulated robot together:" in said.words
+    assert "The drops of the real robot together:" in output.words
+    assert "The drops of the emulated robot together:" in output.words
     mixed = evaluate("run1", "run3")
     assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
-    assert re.search(r"all drops +drop 1 +drop 3\s", said.out) and re.search(
-        r"all drops +drop 2 +drop 4\s", said.out
+    assert re.search(r"all drops +drop 1 +drop 3\s", output.out) and re.search(
+        r"all drops +drop 2 +drop 4\s", output.out
     )
 
 
@@ -174,12 +174,12 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
 
     monkeypatch.setattr(one_run, "evaluate_run", breaks)
     monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
-    said = command("campaign", "report", "camp", expect=3)
-    assert "Drop 1 cannot be evaluated: IndexError" in said.words
+    output = command("campaign", "report", "camp", expect=3)
+    assert "Drop 1 cannot be evaluated: IndexError" in output.words
     page = (camp / "report.html").read_text()
     assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002 (emulated)"' in page
-    (kept,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()
-    assert "index 3 is out of bounds" in kept.read_text() and kept.name in said.words
+    (crash_file,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()
+    assert "index 3 is out of bounds" in crash_file.read_text() and crash_file.name in output.words
 
 
 def test_a_recording_that_ends_at_the_release_is_left_out_by_name(camp: Path) -> None:
@@ -190,8 +190,8 @@ def test_a_recording_that_ends_at_the_release_is_left_out_by_name(camp: Path) ->
     Path("run1/SD.bin").write_bytes(data[:cut])
     command("campaign", "add", "camp", "run1", expect=3)
     command("campaign", "add", "camp", "run2")
-    said = result("campaign", "report", "camp", expect=3)
-    assert [drop["evaluation"] is None for drop in said["drops"]] == [True, False]
+    summary = result("campaign", "report", "camp", expect=3)
+    assert [drop["evaluation"] is None for drop in summary["drops"]] == [True, False]
     assert "drop-0001 could not be evaluated" in (camp / "report.html").read_text()
 
 

@@ -21,13 +21,13 @@ def words(text: str) -> str:
 
 
 def test_another_copy_of_the_same_recording_is_the_same_drop(camp: Path) -> None:
-    whole = Path("run1/SD.bin").read_bytes()
-    Path("run1/SD.bin").write_bytes(whole[: len(whole) * 3 // 4 // 512 * 512])
+    recording_bytes = Path("run1/SD.bin").read_bytes()
+    Path("run1/SD.bin").write_bytes(recording_bytes[: len(recording_bytes) * 3 // 4 // 512 * 512])
     command("campaign", "add", "camp", "run1", expect=3)
     before = contents(camp)
     err = ""
-    for name, length in (("cut", len(whole) // 2), ("whole", len(whole))):
-        Path(f"{name}.bin").write_bytes(whole[: length // 512 * 512])
+    for name, length in (("cut", len(recording_bytes) // 2), ("whole", len(recording_bytes))):
+        Path(f"{name}.bin").write_bytes(recording_bytes[: length // 512 * 512])
         err = words(command("campaign", "add", "camp", f"{name}.bin", expect=1).err)
         assert f"recording {index_of(camp)[0]['session']} is drop 1 of camp already (drop-0001)" in err
         assert ("has more samples" in err) == (name == "whole")
@@ -52,15 +52,15 @@ def test_a_damaged_recording_is_a_drop_and_doubtful(camp: Path) -> None:
     middle = len(data) // 1024 * 512
     data[middle : middle + 512] = bytes(512)
     Path("run1/SD.bin").write_bytes(data)
-    said = command("campaign", "add", "camp", "run1", expect=3)
-    assert "damaged" in said.err and len(index_of(camp)) == 1
+    output = command("campaign", "add", "camp", "run1", expect=3)
+    assert "damaged" in output.err and len(index_of(camp)) == 1
 
 
 def test_a_void_drop_keeps_its_number_and_does_not_count(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     command("campaign", "add", "camp", "run2")
-    said = result("campaign", "void", "camp", "1", "the hook was caught")
-    assert said["void"]["text"] == "the hook was caught"
+    summary = result("campaign", "void", "camp", "1", "the hook was caught")
+    assert summary["void"]["text"] == "the hook was caught"
     assert json.loads((camp / "drop-0001" / "drop.json").read_text()) == index_of(camp)[0]
     listed = command("campaign", "list", "camp").words
     assert "VOID: the hook was caught" in listed
@@ -127,9 +127,9 @@ def test_what_was_changed_before_is_not_signed_as_if_it_were_not(camp: Path) -> 
     (run / "preflight.json").write_text('{"go": false}\n')
     sign(run, [run / "preflight.json"], "tfsat-host preflight: NO-GO", datetime(2026, 1, 5, tzinfo=UTC))
     (run / "preflight.json").write_text('{"go": true}\n')
-    said = command("campaign", "add", "camp", "run1", expect=3)
-    assert "preflight.json was changed since it was signed" in words(said.err)
-    assert [one.name for one in verify(camp / "drop-0001")] == ["preflight.json"]
+    output = command("campaign", "add", "camp", "run1", expect=3)
+    assert "preflight.json was changed since it was signed" in words(output.err)
+    assert [record_finding.name for record_finding in verify(camp / "drop-0001")] == ["preflight.json"]
     assert "preflight.json was changed" in command("campaign", "list", "camp", expect=3).words
 
 
@@ -142,17 +142,17 @@ def test_links_and_pipes_stay_outside(camp: Path, tmp_path: Path) -> None:
     (run / "photos" / "hook.jpg").write_bytes(b"jpg")
     (run / "photos" / "again.jpg").symlink_to("hook.jpg")
     os.mkfifo(run / "photos" / "pipe")
-    said = command("campaign", "add", "camp", "run1", "--move", "--json")
-    kept = contents(camp / "drop-0001").keys()
-    assert {"photos/hook.jpg", "photos/again.jpg"} <= kept
-    assert not [name for name in kept if "outside" in name or "loop" in name or "pipe" in name]
-    assert said.json["left_out"] == {
+    output = command("campaign", "add", "camp", "run1", "--move", "--json")
+    names = contents(camp / "drop-0001").keys()
+    assert {"photos/hook.jpg", "photos/again.jpg"} <= names
+    assert not [name for name in names if "outside" in name or "loop" in name or "pipe" in name]
+    assert output.json["left_out"] == {
         "loop": "is a link to a folder",
         "outside.txt": f"is a link that leads out of the folder, to {tmp_path / 'secret.txt'}",
         "photos/pipe": "is a pipe",
     }
-    assert run.is_dir() and said.json["moved"] is False
-    assert "photos/pipe is a pipe" in words(said.err) and "run1 was not removed" in words(said.err)
+    assert run.is_dir() and output.json["moved"] is False
+    assert "photos/pipe is a pipe" in words(output.err) and "run1 was not removed" in words(output.err)
     Path("run2/SD.bin").unlink()
     Path("run2/SD.bin").symlink_to("../run3/SD.bin")
     assert "leads out of the folder" in words(command("campaign", "add", "camp", "run2", expect=1).err)

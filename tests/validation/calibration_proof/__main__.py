@@ -32,9 +32,9 @@ def main() -> int:
     ensure_built(progress=print)
     run = CampaignRun("calibration-proof")
     with ProcessPoolExecutor() as pool:
-        shown = Console(stderr=True)
+        console = Console(stderr=True)
         errors = pool.map(calibrate_robot, range(1, robots + 1))
-        results = dict(track(errors, "robots", total=robots, console=shown))
+        results = dict(track(errors, "robots", total=robots, console=console))
     run.write(make_tables(results), {"robots": robots})
     return report_targets(find_targets(results))
 

@@ -76,25 +76,27 @@ def leaning_day(seed: int) -> CalibrationDay:
 def calibrated(day: CalibrationDay) -> Solution:
     """As `tfsat-host calibrate` does it: each step is checked with what is known before it. Raises CalibrationError."""
     accepted: list[Evidence] = []
-    for one in day.evidence:
-        check_step(one, accepted, day.model)
-        accepted.append(one)
+    for evidence in day.evidence:
+        check_step(evidence, accepted, day.model)
+        accepted.append(evidence)
     return solve(accepted, day.model)
 
 
-def errors_of(day: CalibrationDay, found: Solution) -> dict[str, Errors]:
+def errors_of(day: CalibrationDay, solution: Solution) -> dict[str, Errors]:
     """Against the hidden truth, for each of QUANTITIES."""
-    gyros = [_gyro_errors(day, found, body) for body in range(len(found.gyros))]
-    zeros = [_zero_errors(day, found, joint) for joint in range(len(found.joints))]
+    gyros = [_gyro_errors(day, solution, body) for body in range(len(solution.gyros))]
+    zeros = [_zero_errors(day, solution, joint) for joint in range(len(solution.joints))]
     parts = {name: [gyro[name] for gyro in gyros] for name in QUANTITIES[:3]} | {"zero": zeros}
     return {
-        name: Errors(np.concatenate([one.error for one in ones]), np.concatenate([one.std for one in ones]))
+        name: Errors(
+            np.concatenate([errors.error for errors in ones]), np.concatenate([errors.std for errors in ones])
+        )
         for name, ones in parts.items()
     }
 
 
-def _gyro_errors(day: CalibrationDay, found: Solution, body: int) -> dict[str, Errors]:
-    gyro, truth = found.gyros[body], day.truth
+def _gyro_errors(day: CalibrationDay, solution: Solution, body: int) -> dict[str, Errors]:
+    gyro, truth = solution.gyros[body], day.truth
     std = np.sqrt(np.diag(gyro.covariance))
     mounted = truth.mounting[body] @ day.model.imus[body].sensor_to_body
     off = Rotation.from_matrix(mounted.T @ gyro.rotation).as_rotvec()
@@ -106,11 +108,11 @@ def _gyro_errors(day: CalibrationDay, found: Solution, body: int) -> dict[str, E
     }
 
 
-def _zero_errors(day: CalibrationDay, found: Solution, joint: int) -> Errors:
-    sensors, truth = found.joints[joint], day.truth
+def _zero_errors(day: CalibrationDay, solution: Solution, joint: int) -> Errors:
+    sensors, truth = solution.joints[joint], day.truth
     error = []
     for k, column in enumerate((2 * joint, 2 * joint + 1)):
         straight = day.model.angle_sensors[column].zero_offset_rad + truth.angle_zero_rad[column]
-        shown = straight + harmonics(np.array([straight]))[0] @ truth.angle_nonlinearity_rad[column]
-        error.append(float(wrap_angle(np.array([sensors.zero_rad[k] - shown]))[0]))
+        true_zero_rad = straight + harmonics(np.array([straight]))[0] @ truth.angle_nonlinearity_rad[column]
+        error.append(float(wrap_angle(np.array([sensors.zero_rad[k] - true_zero_rad]))[0]))
     return Errors(np.rad2deg(error), np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))))

@@ -74,13 +74,13 @@ def main() -> int:
     if arguments.json:
         table = [
             {
-                "decoder": one.name,
-                "version": version(one.name),
-                "checks": one.checks,
+                "decoder": decoder.name,
+                "version": version(decoder.name),
+                "checks": decoder.checks,
                 "mb": mb,
                 "taken_s": taken_s,
             }
-            for one, (mb, _, taken_s) in zip(DECODERS, rows, strict=True)
+            for decoder, (mb, _, taken_s) in zip(DECODERS, rows, strict=True)
         ]
         figures = {"samples": len(samples.t_us), "rounds": arguments.rounds, "decoders": table}
         arguments.json.write_text(json.dumps(figures | {"large_mb": large_mb, "large_s": large_s}))
@@ -104,11 +104,12 @@ def _measure(decoder: Decoder, samples: Samples, folder: Path, rounds: int) -> t
     """Size in MB, whether the values are right, and the best time in s."""
     path = folder / decoder.name
     decoder.write(samples, path)
-    found = decoder.read(path)
+    decoded_samples = decoder.read(path)
     right = all(
-        np.array_equal(getattr(found, name), getattr(samples, name)) for name in ("t_us", "imu", "angle")
+        np.array_equal(getattr(decoded_samples, name), getattr(samples, name))
+        for name in ("t_us", "imu", "angle")
     )
-    del found
+    del decoded_samples
     return path.stat().st_size / 1e6, right, _best(lambda: decoder.read(path), rounds)
 
 

@@ -59,6 +59,12 @@ def read_kaitai(path: Path) -> Samples:
             continue
         for sample in block.body.sample_slots[: block.head.sample_count]:
             times.append(block.head.time_us + sample.time_offset_us)
-            imu.append([v for one in sample.imu for v in (*one.accel, one.temperature, *one.gyro)])
+            imu.append(
+                [
+                    v
+                    for imu_reading in sample.imu
+                    for v in (*imu_reading.accel, imu_reading.temperature, *imu_reading.gyro)
+                ]
+            )
             angle.append(sample.angle)
     return Samples(np.array(times, np.int64), np.array(imu, np.int16), np.array(angle, np.uint16))

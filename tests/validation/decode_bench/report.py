@@ -75,8 +75,8 @@ def _bench(figures: Path) -> dict[str, Any] | None:
         "--json",
         str(figures),
     ]
-    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, cwd=REPOSITORY, check=False)
-    if done.returncode:
+    process = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, cwd=REPOSITORY, check=False)
+    if process.returncode:
         return None
     bench: dict[str, Any] = json.loads(figures.read_text())
     return bench
@@ -89,11 +89,11 @@ def _compare_decoders(bench: dict[str, Any]) -> str:
         columns,
         [
             (
-                *(one["decoder"], one["version"], one["checks"], f"{one['mb']:.1f}"),
-                *(f"{one['taken_s'] * 1e3:.1f}", f"{one['mb'] / one['taken_s']:.0f}"),
-                *(f"{samples / one['taken_s']:.0f}", f"{one['taken_s'] / ours:.0f}"),
+                *(decoder["decoder"], decoder["version"], decoder["checks"], f"{decoder['mb']:.1f}"),
+                *(f"{decoder['taken_s'] * 1e3:.1f}", f"{decoder['mb'] / decoder['taken_s']:.0f}"),
+                *(f"{samples / decoder['taken_s']:.0f}", f"{decoder['taken_s'] / ours:.0f}"),
             )
-            for one in bench["decoders"]
+            for decoder in bench["decoders"]
         ],
     )
 
@@ -136,11 +136,11 @@ def _decode_drops(folder: Path) -> dict[str, str]:
     """Return what `decode` prints of each drop, by its file's name, and the table of all."""
     printed, rows = {}, []
     for scenario in make(folder):
-        done, name = _decode(scenario.path), scenario.path.name
-        lines = [f"$ tfsat-host decode {name}", *done.stderr.splitlines(), *done.stdout.splitlines()]
+        process, name = _decode(scenario.path), scenario.path.name
+        lines = [f"$ tfsat-host decode {name}", *process.stderr.splitlines(), *process.stdout.splitlines()]
         printed[f"{name}.txt"] = "".join(f"{line.rstrip()}\n" for line in lines)
         facts = json.loads(_decode(scenario.path, "--json").stdout)
-        rows.append(describe_drop(scenario, done.returncode, facts))
+        rows.append(describe_drop(scenario, process.returncode, facts))
     return {**printed, "drops.csv": csv_text(DROP_COLUMNS, rows)}
 
 

@@ -78,8 +78,8 @@ def cut_in_the_drop(card: Path) -> bytes:
         head = BlockHeader.decode(data[at : at + BlockHeader.SIZE])
         if head.kind == BlockKind.DATA and head.time_us > cut_us:
             break
-    kept = at + BLOCK_BYTES // 2
-    return data[:kept] + bytes(len(data) - kept)
+    kept_bytes = at + BLOCK_BYTES // 2
+    return data[:kept_bytes] + bytes(len(data) - kept_bytes)
 
 
 def overwritten(data: bytes) -> bytes:

@@ -56,12 +56,12 @@ def main() -> int:
 
 def _best(work: Callable[[], object], rounds: int) -> float:
     """Least wall time of `rounds`, after one that counts for nothing."""
-    taken = []
+    durations_s = []
     for _ in range(rounds + 1):
         start = time.perf_counter()
         work()
-        taken.append(time.perf_counter() - start)
-    return min(taken[1:])
+        durations_s.append(time.perf_counter() - start)
+    return min(durations_s[1:])
 
 
 def _rollouts(robot: RobotModel, count: int, timestep_s: float) -> tuple[float, float]:
@@ -71,11 +71,11 @@ def _rollouts(robot: RobotModel, count: int, timestep_s: float) -> tuple[float, 
     for _ in range(count):
         alpha, sequence = rng.uniform(20.0, 70.0, 3), sequences(3)[int(rng.integers(len(sequences(3))))]
         strokes = [(abs(s) - 1, float(np.copysign(alpha[abs(s) - 1], s))) for s in sequence]
-        flown = reorientation_by_rollout(robot, strokes, 170.0, timestep_s)
+        rollout = reorientation_by_rollout(robot, strokes, 170.0, timestep_s)
         joints, deltas_deg = zip(*strokes, strict=True)
         ours = rotation_angle_rad(path_rotation(body, joints, np.radians(deltas_deg), steps=8))
-        seconds.append(flown.wall_time_s)
-        errors.append(abs(flown.reorientation_deg - float(np.degrees(ours))))
+        seconds.append(rollout.wall_time_s)
+        errors.append(abs(rollout.reorientation_deg - float(np.degrees(ours))))
     return float(np.mean(seconds)), max(errors)
 
 

@@ -54,20 +54,20 @@ def main() -> int:
     run = CampaignRun("evaluation-proof")
     seeds = range(1, arguments.robots + 1)
     with ProcessPoolExecutor(PROCESSES) as pool:
-        shown = Console(stderr=True)
+        console = Console(stderr=True)
         wrong = [(row.name, seed) for row in ROWS for seed in seeds_of(row, arguments.drops)]
-        drops = list(track(pool.map(of_row, wrong), "mismatches", total=len(wrong), console=shown))
-        proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=shown))
+        drops = list(track(pool.map(of_row, wrong), "mismatches", total=len(wrong), console=console))
+        proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=console))
         causes = dict(
             track(
                 pool.map(partial(one_cause, drops=arguments.drops), CAUSES),
                 "causes",
                 total=len(CAUSES),
-                console=shown,
+                console=console,
             )
         )
         taught = range(FIRST_SEED, FIRST_SEED + arguments.taught)
-        lessons = list(track(pool.map(robot, taught), "lessons", total=len(taught), console=shown))
+        lessons = list(track(pool.map(robot, taught), "lessons", total=len(taught), console=console))
     rows = {row.name: drops[k * arguments.drops :][: arguments.drops] for k, row in enumerate(ROWS)}
     results = (proofs, rows, causes, lessons)
     run.write(make_tables(*results), describe_campaign(*results), arguments.out)

@@ -47,16 +47,16 @@ class Proof:
 
 def prove(seed: int) -> Proof:
     """Calibrates a robot, drops it, and evaluates; half a minute, or none if that was done before."""
-    found: Proof = kept(f"proof-{seed}", "tests.validation.evaluation_proof.campaign", lambda: _proven(seed))
-    return found
+    proof: Proof = kept(f"proof-{seed}", "tests.validation.evaluation_proof.campaign", lambda: _proven(seed))
+    return proof
 
 
 def mismatched(row: str, seed: int) -> Judged:
     """One drop of a robot or of sensors that are not as filed, or what it was before."""
-    (flown,) = (one for one in ROWS if one.name == row)
+    (mismatch,) = (candidate for candidate in ROWS if candidate.name == row)
     module = "tests.validation.evaluation_proof.mismatches"
-    found: Judged = kept(f"mismatch-{ROWS.index(flown)}-{seed}", module, lambda: judged(flown, seed))
-    return found
+    outcome: Judged = kept(f"mismatch-{ROWS.index(mismatch)}-{seed}", module, lambda: judged(mismatch, seed))
+    return outcome
 
 
 def _proven(seed: int) -> Proof:
@@ -65,23 +65,23 @@ def _proven(seed: int) -> Proof:
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
         flights_of(robot, drops),
-        {low_pass: without_calibration(robot, one) for low_pass, one in drops.items()},
+        {low_pass: without_calibration(robot, drop) for low_pass, drop in drops.items()},
         {body: with_dead_gyro(robot, drops["42 Hz"], body) for body in bodies},
         replays_of(robot, drops["5 Hz"]),
     )
 
 
-def kept(name: str, module: str, made: Callable[[], Any]) -> Any:
+def kept(name: str, module: str, compute: Callable[[], Any]) -> Any:
     """What the same code, that a module imports, made before, or else is made now."""
     file = KEPT / _code_of(module) / f"{name}.pickle"
     if file.exists():
         return pickle.loads(file.read_bytes())
-    found = made()
+    result = compute()
     file.parent.mkdir(parents=True, exist_ok=True)
     part = file.with_suffix(".part")
-    part.write_bytes(pickle.dumps(found))
+    part.write_bytes(pickle.dumps(result))
     part.replace(file)
-    return found
+    return result
 
 
 @cache

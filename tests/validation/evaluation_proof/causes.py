@@ -75,9 +75,9 @@ def named(kind: str, number: int) -> Named:
     densities = rest_before_release(drop.log).densities_rad_s_rthz
     motion = motion_of(samples, calibration, FILED, densities, LowPass.of(drop.log.header))
     fit = compare_model(motion, model_offsets(FILED), schedule.strokes[0].t_s).fit
-    failed = [one for one in checks_of(motion, fit, drop.log, calibration, FILED) if one.failed]
-    causes = next((one.causes for one in failed if one.causes), ())
-    return Named(causes, tuple(one.name for one in failed))
+    failed = [check for check in checks_of(motion, fit, drop.log, calibration, FILED) if check.failed]
+    causes = next((check.causes for check in failed if check.causes), ())
+    return Named(causes, tuple(check.name for check in failed))
 
 
 def one_cause(kind: str, drops: int = DROPS) -> tuple[str, list[Named]]:
@@ -94,19 +94,19 @@ Drops = Mapping[str, Sequence[Named]]
 
 def first_share(kind: str, drops: Sequence[Named]) -> float:
     """How often the true cause is the likeliest."""
-    return sum(one.first == kind for one in drops) / len(drops)
+    return sum(drop.first == kind for drop in drops) / len(drops)
 
 
 def tied_share(drops: Sequence[Named]) -> float:
     """How often two cannot be told apart."""
-    return sum(one.tied for one in drops) / len(drops)
+    return sum(drop.tied for drop in drops) / len(drops)
 
 
 def count_causes(causes: Drops) -> str:
     """Return a table with a row a kind of cause: how often the true one was the likeliest."""
     rows = []
     for kind, drops in causes.items():
-        others = Counter(one.first for one in drops if one.first not in (kind, SOUND))
+        others = Counter(drop.first for drop in drops if drop.first not in (kind, SOUND))
         met = first_share(kind, drops) >= FIRST_MIN and tied_share(drops) <= TIED_MAX
         rows.append(
             (
@@ -115,9 +115,9 @@ def count_causes(causes: Drops) -> str:
                 ", ".join(f"{other} {count}" for other, count in others.most_common()) or "–",
                 met,
                 len(drops),
-                sum(one.first == kind for one in drops),
-                sum(one.tied for one in drops),
-                sum(not one.causes for one in drops),
+                sum(drop.first == kind for drop in drops),
+                sum(drop.tied for drop in drops),
+                sum(not drop.causes for drop in drops),
             )
         )
     columns = ("cause", "fault", "named instead", "met", "drops", "true one first", "tied", "nothing named")
@@ -129,8 +129,8 @@ def causes_csv(causes: Drops) -> str:
     columns = ("cause", "drop", "first", "probability", "second", "probability of it", "failed checks")
     rows = []
     for kind, drops in causes.items():
-        for number, one in enumerate(drops):
-            cells = [(cause.kind, f"{cause.probability:.3f}") for cause in one.causes[:2]]
+        for number, drop in enumerate(drops):
+            cells = [(cause.kind, f"{cause.probability:.3f}") for cause in drop.causes[:2]]
             cells += [("", "")] * (2 - len(cells))
-            rows.append((kind, str(FIRST_SEED + number), *cells[0], *cells[1], "; ".join(one.failed)))
+            rows.append((kind, str(FIRST_SEED + number), *cells[0], *cells[1], "; ".join(drop.failed)))
     return csv_text(columns, rows)

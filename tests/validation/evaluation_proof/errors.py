@@ -33,18 +33,18 @@ _RATES = 20
 """Where the rates begin in a row of truth."""
 
 
-def errors_of(drop: Drop, found: Evaluation) -> dict[str, Errors]:
+def errors_of(drop: Drop, evaluation: Evaluation) -> dict[str, Errors]:
     """Against the hidden truth: deg, deg/s, and mm of the centers of mass."""
-    bodies, fit = found.motion.bodies, found.explained.fit
-    after = found.explained.after.error
+    bodies, fit = evaluation.motion.bodies, evaluation.explained.fit
+    after = evaluation.explained.after.error
     turned = [_reorientation(drop, number, body) for number, body in enumerate(bodies, 1)]
     return {
         "reorientation of body 1": joined(turned[:1]),
         "reorientation of bodies 2 to 4": joined(turned[1:]),
         "final attitude of body 1": _attitude(drop, bodies[0]),
-        "initial rate": _initial_rates(drop, found),
-        "joint angle": _joint_angles(drop, found),
-        "stroke": joined([_stroke(drop, stroke, found.strokes) for stroke in found.strokes]),
+        "initial rate": _initial_rates(drop, evaluation),
+        "joint angle": _joint_angles(drop, evaluation),
+        "stroke": joined([_stroke(drop, stroke, evaluation.strokes) for stroke in evaluation.strokes]),
         "CoM": Errors(fit.values[:9] - drop.true_com_offsets_mm, fit.std[:9]),
         "measured less predicted": Errors(np.rad2deg(after.final_rad), np.rad2deg(after.std_rad[-1])),
     }
@@ -53,7 +53,9 @@ def errors_of(drop: Drop, found: Evaluation) -> dict[str, Errors]:
 def joined(parts: Iterable[Errors]) -> Errors:
     """One after the other."""
     ones = list(parts)
-    return Errors(np.concatenate([one.error for one in ones]), np.concatenate([one.std for one in ones]))
+    return Errors(
+        np.concatenate([errors.error for errors in ones]), np.concatenate([errors.std for errors in ones])
+    )
 
 
 def _reorientation(drop: Drop, number: int, body: BodyMotion) -> Errors:
@@ -70,20 +72,20 @@ def _attitude(drop: Drop, body: BodyMotion) -> Errors:
     )
 
 
-def _initial_rates(drop: Drop, found: Evaluation) -> Errors:
+def _initial_rates(drop: Drop, evaluation: Evaluation) -> Errors:
     """Next to the mean of the true rates over the same time."""
-    t_s = found.motion.bodies[0].t_s
-    quiet = t_s[quiet_samples(t_s, float(found.strokes[0].logged_s))]
+    t_s = evaluation.motion.bodies[0].t_s
+    quiet = t_s[quiet_samples(t_s, float(evaluation.strokes[0].logged_s))]
     rows = (drop.truth[:, 0] >= quiet[0]) & (drop.truth[:, 0] <= quiet[-1])
     true = drop.truth[rows, _RATES:].mean(axis=0)
-    rate = np.concatenate([one.rate_rad_s for one in found.initial_rates])
-    std = np.concatenate([one.std_rad_s for one in found.initial_rates])
+    rate = np.concatenate([initial_rate.rate_rad_s for initial_rate in evaluation.initial_rates])
+    std = np.concatenate([initial_rate.std_rad_s for initial_rate in evaluation.initial_rates])
     return Errors(np.rad2deg(rate - true), np.rad2deg(std))
 
 
-def _joint_angles(drop: Drop, found: Evaluation) -> Errors:
+def _joint_angles(drop: Drop, evaluation: Evaluation) -> Errors:
     """At the first sample of the fall and at the last."""
-    motion = found.motion
+    motion = evaluation.motion
     ends = [int(np.searchsorted(motion.t_s, 0.0)), len(motion.t_s) - 1]
     error = motion.angles_rad - drop.true_angles_rad(motion.t_s)
     std = np.column_stack([joint.std_rad() for joint in motion.joints])
@@ -92,7 +94,11 @@ def _joint_angles(drop: Drop, found: Evaluation) -> Errors:
 
 def _stroke(drop: Drop, stroke: FlownStroke, strokes: tuple[FlownStroke, ...]) -> Errors:
     """Next to the true change from just before the stroke to just before its joint's next, or the end."""
-    later = [one.logged_s for one in strokes if one.joint == stroke.joint and one.number > stroke.number]
+    later = [
+        other_stroke.logged_s
+        for other_stroke in strokes
+        if other_stroke.joint == stroke.joint and other_stroke.number > stroke.number
+    ]
     half_window_s = 0.5 * WINDOW / 280.0
     until_s = min([*later, float(drop.landed_s) - 0.05])
     times = np.array([stroke.logged_s, until_s]) - half_window_s

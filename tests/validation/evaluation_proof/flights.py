@@ -61,13 +61,13 @@ class Flight:
 
 
 def dropped(
-    robot: Robot, flown: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
+    robot: Robot, true_model: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
 ) -> Drop:
     """One drop; `number` tells those of a robot apart.
 
     Args:
         robot: Whose sensors.
-        flown: What flies.
+        true_model: What flies.
         number: For noise and, where they are not given, initial rates.
         dlpf_cfg: Setting of the gyros' low-pass.
         rate_rad_s: (3,) of the base at the release.
@@ -75,7 +75,7 @@ def dropped(
     random = np.random.default_rng([robot.seed, number])
     rates = np.deg2rad(RATE_STD_DEG_S) * random.standard_normal(3) if rate_rad_s is None else rate_rad_s
     return drop(
-        flown,
+        true_model,
         robot.truth,
         model=robot.model,
         seed=1000 * number + robot.seed,
@@ -94,39 +94,40 @@ def drops_of(robot: Robot) -> dict[str, Drop]:
 
 def flights_of(robot: Robot, drops: Mapping[str, Drop]) -> dict[str, Flight]:
     """Each drop evaluated with the robot's calibration."""
-    found = {
-        name: evaluate(one.log, robot.model, robot.calibration, one.schedule) for name, one in drops.items()
+    evaluations = {
+        name: evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
+        for name, drop in drops.items()
     }
-    first, second = found
+    first, second = evaluations
     return {
-        name: _flight(drops[name], found[name], found[other])
+        name: _flight(drops[name], evaluations[name], evaluations[other])
         for name, other in ((first, second), (second, first))
     }
 
 
-def _flight(one: Drop, found: Evaluation, other: Evaluation) -> Flight:
-    explained = found.explained
+def _flight(drop: Drop, evaluation: Evaluation, other: Evaluation) -> Flight:
+    explained = evaluation.explained
     swarm = swarm_fit(explained.fit, explained.driven.flown)
     return Flight(
-        errors_of(one, found),
+        errors_of(drop, evaluation),
         explained.fit.excess,
         Difference.of(explained.before),
         Difference.of(explained.after),
         Difference.of(explained.driven.with_offsets(other.explained.fit.values)),
-        swarm.values - one.true_com_offsets_mm,
+        swarm.values - drop.true_com_offsets_mm,
         swarm.spread,
-        least_of_objective(explained.driven, swarm.values) - one.true_com_offsets_mm,
+        least_of_objective(explained.driven, swarm.values) - drop.true_com_offsets_mm,
     )
 
 
-def without_calibration(robot: Robot, one: Drop) -> dict[str, Errors]:
+def without_calibration(robot: Robot, drop: Drop) -> dict[str, Errors]:
     """The same drop, had nobody ever calibrated a sensor."""
-    return errors_of(one, evaluate(one.log, robot.model, None, one.schedule))
+    return errors_of(drop, evaluate(drop.log, robot.model, None, drop.schedule))
 
 
-def with_dead_gyro(robot: Robot, one: Drop, body: int) -> dict[str, Errors]:
+def with_dead_gyro(robot: Robot, drop: Drop, body: int) -> dict[str, Errors]:
     """The same drop, had the IMU of a body (1 to 4) not answered at all."""
-    valid = one.log.imu_valid.copy()
+    valid = drop.log.imu_valid.copy()
     valid[:, body - 1] = False
-    deaf = replace(one.log, imu_valid=valid)
-    return errors_of(one, evaluate(deaf, robot.model, robot.calibration, one.schedule))
+    deaf = replace(drop.log, imu_valid=valid)
+    return errors_of(drop, evaluate(deaf, robot.model, robot.calibration, drop.schedule))

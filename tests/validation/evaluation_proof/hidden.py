@@ -33,7 +33,15 @@ def hidden(
         uncertainty: Instead of the file's.
     """
     truth = draw_hidden(filed, seed, uncertainty=uncertainty) if as_uncertain else drawn_truth(filed, seed)
-    one = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))
-    truth = one.truth
-    drop = Drop(one.log, schedule, filed, truth.model, truth.imperfections, one.rows, one.landed_s)
-    return drop, one.calibration
+    simulated_drop = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))
+    truth = simulated_drop.truth
+    drop = Drop(
+        simulated_drop.log,
+        schedule,
+        filed,
+        truth.model,
+        truth.imperfections,
+        simulated_drop.rows,
+        simulated_drop.landed_s,
+    )
+    return drop, simulated_drop.calibration

@@ -50,16 +50,16 @@ def _dropped(maneuver: Maneuver, seed: int) -> Errors:
 
 def robot(seed: int) -> Lesson:
     """Or what it was before with the same code."""
-    found: Lesson = kept(
+    lesson: Lesson = kept(
         f"lesson-{seed}", "tests.validation.evaluation_proof.learning", partial(one_robot, seed)
     )
-    return found
+    return lesson
 
 
 def compare_maneuvers(lessons: Sequence[Lesson]) -> str:
     """Return a table with a row a maneuver: errors of the nine offsets over all robots."""
     rows = [
-        (name.removeprefix("to learn: "), *figures(joined(one.by[name] for one in lessons)))
+        (name.removeprefix("to learn: "), *figures(joined(lesson.by[name] for lesson in lessons)))
         for name in lessons[0].by
     ]
     columns = ("maneuver", "rms", "largest", "stated ±, median", "z", "95 % hold")
@@ -71,7 +71,11 @@ def learning_csv(lessons: Sequence[Lesson]) -> str:
     rows = [
         (
             str(FIRST_SEED + k),
-            *(f"{np.sqrt((v**2).mean()):.3f}" for one in lesson.by.values() for v in (one.error, one.std)),
+            *(
+                f"{np.sqrt((v**2).mean()):.3f}"
+                for errors in lesson.by.values()
+                for v in (errors.error, errors.std)
+            ),
         )
         for k, lesson in enumerate(lessons)
     ]

@@ -54,26 +54,30 @@ class Summary:
     @property
     def met(self) -> bool:
         """All that is wanted of it."""
-        held = not self.hold < COVERED[0] and not self.hold > COVERED[1]
-        given = not (self.row.of_model and set(ALWAYS_GIVEN) & set(self.withheld))
-        kept = not self.row.right or max(self.withheld.values(), default=0) <= WITHHELD_MAX * self.drops
-        return held and given and kept and not self.wrong and not self.off
+        is_covered = not self.hold < COVERED[0] and not self.hold > COVERED[1]
+        has_required_results = not (self.row.of_model and set(ALWAYS_GIVEN) & set(self.withheld))
+        within_limit = (
+            not self.row.right or max(self.withheld.values(), default=0) <= WITHHELD_MAX * self.drops
+        )
+        return is_covered and has_required_results and within_limit and not self.wrong and not self.off
 
 
 def summary(row: Row, drops: Sequence[Judged]) -> Summary:
     """Of all drops of a row."""
-    given = {name: [one.errors[name] for one in drops if name in one.errors] for name in PROTECTED}
-    shares = {name: _held(ones) for name, ones in given.items()}
-    off = tuple(name for name, share in shares.items() if _beyond_chance(share, len(given[name])))
+    errors_by_name = {
+        name: [drop.errors[name] for drop in drops if name in drop.errors] for name in PROTECTED
+    }
+    shares = {name: _held(ones) for name, ones in errors_by_name.items()}
+    off = tuple(name for name, share in shares.items() if _beyond_chance(share, len(errors_by_name[name])))
     return Summary(
         row,
         len(drops),
-        sum(one.good for one in drops),
-        sum(one.worth == "to be made" for one in drops),
-        {name: n for name in PROTECTED.values() if (n := sum(name in one.withheld for one in drops))},
-        max(one.worst for one in drops),
-        sum(one.good and one.worst > STDS_MAX for one in drops),
-        _held([error for ones in given.values() for error in ones]),
+        sum(drop.good for drop in drops),
+        sum(drop.worth == "to be made" for drop in drops),
+        {name: n for name in PROTECTED.values() if (n := sum(name in drop.withheld for drop in drops))},
+        max(drop.worst for drop in drops),
+        sum(drop.good and drop.worst > STDS_MAX for drop in drops),
+        _held([error for ones in errors_by_name.values() for error in ones]),
         shares,
         off,
     )
@@ -100,38 +104,39 @@ def summaries(drops: Drops) -> list[Summary]:
 
 def expect_by_chance(drops: Drops) -> float:
     """Return how many GOOD drops would have a number beyond `STDS_MAX`, were all ± right."""
-    given = [
-        sum(errors.error.size for errors in one.errors.values())
+    error_counts = [
+        sum(errors.error.size for errors in drop.errors.values())
         for of_row in drops.values()
-        for one in of_row
-        if one.good
+        for drop in of_row
+        if drop.good
     ]
-    return float(sum(1.0 - norm.cdf(STDS_MAX) ** (2 * count) for count in given))
+    return float(sum(1.0 - norm.cdf(STDS_MAX) ** (2 * count) for count in error_counts))
 
 
-def _verdict_cells(one: Summary) -> tuple[object, ...]:
+def _verdict_cells(row_summary: Summary) -> tuple[object, ...]:
     return (
-        one.row.name,
-        str(one.good),
-        str(one.to_be_made),
-        ", ".join(f"{name} {count}" for name, count in one.withheld.items()) or "none",
-        "–" if np.isnan(one.hold) else f"{one.worst:.1f}",
-        str(one.wrong),
-        "–" if np.isnan(one.hold) else percent(one.hold),
-        ", ".join(one.off) or "none",
-        one.met,
+        row_summary.row.name,
+        str(row_summary.good),
+        str(row_summary.to_be_made),
+        ", ".join(f"{name} {count}" for name, count in row_summary.withheld.items()) or "none",
+        "–" if np.isnan(row_summary.hold) else f"{row_summary.worst:.1f}",
+        str(row_summary.wrong),
+        "–" if np.isnan(row_summary.hold) else percent(row_summary.hold),
+        ", ".join(row_summary.off) or "none",
+        row_summary.met,
     )
 
 
 def make_mismatch_tables(drops: Drops) -> dict[str, str]:
     """Return the text of each table by its name."""
     shares = [
-        (one.row.name, *(percent(one.by_quantity[name]) for name in PROTECTED)) for one in summaries(drops)
+        (row_summary.row.name, *(percent(row_summary.by_quantity[name]) for name in PROTECTED))
+        for row_summary in summaries(drops)
     ]
     each = [
-        (row.name, str(seed), *row_of(one))
+        (row.name, str(seed), *row_of(drop))
         for row in ROWS
-        for seed, one in zip(seeds_of(row, len(drops[row.name])), drops[row.name], strict=True)
+        for seed, drop in zip(seeds_of(row, len(drops[row.name])), drops[row.name], strict=True)
     ]
     columns = ("wrong is", "GOOD", "to be made", "withheld", "worst", "beyond 4, GOOD", "hold", "off", "met")
     return {
@@ -144,17 +149,17 @@ def make_mismatch_tables(drops: Drops) -> dict[str, str]:
 ROW_COLUMNS = ("verdict", "correction", "withheld", "times", *PROTECTED, "checks failed")
 
 
-def row_of(one: Judged) -> tuple[str, ...]:
+def row_of(drop: Judged) -> tuple[str, ...]:
     """One drop: of each quantity the worst error in its own standard deviations; empty where it is withheld."""
     worst = (
-        f"{np.abs(one.errors[name].error / one.errors[name].std).max():.2f}" if name in one.errors else ""
+        f"{np.abs(drop.errors[name].error / drop.errors[name].std).max():.2f}" if name in drop.errors else ""
         for name in PROTECTED
     )
     return (
-        "good" if one.good else "doubtful",
-        one.worth,
-        " ".join(one.withheld),
-        f"{one.widening:.1f}",
+        "good" if drop.good else "doubtful",
+        drop.worth,
+        " ".join(drop.withheld),
+        f"{drop.widening:.1f}",
         *worst,
-        "; ".join(one.failed),
+        "; ".join(drop.failed),
     )

@@ -124,7 +124,9 @@ class Judged:
     @property
     def worst(self) -> float:
         """Greatest error of all that was given, in its own standard deviations."""
-        return max((float(np.abs(one.error / one.std).max()) for one in self.errors.values()), default=0.0)
+        return max(
+            (float(np.abs(errors.error / errors.std).max()) for errors in self.errors.values()), default=0.0
+        )
 
 
 def seeds_of(row: Row, drops: int = DROPS) -> range:
@@ -136,19 +138,19 @@ def seeds_of(row: Row, drops: int = DROPS) -> range:
 def judged(row: Row, seed: int) -> Judged:
     """Draws and flies a drop, and evaluates it; two seconds, several where a check fails."""
     stated = FILED.uncertainty or Uncertainty()
-    drawn = replace(stated, **dict.fromkeys(row.exact, 0.0))
-    drop, calibration = hidden(maneuver(seed), FILED, seed, row.faults, uncertainty=drawn)
+    uncertainty = replace(stated, **dict.fromkeys(row.exact, 0.0))
+    drop, calibration = hidden(maneuver(seed), FILED, seed, row.faults, uncertainty=uncertainty)
     limit_rad_s = drop.imperfections.gyro_front_end_limit_rad_s
     log = _flagged(drop.log, limit_rad_s) if row.flagged else drop.log
-    found = evaluate(log, FILED, calibration, drop.schedule)
-    errors = errors_of(drop, found)
+    evaluation = evaluate(log, FILED, calibration, drop.schedule)
+    errors = errors_of(drop, evaluation)
     return Judged(
-        {name: errors[name] for name, result in PROTECTED.items() if result not in found.withheld},
-        tuple(sorted(found.withheld)),
-        verdict_of(found).level == "good",
-        worth_of(found),
-        tuple(check.name for check in found.failed_checks),
-        found.widening,
+        {name: errors[name] for name, result in PROTECTED.items() if result not in evaluation.withheld},
+        tuple(sorted(evaluation.withheld)),
+        verdict_of(evaluation).level == "good",
+        worth_of(evaluation),
+        tuple(check.name for check in evaluation.failed_checks),
+        evaluation.widening,
     )
 
 

@@ -22,10 +22,10 @@ def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
         return float(polynomial.objective(values[None])[0]) / _UNIT
 
     within = Bounds(-bounds, bounds)
-    found = minimize(
+    optimum = minimize(
         objective, start, method="L-BFGS-B", bounds=within, tol=1e-13, options={"maxfun": 50_000}
     )
-    return np.asarray(found.x)
+    return np.asarray(optimum.x)
 
 
 def with_centers(driven: ModelInput, values: FloatArray) -> Sides:

@@ -70,24 +70,24 @@ def replays_of(robot: Robot, drop_5_hz: Drop) -> dict[str, Replay]:
     return {"10 mm off": _replay(robot, drop_5_hz), "exact": _replay(robot, exact)}
 
 
-def _replay(robot: Robot, one: Drop) -> Replay:
-    log = _sensed_at_first(one.log)
-    taken = evaluate(log, robot.model, _taken_for_one(robot.paper_calibration), one.schedule)
-    found = evaluate(log, robot.model, robot.paper_calibration, one.schedule)
-    calibrated = evaluate(one.log, robot.model, robot.calibration, one.schedule)
-    driven = taken.explained.driven
+def _replay(robot: Robot, drop: Drop) -> Replay:
+    log = _sensed_at_first(drop.log)
+    paper_evaluation = evaluate(log, robot.model, _taken_for_one(robot.paper_calibration), drop.schedule)
+    evaluation = evaluate(log, robot.model, robot.paper_calibration, drop.schedule)
+    calibrated = evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
+    driven = paper_evaluation.explained.driven
     # One search, as the paper has one.
-    swarm = swarm_fit(taken.explained.fit, driven.flown, seeds=[robot.seed])
+    swarm = swarm_fit(paper_evaluation.explained.fit, driven.flown, seeds=[robot.seed])
     return Replay(
         swarm.values,
-        swarm.values - one.true_com_offsets_mm,
-        least_of_objective(driven, swarm.values) - one.true_com_offsets_mm,
-        _errors(one, found),
-        Difference.of(with_centers(driven, one.true_com_offsets_mm)),
-        Difference.of(with_centers(found.explained.driven, one.true_com_offsets_mm)),
-        Difference.of(taken.explained.before),
+        swarm.values - drop.true_com_offsets_mm,
+        least_of_objective(driven, swarm.values) - drop.true_com_offsets_mm,
+        _errors(drop, evaluation),
+        Difference.of(with_centers(driven, drop.true_com_offsets_mm)),
+        Difference.of(with_centers(evaluation.explained.driven, drop.true_com_offsets_mm)),
+        Difference.of(paper_evaluation.explained.before),
         Difference.of(with_centers(driven, swarm.values)),
-        _errors(one, calibrated),
+        _errors(drop, calibrated),
         Difference.of(calibrated.explained.before),
         Difference.of(with_centers(calibrated.explained.driven, swarm.values)),
     )
@@ -104,9 +104,9 @@ def _taken_for_one(calibration: Calibration) -> Calibration:
     return replace(calibration, gyros=tuple(gyros))
 
 
-def _errors(one: Drop, found: Evaluation) -> Errors:
-    fit = found.explained.fit
-    return Errors(fit.values[:9] - one.true_com_offsets_mm, fit.std[:9])
+def _errors(drop: Drop, evaluation: Evaluation) -> Errors:
+    fit = evaluation.explained.fit
+    return Errors(fit.values[:9] - drop.true_com_offsets_mm, fit.std[:9])
 
 
 def _sensed_at_first(log: DropLog) -> DropLog:

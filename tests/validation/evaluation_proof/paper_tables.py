@@ -58,23 +58,23 @@ def find_figures(off: list[Replay], exact: list[Replay]) -> list[tuple[object, .
     """Return what docs/paper-setting.md concludes from: of, figure, value, unit."""
 
     def share(ones: list[Replay], holds: Callable[[Replay], bool]) -> str:
-        return percent(float(np.mean([holds(one) for one in ones])))
+        return percent(float(np.mean([holds(replay) for replay in ones])))
 
     body_2_z = rms(_values(exact, "swarm_error_mm")[:, BODY_2_Z])
     others = rms(np.delete(_values(exact, "swarm_error_mm"), BODY_2_Z, axis=1))
-    beyond = share(exact, lambda one: abs(one.swarm_mm[BODY_2_Z]) >= PAPER_BODY_2_Z_MM)
+    beyond = share(exact, lambda replay: abs(replay.swarm_mm[BODY_2_Z]) >= PAPER_BODY_2_Z_MM)
     least = _values(exact, "least_error_mm")
     least_2_z, least_others = rms(least[:, BODY_2_Z]), rms(np.delete(least, BODY_2_Z, axis=1))
     ours = _joined(exact, "fit")
     ours_2_z = rms(ours.error[BODY_2_Z::9])
-    same_before = share(exact, lambda one: one.before.final_deg >= PAPER_BEFORE_DEG)
+    same_before = share(exact, lambda replay: replay.before.final_deg >= PAPER_BEFORE_DEG)
     ratio = PAPER_AFTER_DEG / PAPER_BEFORE_DEG
-    as_good = share(exact, lambda one: one.after.final_deg <= ratio * one.before.final_deg)
-    nearer_off = share(off, lambda one: one.judged_after.final_deg < one.judged_before.final_deg)
-    worse_exact = share(exact, lambda one: one.judged_after.final_deg > one.judged_before.final_deg)
+    as_good = share(exact, lambda replay: replay.after.final_deg <= ratio * replay.before.final_deg)
+    nearer_off = share(off, lambda replay: replay.judged_after.final_deg < replay.judged_before.final_deg)
+    worse_exact = share(exact, lambda replay: replay.judged_after.final_deg > replay.judged_before.final_deg)
 
     def median_deg(field: str) -> str:
-        return f"{np.median([getattr(one, field).final_deg for one in exact]):.3f}"
+        return f"{np.median([getattr(replay, field).final_deg for replay in exact]):.3f}"
 
     paper_mm, paper_deg = f"{PAPER_BODY_2_Z_MM:.2f} mm", f"{PAPER_BEFORE_DEG} deg"
     return [
@@ -129,12 +129,14 @@ def _replays(proofs: Proofs, name: str) -> list[Replay]:
 
 
 def _values(ones: list[Replay], field: str) -> FloatArray:
-    return np.array([getattr(one, field) for one in ones])
+    return np.array([getattr(replay, field) for replay in ones])
 
 
 def _joined(ones: list[Replay], field: str) -> Errors:
-    found: list[Errors] = [getattr(one, field) for one in ones]
-    return Errors(np.concatenate([one.error for one in found]), np.concatenate([one.std for one in found]))
+    parts: list[Errors] = [getattr(replay, field) for replay in ones]
+    return Errors(
+        np.concatenate([part.error for part in parts]), np.concatenate([part.std for part in parts])
+    )
 
 
 def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
@@ -146,15 +148,15 @@ def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
     )
     rows: list[tuple[str, ...]] = []
     for index, label in enumerate(LABELS["CoM"]):
-        one = Errors(fit.error[index::9], fit.std[index::9])
+        offset_errors = Errors(fit.error[index::9], fit.std[index::9])
         rows.append(
             (
                 label,
                 f"{rms(swarm[:, index]):.2f}",
                 f"{rms(least[:, index]):.2f}",
-                f"{rms(one.error):.2f}",
-                f"{np.median(one.std):.2f}",
-                f"{z_rms(one):.2f}",
+                f"{rms(offset_errors.error):.2f}",
+                f"{np.median(offset_errors.std):.2f}",
+                f"{z_rms(offset_errors):.2f}",
                 f"{rms(calibrated.error[index::9]):.3f}",
             )
         )
@@ -162,7 +164,7 @@ def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
 
 
 def _spread(ones: list[Replay], field: str) -> str:
-    values = [getattr(one, field).final_deg for one in ones]
+    values = [getattr(replay, field).final_deg for replay in ones]
     return f"{np.median(values):.3f} ({np.quantile(values, 0.05):.3f} to {np.quantile(values, 0.95):.3f})"
 
 
@@ -176,8 +178,12 @@ def _rows(proofs: Proofs) -> list[tuple[str, ...]]:
 
 def paper_row_of(replay: Replay) -> list[float]:
     """One drop in the order of `PAPER_COLUMNS`."""
-    found = (replay.swarm_error_mm, replay.least_error_mm, replay.fit.error)
+    com_errors_mm = (replay.swarm_error_mm, replay.least_error_mm, replay.fit.error)
     return [
-        *(value for error in found for value in (float(error[BODY_2_Z]), rms(np.delete(error, BODY_2_Z)))),
+        *(
+            value
+            for error in com_errors_mm
+            for value in (float(error[BODY_2_Z]), rms(np.delete(error, BODY_2_Z)))
+        ),
         *(getattr(replay, field).final_deg for _, field in _MODELS),
     ]

@@ -72,10 +72,10 @@ def describe_campaign(
 
 def _errors(proofs: Proofs) -> str:
     rows = [
-        (quantity, low_pass, str(len(found.error)), *figures(found))
+        (quantity, low_pass, str(len(quantity_errors.error)), *figures(quantity_errors))
         for quantity in LABELS
         for low_pass in LOW_PASSES
-        for found in [errors(proofs, low_pass, quantity)]
+        for quantity_errors in [errors(proofs, low_pass, quantity)]
     ]
     columns = ("quantity", "low-pass", "values", "rms", "largest", "stated std, median", "z", "95 % hold")
     return csv_text(columns, rows)
@@ -87,8 +87,8 @@ def _axes(proofs: Proofs) -> str:
         for index, label in enumerate(labels if len(labels) > 1 else ()):
             cells: list[str] = []
             for low_pass in LOW_PASSES:
-                one = figures(part(errors(proofs, low_pass, quantity), index, len(labels)))
-                cells += [one[0], one[2], one[3], one[4]]
+                axis_figures = figures(part(errors(proofs, low_pass, quantity), index, len(labels)))
+                cells += [axis_figures[0], axis_figures[2], axis_figures[3], axis_figures[4]]
             rows.append((quantity, label, *cells))
     columns = [f"{what}, {low_pass}" for low_pass in LOW_PASSES for what in ("rms", "std", "z", "95 % hold")]
     return csv_text(("quantity", "of", *columns), rows)
@@ -99,11 +99,11 @@ def _model(proofs: Proofs) -> str:
     for low_pass in LOW_PASSES:
         ones = flights(proofs, low_pass)
         cells = [
-            f"{np.median([getattr(getattr(one, side), when) for one in ones]):.4f}"
+            f"{np.median([getattr(getattr(flight, side), when) for flight in ones]):.4f}"
             for side in ("before", "after", "crossed")
             for when in ("final_deg", "rms_deg")
         ]
-        excess = np.array([one.excess for one in ones])
+        excess = np.array([flight.excess for flight in ones])
         spread = f"{np.median(excess):.2f}, {np.quantile(excess, 0.95):.2f}, {excess.max():.2f}"
         rows.append((low_pass, *cells, percent(nearer(proofs, low_pass)), spread))
     sides = ("before", "after", "other drop")
@@ -126,9 +126,9 @@ def _swarm(proofs: Proofs) -> str:
             ones = flights(proofs, low_pass)
             cells += [
                 f"{rms(part(errors(proofs, low_pass, 'CoM'), index, 9).error):.3f}",
-                f"{rms(np.array([one.swarm_mm[index] for one in ones])):.2f}",
-                f"{rms(np.array([one.swarm_spread_mm[index] for one in ones])):.2f}",
-                f"{rms(np.array([one.least_mm[index] for one in ones])):.3f}",
+                f"{rms(np.array([flight.swarm_mm[index] for flight in ones])):.2f}",
+                f"{rms(np.array([flight.swarm_spread_mm[index] for flight in ones])):.2f}",
+                f"{rms(np.array([flight.least_mm[index] for flight in ones])):.3f}",
             ]
         rows.append((label, *cells))
     columns = [
@@ -154,8 +154,18 @@ def _deaf(proofs: Proofs) -> str:
     rows = []
     for quantity in LABELS:
         for body in BODIES:
-            found = figures(joined(one[body][quantity] for one in deaf))
-            rows.append((quantity, f"body {body}", found[0], found[1], found[2], found[3], found[4]))
+            body_figures = figures(joined(robot_errors[body][quantity] for robot_errors in deaf))
+            rows.append(
+                (
+                    quantity,
+                    f"body {body}",
+                    body_figures[0],
+                    body_figures[1],
+                    body_figures[2],
+                    body_figures[3],
+                    body_figures[4],
+                )
+            )
     columns = ("quantity", "dead gyro", "rms", "largest", "stated std, median", "z", "95 % hold")
     return csv_text(columns, rows)
 
@@ -171,12 +181,12 @@ def _rows(proofs: Proofs) -> str:
 
 def row_of(flight: Flight) -> list[float]:
     """One drop in the order of `ROW_COLUMNS`."""
-    found: Mapping[str, Errors] = flight.errors
-    com = found["CoM"].error
+    flight_errors: Mapping[str, Errors] = flight.errors
+    com = flight_errors["CoM"].error
     return [
-        float(found["reorientation of body 1"].error[0]),
+        float(flight_errors["reorientation of body 1"].error[0]),
         *(
-            rms(found[name].error)
+            rms(flight_errors[name].error)
             for name in ("final attitude of body 1", "initial rate", "joint angle", "stroke")
         ),
         rms(np.delete(com, BODY_2_Z)),

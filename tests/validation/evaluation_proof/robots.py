@@ -59,8 +59,8 @@ def robot_of(seed: int) -> Robot:
         built = fault_named(mismatch).apply(built)
     truth = built.imperfections
     day = replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=model)
-    kept = tuple(one for one in day.evidence if one.step.kind in PAPER_STEPS)
-    by_paper = calibrated(replace(day, evidence=kept))
+    paper_evidence = tuple(evidence for evidence in day.evidence if evidence.step.kind in PAPER_STEPS)
+    by_paper = calibrated(replace(day, evidence=paper_evidence))
     return Robot(
         seed,
         model,
@@ -72,11 +72,11 @@ def robot_of(seed: int) -> Robot:
 
 
 def _certificate(
-    day: CalibrationDay, found: Solution, gyros: Sequence[GyroCalibration] | None
+    day: CalibrationDay, solution: Solution, gyros: Sequence[GyroCalibration] | None
 ) -> Calibration:
     origin = day.evidence[0].origin
     subject = Subject(day.model.name, origin.logger_serial, origin.who_am_i, True)
-    return Calibration(subject, tuple(gyros or found.gyros), found.joints, (), (), (), (), DAY_BEGINS)
+    return Calibration(subject, tuple(gyros or solution.gyros), solution.joints, (), (), (), (), DAY_BEGINS)
 
 
 def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:

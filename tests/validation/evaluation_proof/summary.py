@@ -46,23 +46,25 @@ def part(of: Errors, index: int, width: int) -> Errors:
 
 def nearer(proofs: Proofs, low_pass: str) -> float:
     """Share of the drops in which the corrected model ends nearer to the measured attitude."""
-    return float(np.mean([one.after.final_deg < one.before.final_deg for one in flights(proofs, low_pass)]))
+    return float(
+        np.mean([flight.after.final_deg < flight.before.final_deg for flight in flights(proofs, low_pass)])
+    )
 
 
 def find_targets(proofs: Proofs) -> list[Target]:
     """Return every target at both low-passes."""
-    found: list[Target] = []
+    targets: list[Target] = []
     for low_pass in LOW_PASSES:
         for quantity, rms_max in RMS_MAX_DEG.items():
             value = rms(errors(proofs, low_pass, quantity).error)
-            found.append(
+            targets.append(
                 Target(f"rms error of {quantity}, {low_pass}", value, high=rms_max[low_pass], unit="deg")
             )
-        found += _com_targets(proofs, low_pass)
+        targets += _com_targets(proofs, low_pass)
         for quantity, parts in STATED.items():
-            share = covered(joined(errors(proofs, low_pass, one) for one in parts))
+            share = covered(joined(errors(proofs, low_pass, part) for part in parts))
             bounds = (100.0 * COVERED[0], 100.0 * COVERED[1])
-            found.append(
+            targets.append(
                 Target(
                     f"95 % intervals of {quantity} that hold, {low_pass}",
                     round(100.0 * share, 1),
@@ -71,7 +73,7 @@ def find_targets(proofs: Proofs) -> list[Target]:
                 )
             )
         share = nearer(proofs, low_pass)
-        found.append(
+        targets.append(
             Target(
                 f"corrected model nearer, {low_pass}",
                 round(100.0 * share, 1),
@@ -79,7 +81,7 @@ def find_targets(proofs: Proofs) -> list[Target]:
                 unit="% of drops",
             )
         )
-    return found
+    return targets
 
 
 def _com_targets(proofs: Proofs, low_pass: str) -> list[Target]:

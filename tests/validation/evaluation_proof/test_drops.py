@@ -42,21 +42,23 @@ def dropped(seed: int) -> tuple[Robot, dict[str, Drop]]:
 
 
 def test_a_drop_is_as_good_as_the_proof() -> None:
-    one = flown(1)
-    errors = errors_of(one, evaluate(one.log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED))
-    for quantity, wanted in RMS_MAX_DEG.items():
-        assert rms(errors[quantity].error) <= wanted["42 Hz"], quantity
+    drop = flown(1)
+    errors = errors_of(
+        drop, evaluate(drop.log, drop.model, certificate(drop, 1), drop.schedule, recorded=DROPPED)
+    )
+    for quantity, limits_deg in RMS_MAX_DEG.items():
+        assert rms(errors[quantity].error) <= limits_deg["42 Hz"], quantity
     assert rms(np.delete(errors["CoM"].error, BODY_2_Z)) <= COM_MAX_MM
-    for quantity, found in errors.items():
-        assert (np.abs(found.error) / found.std).max() < MAX_DEVIATIONS, quantity
+    for quantity, quantity_errors in errors.items():
+        assert (np.abs(quantity_errors.error) / quantity_errors.std).max() < MAX_DEVIATIONS, quantity
 
 
 @pytest.mark.prove
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
     for low_pass, flight in flights_of(*dropped(seed)).items():
-        for quantity, wanted in RMS_MAX_DEG.items():
-            assert rms(flight.errors[quantity].error) <= wanted[low_pass], quantity
+        for quantity, limits_deg in RMS_MAX_DEG.items():
+            assert rms(flight.errors[quantity].error) <= limits_deg[low_pass], quantity
         assert abs(flight.errors["CoM"].error[BODY_2_Z]) <= BODY_2_Z_MAX_MM
         for quantity, errors in flight.errors.items():
             assert (np.abs(errors.error) / errors.std).max() < MAX_DEVIATIONS, quantity
@@ -70,8 +72,8 @@ def test_a_robot_with_a_dead_gyro() -> None:
     (low_pass, *_) = LOW_PASSES
     errors = with_dead_gyro(robot, drops[low_pass], 2)
     assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][low_pass]
-    for quantity, found in errors.items():
-        assert (np.abs(found.error) / found.std).max() < MAX_DEVIATIONS, quantity
+    for quantity, quantity_errors in errors.items():
+        assert (np.abs(quantity_errors.error) / quantity_errors.std).max() < MAX_DEVIATIONS, quantity
 
 
 @pytest.mark.prove
@@ -103,9 +105,9 @@ def proved(table: str, seed: int, name: str) -> list[float]:
     ],
 )
 def test_the_cause_of_a_drop_of_the_proof(kind: str, number: int) -> None:
-    found = named(kind, number)
-    assert found.first == kind
-    assert not found.tied
-    assert sum(one.probability for one in found.causes) == pytest.approx(
+    diagnosis = named(kind, number)
+    assert diagnosis.first == kind
+    assert not diagnosis.tied
+    assert sum(cause.probability for cause in diagnosis.causes) == pytest.approx(
         0.0 if kind == SOUND else 1.0, abs=0.05
     )

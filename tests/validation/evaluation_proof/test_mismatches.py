@@ -21,28 +21,28 @@ NOTHING, MASSES, SENSORS = BY_NAME["nothing"], BY_NAME["masses 5 %"], BY_NAME["a
 
 @pytest.mark.parametrize("row", few_of(*(BY_NAME[name] for name in FEW), *ROWS, least=len(FEW)))
 def test_what_is_called_good_holds(row: Row) -> None:
-    found = judged(row, seeds_of(row)[0])
-    assert not (found.good and found.worst > 4.5)
-    assert not (found.failed and (found.good or found.worth == "to be made"))
+    outcome = judged(row, seeds_of(row)[0])
+    assert not (outcome.good and outcome.worst > 4.5)
+    assert not (outcome.failed and (outcome.good or outcome.worth == "to be made"))
     if row.of_model:
-        assert not {"attitudes", "strokes"} & {*found.withheld}
+        assert not {"attitudes", "strokes"} & {*outcome.withheld}
     if row.right:
-        assert not found.withheld
+        assert not outcome.withheld
 
 
 def test_a_bias_that_steps_is_in_all_that_sensors_tell() -> None:
     """Even where nothing but the evidence of the whole drop shows it."""
     row = BY_NAME["a bias steps 0.3 deg/s in the fall"]
-    found = judged(row, seeds_of(row)[8])
-    assert found.failed == ("as filed and certified",)
-    assert {*found.withheld} == {"attitudes", "rates", "strokes", "offsets"}
+    outcome = judged(row, seeds_of(row)[8])
+    assert outcome.failed == ("as filed and certified",)
+    assert {*outcome.withheld} == {"attitudes", "rates", "strokes", "offsets"}
 
 
 def test_axes_that_lean_by_more_than_filed_widen_what_rests_on_them() -> None:
     row = BY_NAME["hinge axes 1 deg"]
-    found = judged(row, seeds_of(row)[2])
-    assert "gyros of bodies 1 and 2" in found.failed
-    assert not found.withheld and found.widening > 1.0 and found.worst < 4.0 and not found.good
+    outcome = judged(row, seeds_of(row)[2])
+    assert "gyros of bodies 1 and 2" in outcome.failed
+    assert not outcome.withheld and outcome.widening > 1.0 and outcome.worst < 4.0 and not outcome.good
 
 
 def made(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
@@ -52,7 +52,8 @@ def made(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
         {name: Errors(times * random.standard_normal(3), np.ones(3)) for name in PROTECTED}
         for _ in range(count)
     ]
-    return [replace(Judged(one, (), False, "to be made", (), 1.0), **changed) for one in errors]  # type: ignore[arg-type]
+    judged_drops = (Judged(drop_errors, (), False, "to be made", (), 1.0) for drop_errors in errors)
+    return [replace(judged_drop, **changed) for judged_drop in judged_drops]  # type: ignore[arg-type]
 
 
 def test_right_intervals_are_told_from_wrong_ones() -> None:

@@ -27,7 +27,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", action="store_true", help="minimise into tests/validation/fuzz/corpus")
     arguments = parser.parse_args()
-    found = False
+    has_findings = False
     for target, runs in ((FRAME, arguments.runs), (BOARD, arguments.board_runs)):
         print(f"{target.name}: building", flush=True)
         program = build(target, FOLDER / target.name)
@@ -36,10 +36,10 @@ def main() -> int:
             program, target, runs, seed=arguments.seed, progress=lambda line: print(f"  {line}", flush=True)
         )
         _print_outcome(target, outcome, time.monotonic() - started_s)
-        found = found or bool(outcome.findings)
+        has_findings = has_findings or bool(outcome.findings)
         if arguments.keep:
             _keep(program, target)
-    return int(found)
+    return int(has_findings)
 
 
 def _print_outcome(target: Target, outcome: Outcome, taken_s: float) -> None:

@@ -95,8 +95,8 @@ def fuzz(
     New inputs go to corpus/ next to the program, findings to findings/. The same program, corpus and seed do the same.
     """
     folder = program.parent
-    found, seeds, findings = folder / "corpus", folder / "seeds", folder / "findings"
-    for path in (found, findings):
+    corpus, seeds, findings = folder / "corpus", folder / "seeds", folder / "findings"
+    for path in (corpus, findings):
         path.mkdir(exist_ok=True)
     write_seeds(seeds, target.seeds)
     write_dictionary(folder / "dictionary")
@@ -107,7 +107,7 @@ def fuzz(
     ]
     before = set(findings.iterdir())
     lines: list[str] = []
-    command = list(map(str, [program, *options, found, target.corpus, seeds]))
+    command = list(map(str, [program, *options, corpus, target.corpus, seeds]))
     with subprocess.Popen(
         command, stderr=subprocess.PIPE, encoding="utf-8", errors="replace", env=_environment()
     ) as process:

@@ -45,19 +45,19 @@ def main() -> int:
     for job in range(arguments.jobs):
         coverage, features, corpus = (PULSE.findall(_read(job)) or [(0, 0, 0)])[-1]
         print(f"  job {job}: {coverage} edges, {features} features, {corpus} inputs kept")
-    found = sorted(set(findings.iterdir()) - before)
+    new_findings = sorted(set(findings.iterdir()) - before)
     rate = executions / taken_s if taken_s else 0
-    summary = f"{executions} damaged logs in {taken_s:.0f} s ({rate:.0f}/s), {len(found)} findings"
+    summary = f"{executions} damaged logs in {taken_s:.0f} s ({rate:.0f}/s), {len(new_findings)} findings"
     print(f"decoder: {summary}")
     (FOLDER / "summary").write_text(f"{summary}\n", encoding="utf-8")
-    for finding in found:
+    for finding in new_findings:
         print(f"Error: the decoder broke on {finding.relative_to(REPOSITORY)}", file=sys.stderr)
         print(
             f"  See it again: {PYTHON.relative_to(REPOSITORY)} -m tests.validation.fuzz.fuzz_log {finding}\n"
             f"  Its report:   {_log(0).parent.relative_to(REPOSITORY)}/job*.log",
             file=sys.stderr,
         )
-    return int(bool(found) or executions < arguments.runs)
+    return int(bool(new_findings) or executions < arguments.runs)
 
 
 def _log(job: int) -> Path:
@@ -95,10 +95,10 @@ def _run(job: int, runs: int, seed: int, findings: Path) -> int:
                 stderr=log,
                 check=False,
             ).returncode
-        done = re.search(r"^stat::number_of_executed_units:\s+(\d+)$", _read(job), re.MULTILINE)
-        executed += int(done[1]) if done else 0
+        match = re.search(r"^stat::number_of_executed_units:\s+(\d+)$", _read(job), re.MULTILINE)
+        executed += int(match[1]) if match else 0
         print(f"  job {job}: {executed} of {runs}", flush=True)
-        if code or not done:
+        if code or not match:
             break
     return executed
 

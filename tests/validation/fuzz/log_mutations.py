@@ -51,14 +51,14 @@ class Script:
 
     def below(self, limit: int) -> int:
         """A number from 0 up to `limit` - 1."""
-        taken = self._data[self._at : self._at + 2].ljust(2, b"\0")
+        number_bytes = self._data[self._at : self._at + 2].ljust(2, b"\0")
         self._at += 2
-        return int.from_bytes(taken, "little") % max(limit, 1)
+        return int.from_bytes(number_bytes, "little") % max(limit, 1)
 
     def take(self, count: int) -> bytes:
-        taken = self._data[self._at : self._at + count].ljust(count, b"\0")
+        chunk = self._data[self._at : self._at + count].ljust(count, b"\0")
         self._at += count
-        return taken
+        return chunk
 
 
 @dataclass
@@ -107,7 +107,11 @@ def _sample_rows(recorder: Recorder) -> dict[int, tuple[int, list[int]]]:
     rows = {}
     for index in range(recorder.samples):
         truth = sample(index, 0)
-        imu = [value for one in truth.imu for value in (*one.accel, one.temperature, *one.gyro)]
+        imu = [
+            value
+            for imu_reading in truth.imu
+            for value in (*imu_reading.accel, imu_reading.temperature, *imu_reading.gyro)
+        ]
         rows[index] = (recorder.time_us(index), [*imu, *truth.angle])
     return rows
 
@@ -146,8 +150,8 @@ def _overwrite(card: Card, script: Script) -> None:
 
 
 def _swap(card: Card, script: Script) -> None:
-    one, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
-    card.data[one], card.data[other] = bytes(card.data[other]), bytes(card.data[one])
+    block, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
+    card.data[block], card.data[other] = bytes(card.data[other]), bytes(card.data[block])
 
 
 def _copy_over(card: Card, script: Script) -> None:
@@ -183,9 +187,9 @@ def _splice(card: Card, script: Script) -> None:
 
 def _tear(card: Card, script: Script) -> None:
     """The beginning of one block, the end of another."""
-    one, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
+    block, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
     at = script.below(BLOCK_BYTES)
-    card.data[one] = card.data[one][:at] + card.data[other][at:]
+    card.data[block] = card.data[block][:at] + card.data[other][at:]
 
 
 def _reseal(card: Card, script: Script) -> None:
@@ -255,8 +259,10 @@ def _check_sane(log: DropLog) -> None:
 def _check_true(log: DropLog) -> None:
     truth = truths()[log.session]
     assert log.header == truth.recorder.header
-    found = np.hstack((log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32).tolist()
-    for index, t_us, row in zip(log.sample_index.tolist(), log.t_us.tolist(), found, strict=True):
+    decoded_rows = np.hstack(
+        (log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32
+    ).tolist()
+    for index, t_us, row in zip(log.sample_index.tolist(), log.t_us.tolist(), decoded_rows, strict=True):
         assert (t_us, row) == truth.rows[index], index
     assert (np.diff(log.sample_index) > 0).all()
     assert log.imu_valid.all() and log.angle_valid.all()

@@ -64,11 +64,11 @@ def assert_found(target: Target, folder: Path, tree: Path, broken: str) -> None:
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
 def test_nothing_is_found(target: Target, share: float, tmp_path: Path) -> None:
     """Replays the committed corpus and the seeds, then goes on from them."""
-    known = len(list(target.corpus.iterdir())) + len(target.seeds)
+    input_count = len(list(target.corpus.iterdir())) + len(target.seeds)
     runs = round(share * RUNS[target.name])
     outcome = fuzz(build(target, tmp_path / "build"), target, runs)
     assert not outcome.findings, outcome.log
-    assert outcome.executions >= runs > known
+    assert outcome.executions >= runs > input_count
     assert outcome.corpus_size > len(target.seeds) / 2  # it was given what it should know
 
 

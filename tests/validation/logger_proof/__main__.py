@@ -36,7 +36,7 @@ def campaigns(folder: Path) -> list[Campaign]:
         Campaign("read-times", "each IMU is read when the log says, within 0.1 ms",
                  [partial(measure_offsets, folder / "offsets")]),
         Campaign("shared-processor", "no sample is dropped",
-                 [partial(measure_spare, processor, *one) for one in SPARES]),
+                 [partial(measure_spare, processor, *case) for case in SPARES]),
     ]  # fmt: skip
 
 
@@ -44,8 +44,8 @@ def prove(folder: Path, progress: Progress) -> Results:
     """Build and run everything; return the tables and what they were run with. Raises Broken, BuildError."""
     progress("building")
     declared = campaigns(folder)
-    found = run_campaigns(declared, progress)
-    return make_tables(found, declared), describe_machines(found)
+    results = run_campaigns(declared, progress)
+    return make_tables(results, declared), describe_machines(results)
 
 
 if __name__ == "__main__":

@@ -50,9 +50,11 @@ def run_each(program: Path, seeds: Sequence[int]) -> list[Outcome]:
 def run(program: Path, first: int, count: int, folder: Path) -> None:
     """Leaves SEED.bin, SEED.ram and SEED.truth in the folder. Raises Broken: the program failed."""
     command = [str(program), str(first), str(count), str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
-    if done.returncode != 0:
-        raise Broken(f"seeds {first} to {first + count - 1}: exit code {done.returncode}\n{done.stderr}")
+    process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
+    if process.returncode != 0:
+        raise Broken(
+            f"seeds {first} to {first + count - 1}: exit code {process.returncode}\n{process.stderr}"
+        )
 
 
 def _judge(folder: Path, seed: int) -> list[Outcome]:

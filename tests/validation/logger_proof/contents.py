@@ -51,9 +51,9 @@ def check_blocks(image: Path, truth: Truth) -> None:
             raise Broken(f"a header's time of day is wrong: {header.wall_clock_us}")
     blocks = np.frombuffer(data, np.dtype(DATA_BLOCK_DTYPE))[own & (looked.heads["kind"] == BlockKind.DATA)]
     for slot in range(SAMPLES_PER_BLOCK):
-        used = blocks[blocks["sample_count"] > slot]
-        index = used["first_sample"].astype(np.int64) + slot
-        flags = used["samples"]["flags"][:, slot]
+        filled_blocks = blocks[blocks["sample_count"] > slot]
+        index = filled_blocks["first_sample"].astype(np.int64) + slot
+        flags = filled_blocks["samples"]["flags"][:, slot]
         within = index < len(truth.samples)
         if (flags[within] & 0xF & ~truth.samples["served"][index[within]]).any():
             raise Broken("an IMU is called valid that gave nothing")
@@ -111,9 +111,9 @@ def _check_footer(footer: LogFooter, truth: Truth) -> None:
     nominal_us = 1e6 / truth.rate_hz
     late = steps > 1.5 * nominal_us
     rms_us = float(np.sqrt(np.mean((steps[~late] - nominal_us) ** 2)))
-    told = (footer.interval_min_us, footer.interval_max_us, footer.late_ticks)
-    if told != (int(steps.min()), int(steps.max()), int(np.count_nonzero(late))):
-        raise Broken(f"times between samples: the footer has {told}")
+    logged_intervals = (footer.interval_min_us, footer.interval_max_us, footer.late_ticks)
+    if logged_intervals != (int(steps.min()), int(steps.max()), int(np.count_nonzero(late))):
+        raise Broken(f"times between samples: the footer has {logged_intervals}")
     if abs(footer.jitter_rms_us - rms_us) > 0.01 + MAX_RMS_ERROR * rms_us:
         raise Broken(f"the jitter is {rms_us} us, the footer has {footer.jitter_rms_us}")
     if truth.head["pulled"]:
@@ -157,14 +157,14 @@ def check_ram(image: Path, truth: Truth, doubled: NDArray[np.bool_], on_card: ND
         log = load(image)
     except LogError as error:
         raise Broken(f"what RAM gave is refused: {error.what}") from None
-    held = np.zeros(len(fall), np.bool_)
-    held[check_contents(log, truth)] = True
+    in_ram = np.zeros(len(fall), np.bool_)
+    in_ram[check_contents(log, truth)] = True
     check_blocks(image, truth)
     if truth.rate_hz == 1000 and int(truth.troubles["from_us"][-1]) > truth.release_us + NOTICED_IN_TIME_US:
-        held |= on_card
-    if (fall & ~held).any() and not doubled[fall].all():
+        in_ram |= on_card
+    if (fall & ~in_ram).any() and not doubled[fall].all():
         raise Broken(
-            f"RAM lacks {np.count_nonzero(fall & ~held)} of {np.count_nonzero(fall)} samples of the drop"
+            f"RAM lacks {np.count_nonzero(fall & ~in_ram)} of {np.count_nonzero(fall)} samples of the drop"
         )
 
 

@@ -69,15 +69,15 @@ TAKEN = frozenset({"switch_edge", "stroke", "release", "landing", "sampling_late
 
 def check_events(log: DropLog, truth: Truth) -> None:
     """Raises Broken: an event is missing whose block must be there, or one is there that never was."""
-    left = list(log.events)
+    remaining_events = list(log.events)
     names = TAKEN if truth.head["pulled"] else TAKEN | {"card_stall"}
     for due in sorted(_due(truth), key=lambda due: due.earliest_us):
-        found = next((event for event in left if due.matches(event)), None)
-        if found is not None:
-            left.remove(found)
+        matching_event = next((event for event in remaining_events if due.matches(event)), None)
+        if matching_event is not None:
+            remaining_events.remove(matching_event)
         elif not due.may_lack and _must_hold(log, truth, due.earliest_us, due.known_us):
             raise Broken(f"no {due.name} is in the log for {due.earliest_us / 1e6:.6f} s: {_like(log, due)}")
-    for event in left:
+    for event in remaining_events:
         if event.name in names:
             raise Broken(f"a {event.name} that was none: {event}")
     _check_sensors(log, truth)
@@ -183,8 +183,8 @@ def _check_sensors(log: DropLog, truth: Truth) -> None:
             known_us = int(truth.samples["t_us"][still.stop - 1])
             if not _must_hold(log, truth, known_us, known_us):
                 continue
-            held = rows[still][rows[still] >= 0]
-            if log.imu_valid[held[1:], imu].any():
+            still_rows = rows[still][rows[still] >= 0]
+            if log.imu_valid[still_rows[1:], imu].any():
                 raise Broken(f"what a frozen IMU repeated is called valid, sample {still.start}")
             before = rows[still.start - 1] if still.start else -1
             if before >= 0 and log.imu_valid[before, imu]:
@@ -193,9 +193,11 @@ def _check_sensors(log: DropLog, truth: Truth) -> None:
 
 def _check_frozen(log: DropLog, imu: int, from_us: int, known_us: int) -> None:
     """The event tells since when an IMU that had run repeats itself."""
-    told = [event for event in log.events if (event.name, event.index) == ("sensor_fault", imu)]
+    fault_events = [event for event in log.events if (event.name, event.index) == ("sensor_fault", imu)]
     frozen = [
-        event.value for event in told if event.t_us == known_us and event.arg == ErrorCode.SENSOR_FROZEN
+        event.value
+        for event in fault_events
+        if event.t_us == known_us and event.arg == ErrorCode.SENSOR_FROZEN
     ]
     if frozen != [known_us - from_us]:
         raise Broken(f"a frozen IMU has stood still for {known_us - from_us} us, the log has {frozen}")

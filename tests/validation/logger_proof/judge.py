@@ -150,14 +150,14 @@ def _own_file(folder: Path, truth: Truth) -> Path:
 
 def _read(image: Path, truth: Truth) -> _Reading:
     log = _decoded(image, truth)
-    held = np.zeros(len(truth.samples), np.bool_)
+    in_image = np.zeros(len(truth.samples), np.bool_)
     if log is not None:
-        held[check_contents(log, truth)] = True
+        in_image[check_contents(log, truth)] = True
         check_blocks(image, truth)
     return _Reading(
         log=log,
         taken=_taken(truth),
-        held=held,
+        held=in_image,
         dropped=truth.dropped(),
         on_card=truth.samples_in(truth.writes["on_medium"] != 0),
     )
@@ -220,20 +220,20 @@ def _decoded(image: Path, truth: Truth) -> DropLog | None:
 def _taken(truth: Truth) -> NDArray[np.bool_]:
     """(n,) bool: the logger recorded it, as its state told, or handed it to the card."""
     handed = truth.samples_in(np.ones(len(truth.writes), np.bool_))
-    taken: NDArray[np.bool_] = handed | (truth.samples["captured"] != 0)
+    is_recorded: NDArray[np.bool_] = handed | (truth.samples["captured"] != 0)
     footers = truth.writes[truth.writes["kind"] == BlockKind.FOOTER]
     if len(footers):
         end = int(footers["first_sample"][0])
-        after = truth.samples["t_us"][end:][taken[end:]]
+        after = truth.samples["t_us"][end:][is_recorded[end:]]
         if len(after) and int(after[-1] - after[0]) > STATE_LAG_US:
             raise Broken("no sample is taken although the state says that it records")
-        taken[end:] = False
-    return taken
+        is_recorded[end:] = False
+    return is_recorded
 
 
-def _check_kept(held: NDArray[np.bool_], due: NDArray[np.bool_], what: str) -> None:
-    if (due & ~held).any():
-        raise Broken(f"{np.count_nonzero(due & ~held)} samples are lost that {what}")
+def _check_kept(is_present: NDArray[np.bool_], due: NDArray[np.bool_], what: str) -> None:
+    if (due & ~is_present).any():
+        raise Broken(f"{np.count_nonzero(due & ~is_present)} samples are lost that {what}")
 
 
 def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
@@ -243,9 +243,9 @@ def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
     # A footer speaks for those after the last sample too.
     end = len(dropped) if log.footer else int(log.sample_index[-1]) + 1
     before_end = int(np.count_nonzero(dropped[:end]))
-    told = sum(gap.samples_dropped for gap in log.gaps if log.footer or gap.end_us is not None)
-    if told != before_end:
-        raise Broken(f"{before_end} samples were dropped, the log tells of {told}")
+    logged_drops = sum(gap.samples_dropped for gap in log.gaps if log.footer or gap.end_us is not None)
+    if logged_drops != before_end:
+        raise Broken(f"{before_end} samples were dropped, the log tells of {logged_drops}")
     if before_end and log.verdict == "complete":
         raise Broken("samples were dropped, and the recording is called complete")
 

@@ -32,12 +32,12 @@ def qemu(program: Path, *arguments: str) -> str:
         *("-semihosting-config", f"enable=on,target=native,{words}"),
         *("-icount", "shift=0,sleep=off", "-kernel", str(program)),
     ]
-    done = subprocess.run(
+    process = subprocess.run(
         command, capture_output=True, text=True, check=False, timeout=LIMIT_S, stdin=subprocess.DEVNULL
     )
-    if done.returncode != 0:
-        raise Broken(f"the Cortex-M7 ended with {done.returncode}: {done.stdout}{done.stderr}")
-    return done.stdout
+    if process.returncode != 0:
+        raise Broken(f"the Cortex-M7 ended with {process.returncode}: {process.stdout}{process.stderr}")
+    return process.stdout
 
 
 def compare(pc: Path, m7: Path, seed: int, count: int = 1) -> list[bytes]:

@@ -46,18 +46,18 @@ class Glitches(NamedTuple):
 def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
     """Of both kinds at each rate. Raises Broken if one costs more than the sample that it hit."""
     program = _built(folder)
-    found = []
+    glitches = []
     for rate_hz in rates_hz:
-        said = subprocess.run([program, str(rate_hz)], capture_output=True, text=True, check=True).stdout
-        for line in said.splitlines():
+        output = subprocess.run([program, str(rate_hz)], capture_output=True, text=True, check=True).stdout
+        for line in output.splitlines():
             kind, *numbers = line.split()
-            found.append(Glitches(kind, rate_hz, *map(int, numbers)))
-    for one in found:
-        if one.most > 1 or one.others:
+            glitches.append(Glitches(kind, rate_hz, *map(int, numbers)))
+    for glitch in glitches:
+        if glitch.most > 1 or glitch.others:
             raise Broken(
-                f"one {one.kind} costs {one.most} samples at {one.rate_hz} Hz, and others {one.others}"
+                f"one {glitch.kind} costs {glitch.most} samples at {glitch.rate_hz} Hz, and others {glitch.others}"
             )
-    return found
+    return glitches
 
 
 def _built(folder: Path) -> Path:
@@ -92,36 +92,39 @@ class Offset(NamedTuple):
 
 def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> list[Offset]:
     """Of all IMUs at each clock. Raises Broken if the log tells another one."""
-    found = []
+    offsets = []
     model = load_robot()
     for bus_khz in buses_khz:
-        one = drop(model, ideal(), seed=1, bus_khz=bus_khz)
-        delays_us = [1e6 * _delay_s(one, body) for body in range(4)]
-        for i, logged_us in enumerate(one.log.header.imu_offset_us):
-            found.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
-    for offset in found:
+        emulated_drop = drop(model, ideal(), seed=1, bus_khz=bus_khz)
+        delays_us = [1e6 * _delay_s(emulated_drop, body) for body in range(4)]
+        for i, logged_us in enumerate(emulated_drop.log.header.imu_offset_us):
+            offsets.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
+    for offset in offsets:
         if abs(offset.logged_us - offset.measured_us) > READ_TIME_MAX_US:
             raise Broken(
                 f"IMU {offset.imu} is read {offset.measured_us:.0f} us after the sample's time, "
                 f"the log says {offset.logged_us}, at {offset.bus_khz} kHz"
             )
-    return found
+    return offsets
 
 
-def _delay_s(one: Drop, body: int) -> float:
+def _delay_s(emulated_drop: Drop, body: int) -> float:
     """From the true angular speed to the one that a body's gyro shows, the low-pass and half a reading's age in it."""
-    true_s = one.truth[:, 0]
-    attitudes = Rotation.from_quat(one.truth[:, 4 + 4 * body : 8 + 4 * body])
+    true_s = emulated_drop.truth[:, 0]
+    attitudes = Rotation.from_quat(emulated_drop.truth[:, 4 + 4 * body : 8 + 4 * body])
     speeds = (attitudes[:-1].inv() * attitudes[1:]).magnitude() / np.diff(true_s)
     middles_s = (true_s[:-1] + true_s[1:]) / 2
-    rows = (one.log.t_s > FALL_S[0]) & (one.log.t_s < FALL_S[1])
-    t_s, shown = one.log.t_s[rows], np.linalg.norm(one.log.rate_rad_s[rows, body], axis=1)
+    rows = (emulated_drop.log.t_s > FALL_S[0]) & (emulated_drop.log.t_s < FALL_S[1])
+    t_s, measured_speeds = (
+        emulated_drop.log.t_s[rows],
+        np.linalg.norm(emulated_drop.log.rate_rad_s[rows, body], axis=1),
+    )
 
     def off(delay_s: float) -> float:
-        return float(np.sum((shown - np.interp(t_s - delay_s, middles_s, speeds)) ** 2))
+        return float(np.sum((measured_speeds - np.interp(t_s - delay_s, middles_s, speeds)) ** 2))
 
-    found = minimize_scalar(off, bounds=(0.0, MAX_DELAY_S), method="bounded", options={"xatol": 1e-7})
-    return float(found.x)
+    optimum = minimize_scalar(off, bounds=(0.0, MAX_DELAY_S), method="bounded", options={"xatol": 1e-7})
+    return float(optimum.x)
 
 
 SPARES = list(product((280, 850, 900, 1000), (20_700, 23_000, 30_000), (0, 100)))
@@ -169,10 +172,10 @@ def shared(folder: Path) -> Path:
 def measure_spare(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: int) -> Spare:
     """Runs a program of `shared`. Raises Broken: a sample was lost."""
     command = [str(program), str(rate_hz), str(transfer_ns), str(stall_one_in)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
-    if done.returncode != 0:
-        raise Broken(f"{' '.join(command[1:])}: exit code {done.returncode}\n{done.stderr}")
-    spare = Spare(rate_hz, transfer_ns, stall_one_in, *map(int, done.stdout.split()))
+    process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
+    if process.returncode != 0:
+        raise Broken(f"{' '.join(command[1:])}: exit code {process.returncode}\n{process.stderr}")
+    spare = Spare(rate_hz, transfer_ns, stall_one_in, *map(int, process.stdout.split()))
     if min(spare.at_start, spare.at_change) < 0:
         raise Broken(f"samples were lost: {spare}")
     return spare

@@ -38,9 +38,9 @@ TEXT = {
 VERDICTS = ("complete", "truncated", "damaged", "nothing yet")
 
 
-def make_tables(found: Found, campaigns: Sequence[Campaign]) -> dict[str, str]:
+def make_tables(results: Found, campaigns: Sequence[Campaign]) -> dict[str, str]:
     """Return the text of each CSV file by its name."""
-    outcomes: Sequence[Outcome] = found["runs"]
+    outcomes: Sequence[Outcome] = results["runs"]
     counts = ("recordings", "cuts", *VERDICTS, "torn blocks", "stale blocks")
     stalls = ("Hz", "runs", "stalls", "longest, ms", "most blocks waiting", "samples dropped")
     machine = (
@@ -54,76 +54,83 @@ def make_tables(found: Found, campaigns: Sequence[Campaign]) -> dict[str, str]:
     )
     tables = {
         "campaigns": declared(campaigns),
-        "targets": targets_csv(find_targets(found)),
-        "figures": csv_text(("of", "figure", "value"), list_figures(found)),
+        "targets": targets_csv(find_targets(results)),
+        "figures": csv_text(("of", "figure", "value"), list_figures(results)),
         "recordings": csv_text(("when the power goes", "Hz", *counts), map(_recordings, *_parts(outcomes))),
         "losses": csv_text(("the card", "Hz", "cuts", "median, ms", "worst, ms"), _losses(outcomes)),
         "stalls": csv_text(stalls, [_stall_row(outcomes, rate_hz) for rate_hz in RATES_HZ]),
-        "instructions": csv_text(machine, map(_instruction_row, found["instructions"])),
-        **{name: results_csv(found[name]) for name in ("shared-processor", "failed-transfers", "read-times")},
+        "instructions": csv_text(machine, map(_instruction_row, results["instructions"])),
+        **{
+            name: results_csv(results[name])
+            for name in ("shared-processor", "failed-transfers", "read-times")
+        },
     }
     return {f"{name}.csv": text for name, text in tables.items()}
 
 
-def describe_machines(found: Found) -> dict[str, object]:
+def describe_machines(results: Found) -> dict[str, object]:
     """Return what the campaigns were run with besides the core."""
     qemu = output("qemu-system-arm", "--version").splitlines()[0].split("version ")[1].split(" ")[0]
     return {
         "firmware": ".".join(map(str, FIRMWARE_VERSION)),
         "compiler for the Cortex-M7": f"arm-none-eabi-gcc {output('arm-none-eabi-g++', '-dumpversion')}",
         "emulator": f"QEMU {qemu}, machine {MACHINE}",
-        "SHA-256 of what PC and Cortex-M7 wrote": hashlib.sha256(b"".join(found["twins"])).hexdigest(),
+        "SHA-256 of what PC and Cortex-M7 wrote": hashlib.sha256(b"".join(results["twins"])).hexdigest(),
     }
 
 
-def find_targets(found: Found) -> list[Target]:
+def find_targets(results: Found) -> list[Target]:
     """Return what the core is held to, with its bounds."""
-    outcomes: Sequence[Outcome] = found["runs"]
-    stalled = [one for rate_hz in RATES_HZ for one in _stalled(outcomes, rate_hz)]
-    quiet = [one for one in outcomes if one.cut and not one.stalls and not one.pulled]
-    glitches, offsets = found["failed-transfers"], found["read-times"]
+    outcomes: Sequence[Outcome] = results["runs"]
+    stalled = [outcome for rate_hz in RATES_HZ for outcome in _stalled(outcomes, rate_hz)]
+    quiet = [outcome for outcome in outcomes if outcome.cut and not outcome.stalls and not outcome.pulled]
+    glitches, offsets = results["failed-transfers"], results["read-times"]
     return [
-        Target("samples dropped, with the firmware's own ring", sum(one.dropped for one in stalled), high=0),
+        Target(
+            "samples dropped, with the firmware's own ring",
+            sum(outcome.dropped for outcome in stalled),
+            high=0,
+        ),
         Target(
             "oldest sample lost to a power cut, on a card that takes what comes",
-            max(one.loss_us for one in quiet if one.kind is not Kind.SMALL_RING) / 1e3,
+            max(outcome.loss_us for outcome in quiet if outcome.kind is not Kind.SMALL_RING) / 1e3,
             high=(PARTIAL_AND_SYNC_US + LOOP_US) / 1e3,
             unit="ms",
         ),
         Target(
             "share of the processor",
-            max(100 * one.share for one in found["instructions"]),
+            max(100 * instructions.share for instructions in results["instructions"]),
             high=100 * SHARE_MAX,
             unit="%",
         ),
-        Target("samples lost by one failed transfer", max(one.most for one in glitches), high=1),
-        Target("samples of other IMUs lost by it", sum(one.others for one in glitches), high=0),
+        Target("samples lost by one failed transfer", max(glitch.most for glitch in glitches), high=1),
+        Target("samples of other IMUs lost by it", sum(glitch.others for glitch in glitches), high=0),
         Target(
             "a sensor's time in the log's header, off by",
-            max(abs(one.logged_us - one.measured_us) for one in offsets),
+            max(abs(offset.logged_us - offset.measured_us) for offset in offsets),
             high=READ_TIME_MAX_US,
             unit="µs",
         ),
     ]
 
 
-def list_figures(found: Found) -> list[tuple[str, str, object]]:
+def list_figures(results: Found) -> list[tuple[str, str, object]]:
     """Return what the page's sections rest on: section, figure, value."""
-    outcomes: Sequence[Outcome] = found["runs"]
-    twins, spares, glitches = found["twins"], found["shared-processor"], found["failed-transfers"]
-    dropped = [one.dropped for one in outcomes if one.dropped]
+    outcomes: Sequence[Outcome] = results["runs"]
+    twins, spares, glitches = results["twins"], results["shared-processor"], results["failed-transfers"]
+    dropped = [outcome.dropped for outcome in outcomes if outcome.dropped]
     figures: dict[str, dict[str, object]] = {
         "faults": {
             "recordings": len(outcomes),
-            "cut off by the power": sum(one.cut for one in outcomes),
-            "last seed": max(one.seed for one in outcomes),
-            "samples read back and compared": sum(one.decoded for one in outcomes),
+            "cut off by the power": sum(outcome.cut for outcome in outcomes),
+            "last seed": max(outcome.seed for outcome in outcomes),
+            "samples read back and compared": sum(outcome.decoded for outcome in outcomes),
             "samples that found no room": sum(dropped),
             "in so many runs": len(dropped),
-            "runs whose power went before the first sync": sum(one.headerless for one in outcomes),
-            "recordings that followed another in their run": sum(one.number > 1 for one in outcomes),
-            "drops fetched from RAM": sum(one.from_ram for one in outcomes),
-            "recordings whose file was full before the end": sum(one.file_full for one in outcomes),
+            "runs whose power went before the first sync": sum(outcome.headerless for outcome in outcomes),
+            "recordings that followed another in their run": sum(outcome.number > 1 for outcome in outcomes),
+            "drops fetched from RAM": sum(outcome.from_ram for outcome in outcomes),
+            "recordings whose file was full before the end": sum(outcome.file_full for outcome in outcomes),
         },
         "machine": {
             "runs on both": len(twins) // 2,
@@ -132,28 +139,30 @@ def list_figures(found: Found) -> list[tuple[str, str, object]]:
         "buses": {
             "fewest free blocks of RAM, processor shared": _fewest_free(spares, stalled=False),
             "likewise, one write in 100 stalls": _fewest_free(spares, stalled=True),
-            "failed transfers": sum(one.times for one in glitches),
-            "samples that they cost": sum(one.lost for one in glitches),
+            "failed transfers": sum(glitch.times for glitch in glitches),
+            "samples that they cost": sum(glitch.lost for glitch in glitches),
         },
     }
     return [(section, what, value) for section, rows in figures.items() for what, value in rows.items()]
 
 
 def _fewest_free(spares: Sequence[Spare], stalled: bool) -> int:
-    return min(min(one.at_start, one.at_change) for one in spares if bool(one.stall_one_in) == stalled)
+    return min(
+        min(spare.at_start, spare.at_change) for spare in spares if bool(spare.stall_one_in) == stalled
+    )
 
 
 def _parts(outcomes: Sequence[Outcome]) -> tuple[list[Kind], list[int], list[list[Outcome]]]:
     """By kind and rate."""
     pairs = [(kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ]
-    parts = [[one for one in outcomes if (one.kind, one.rate_hz) == pair] for pair in pairs]
+    parts = [[outcome for outcome in outcomes if (outcome.kind, outcome.rate_hz) == pair] for pair in pairs]
     return [kind for kind, _ in pairs], [rate_hz for _, rate_hz in pairs], parts
 
 
 def _recordings(kind: Kind, rate_hz: int, part: Sequence[Outcome]) -> tuple[object, ...]:
-    verdicts = Counter(one.verdict for one in part)
-    sums = (sum(getattr(one, name) for one in part) for name in ("torn", "stale"))
-    cuts = sum(one.cut for one in part)
+    verdicts = Counter(outcome.verdict for outcome in part)
+    sums = (sum(getattr(outcome, name) for outcome in part) for name in ("torn", "stale"))
+    cuts = sum(outcome.cut for outcome in part)
     return TEXT[kind], rate_hz, len(part), cuts, *(verdicts[name] for name in VERDICTS), *sums
 
 
@@ -161,35 +170,50 @@ def _losses(outcomes: Sequence[Outcome]) -> list[tuple[object, ...]]:
     """The age of the oldest sample that a cut took."""
     rows: list[tuple[object, ...]] = []
     for rate_hz in RATES_HZ:
-        cut = [one for one in outcomes if one.rate_hz == rate_hz and one.cut and one.kind != Kind.SMALL_RING]
+        cut = [
+            outcome
+            for outcome in outcomes
+            if outcome.rate_hz == rate_hz and outcome.cut and outcome.kind != Kind.SMALL_RING
+        ]
         for name, stalled, pulled in (
             ("takes what comes", False, False),
             ("stalls, 1 % of the writes", True, False),
             ("was pulled", None, True),
         ):
-            chosen = (one for one in cut if one.pulled == pulled and stalled in (None, one.stalls > 0))
-            losses = [one.loss_us / 1e3 for one in chosen]
+            chosen = (
+                outcome
+                for outcome in cut
+                if outcome.pulled == pulled and stalled in (None, outcome.stalls > 0)
+            )
+            losses = [outcome.loss_us / 1e3 for outcome in chosen]
             rows.append((name, rate_hz, len(losses), f"{median(losses):.0f}", f"{max(losses):.0f}"))
     return rows
 
 
 def _stalled(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome]:
     """With the firmware's own ring, to the end of a file that had room."""
-    own = (one for one in outcomes if one.rate_hz == rate_hz and one.kind is not Kind.SMALL_RING)
-    return [one for one in own if one.stalls and not one.pulled and not one.file_full]
+    own = (
+        outcome for outcome in outcomes if outcome.rate_hz == rate_hz and outcome.kind is not Kind.SMALL_RING
+    )
+    return [outcome for outcome in own if outcome.stalls and not outcome.pulled and not outcome.file_full]
 
 
 def _stall_row(outcomes: Sequence[Outcome], rate_hz: int) -> tuple[object, ...]:
     part = _stalled(outcomes, rate_hz)
     return (
-        *(rate_hz, len(part), sum(one.stalls for one in part)),
-        f"{max(one.longest_stall_us for one in part) / 1e3:.0f}",
-        *(max(one.ring_peak_blocks for one in part), sum(one.dropped for one in part)),
+        *(rate_hz, len(part), sum(outcome.stalls for outcome in part)),
+        f"{max(outcome.longest_stall_us for outcome in part) / 1e3:.0f}",
+        *(max(outcome.ring_peak_blocks for outcome in part), sum(outcome.dropped for outcome in part)),
     )
 
 
-def _instruction_row(one: Instructions) -> tuple[object, ...]:
+def _instruction_row(instructions: Instructions) -> tuple[object, ...]:
     return (
-        *(one.rate_hz, one.core.mean, one.core.most, one.idle_sample.mean - one.ports),
-        *(one.pass_with_block.mean, one.empty_pass.mean, f"{100 * one.share:.2f}"),
+        *(
+            instructions.rate_hz,
+            instructions.core.mean,
+            instructions.core.most,
+            instructions.idle_sample.mean - instructions.ports,
+        ),
+        *(instructions.pass_with_block.mean, instructions.empty_pass.mean, f"{100 * instructions.share:.2f}"),
     )

@@ -104,16 +104,16 @@ def test_what_both_machines_wrote_stands_with_the_campaign() -> None:
 
 
 def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
-    found = run_glitches(tmp_path, RATES_HZ)
-    assert [(one.kind, one.lost) for one in found] == 2 * [("nack", 200), ("timeout", 200)]
-    assert results_csv(found) == (FOLDER / "failed-transfers.csv").read_text()
+    glitches = run_glitches(tmp_path, RATES_HZ)
+    assert [(glitch.kind, glitch.lost) for glitch in glitches] == 2 * [("nack", 200), ("timeout", 200)]
+    assert results_csv(glitches) == (FOLDER / "failed-transfers.csv").read_text()
 
 
 def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:
     measured = measure_offsets(tmp_path)
     committed = [float(row[3]) for row in read_rows(FOLDER / "read-times.csv")[1:]]
-    assert [one.measured_us for one in measured] == pytest.approx(committed, abs=0.5)
-    offsets = [(one.bus_khz, one.logged_us) for one in measured]
+    assert [offset.measured_us for offset in measured] == pytest.approx(committed, abs=0.5)
+    offsets = [(offset.bus_khz, offset.logged_us) for offset in measured]
     assert offsets == [
         *zip([400] * 4, 2 * (0, 390), strict=True),
         *zip([100] * 4, 2 * (0, 1560), strict=True),
@@ -122,8 +122,11 @@ def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:
 
 def test_a_log_with_other_offsets_makes_no_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def wrong(*args: Any, **options: Any) -> Drop:
-        one = drop(*args, **options)
-        return replace(one, log=replace(one.log, header=replace(one.log.header, imu_offset_us=(0,) * 4)))
+        emulated_drop = drop(*args, **options)
+        return replace(
+            emulated_drop,
+            log=replace(emulated_drop.log, header=replace(emulated_drop.log.header, imu_offset_us=(0,) * 4)),
+        )
 
     monkeypatch.setattr("tests.validation.logger_proof.measurements.drop", wrong)
     with pytest.raises(Broken, match="IMU 2 is read 399 us"):
@@ -132,5 +135,5 @@ def test_a_log_with_other_offsets_makes_no_page(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
 def test_the_share_of_the_processor_grows_with_the_rate(rate_hz: int) -> None:
-    one = COUNTED[RATES_HZ.index(rate_hz)]
-    assert one.share == pytest.approx((3800 + 0.17 * 300) * rate_hz / 600e6)
+    instructions = COUNTED[RATES_HZ.index(rate_hz)]
+    assert instructions.share == pytest.approx((3800 + 0.17 * 300) * rate_hz / 600e6)

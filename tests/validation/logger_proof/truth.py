@@ -149,11 +149,11 @@ class Truth:
 
     def samples_in(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it is in one of the chosen writes."""
-        held = np.zeros(len(self.ticks) + 6, np.bool_)
+        in_writes = np.zeros(len(self.ticks) + 6, np.bool_)
         data = self.writes[chosen & (self.writes["kind"] == BlockKind.DATA)]
         for slot in range(6):
-            held[(data["first_sample"] + slot)[data["samples"] > slot]] = True
-        return held[: len(self.samples)]
+            in_writes[(data["first_sample"] + slot)[data["samples"] > slot]] = True
+        return in_writes[: len(self.samples)]
 
     def dropped(self) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it found no room, as the numbers of the blocks around it tell."""

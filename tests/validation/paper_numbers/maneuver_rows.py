@@ -117,10 +117,11 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
 
 def _swarms(robot: RobotModel, problem: Problem) -> Swarms:
     settings = DesignSettings(time_limit_s=problem.time_limit_s)
-    found = [search(problem, replace(settings, seed=seed)) for seed in range(1, SEEDS + 1)]
-    reached = [candidate(problem, one.position, sequence) for one, sequence in found]
+    searches = [search(problem, replace(settings, seed=seed)) for seed in range(1, SEEDS + 1)]
+    reached = [candidate(problem, optimum.position, sequence) for optimum, sequence in searches]
     return Swarms(
-        np.array([one.alpha_deg for one in reached]), np.array([one.reorientation_deg for one in reached])
+        np.array([design.alpha_deg for design in reached]),
+        np.array([design.reorientation_deg for design in reached]),
     )
 
 
@@ -142,10 +143,10 @@ def _untuned(robot: RobotModel) -> float:
 
 
 def _rounded_row(problem: Problem) -> Row:
-    flown = candidate(problem, np.radians([59.0, 70.0, 0.0]), _OUT_AND_BACK)
+    design = candidate(problem, np.radians([59.0, 70.0, 0.0]), _OUT_AND_BACK)
     return Row(
         "reorientation of 59/70, as it was flown",
         "not printed",
-        f"{flown.reorientation_deg:.3f} deg",
+        f"{design.reorientation_deg:.3f} deg",
         "",
     )

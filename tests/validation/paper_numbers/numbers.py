@@ -53,15 +53,15 @@ Sections = Mapping[str, Sequence[Row]]
 def make_tables(sections: Sections) -> dict[str, str]:
     """Return the text of each CSV file by its name."""
     numbers = [
-        (title, one.what, one.paper, one.ours, one.verdict)
+        (title, row.what, row.paper, row.ours, row.verdict)
         for title, rows in sections.items()
-        for one in rows
+        for row in rows
     ]
     details = [
-        (title, one.what, what, value)
+        (title, row.what, what, value)
         for title, rows in sections.items()
-        for one in rows
-        for what, value in one.details.items()
+        for row in rows
+        for what, value in row.details.items()
     ]
     return {
         "numbers.csv": csv_text(("section", "number", "paper", "ours", "difference"), numbers),

@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 def test_the_tables_are_what_the_code_computes(name: str, quick: bool) -> None:
     """Numbers may differ by two units of their last digit, as processors round differently."""
     sections = compute_sections(quick=quick)
-    committed = [one for one in read_rows(FOLDER / name)[1:] if one[0] in sections]
+    committed = [row for row in read_rows(FOLDER / name)[1:] if row[0] in sections]
     computed = list(csv.reader(make_tables(sections)[name].splitlines()))[1:]
     assert len(computed) > 1
     for before, now in zip(committed, computed, strict=True):
@@ -35,14 +35,16 @@ def test_the_tables_are_what_the_code_computes(name: str, quick: bool) -> None:
 
 
 def test_the_page_says_why_a_number_is_not_the_papers() -> None:
-    noted = set(re.findall(r"^- \*\*(.+?)\*\*", PAGE, re.MULTILINE))
+    explained_numbers = set(re.findall(r"^- \*\*(.+?)\*\*", PAGE, re.MULTILINE))
     numbers = {number: difference for _, number, _, _, difference in read_rows(FOLDER / "numbers.csv")[1:]}
-    assert noted <= set(numbers)
-    assert {number for number, difference in numbers.items() if difference not in (SAME, "")} <= noted
+    assert explained_numbers <= set(numbers)
+    assert {
+        number for number, difference in numbers.items() if difference not in (SAME, "")
+    } <= explained_numbers
 
 
 @pytest.mark.parametrize(
-    ("paper", "ours", "shown", "verdict"),
+    ("paper", "ours", "printed_text", "verdict"),
     [
         ("26.11", 26.112, "26.112", "same"),
         ("26.11", 26.118, "26.118", "+0.008"),
@@ -51,7 +53,7 @@ def test_the_page_says_why_a_number_is_not_the_papers() -> None:
     ],
 )
 def test_a_number_is_compared_in_the_digits_that_are_printed(
-    paper: str, ours: float, shown: str, verdict: str
+    paper: str, ours: float, printed_text: str, verdict: str
 ) -> None:
-    found = row("a number", paper, ours)
-    assert (found.ours, found.verdict) == (shown, verdict)
+    number_row = row("a number", paper, ours)
+    assert (number_row.ours, number_row.verdict) == (printed_text, verdict)

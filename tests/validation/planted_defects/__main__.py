@@ -40,20 +40,21 @@ def read_defects() -> list[Defect]:
     """Read all of `defects.toml`."""
     listed = tomllib.loads(Path(__file__).with_name("defects.toml").read_text(encoding="utf-8"))["defect"]
     return [
-        Defect(one["name"], Edit(one["file"], one["old"], one["new"]), tuple(one["tests"])) for one in listed
+        Defect(entry["name"], Edit(entry["file"], entry["old"], entry["new"]), tuple(entry["tests"]))
+        for entry in listed
     ]
 
 
 def find_red_test(defect: Defect) -> str:
     """Return the first test that fails with the defect; empty: none."""
-    with tempfile.TemporaryDirectory() as made:
-        copy = Path(made)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
         for entry in REPOSITORY.iterdir():
             if entry.name not in NOT_LINKED:
                 (copy / entry.name).symlink_to(entry)
         shutil.copytree(REPOSITORY / HOST, copy / HOST, ignore=shutil.ignore_patterns("__pycache__"))
         plant(copy, [defect.edit])
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *defect.tests],
             cwd=copy,
             env={**os.environ, "PYTHONPATH": str(copy / HOST), "OPENBLAS_NUM_THREADS": "1"},
@@ -61,13 +62,13 @@ def find_red_test(defect: Defect) -> str:
             text=True,
             check=False,
         )
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", process.stdout, re.MULTILINE)
     return failed[1] if failed else ""
 
 
 def main(names: Sequence[str]) -> int:
     """Plant all, or those whose name begins so; 1 if one stays unseen."""
-    chosen = [one for one in read_defects() if not names or one.name.startswith(tuple(names))]
+    chosen = [defect for defect in read_defects() if not names or defect.name.startswith(tuple(names))]
     unseen = 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for defect, red in zip(chosen, pool.map(find_red_test, chosen), strict=True):

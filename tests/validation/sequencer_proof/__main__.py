@@ -29,9 +29,9 @@ def prove(folder: Path, progress: Progress) -> Results:
     hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
     rule = build_rule(folder / "rule.so")
     declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)
-    found = run_campaigns(declared, progress)
-    judge_stack(least_never_used(found), bench.image)
-    return make_tables(found, declared, bench.image), describe_image(bench.image)
+    results = run_campaigns(declared, progress)
+    judge_stack(least_never_used(results), bench.image)
+    return make_tables(results, declared, bench.image), describe_image(bench.image)
 
 
 if __name__ == "__main__":

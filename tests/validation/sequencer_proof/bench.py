@@ -55,14 +55,14 @@ def stack_never_used(board: AvrBoard, client: SequencerClient, bench: Bench) -> 
 
     Raises Broken where the two differ.
     """
-    told = client.status().ram_never_used_bytes
+    reported_bytes = client.status().ram_never_used_bytes
     address = RAM_START + _static_ram_bytes(bench.image)
     first = address
     while board.peek(address) == PAINT:
         address += 1
-    if address - first != told:
-        raise Broken(f"STATUS tells of {told} bytes never used, the RAM shows {address - first}")
-    return told
+    if address - first != reported_bytes:
+        raise Broken(f"STATUS tells of {reported_bytes} bytes never used, the RAM shows {address - first}")
+    return reported_bytes
 
 
 @cache

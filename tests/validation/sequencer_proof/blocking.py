@@ -107,21 +107,25 @@ class _Walk:
                     number * VECTOR_BYTES,
                     ENTRY_CYCLES + JUMP_CYCLES + self._longest(start, saved_off=True),
                 )
-        for one in instructions.values():
-            if one.operation == "cli" and one.function not in ONCE and not self._in_interrupt(one):
+        for instruction in instructions.values():
+            if (
+                instruction.operation == "cli"
+                and instruction.function not in ONCE
+                and not self._in_interrupt(instruction)
+            ):
                 yield (
-                    short_name(one.function),
-                    one.following,
-                    1 + self._longest(one.following, saved_off=False),
+                    short_name(instruction.function),
+                    instruction.following,
+                    1 + self._longest(instruction.following, saved_off=False),
                 )
 
-    def _calls(self, one: Instruction) -> str:
-        if one.operation not in CALLS or one.target is None:
+    def _calls(self, instruction: Instruction) -> str:
+        if instruction.operation not in CALLS or instruction.target is None:
             return ""
-        return short_name(self.program.instructions[one.target].function)
+        return short_name(self.program.instructions[instruction.target].function)
 
-    def _in_interrupt(self, one: Instruction) -> bool:
-        return one.function.startswith("__vector_")
+    def _in_interrupt(self, instruction: Instruction) -> bool:
+        return instruction.function.startswith("__vector_")
 
     def _call(self, start: int) -> int:
         """Of a function that is called with interrupts off, to its return."""
@@ -137,23 +141,27 @@ class _Walk:
             address = todo.pop()
             if address in edges:
                 continue
-            one = self.program.instructions[address]
-            following = self.program.next(one)
+            instruction = self.program.instructions[address]
+            following = self.program.next(instruction)
             edges[address] = []
-            called = self._calls(one)
+            called = self._calls(instruction)
             if called in NEVER_CALLED or (called == "__udivmodsi4" and not self.scheduled):
                 continue
             if (
-                one.operation in {"ret", "reti", "ijmp"}
-                or one.operation == "sei"
-                or (one.restores_status and not saved_off)
+                instruction.operation in {"ret", "reti", "ijmp"}
+                or instruction.operation == "sei"
+                or (instruction.restores_status and not saved_off)
             ):
                 ends[address] = following[0][1]
                 continue
-            if one.operation == "icall":
-                raise UnboundedError(f"what is called at {address:#x} in {one.function}?")
-            more = self._call(one.target) if one.operation in CALLS and one.target is not None else 0
-            edges[address] = [(to, cycles + more) for to, cycles in following]
+            if instruction.operation == "icall":
+                raise UnboundedError(f"what is called at {address:#x} in {instruction.function}?")
+            call_cycles = (
+                self._call(instruction.target)
+                if instruction.operation in CALLS and instruction.target is not None
+                else 0
+            )
+            edges[address] = [(to, cycles + call_cycles) for to, cycles in following]
             todo.extend(to for to, _ in following)
         reached = self._distances(edges, start)
         return max((reached[address] + cycles for address, cycles in ends.items()), default=0)
@@ -163,13 +171,13 @@ class _Walk:
         reached = {start: 0}
         for group in _groups(edges, start):
             members = set(group)
-            known = [(reached[address], address) for address in group if address in reached]
-            if not known:
+            ways_in = [(reached[address], address) for address in group if address in reached]
+            if not ways_in:
                 continue
             if len(group) == 1 and all(to != group[0] for to, _ in edges[group[0]]):
-                inside = {group[0]: known[0][0]}
+                inside = {group[0]: ways_in[0][0]}
             else:
-                inside = self._loop(edges, members, known)
+                inside = self._loop(edges, members, ways_in)
             for address, distance in inside.items():
                 reached[address] = distance
                 for to, cycles in edges[address]:
@@ -177,10 +185,10 @@ class _Walk:
                         reached[to] = max(reached.get(to, 0), distance + cycles)
         return reached
 
-    def _loop(self, edges: Edges, members: set[int], known: list[tuple[int, int]]) -> dict[int, int]:
-        if len(known) != 1:
-            raise UnboundedError(f"a loop with {len(known)} ways in at {min(members):#x}")
-        distance, header = known[0]
+    def _loop(self, edges: Edges, members: set[int], ways_in: list[tuple[int, int]]) -> dict[int, int]:
+        if len(ways_in) != 1:
+            raise UnboundedError(f"a loop with {len(ways_in)} ways in at {min(members):#x}")
+        distance, header = ways_in[0]
         body: Edges = {
             address: [(to, cycles) for to, cycles in edges[address] if to in members and to != header]
             for address in members
@@ -189,21 +197,21 @@ class _Walk:
         turn = max(
             once[address] + cycles for address in members for to, cycles in edges[address] if to == header
         )
-        more = (self._times(header) - 1) * turn
-        return {address: distance + more + way for address, way in once.items()}
+        loop_cycles = (self._times(header) - 1) * turn
+        return {address: distance + loop_cycles + way for address, way in once.items()}
 
     def _times(self, header: int) -> int:
         name = short_name(self.program.instructions[header].function)
-        known = self.headers.setdefault(name, [])
-        if header not in known:
-            known.append(header)
-            known.sort()
+        loop_headers = self.headers.setdefault(name, [])
+        if header not in loop_headers:
+            loop_headers.append(header)
+            loop_headers.sort()
         if self.discover:
             return 1
         bounds = (LOOPS if self.scheduled else LOOPS | UNSCHEDULED_LOOPS).get(name, ())
-        if len(bounds) != len(known):
-            raise UnboundedError(f"{name} has {len(known)} loops, LOOPS knows {len(bounds)}")
-        return bounds[known.index(header)]
+        if len(bounds) != len(loop_headers):
+            raise UnboundedError(f"{name} has {len(loop_headers)} loops, LOOPS knows {len(bounds)}")
+        return bounds[loop_headers.index(header)]
 
 
 def _groups(edges: Edges, start: int) -> list[list[int]]:

@@ -92,10 +92,10 @@ def _judge_fast(flights: Sequence[Flights]) -> None:
     judge(all_releases(flights), FAST_BEYOND)
 
 
-def least_never_used(found: Found) -> int:
+def least_never_used(results: Found) -> int:
     """Bytes of stack that nothing has touched in any campaign."""
     return min(
-        int(part.never_used) for name in ("avr", "fast", "cuts", "abused", "noisy") for part in found[name]
+        int(part.never_used) for name in ("avr", "fast", "cuts", "abused", "noisy") for part in results[name]
     )
 
 

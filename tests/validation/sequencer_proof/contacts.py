@@ -159,7 +159,7 @@ def fall(
         ValueError: a jolt's contacts still move when those of the next jolt, or of the release, begin to.
     """
     contacts: list[Contact] = []
-    for jolt in sorted(jolts, key=lambda one: -one.before_us):
+    for jolt in sorted(jolts, key=lambda jolt: -jolt.before_us):
         begins = released - jolt.before_us * CYCLES_PER_US
         _check_over(contacts, begins)
         ends = begins + jolt.open_us * CYCLES_PER_US

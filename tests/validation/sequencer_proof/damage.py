@@ -80,9 +80,9 @@ class Place(Enum):
 
     @classmethod
     def of(cls, address: int) -> Place:
-        for start, used in ((MANEUVER_AT, MANEUVER_USED_BYTES), (SETTINGS_AT, SETTINGS_USED_BYTES)):
+        for start, used_bytes in ((MANEUVER_AT, MANEUVER_USED_BYTES), (SETTINGS_AT, SETTINGS_USED_BYTES)):
             offset = (address - start) % SLOT_BYTES
-            if start <= address < start + 2 * SLOT_BYTES and offset < used:
+            if start <= address < start + 2 * SLOT_BYTES and offset < used_bytes:
                 return cls.MARKER if offset < MARKER_BYTES else cls.RECORD
         return cls.OTHER
 
@@ -117,14 +117,14 @@ def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = 
         raise Broken(f"{case.value}: ARM says {committed.refusal.name}")
     result = Damaged(case)
     for address, value in _changes(random.Random(seed), sample):
-        held = _native_held(board, _changed(image, address, value))
+        contents = _native_held(board, _changed(image, address, value))
         place = Place.of(address)
-        _check(held, committed, case, f"{case.value}: byte {address} is {value:#04x}")
+        _check(contents, committed, case, f"{case.value}: byte {address} is {value:#04x}")
         result.values[place] += 1
-        if held.refusal == ErrorCode.NONE:
+        if contents.refusal == ErrorCode.NONE:
             result.armed[place] += 1
         else:
-            result.refused[place, held.refusal] += 1
+            result.refused[place, contents.refusal] += 1
     return result
 
 
@@ -140,9 +140,11 @@ def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: i
         expected = _native_held(native, damaged)
         board.power(False)
         board.set_eeprom(damaged)
-        held = read_all(board)
-        if held != expected:
-            raise Broken(f"{case.value}, byte {address} is {value:#04x}: the image {held}, native {expected}")
+        contents = read_all(board)
+        if contents != expected:
+            raise Broken(
+                f"{case.value}, byte {address} is {value:#04x}: the image {contents}, native {expected}"
+            )
     board.close()
     return DamagedImage(case, count)
 
@@ -162,12 +164,12 @@ def _changed(image: bytes, address: int, value: int) -> bytes:
     return image[:address] + bytes([value]) + image[address + 1 :]
 
 
-def _check(held: Held, committed: Held, case: Case, where: str) -> None:
-    if held.refusal == ErrorCode.NONE:
-        if not case.may_arm or held != committed:
-            raise Broken(f"{where}: it arms with {held}")
-    elif held.refusal not in TOLD:
-        raise Broken(f"{where}: ARM says {held.refusal.name}")
+def _check(contents: Held, committed: Held, case: Case, where: str) -> None:
+    if contents.refusal == ErrorCode.NONE:
+        if not case.may_arm or contents != committed:
+            raise Broken(f"{where}: it arms with {contents}")
+    elif contents.refusal not in TOLD:
+        raise Broken(f"{where}: ARM says {contents.refusal.name}")
 
 
 def _native_held(board: Board, image: bytes | None = None) -> Held:

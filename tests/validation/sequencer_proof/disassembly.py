@@ -54,17 +54,17 @@ class Program:
     instructions: dict[int, Instruction]
     functions: dict[str, int]
 
-    def next(self, one: Instruction) -> list[tuple[int, int]]:
+    def next(self, instruction: Instruction) -> list[tuple[int, int]]:
         """(address, cycles) of what may follow within the function; calls count without what they call."""
-        if _BRANCH.fullmatch(one.operation):
-            return [(one.following, 1), (_known(one), 2)]
-        if one.operation in _SKIPS:
-            skipped = self.instructions[one.following]
+        if _BRANCH.fullmatch(instruction.operation):
+            return [(instruction.following, 1), (_known(instruction), 2)]
+        if instruction.operation in _SKIPS:
+            skipped = self.instructions[instruction.following]
             words = (skipped.following - skipped.address) // 2
-            return [(one.following, 1), (skipped.following, 1 + words)]
-        if one.operation in JUMPS:
-            return [(_known(one), _CYCLES[one.operation])]
-        return [(one.following, _CYCLES.get(one.operation, 1))]
+            return [(instruction.following, 1), (skipped.following, 1 + words)]
+        if instruction.operation in JUMPS:
+            return [(_known(instruction), _CYCLES[instruction.operation])]
+        return [(instruction.following, _CYCLES.get(instruction.operation, 1))]
 
 
 @cache
@@ -83,9 +83,9 @@ def disassemble(elf: Path) -> Program:
         if label := _LABEL.match(line):
             name = label[2]
             functions[name] = int(label[1], 16)
-        elif found := _INSTRUCTION.match(line):
-            address, operation = int(found[1], 16), found[2]
-            operands = tuple(part.strip() for part in (found[3] or "").split(",")) if found[3] else ()
+        elif match := _INSTRUCTION.match(line):
+            address, operation = int(match[1], 16), match[2]
+            operands = tuple(part.strip() for part in (match[3] or "").split(",")) if match[3] else ()
             instructions[address] = Instruction(
                 address, operation, operands, name, _target(address, operation, operands)
             )
@@ -100,7 +100,7 @@ def _target(address: int, operation: str, operands: tuple[str, ...]) -> int | No
     return None
 
 
-def _known(one: Instruction) -> int:
-    if one.target is None:
-        raise ValueError(f"where does {one.operation} at {one.address:#x} go?")
-    return one.target
+def _known(instruction: Instruction) -> int:
+    if instruction.target is None:
+        raise ValueError(f"where does {instruction.operation} at {instruction.address:#x} go?")
+    return instruction.target

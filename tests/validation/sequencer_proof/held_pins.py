@@ -115,12 +115,12 @@ class _Run:
     @property
     def angles_cdeg(self) -> tuple[int, ...]:
         """That each servo has been told."""
-        told, angles = [0] * JOINT_COUNT, [0] * JOINT_COUNT
+        commanded_cdeg, angles = [0] * JOINT_COUNT, [0] * JOINT_COUNT
         for begun_us, (joint, change_cdeg, _) in zip(self.begun_us, self.plan.strokes, strict=True):
             angles[joint - 1] += change_cdeg
             if begun_us is not None:
-                told[joint - 1] = angles[joint - 1]
-        return tuple(told)
+                commanded_cdeg[joint - 1] = angles[joint - 1]
+        return tuple(commanded_cdeg)
 
     @property
     def is_over(self) -> bool:
@@ -178,20 +178,20 @@ def _changes(
     rng: random.Random,
     plan: Plan,
     joints: Iterable[int],
-    held: Sequence[int],
+    held_joints: Sequence[int],
     level: PinHold,
     released: int,
 ) -> list[Change]:
     """In order of time. A pin that is free is held from some moment on; half of them are let go later."""
-    found = []
+    changes = []
     for joint in joints:
-        first = 0 if joint in held else _moment(rng, plan)
-        if joint not in held:
-            found.append(Change(released + first, joint, level))
+        first = 0 if joint in held_joints else _moment(rng, plan)
+        if joint not in held_joints:
+            changes.append(Change(released + first, joint, level))
         if rng.random() < 0.6:
             freed = max(first + UNSEEN_US * CYCLES_PER_US, _moment(rng, plan))
-            found.append(Change(released + freed, joint, PinHold.FREE))
-    return sorted(found)
+            changes.append(Change(released + freed, joint, PinHold.FREE))
+    return sorted(changes)
 
 
 def _moment(rng: random.Random, plan: Plan) -> int:
@@ -243,11 +243,13 @@ def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | N
     """The rise of each stroke's first whole pulse, by the pins alone."""
     trains = [whole_pulses(edges, pin) for pin in range(JOINT_COUNT)]
     widths = [iter(of_joint[1:]) for of_joint in plan.widths()]
-    found: list[int | None] = []
+    rises: list[int | None] = []
     for index, (joint, _, start_us) in enumerate(plan.strokes):
         width = next(widths[joint - 1]) * CYCLES_PER_TICK
-        until_us = next((us for one, _, us in plan.strokes[index + 1 :] if one == joint), 2 * plan.end_us)
-        found.append(
+        until_us = next(
+            (us for other_joint, _, us in plan.strokes[index + 1 :] if other_joint == joint), 2 * plan.end_us
+        )
+        rises.append(
             next(
                 (
                     pulse.rise
@@ -258,19 +260,19 @@ def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | N
                 None,
             )
         )
-    return found
+    return rises
 
 
 def _back_to_where_it_stands(plan: Plan, begun: Sequence[int | None]) -> list[bool]:
     """Of each stroke: it ends where its joint stands after the strokes before it that have begun."""
     stands, planned = [0] * JOINT_COUNT, [0] * JOINT_COUNT
-    found = []
+    is_unmoved = []
     for rise, (joint, change_cdeg, _) in zip(begun, plan.strokes, strict=True):
         planned[joint - 1] += change_cdeg
-        found.append(planned[joint - 1] == stands[joint - 1])
+        is_unmoved.append(planned[joint - 1] == stands[joint - 1])
         if rise is not None:
             stands[joint - 1] = planned[joint - 1]
-    return found
+    return is_unmoved
 
 
 def _check_marks(marks: list[int], begun: list[int | None], now: int) -> None:
@@ -309,10 +311,10 @@ def _reset_and_judge(board: AvrBoard, run: _Run, rng: random.Random) -> None:
 def _check_told(status: SequencerStatusReply, run: _Run, joint: int, pulses: list[Pulse]) -> None:
     holding = status.state == SequencerState.FAULT and bool(status.servos_driven >> (joint - 1) & 1)
     width = run.plan.ticks(joint, run.angles_cdeg[joint - 1]) * CYCLES_PER_TICK
-    found = {pulse.width for pulse in pulses}
-    if found != ({width} if holding else set()):
+    pulse_widths = {pulse.width for pulse in pulses}
+    if pulse_widths != ({width} if holding else set()):
         raise Broken(
-            f"servo {joint} gets pulses of {sorted(found)} cycles after the reset, {width} before "
+            f"servo {joint} gets pulses of {sorted(pulse_widths)} cycles after the reset, {width} before "
             f"({'driven' if holding else 'limp'})"
         )
 
@@ -326,15 +328,15 @@ def _check_status(status: SequencerStatusReply, run: _Run, cause: ResetCause) ->
         if run.is_over and complete
         else (SequencerState.FAULT, fault, begun, run.angles_cdeg, (1 << JOINT_COUNT) - 1)
     )
-    found = (
+    actual_status = (
         status.state,
         status.fault,
         status.strokes_started,
         status.joint_angle_cdeg,
         status.servos_driven,
     )
-    if found != expected or status.reset_cause.name != cause.name:
-        raise Broken(f"after a run with strokes at {run.begun_us}: {found}, not {expected}")
+    if actual_status != expected or status.reset_cause.name != cause.name:
+        raise Broken(f"after a run with strokes at {run.begun_us}: {actual_status}, not {expected}")
 
 
 def _check_report(report: RunReportReply, run: _Run) -> None:

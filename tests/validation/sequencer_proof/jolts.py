@@ -49,12 +49,12 @@ def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     start = board.now_cycle + CYCLES_PER_MS
     first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
     zero_us = _dated(board, client)[0] - first / CYCLES_PER_US
-    found = [_jolted(board, client, rng, zero_us) for _ in range(count)]
+    releases = [_jolted(board, client, rng, zero_us) for _ in range(count)]
     board.close()
-    alone = max((abs(one.error_us) for one in found if not one.jolts), default=0)
+    alone = max((abs(release.error_us) for release in releases if not release.jolts), default=0)
     if alone > 1_000:
         raise Broken(f"a release without a jolt is dated {alone} us wrong")
-    return found
+    return releases
 
 
 def _jolted(board: Board, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
@@ -67,7 +67,7 @@ def _jolted(board: Board, client: SequencerClient, rng: random.Random, zero_us: 
         raise Broken(f"the robot left {-error_us} us after the date, told -{earlier_us} to +{later_us} us")
     if not earlier_us + later_us and abs(error_us) > RELEASE_BOUNCE_US + TOLERANCE_US:
         raise Broken(f"a release is dated {error_us} us wrong, and nothing is said of it")
-    both = sum(len(one.switches) == 2 for one in jolts)
+    both = sum(len(jolt.switches) == 2 for jolt in jolts)
     return Jolted(both, error_us, earlier_us + later_us)
 
 
@@ -159,24 +159,28 @@ def _check_caught(board: Board, client: SequencerClient, plan: Plan) -> None:
     begun = len(read_signal(pin_edges(board)).onsets)
     if begun != status.strokes_started:
         raise Broken(f"{begun} strokes began, {status.strokes_started} when the board stopped")
-    told = [0] * len(status.joint_angle_cdeg)
+    commanded_cdeg = [0] * len(status.joint_angle_cdeg)
     for joint, change_cdeg, _ in plan.strokes[:begun]:
-        told[joint - 1] += change_cdeg
-    if list(status.joint_angle_cdeg) != told:
-        raise Broken(f"held at {status.joint_angle_cdeg}, commanded {told}")
+        commanded_cdeg[joint - 1] += change_cdeg
+    if list(status.joint_angle_cdeg) != commanded_cdeg:
+        raise Broken(f"held at {status.joint_angle_cdeg}, commanded {commanded_cdeg}")
 
 
 def jolt_rows(jolted: Sequence[Jolted]) -> list[tuple[object, ...]]:
     """Releases, the worst and the median error of their dates, the widest interval, ms."""
     kinds = {
-        "none": [one for one in jolted if not one.jolts],
-        "1 or more, the edges fit one release": [one for one in jolted if one.jolts and not one.interval_us],
-        "1 or more, the edges fit two: an interval is reported": [one for one in jolted if one.interval_us],
+        "none": [release for release in jolted if not release.jolts],
+        "1 or more, the edges fit one release": [
+            release for release in jolted if release.jolts and not release.interval_us
+        ],
+        "1 or more, the edges fit two: an interval is reported": [
+            release for release in jolted if release.interval_us
+        ],
     }
     rows = []
     for name, kind in kinds.items():
-        errors = sorted(abs(one.error_us) for one in kind)
-        widest = max(one.interval_us for one in kind)
+        errors = sorted(abs(release.error_us) for release in kind)
+        widest = max(release.interval_us for release in kind)
         figures = (f"{us / 1000:.3f}" for us in (errors[-1], errors[len(errors) // 2]))
         rows.append((name, len(kind), *figures, f"{widest / 1000:.1f}" if widest else ""))
     return rows

@@ -195,11 +195,11 @@ class Noise(Enum):
     BYTES = "random bytes"
     FRAMES = "frames with a right CRC and random contents"
 
-    def piece(self, rng: random.Random, left: int, token: int) -> tuple[int, bytes]:
+    def piece(self, rng: random.Random, remaining_count: int, token: int) -> tuple[int, bytes]:
         """A burst of bytes or one frame: how many of those it is, and the bytes."""
         if self is Noise.FRAMES:
             return 1, _random_frame(rng, token)
-        data = rng.randbytes(min(left, rng.randint(1, MAX_BURST)))
+        data = rng.randbytes(min(remaining_count, rng.randint(1, MAX_BURST)))
         return len(data), data
 
 
@@ -263,19 +263,19 @@ def _disturb(
     client: SequencerClient,
     result: Noisy,
     state: SequencerState,
-    left: int,
+    remaining_count: int,
     rng: random.Random,
 ) -> None:
     """Sends a share at random moments of the phase; the board must still be in that state."""
     token, eeprom = client.status().arm_token, board.eeprom()
     end_us = board.now_us + PHASE_US[state] - QUIET_US
     receiver = FrameReceiver()
-    while left > 0:
-        taken, data = result.noise.piece(rng, left, token)
+    while remaining_count > 0:
+        piece_count, data = result.noise.piece(rng, remaining_count, token)
         board.write(data)
-        left -= taken
-        result.sent[state] += taken
-        mean_us = max(1, (end_us - board.now_us) * taken // max(1, left))
+        remaining_count -= piece_count
+        result.sent[state] += piece_count
+        mean_us = max(1, (end_us - board.now_us) * piece_count // max(1, remaining_count))
         board.run(rng.randint(0, 2 * mean_us))
         _count(receiver, board.read(), result, state)
     board.write(b"\0")  # ends what the noise began
@@ -300,9 +300,9 @@ def _count(receiver: FrameReceiver, data: bytes, result: Noisy, state: Sequencer
 
 
 def _expect(client: SequencerClient, *states: SequencerState) -> None:
-    found = client.status().state
-    if found not in states:
-        raise Broken(f"{found.name} after noise in {states[0].name}")
+    state = client.status().state
+    if state not in states:
+        raise Broken(f"{state.name} after noise in {states[0].name}")
 
 
 def _random_frame(rng: random.Random, token: int) -> bytes:

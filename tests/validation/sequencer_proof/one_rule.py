@@ -101,13 +101,16 @@ def compare(library: Path, edges: Sequence[SwitchEdge], seed: int) -> list[Told]
         (ctypes.c_uint8 * len(edges))(*(edge[1] for edge in edges)),
         (ctypes.c_uint8 * len(edges))(*(edge[2] for edge in edges)),
     )
-    told = (_Told * (len(edges) + 1))()
+    reports = (_Told * (len(edges) + 1))()
     size, end = ctypes.c_size_t(len(edges)), ctypes.c_uint32(end_us)
-    found = rule.sequencer_tells(*arrays, size, end, ctypes.c_uint32(seed + 1), told)
-    sequencer = [(one.at_us, one.first_us, one.last_us, bool(one.false_release)) for one in told[:found]]
+    report_count = rule.sequencer_tells(*arrays, size, end, ctypes.c_uint32(seed + 1), reports)
+    sequencer = [
+        (report.at_us, report.first_us, report.last_us, bool(report.false_release))
+        for report in reports[:report_count]
+    ]
     period_us = ctypes.c_uint32(_PERIODS_US[seed % len(_PERIODS_US)])
-    found = rule.logger_tells(*arrays, size, end, period_us, told)
-    logger = [(one.at_us, bool(one.false_release)) for one in told[:found]]
+    report_count = rule.logger_tells(*arrays, size, end, period_us, reports)
+    logger = [(report.at_us, bool(report.false_release)) for report in reports[:report_count]]
     if decoder != sequencer or [(at_us, is_false) for at_us, _, _, is_false in decoder] != logger:
         raise Broken(f"decoder {decoder}, sequencer {sequencer}, logger {logger} of {list(edges)}")
     return decoder
@@ -116,6 +119,6 @@ def compare(library: Path, edges: Sequence[SwitchEdge], seed: int) -> list[Told]
 def one_rule(library: Path, seed: int, trains: int) -> Agreement:
     """So many trains, of the seed, through a library of `build_rule`. Raises Broken."""
     rng = random.Random(seed)
-    told = [one for number in range(trains) for one in compare(library, edge_train(rng), number)]
-    ambiguous = sum(first_us < last_us for _, first_us, last_us, _ in told)
-    return Agreement(trains, len(told), ambiguous, sum(is_false for *_, is_false in told))
+    reports = [report for number in range(trains) for report in compare(library, edge_train(rng), number)]
+    ambiguous = sum(first_us < last_us for _, first_us, last_us, _ in reports)
+    return Agreement(trains, len(reports), ambiguous, sum(is_false for *_, is_false in reports))

@@ -182,12 +182,12 @@ def cut_points(
             write = transport.writes[point - 1]
             image_bytes[write.address] = tear.byte(write, rng)
             _restart(board, bytes(image_bytes))
-            held = read_all(board)
+            contents = read_all(board)
             where = f"{record.value} over {history.value}, cut {point}, byte {tear.value}"
             as_written = image_bytes[write.address] == write.new
-            check_held(held, old, new, point, len(transport.writes), as_written, where)
+            check_held(contents, old, new, point, len(transport.writes), as_written, where)
             check_other_store(board.eeprom(), before, record, where)
-            outcome = cuts.new if held == new else cuts.old if held == old else cuts.told
+            outcome = cuts.new if contents == new else cuts.old if contents == old else cuts.told
             outcome[tear] += 1
         record.upload(connect(board), 2)
         cuts.stored_afterwards += _same_content(read_all(board), new)
@@ -210,16 +210,18 @@ def check_writes(writes: Sequence[Write], record: Record) -> None:
             raise Broken(f"byte {write.address} is not in the store of the {record.value}")
 
 
-def check_held(held: Held, old: Held, new: Held, point: int, last: int, as_written: bool, where: str) -> None:
+def check_held(
+    contents: Held, old: Held, new: Held, point: int, last: int, as_written: bool, where: str
+) -> None:
     """Raises Broken unless the cut in byte write `point` of `last` left what it must.
 
     Nobody can tell the last byte of an upload, torn, from damage to a whole record: there the board may say that.
     """
     begun = point > BEGUN_FROM or (point == BEGUN_FROM and as_written)
-    if replace(held, refusal=ErrorCode.NONE) not in [
+    if replace(contents, refusal=ErrorCode.NONE) not in [
         replace(record, refusal=ErrorCode.NONE) for record in (old, new)
     ]:
-        raise Broken(f"{where}: neither the old nor the new record: {held}")
+        raise Broken(f"{where}: neither the old nor the new record: {contents}")
     if not begun:
         expected = [old]
     elif point == last and as_written:
@@ -228,16 +230,20 @@ def check_held(held: Held, old: Held, new: Held, point: int, last: int, as_writt
         expected = [replace(old, refusal=ErrorCode.UPLOAD_INTERRUPTED)]
         if point == last:
             expected.append(replace(old, refusal=ErrorCode.STORE_DAMAGED))
-    if held not in expected:
-        raise Broken(f"{where}: ARM says {held.refusal.name}, with generation {held.maneuver.generation}")
+    if contents not in expected:
+        raise Broken(
+            f"{where}: ARM says {contents.refusal.name}, with generation {contents.maneuver.generation}"
+        )
 
 
 def check_refusals(*uncut: Held) -> None:
     """Raises Broken unless a board whose power was never cut arms if, and only if, it holds a maneuver."""
-    for held in uncut:
-        uploaded = held.maneuver.origin is not Origin.FACTORY
-        if held.refusal != (ErrorCode.NONE if uploaded else ErrorCode.NO_MANEUVER):
-            raise Broken(f"ARM: {held.refusal.name}, with a maneuver of origin {held.maneuver.origin.name}")
+    for contents in uncut:
+        uploaded = contents.maneuver.origin is not Origin.FACTORY
+        if contents.refusal != (ErrorCode.NONE if uploaded else ErrorCode.NO_MANEUVER):
+            raise Broken(
+                f"ARM: {contents.refusal.name}, with a maneuver of origin {contents.maneuver.origin.name}"
+            )
 
 
 def check_other_store(image: bytes, before: bytes, record: Record, where: str) -> None:
@@ -314,10 +320,10 @@ def _points(writes: int, sample: int | None, rng: random.Random) -> list[int]:
     return sorted({1, writes, *rng.sample(every[1:-1], sample)})
 
 
-def _same_content(held: Held, wanted: Held) -> bool:
+def _same_content(contents: Held, expected_contents: Held) -> bool:
     """But for generations: a repeated upload after a cut that left the new record counts none."""
-    return (held.maneuver.strokes, held.maneuver.speed_cdeg_s, held.settings.settings) == (
-        wanted.maneuver.strokes,
-        wanted.maneuver.speed_cdeg_s,
-        wanted.settings.settings,
+    return (contents.maneuver.strokes, contents.maneuver.speed_cdeg_s, contents.settings.settings) == (
+        expected_contents.maneuver.strokes,
+        expected_contents.maneuver.speed_cdeg_s,
+        expected_contents.settings.settings,
     )

@@ -113,9 +113,9 @@ def measure(edges: Sequence[PinEdge], plan: Plan, released: int, *, contact_edge
     signal.check_widths()
     for train, expected in zip(signal.trains, plan.widths(), strict=True):
         # Each pulse counts: one that was cut short would stand between two of its neighbours' width.
-        found = [width for width, _ in groupby(pulse.width for pulse in train)]
-        if found != [ticks * CYCLES_PER_TICK for ticks in expected]:
-            raise Broken(f"pulse widths in order, cycles: {found}; ticks planned: {expected}")
+        widths = [width for width, _ in groupby(pulse.width for pulse in train)]
+        if widths != [ticks * CYCLES_PER_TICK for ticks in expected]:
+            raise Broken(f"pulse widths in order, cycles: {widths}; ticks planned: {expected}")
     return Release(_errors(signal.onsets, plan.strokes, released), signal.widths, signal.gaps, contact_edges)
 
 
@@ -142,9 +142,9 @@ def check_own_report(
         raise Broken(
             f"after the run: {status.state.name}, {status.strokes_started} strokes, {status.knocks} knocks"
         )
-    told = run.start_us[: run.stroke_count]
+    reported_us = run.start_us[: run.stroke_count]
     late = 0 if chatter is Chatter.SLOW else release.errors[0]
-    for own_us, error, (_, _, start_us) in zip(told, release.errors, plan.strokes, strict=True):
+    for own_us, error, (_, _, start_us) in zip(reported_us, release.errors, plan.strokes, strict=True):
         pin = start_us * CYCLES_PER_US + error - late
         least = own_us * CYCLES_PER_US
         if not least - CYCLES_PER_TICK <= pin <= least + 2 * CYCLES_PER_TICK:
@@ -226,8 +226,8 @@ def stroke_rows(contacts: str, flights: Sequence[Flights]) -> list[StrokeRow]:
 def signal_row(contacts: str, flights: Sequence[Flights]) -> tuple[object, ...]:
     """Releases, errors of their strokes, pulse widths and frames."""
     releases = all_releases(flights)
-    widths = Extremes.of((us for one in releases for us in one.widths), CYCLES_PER_US)
-    gaps = Extremes.of((ms for one in releases for ms in one.gaps), CYCLES_PER_MS)
+    widths = Extremes.of((us for release in releases for us in release.widths), CYCLES_PER_US)
+    gaps = Extremes.of((ms for release in releases for ms in release.gaps), CYCLES_PER_MS)
     frames = f"{gaps.least:.2f} to {gaps.greatest:.2f}"
     return contacts, len(releases), errors_us(releases), widths, frames
 
@@ -251,9 +251,9 @@ def dated_releases(bench: Bench, chatter: Chatter, seed: int, count: int) -> lis
     start = _armed(board, client, rng)
     first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
     zero_us = _reported_us(board, client) - first / CYCLES_PER_US
-    found = [_dated(board, client, rng, chatter, zero_us) for _ in range(count)]
+    releases = [_dated(board, client, rng, chatter, zero_us) for _ in range(count)]
     board.close()
-    return found
+    return releases
 
 
 def judge_dates(dated: Sequence[Dated], chatter: Chatter) -> None:
@@ -262,7 +262,7 @@ def judge_dates(dated: Sequence[Dated], chatter: Chatter) -> None:
     Where both switches move while interrupts are off (see `blocking`) and one of them moves back before they are on
     again, the board may miss that they were open together, until they are again: that rare it must be.
     """
-    beyond = [one.error_us for one in dated if abs(one.error_us) > WORST_ERROR_US]
+    beyond = [release.error_us for release in dated if abs(release.error_us) > WORST_ERROR_US]
     if len(beyond) > len(dated) / ONE_BEYOND_IN[chatter]:
         worst_us = max(map(abs, beyond))
         raise Broken(f"{len(beyond)} of {len(dated)} releases were dated wrong, by {worst_us} us")
@@ -294,8 +294,8 @@ def _reported_us(board: Board, client: SequencerClient) -> float:
 
 def date_row(chatter: Chatter, dated: Sequence[Dated]) -> tuple[object, ...]:
     """How many were off by how much, and the worst."""
-    off = [abs(one.error_us) for one in dated]
+    off = [abs(release.error_us) for release in dated]
     near, far = (sum(error <= limit for error in off) for limit in (1.0, WORST_ERROR_US))
-    undecided = sum(one.undecided for one in dated)
+    undecided = sum(release.undecided for release in dated)
     allowed = f"one in {ONE_BEYOND_IN[chatter]}"
     return chatter, len(off), near, far - near, len(off) - far, allowed, f"{max(off):.1f}", undecided

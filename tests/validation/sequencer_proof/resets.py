@@ -175,10 +175,10 @@ def check_held_widths(signal: Signal, expected: list[int]) -> None:
     """Raises Broken where a servo is told anything but what it was told before."""
     signal.check_widths()
     for joint, (train, width) in enumerate(zip(signal.trains, expected, strict=True), start=1):
-        found = {pulse.width for pulse in train}
-        if found != {width}:
+        pulse_widths = {pulse.width for pulse in train}
+        if pulse_widths != {width}:
             raise Broken(
-                f"servo {joint} gets pulses of {sorted(found)} cycles after the reset, {width} before"
+                f"servo {joint} gets pulses of {sorted(pulse_widths)} cycles after the reset, {width} before"
             )
 
 
@@ -196,15 +196,15 @@ def check_state(status: SequencerStatusReply, moment: Moment, cause: str, knocks
         raise Broken(f"{status.knocks} knocks are counted after the reset, {knocks} were before")
 
 
-def check_report(found: RunReportReply, begun_us: tuple[int, ...] | None, last: RunReportReply) -> None:
+def check_report(report: RunReportReply, begun_us: tuple[int, ...] | None, last: RunReportReply) -> None:
     """Raises Broken where RUN_REPORT does not tell of the run that was reset; where there was none, of the last."""
     if begun_us is None:
-        if found != last:
-            raise Broken(f"the reset turned RUN_REPORT from {last} into {found}")
+        if report != last:
+            raise Broken(f"the reset turned RUN_REPORT from {last} into {report}")
         return
-    told_us = tuple(start_us for start_us in found.start_us if start_us != STROKE_NOT_BEGUN_US)
-    if not found.released or told_us != begun_us or found.start_us[: len(begun_us)] != begun_us:
-        raise Broken(f"RUN_REPORT tells of strokes at {found.start_us}, {begun_us} had begun")
+    told_us = tuple(start_us for start_us in report.start_us if start_us != STROKE_NOT_BEGUN_US)
+    if not report.released or told_us != begun_us or report.start_us[: len(begun_us)] != begun_us:
+        raise Broken(f"RUN_REPORT tells of strokes at {report.start_us}, {begun_us} had begun")
 
 
 def _fly_on(board: AvrBoard, plan: Plan) -> tuple[int, ...]:
@@ -246,7 +246,7 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
     board = bench.board()
     client = connect(board)
     plan = Plan.on(client)
-    taken = []
+    durations_us = []
     for _ in range(count):
         knocks = 0
         client.disarm()
@@ -259,7 +259,7 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
                 board.switch(index, closed=False)
             board.run(10_000)
         board.run(rng.randint(0, 200_000))
-        taken.append(_hang(board))
+        durations_us.append(_hang(board))
         client = connect(board)
         status = client.status()
         if state == SequencerState.SAFE:
@@ -269,7 +269,7 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
             moment = Moment.ARMED if state == SequencerState.ARMED else Moment.RUNNING
             check_state(status, moment, ResetCause.WATCHDOG.name, knocks)
     board.close()
-    return Hangs(state, count, Extremes.of(taken, 1000))
+    return Hangs(state, count, Extremes.of(durations_us, 1000))
 
 
 def _hang(board: AvrBoard) -> int:

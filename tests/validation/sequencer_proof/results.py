@@ -36,7 +36,7 @@ HANG_MAX_MS = 1300.0
 CONTACTS = {"avr": "slow", "fast": "fast, and mixed with slow", "native": "mixed, native core"}
 
 
-def make_tables(found: Found, campaigns: Sequence[Campaign], image: Path) -> dict[str, str]:
+def make_tables(results: Found, campaigns: Sequence[Campaign], image: Path) -> dict[str, str]:
     """Return the text of each CSV file by its name. The same image and results give the same text."""
     noises = (
         "sent",
@@ -51,11 +51,11 @@ def make_tables(found: Found, campaigns: Sequence[Campaign], image: Path) -> dic
     tears = [f"byte {tear.value}" for tear in Tear]
     tables = {
         "campaigns": declared(campaigns),
-        "targets": targets_csv(find_targets(found, image)),
-        "figures": csv_text(("of", "figure", "value"), list_figures(found)),
+        "targets": targets_csv(find_targets(results, image)),
+        "figures": csv_text(("of", "figure", "value"), list_figures(results)),
         "signals": csv_text(
             ("contacts chatter", "releases", "errors of the strokes, µs", "pulses, µs", "frames, ms"),
-            [signal_row(words, found[name]) for name, words in CONTACTS.items()],
+            [signal_row(words, results[name]) for name, words in CONTACTS.items()],
         ),
         "dates": csv_text(
             (
@@ -68,20 +68,20 @@ def make_tables(found: Found, campaigns: Sequence[Campaign], image: Path) -> dic
                 "worst, µs",
                 "two answers",
             ),
-            [date_row(chatter, found[name]) for chatter, (name, _, _) in DATES.items()],
+            [date_row(chatter, results[name]) for chatter, (name, _, _) in DATES.items()],
         ),
         "strokes": results_csv(
-            [row for name, words in CONTACTS.items() for row in stroke_rows(words, found[name])]
+            [row for name, words in CONTACTS.items() for row in stroke_rows(words, results[name])]
         ),
         "paths": results_csv(path_rows(image.with_suffix(".elf"))),
-        "waits": results_csv(found["waits"]),
+        "waits": results_csv(results["waits"]),
         "power-cuts": csv_text(
             ("upload of", "store held", "byte writes", "cut at", *tears, "stored when repeated"),
-            [_cut_row(cuts) for cuts in found["cuts"]],
+            [_cut_row(cuts) for cuts in results["cuts"]],
         ),
         "damage": csv_text(
             ("EEPROM with", "the byte is of", "tried", "armed unchanged", *TOLD),
-            [_damage_row(one, place) for one in found["damaged"] for place in Place],
+            [_damage_row(damage, place) for damage in results["damaged"] for place in Place],
         ),
         "jolts": csv_text(
             (
@@ -91,16 +91,16 @@ def make_tables(found: Found, campaigns: Sequence[Campaign], image: Path) -> dic
                 "median ms",
                 "widest interval ms",
             ),
-            jolt_rows(found["jolted"]),
+            jolt_rows(results["jolted"]),
         ),
         "link": csv_text(
             ("host", "runs", "a stroke moved in"),
-            [(abuse, *(sum(row) for row in zip(*_runs(abuse, found), strict=True))) for abuse in Abuse],
+            [(abuse, *(sum(row) for row in zip(*_runs(abuse, results), strict=True))) for abuse in Abuse],
         ),
-        "noise": csv_text(noises, [_noise_row(noise, found["noisy"]) for noise in Noise]),
-        "resets": results_csv(found["resets"]),
-        "hangs": results_csv(found["hangs"]),
-        "held-pins": results_csv(found["held"]),
+        "noise": csv_text(noises, [_noise_row(noise, results["noisy"]) for noise in Noise]),
+        "resets": results_csv(results["resets"]),
+        "hangs": results_csv(results["hangs"]),
+        "held-pins": results_csv(results["held"]),
     }
     return {f"{name}.csv": text for name, text in tables.items()}
 
@@ -115,17 +115,22 @@ def describe_image(image: Path) -> dict[str, object]:
     }
 
 
-def find_targets(found: Found, image: Path) -> list[Target]:
+def find_targets(results: Found, image: Path) -> list[Target]:
     """Return what the image is held to, with its bounds."""
     report, elf = image_report(image), image.with_suffix(".elf")
-    slow = all_releases(found["avr"])
-    errors, widths = errors_us(slow), Extremes.of((us for one in slow for us in one.widths), CYCLES_PER_US)
+    slow = all_releases(results["avr"])
+    errors, widths = (
+        errors_us(slow),
+        Extremes.of((us for release in slow for us in release.widths), CYCLES_PER_US),
+    )
     return [
         Target("earliest stroke, slow chatter", errors.least, low=-WORST_ERROR_US, unit="µs"),
         Target("latest stroke, slow chatter", errors.greatest, high=WORST_ERROR_US, unit="µs"),
         Target("shortest pulse", widths.least, SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US, "µs"),
         Target("longest pulse", widths.greatest, SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US, "µs"),
-        Target("reset by the watchdog, at the latest", _hang_ms(found).greatest, high=HANG_MAX_MS, unit="ms"),
+        Target(
+            "reset by the watchdog, at the latest", _hang_ms(results).greatest, high=HANG_MAX_MS, unit="ms"
+        ),
         Target("interrupts off, strokes ahead", _blocked_us(elf), high=BLOCKED_MAX_US, unit="µs"),
         Target(
             "interrupts off, before the release",
@@ -136,7 +141,7 @@ def find_targets(found: Found, image: Path) -> list[Target]:
         Target("flash", int(report["flash_bytes"]), high=int(report["flash_budget_bytes"]), unit="bytes"),
         Target("static RAM", int(report["ram_bytes"]), high=int(report["ram_budget_bytes"]), unit="bytes"),
         Target(
-            "stack never touched", least_never_used(found), int(report["stack_spare_bytes"]), unit="bytes"
+            "stack never touched", least_never_used(results), int(report["stack_spare_bytes"]), unit="bytes"
         ),
     ]
 
@@ -145,61 +150,61 @@ def _blocked_us(elf: Path, scheduled: bool = True) -> float:
     return blocked_paths(elf, scheduled=scheduled)[0].cycles / CYCLES_PER_US
 
 
-def _hang_ms(found: Found) -> Extremes:
-    return Extremes.of(ms for one in found["hangs"] for ms in one.reset_after_ms)
+def _hang_ms(results: Found) -> Extremes:
+    return Extremes.of(ms for hangs in results["hangs"] for ms in hangs.reset_after_ms)
 
 
-def list_figures(found: Found) -> list[tuple[str, str, object]]:
+def list_figures(results: Found) -> list[tuple[str, str, object]]:
     """Return what the page's sections rest on: section, figure, value."""
-    damaged, resets = found["damaged"], found["resets"]
-    after = Extremes.of(us for one in resets if one.errors_us for us in one.errors_us)
-    closed, rule = found["closed"], found["rule"]
+    damaged, resets = results["damaged"], results["resets"]
+    after = Extremes.of(us for reset in resets if reset.errors_us for us in reset.errors_us)
+    closed, rule = results["closed"], results["rule"]
     figures: dict[str, dict[str, object]] = {
         "releases": {
             "edges of a release, at most": max(
-                one.contact_edges for name in CONTACTS for one in all_releases(found[name])
+                release.contact_edges for name in CONTACTS for release in all_releases(results[name])
             ),
-            "knocks of one switch": sum(part.one_switch for part in found["knocks"]),
-            "knocks of both": sum(part.both_switches for part in found["knocks"]),
+            "knocks of one switch": sum(part.one_switch for part in results["knocks"]),
+            "knocks of both": sum(part.both_switches for part in results["knocks"]),
             "closed again before the first stroke": sum(part.before for part in closed),
-            "drops after that, µs off": errors_us([one for part in closed for one in part.releases]),
+            "drops after that, µs off": errors_us([release for part in closed for release in part.releases]),
             "closed again after a stroke": sum(part.after for part in closed),
             "random edge trains": sum(part.trains for part in rule),
             "releases in them, found alike": sum(part.releases for part in rule),
             "with an interval that holds two": sum(part.ambiguous for part in rule),
             "false ones": sum(part.false_releases for part in rule),
             "jolts whose edges fit one release, ms off at most": max(
-                float(str(row[2])) for row in jolt_rows(found["jolted"])[:2]
+                float(str(row[2])) for row in jolt_rows(results["jolted"])[:2]
             ),
         },
         "power cuts": {
-            "cut points": sum(one.points for one in found["cuts"]),
+            "cut points": sum(cuts.points for cuts in results["cuts"]),
             **{
                 f"byte writes of an upload of the {record.value} that is stored": n
-                for record, n in zip(Record, found["rewrites"], strict=True)
+                for record, n in zip(Record, results["rewrites"], strict=True)
             },
-            "damaged bytes tried": sum(one.values.total() for one in damaged),
-            "armed unchanged": sum(one.armed.total() for one in damaged),
-            "tried in the image": sum(one.tried for one in found["damaged_image"]),
+            "damaged bytes tried": sum(damage.values.total() for damage in damaged),
+            "armed unchanged": sum(damage.armed.total() for damage in damaged),
+            "tried in the image": sum(damage.tried for damage in results["damaged_image"]),
         },
         "link": {
-            "runs": sum(one.runs for one in found["abused"]),
-            "a stroke moved in": sum(one.moved for one in found["abused"]),
-            "random bytes": _noise_row(Noise.BYTES, found["noisy"])[1],
-            "random frames": _noise_row(Noise.FRAMES, found["noisy"])[1],
+            "runs": sum(result.runs for result in results["abused"]),
+            "a stroke moved in": sum(result.moved for result in results["abused"]),
+            "random bytes": _noise_row(Noise.BYTES, results["noisy"])[1],
+            "random frames": _noise_row(Noise.FRAMES, results["noisy"])[1],
         },
         "resets": {
-            "resets": sum(one.resets for one in resets),
-            "first pulse after, ms at most": f"{max(one.silence_ms.greatest for one in resets):.2f}",
+            "resets": sum(reset.resets for reset in resets),
+            "first pulse after, ms at most": f"{max(reset.silence_ms.greatest for reset in resets):.2f}",
             "strokes of a release after it, µs off": after,
-            "hangs": sum(one.hangs for one in found["hangs"]),
-            "reset after, ms": _hang_ms(found),
+            "hangs": sum(hangs.hangs for hangs in results["hangs"]),
+            "reset after, ms": _hang_ms(results),
         },
         "pins held": {
-            "runs": sum(one.runs for one in found["held"]),
-            "strokes on time": sum(one.on_time for one in found["held"]),
-            "late": sum(one.late for one in found["held"]),
-            "missed": sum(one.missed for one in found["held"]),
+            "runs": sum(result.runs for result in results["held"]),
+            "strokes on time": sum(result.on_time for result in results["held"]),
+            "late": sum(result.late for result in results["held"]),
+            "missed": sum(result.missed for result in results["held"]),
         },
     }
     return [(section, what, value) for section, rows in figures.items() for what, value in rows.items()]
@@ -210,16 +215,22 @@ def _cut_row(cuts: Cuts) -> tuple[object, ...]:
     return cuts.record, cuts.history, cuts.writes, cuts.points, *outcomes, cuts.stored_afterwards
 
 
-def _damage_row(one: Damaged, place: Place) -> tuple[object, ...]:
-    return one.case, place, one.values[place], one.armed[place], *(one.refused[place, code] for code in TOLD)
+def _damage_row(damage: Damaged, place: Place) -> tuple[object, ...]:
+    return (
+        damage.case,
+        place,
+        damage.values[place],
+        damage.armed[place],
+        *(damage.refused[place, code] for code in TOLD),
+    )
 
 
-def _runs(abuse: Abuse, found: Found) -> list[tuple[int, int]]:
-    return [(part.runs, part.moved) for part in found["abused"] if part.abuse is abuse]
+def _runs(abuse: Abuse, results: Found) -> list[tuple[int, int]]:
+    return [(part.runs, part.moved) for part in results["abused"] if part.abuse is abuse]
 
 
-def _noise_row(noise: Noise, found: Sequence[Noisy]) -> tuple[object, ...]:
-    parts = [part for part in found if part.noise is noise]
+def _noise_row(noise: Noise, noisy_runs: Sequence[Noisy]) -> tuple[object, ...]:
+    parts = [part for part in noisy_runs if part.noise is noise]
     sent = [sum(part.sent[state] for part in parts) for state in STATES]
     counts = (sum(getattr(part, name) for part in parts) for name in ("rejected", "answers", "refusals"))
     tokens = sum(part.arms_refused[ErrorCode.STALE_TOKEN] for part in parts)

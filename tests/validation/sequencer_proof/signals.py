@@ -65,13 +65,13 @@ class Signal:
     @property
     def onsets(self) -> list[Onset]:
         """In order of time."""
-        found = [
+        onsets = [
             Onset(after.rise, joint, after.width)
             for joint, train in enumerate(self.trains, start=1)
             for before, after in pairwise(train)
             if after.width != before.width
         ]
-        return sorted(found)
+        return sorted(onsets)
 
     @property
     def widths(self) -> Extremes:
@@ -95,15 +95,15 @@ class Signal:
 
 def whole_pulses(edges: Iterable[PinEdge], pin: int) -> list[Pulse]:
     """Of one pin, from the first rise on: the pulses that have ended."""
-    found: list[Pulse] = []
+    pulses: list[Pulse] = []
     rise: int | None = None
     for edge in edges:
         if edge.pin != pin:
             continue
         if rise is not None and not edge.high:
-            found.append(Pulse(rise, edge.cycle - rise))
+            pulses.append(Pulse(rise, edge.cycle - rise))
         rise = edge.cycle if edge.high else None
-    return found
+    return pulses
 
 
 def read_signal(edges: Iterable[PinEdge]) -> Signal:

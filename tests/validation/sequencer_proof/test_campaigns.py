@@ -96,12 +96,12 @@ def test_native_releases_are_on_time(library: Path) -> None:
 
 
 def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
-    found = avr_releases(bench, Chatter.SLOW, seed=1, count=5)
-    errors = [error for release in found.releases for error in release.errors]
-    assert max(map(abs, errors_us(found.releases))) <= TICK_US
+    flights = avr_releases(bench, Chatter.SLOW, seed=1, count=5)
+    errors = [error for release in flights.releases for error in release.errors]
+    assert max(map(abs, errors_us(flights.releases))) <= TICK_US
     assert len(set(errors)) > 2  # the release falls anywhere in the timer's tick
-    wanted = schedule_maneuver(four_stroke(59, 70))
-    assert found.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in wanted.strokes)
+    schedule = schedule_maneuver(four_stroke(59, 70))
+    assert flights.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in schedule.strokes)
     avr_releases(bench, Chatter.BOTH, seed=1, count=5)
 
 
@@ -119,7 +119,7 @@ def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(
     dated = dated_releases(bench, chatter, seed=DATED_SEED, count=count)
     judge_dates(dated, chatter)
     if chatter is Chatter.SLOW:
-        assert sum(abs(one.error_us) <= 1.0 for one in dated) > 0.999 * len(dated)
+        assert sum(abs(release.error_us) <= 1.0 for release in dated) > 0.999 * len(dated)
 
 
 def test_edges_within_a_microsecond_leave_two_dates() -> None:
@@ -149,18 +149,18 @@ def fallen(seed: int, *jolts: Jolt) -> Fall:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_contacts_alternate_and_end_open_after_the_release(seed: int) -> None:
-    found = fallen(
+    jolted_fall = fallen(
         seed, Jolt(before_us=50_000, open_us=6_000), Jolt(before_us=9_000, open_us=100, switches=(1,))
     )
     for index in (0, 1):
-        states = [contact.closed for contact in found.contacts if contact.index == index]
+        states = [contact.closed for contact in jolted_fall.contacts if contact.index == index]
         assert states[0] is False and states[-1] is False
         assert all(before != after for before, after in pairwise(states))
-    after = [contact for contact in found.contacts if contact.cycle >= found.released]
+    after = [contact for contact in jolted_fall.contacts if contact.cycle >= jolted_fall.released]
     begins = [next(contact.cycle for contact in after if contact.index == index) for index in (0, 1)]
-    assert min(begins) == found.released
-    assert max(begins) <= found.released + TOGETHER_US * CYCLES_PER_US
-    before = [contact for contact in found.contacts if contact.cycle < found.released]
+    assert min(begins) == jolted_fall.released
+    assert max(begins) <= jolted_fall.released + TOGETHER_US * CYCLES_PER_US
+    before = [contact for contact in jolted_fall.contacts if contact.cycle < jolted_fall.released]
     assert {contact.index: contact.closed for contact in before} == {0: True, 1: True}
 
 
@@ -171,8 +171,8 @@ def test_a_jolt_into_the_release_is_an_error() -> None:
 
 def test_what_is_told_of_a_release_after_jolts_holds_when_the_robot_left(bench: Bench) -> None:
     jolted = jolted_releases(bench, seed=59, count=150)
-    assert sum(one.interval_us > 0 for one in jolted) > 30
-    assert sum(not one.jolts for one in jolted) > 5
+    assert sum(release.interval_us > 0 for release in jolted) > 30
+    assert sum(not release.jolts for release in jolted) > 5
 
 
 def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:
@@ -267,19 +267,19 @@ def test_the_image_answers_to_damage_as_the_native_core_does(bench: Bench, libra
 @pytest.mark.parametrize("abuse", Abuse)
 def test_no_abuse_moves_a_stroke(bench: Bench, abuse: Abuse) -> None:
     begins = [0, LAST_BEGIN_US, *random.Random(1).sample(begins_us(), 1)]
-    found = abuse_link(bench, abuse, begins, seed=1)
-    assert (found.runs, found.moved) == (3, 0)
+    result = abuse_link(bench, abuse, begins, seed=1)
+    assert (result.runs, result.moved) == (3, 0)
 
 
 @pytest.mark.parametrize(("noise", "amount"), [(Noise.BYTES, 12_000), (Noise.FRAMES, 1_500)])
 def test_noise_moves_nothing_and_stores_nothing(bench: Bench, noise: Noise, amount: int) -> None:
-    found = make_noise(bench, noise, amount, drops=2, seed=3)
-    assert [found.sent[state] for state in STATES] == [amount // 3] * 3
+    result = make_noise(bench, noise, amount, drops=2, seed=3)
+    assert [result.sent[state] for state in STATES] == [amount // 3] * 3
     if noise is Noise.BYTES:
-        assert found.rejected > 20
+        assert result.rejected > 20
     else:
-        assert found.refusals > amount // 2 < found.answers
-        assert found.arms_refused[ErrorCode.STALE_TOKEN] > 10
+        assert result.refusals > amount // 2 < result.answers
+        assert result.arms_refused[ErrorCode.STALE_TOKEN] > 10
 
 
 @pytest.mark.prove
@@ -295,20 +295,20 @@ def test_noise_at_a_board_that_cannot_be_armed_proves_nothing(bench: Bench) -> N
 @pytest.mark.parametrize("cause", [ResetCause.WATCHDOG, ResetCause.BROWN_OUT])
 @pytest.mark.parametrize("moment", Moment)
 def test_a_reset_goes_on_or_holds_still(bench: Bench, moment: Moment, cause: ResetCause) -> None:
-    found = reset_board(bench, moment, cause, count=3, seed=4)
-    assert found.silence_ms.greatest <= MAX_SILENCE_MS
-    assert bool(found.errors_us) == (moment is Moment.ARMED)
-    assert all(abs(float(error)) <= TICK_US for error in found.errors_us)
+    resets = reset_board(bench, moment, cause, count=3, seed=4)
+    assert resets.silence_ms.greatest <= MAX_SILENCE_MS
+    assert bool(resets.errors_us) == (moment is Moment.ARMED)
+    assert all(abs(float(error)) <= TICK_US for error in resets.errors_us)
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_the_watchdog_ends_a_hang(hanging: Bench, state: SequencerState) -> None:
-    found = hang_board(hanging, state, count=2, seed=5)
-    assert 900 < found.reset_after_ms.least <= found.reset_after_ms.greatest < 1_200
+    hangs = hang_board(hanging, state, count=2, seed=5)
+    assert 900 < hangs.reset_after_ms.least <= hangs.reset_after_ms.greatest < 1_200
 
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_servo_is_driven_after_a_reset_as_its_pin_was(bench: Bench, level: PinHold) -> None:
-    found = [held_pins(bench, joints, level, count=2, seed=9) for joints in SUBSETS]
-    assert sum(one.missed for one in found) > 0
-    assert sum(one.on_time for one in found) > 0
+    pin_results = [held_pins(bench, joints, level, count=2, seed=9) for joints in SUBSETS]
+    assert sum(result.missed for result in pin_results) > 0
+    assert sum(result.on_time for result in pin_results) > 0

@@ -66,7 +66,7 @@ FOUND: dict[str, Sequence[Any]] = {
 
 def test_tables_have_their_campaigns_figures(bench: Bench) -> None:
     declared = campaigns(bench, bench.image, Path("native"), Path("rule"))
-    assert {one.name for one in declared} == set(FOUND)
+    assert {campaign.name for campaign in declared} == set(FOUND)
     written = make_tables(FOUND, declared, bench.image)
     for name, row in {
         "signals": "slow,2,-0.1875 to 1,1000 to 1778,19.69 to 20.12",
@@ -102,15 +102,15 @@ def test_rows_of_the_tables_are_found_again(bench: Bench) -> None:
     """In the image that was measured; any other keeps the bounds that test_campaigns.py holds it to."""
     paths, writes = (
         path_rows(bench.image.with_suffix(".elf")),
-        [second_upload_writes(bench, one) for one in Record],
+        [second_upload_writes(bench, record) for record in Record],
     )
     assert len(paths) > 10 and len(writes) == 2
     if read_provenance(FOLDER)[SHA256_ROW] == hash_image():
         assert results_csv(paths) == (FOLDER / "paths.csv").read_text()
-        shown = [
+        printed_counts = [
             value for figure, value in read_rows(FOLDER / "figures.csv", "power cuts") if "upload" in figure
         ]
-        assert shown == [str(count) for count in writes]
+        assert printed_counts == [str(count) for count in writes]
 
 
 def test_a_late_stroke_is_found_in_each_flight_and_among_all_of_them(bench: Bench) -> None:
@@ -119,7 +119,7 @@ def test_a_late_stroke_is_found_in_each_flight_and_among_all_of_them(bench: Benc
         judge([LATE])
     two_late = [FLIGHTS._replace(releases=[LATE])] * (FAST_BEYOND + 1)
     declared = campaigns(bench, bench.image, Path("native"), Path("rule"))
-    fast = next(one for one in declared if one.name == "fast")
+    fast = next(campaign for campaign in declared if campaign.name == "fast")
     fast.judge(two_late[1:])
     with pytest.raises(Broken, match="off its time"):
         fast.judge(two_late)
@@ -130,9 +130,9 @@ def _seed_of(seed: int) -> list[int]:
 
 
 def test_a_campaign_runs_each_job_with_its_seed_and_judges_all_results() -> None:
-    def judge_sum(found: Sequence[int]) -> None:
-        if sum(found) != 15 + 18 + 21:
-            raise Broken(f"{found}")
+    def judge_sum(results: Sequence[int]) -> None:
+        if sum(results) != 15 + 18 + 21:
+            raise Broken(f"{results}")
 
     campaign = Campaign("seeds", "their sum", [_seed_of] * 3, 15, 3, judge_sum)
     assert run_campaigns([campaign]) == {"seeds": [15, 18, 21]}

@@ -73,23 +73,23 @@ def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
     plan, rng = Plan.on(client), random.Random(seed)
     arm(board, client)
     board.cable(False)
-    seen: list[PinEdge] = []
+    edges: list[PinEdge] = []
     pulses = 0
     while board.now_cycle < (waited_us - LOOK_US) * CYCLES_PER_US:
         board.run(LOOK_US)
-        seen = [*seen, *pin_edges(board)]
-        signal = read_signal(seen)
+        edges = [*edges, *pin_edges(board)]
+        signal = read_signal(edges)
         if signal.onsets:
             raise Broken(f"a servo moved after {board.now_cycle // CYCLES_PER_US} us armed")
         pulses += sum(map(len, signal.trains))
         # Each pin's last rise without its fall stays for the next look.
-        last = {edge.pin: edge for edge in seen}
-        seen = [edge for edge in last.values() if edge.high]
+        last = {edge.pin: edge for edge in edges}
+        edges = [edge for edge in last.values() if edge.high]
     board.run_to_cycle(waited_us * CYCLES_PER_US)
     contacts = opening(rng, board.now_cycle, board.resolution, Chatter.SLOW)
     released = open_switches(board, contacts)
     board.run(plan.end_us + AFTER_RUN_US)
-    release = measure([*seen, *pin_edges(board)], plan, released, contact_edges=len(contacts))
+    release = measure([*edges, *pin_edges(board)], plan, released, contact_edges=len(contacts))
     check_own_report(connect(board), plan, release)
     board.close()
     judge([release])

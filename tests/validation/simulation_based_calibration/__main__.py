@@ -30,8 +30,8 @@ def main() -> int:
     ensure_built(progress=print)
     run = CampaignRun("simulation-based-calibration")
     with ProcessPoolExecutor(PROCESSES) as pool:
-        found = pool.map(judged, range(1, arguments.drops + 1), chunksize=5)
-        drops = list(track(found, "drops", total=arguments.drops, console=Console(stderr=True)))
+        outcomes = pool.map(judged, range(1, arguments.drops + 1), chunksize=5)
+        drops = list(track(outcomes, "drops", total=arguments.drops, console=Console(stderr=True)))
     run.write(make_tables(drops), describe_campaign(drops), arguments.out)
     judgement = rows(drops)
     for row in judgement:

@@ -56,15 +56,17 @@ class Judged:
 def judged(seed: int) -> Judged:
     """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds."""
     drop, calibration = hidden(maneuver(seed), FILED, seed, [CHIPS])
-    found = evaluate(drop.log, FILED, calibration, drop.schedule)
-    errors = dict(errors_of(drop, found))
-    fit = found.explained.fit
+    evaluation = evaluate(drop.log, FILED, calibration, drop.schedule)
+    errors = dict(errors_of(drop, evaluation))
+    fit = evaluation.explained.fit
     p = len(fit.offsets)
     off = fit.values - true_offsets(fit.offsets, drop.flown)
     for name, rows in rows_of(fit.offsets).items():
         errors[name] = Errors(off[rows], np.sqrt(np.diag(fit.covariance)[:p])[rows])
-    errors["hinge axis"] = _axes(found, drop.flown)
-    return Judged({name: errors[name] for name in QUANTITIES}, tuple(found.withheld), found.widening > 1.0)
+    errors["hinge axis"] = _axes(evaluation, drop.flown)
+    return Judged(
+        {name: errors[name] for name in QUANTITIES}, tuple(evaluation.withheld), evaluation.widening > 1.0
+    )
 
 
 def maneuver(seed: int) -> Schedule:
@@ -77,49 +79,57 @@ def rows_of(offsets: Offsets) -> dict[str, list[int]]:
     """Which of its parameters belong to a quantity."""
     rows: dict[str, list[int]] = {}
     names = {"com": "CoM", "mass": "mass", "inertia": "inertia", "point": "hinge point"}
-    for k, one in enumerate(offsets.parameters):
-        name = "CoM of body 4" if one.kind == "com" and k >= offsets.sought else names[one.kind]
+    for k, parameter in enumerate(offsets.parameters):
+        name = "CoM of body 4" if parameter.kind == "com" and k >= offsets.sought else names[parameter.kind]
         rows.setdefault(name, []).append(k)
     return rows
 
 
-def true_offsets(offsets: Offsets, flown: RobotModel) -> FloatArray:
+def true_offsets(offsets: Offsets, true_model: RobotModel) -> FloatArray:
     """(p,) what the parameters should be, in their units."""
-    return np.array([_true(one, offsets.body, Multibody.of(flown)) / one.si for one in offsets.parameters])
-
-
-def _true(one: Parameter, filed: Multibody, flown: Multibody) -> float:
-    k = one.of
-    if one.kind == "mass":
-        return float(np.log(flown.mass_kg[k] / filed.mass_kg[k]))
-    if one.kind == "inertia":
-        entry = _strain(filed.inertia_kg_m2[k], flown.inertia_kg_m2[k]) * one.shape
-        return float(entry.sum() / one.shape.sum())
-    moved = (
-        flown.com_m[k] - filed.com_m[k]
-        if one.kind == "com"
-        else flown.joint_point_m[k] - filed.joint_point_m[k]
+    return np.array(
+        [
+            _true(parameter, offsets.body, Multibody.of(true_model)) / parameter.si
+            for parameter in offsets.parameters
+        ]
     )
-    return float(one.shape @ moved)
 
 
-def _strain(filed: FloatArray, flown: FloatArray) -> FloatArray:
+def _true(parameter: Parameter, filed: Multibody, true_multibody: Multibody) -> float:
+    k = parameter.of
+    if parameter.kind == "mass":
+        return float(np.log(true_multibody.mass_kg[k] / filed.mass_kg[k]))
+    if parameter.kind == "inertia":
+        entry = _strain(filed.inertia_kg_m2[k], true_multibody.inertia_kg_m2[k]) * parameter.shape
+        return float(entry.sum() / parameter.shape.sum())
+    moved = (
+        true_multibody.com_m[k] - filed.com_m[k]
+        if parameter.kind == "com"
+        else true_multibody.joint_point_m[k] - filed.joint_point_m[k]
+    )
+    return float(parameter.shape @ moved)
+
+
+def _strain(filed: FloatArray, true_inertia: FloatArray) -> FloatArray:
     """E of S' = L e^E L^T, with L of the principal axes of S, as the fit has it."""
     moments, axes = np.linalg.eigh(_second_moments(filed))
     back = np.linalg.inv(axes * np.sqrt(moments))
-    return np.asarray(logm(back @ _second_moments(flown) @ back.T).real)
+    return np.asarray(logm(back @ _second_moments(true_inertia) @ back.T).real)
 
 
 def _second_moments(inertia: FloatArray) -> FloatArray:
     return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
 
 
-def _axes(found: Evaluation, flown: RobotModel) -> Errors:
+def _axes(evaluation: Evaluation, true_model: RobotModel) -> Errors:
     """Tilts about the two directions across each axis, deg."""
-    fit, driven = found.explained.fit, found.explained.driven.flown
+    fit, driven = evaluation.explained.fit, evaluation.explained.driven.flown
     first = len(fit.offsets) + 3
     tilt = driven.correct(fit.errors).tilt_rad.ravel()
     by_errors = driven.tilt_errors.reshape(len(tilt), -1)
     std = np.sqrt(np.diag(by_errors @ fit.covariance[first:, first:] @ by_errors.T))
-    true = [across(a) @ np.cross(a, b) for a, b in zip(found.model.joint_axis, flown.joint_axis, strict=True)]
+    true = [
+        across(a) @ np.cross(a, b)
+        for a, b in zip(evaluation.model.joint_axis, true_model.joint_axis, strict=True)
+    ]
     return Errors(np.rad2deg(tilt - np.concatenate(true)), np.rad2deg(std))

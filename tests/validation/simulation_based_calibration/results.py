@@ -39,8 +39,8 @@ class Row:
 
 def cells(drops: Sequence[Judged], quantity: str) -> Errors:
     """(n, k) of n drops and the k values of a quantity."""
-    error = np.array([one.errors[quantity].error for one in drops])
-    return Errors(error, np.array([one.errors[quantity].std for one in drops]))
+    error = np.array([drop.errors[quantity].error for drop in drops])
+    return Errors(error, np.array([drop.errors[quantity].std for drop in drops]))
 
 
 def ranks(errors: Errors) -> FloatArray:
@@ -55,30 +55,30 @@ def rows(drops: Sequence[Judged]) -> list[Row]:
         name: [kstest(column[np.isfinite(column)], "uniform").pvalue for column in ranks(errors).T]
         for name, errors in by_name.items()
     }
-    adjusted = iter(_holm(np.concatenate([np.array(one) for one in p_values.values()])))
-    least = {name: min(next(adjusted) for _ in one) for name, one in p_values.items()}
+    adjusted = iter(_holm(np.concatenate([np.array(group) for group in p_values.values()])))
+    least = {name: min(next(adjusted) for _ in group) for name, group in p_values.items()}
     return [_row(name, errors, least[name]) for name, errors in by_name.items()]
 
 
 def _holm(p_values: FloatArray) -> FloatArray:
     order = np.argsort(p_values)
     stepped = np.maximum.accumulate(p_values[order] * np.arange(len(p_values), 0, -1))
-    found = np.empty_like(stepped)
-    found[order] = np.minimum(stepped, 1.0)
-    return found
+    adjusted_p = np.empty_like(stepped)
+    adjusted_p[order] = np.minimum(stepped, 1.0)
+    return adjusted_p
 
 
 def _row(name: str, errors: Errors, p: float) -> Row:
-    known = np.isfinite(errors.error / errors.std)
-    z = (errors.error / errors.std)[known]
+    is_finite = np.isfinite(errors.error / errors.std)
+    z = (errors.error / errors.std)[is_finite]
     rms = float(np.sqrt(np.mean(z**2)))
     half, most = (float((np.abs(z) < norm.ppf(0.5 + share / 2)).mean()) for share in (0.5, 0.95))
     # Values of one drop hang together: chance is judged by the drops.
     drops = len(errors.error)
     bounds = [np.array(binom.interval(1.0 - CHANCE, drops, share)) / drops for share in (0.5, 0.95)]
-    held = all(low <= share <= high for share, (low, high) in zip((half, most), bounds, strict=True))
-    met = p > P_LEAST and Z_RANGE[0] <= rms <= Z_RANGE[1] and held
-    return Row(name, int(known.sum()), p, rms, half, most, met)
+    within_bounds = all(low <= share <= high for share, (low, high) in zip((half, most), bounds, strict=True))
+    met = p > P_LEAST and Z_RANGE[0] <= rms <= Z_RANGE[1] and within_bounds
+    return Row(name, int(is_finite.sum()), p, rms, half, most, met)
 
 
 def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
@@ -100,7 +100,7 @@ def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
         "quantities.csv": csv_text(columns, judgement),
         "first-drops.csv": csv_text(
             ("seed", *QUANTITIES),
-            [(seed, *(f"{z:.3f}" for z in list_z(one))) for seed, one in enumerate(drops[:FIRST_DROPS], 1)],
+            [(seed, *(f"{z:.3f}" for z in list_z(drop))) for seed, drop in enumerate(drops[:FIRST_DROPS], 1)],
         ),
         "ranks.csv": histograms_csv(drops),
         "ranks.svg": picture(drops),
@@ -109,8 +109,8 @@ def make_tables(drops: Sequence[Judged]) -> dict[str, str]:
 
 def list_z(drop: Judged) -> list[float]:
     """Return the rms of each quantity's errors in one drop, in stated standard deviations."""
-    found = (drop.errors[name] for name in QUANTITIES)
-    return [float(np.sqrt(np.mean((one.error / one.std) ** 2))) for one in found]
+    drop_errors = (drop.errors[name] for name in QUANTITIES)
+    return [float(np.sqrt(np.mean((errors.error / errors.std) ** 2))) for errors in drop_errors]
 
 
 def describe_campaign(drops: Sequence[Judged]) -> dict[str, object]:
@@ -118,8 +118,8 @@ def describe_campaign(drops: Sequence[Judged]) -> dict[str, object]:
     return {
         "drops, seeds from 1": len(drops),
         "rank tests": sum(cells(drops[:1], name).error.shape[1] for name in QUANTITIES),
-        "drops whose certificate was taken to be worse than it says": sum(one.widened for one in drops),
-        "drops in which something was withheld": sum(bool(one.withheld) for one in drops),
+        "drops whose certificate was taken to be worse than it says": sum(drop.widened for drop in drops),
+        "drops in which something was withheld": sum(bool(drop.withheld) for drop in drops),
     }
 
 
@@ -142,17 +142,17 @@ def picture(drops: Sequence[Judged]) -> str:
     from matplotlib import pyplot as plt
 
     figure, axes = plt.subplots(3, 4, figsize=(11.0, 6.0), sharex=True)
-    for name, one in zip(QUANTITIES, axes.ravel(), strict=True):
+    for name, panel in zip(QUANTITIES, axes.ravel(), strict=True):
         rank = ranks(cells(drops, name))
         counts, edges = np.histogram(rank[np.isfinite(rank)], BINS, (0.0, 1.0))
         expected = counts.sum() / BINS
         # As many independent values as there are drops.
         low, high = np.array(binom.interval(0.99, len(drops), 1.0 / BINS)) * counts.sum() / len(drops)
-        one.axhspan(low / expected, high / expected, color="0.9")
-        one.axhline(1.0, color="0.6", linewidth=0.8)
-        one.stairs(counts / expected, edges, fill=True, color="#4477aa")
-        one.set_title(name, fontsize=9)
-        one.tick_params(labelsize=8)
+        panel.axhspan(low / expected, high / expected, color="0.9")
+        panel.axhline(1.0, color="0.6", linewidth=0.8)
+        panel.stairs(counts / expected, edges, fill=True, color="#4477aa")
+        panel.set_title(name, fontsize=9)
+        panel.tick_params(labelsize=8)
     figure.supxlabel("rank of the truth", fontsize=9)
     figure.supylabel("drops, 1: as many as in a uniform histogram", fontsize=9)
     figure.tight_layout()

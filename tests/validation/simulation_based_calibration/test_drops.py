@@ -32,23 +32,23 @@ PRINTED = 5e-3
 
 
 def test_the_true_parameters_make_the_true_robot() -> None:
-    flown = draw_hidden(FILED, 3).model
+    true_model = draw_hidden(FILED, 3).model
     offsets = model_offsets(FILED)
-    made, true = offsets.correct(true_offsets(offsets, flown)), Multibody.of(flown)
+    corrected_multibody, true = offsets.correct(true_offsets(offsets, true_model)), Multibody.of(true_model)
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_point_m"):
         np.testing.assert_allclose(
-            getattr(made, name), getattr(true, name), rtol=1e-9, atol=1e-12, err_msg=name
+            getattr(corrected_multibody, name), getattr(true, name), rtol=1e-9, atol=1e-12, err_msg=name
         )
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.prove)])
 def test_no_number_of_a_drop_is_far_from_its_truth(seed: int) -> None:
-    found = judged(seed)
-    assert tuple(found.errors) == QUANTITIES and not found.withheld and not found.widened
-    z_scores = np.concatenate([one.error / one.std for one in found.errors.values()])
+    outcome = judged(seed)
+    assert tuple(outcome.errors) == QUANTITIES and not outcome.withheld and not outcome.widened
+    z_scores = np.concatenate([errors.error / errors.std for errors in outcome.errors.values()])
     assert len(z_scores) > 70 and np.abs(z_scores).max() < 4.5
     assert 0.5 < np.sqrt(np.mean(z_scores**2)) < 1.4
-    assert list_z(found) == pytest.approx(read_row(seed), abs=PRINTED)
+    assert list_z(outcome) == pytest.approx(read_row(seed), abs=PRINTED)
 
 
 def read_row(seed: int) -> list[float]:
