@@ -52,7 +52,10 @@ def test_a_lock_that_somebody_removed_meanwhile_is_no_failure(lock: Path) -> Non
 def test_who_opened_the_file_that_the_last_one_removed_does_not_hold_the_lock(
     lock: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The one before lets go after the second has opened its file, and before the second has locked it."""
+    """Reject a lock on a file that its previous holder has removed.
+
+    The first holder lets go after the second has opened the file and before the second has locked it.
+    """
     before = ExitStack()
     before.enter_context(one_at_a_time(lock, "the record"))
     flock, calls = fcntl.flock, []

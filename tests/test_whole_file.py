@@ -18,7 +18,7 @@ def half_written(beside: Path) -> None:
     raise OSError(28, "No space left on device")
 
 
-def interrupted(beside: Path) -> None:
+def interrupt_writing(beside: Path) -> None:
     beside.write_bytes(b"half")
     raise KeyboardInterrupt
 
@@ -31,7 +31,7 @@ def test_it_holds_what_was_written_and_nothing_lies_beside_it(tmp_path: Path) ->
     assert list(path.parent.iterdir()) == [path]
 
 
-@pytest.mark.parametrize(("end", "raised"), [(half_written, OSError), (interrupted, KeyboardInterrupt)])
+@pytest.mark.parametrize(("end", "raised"), [(half_written, OSError), (interrupt_writing, KeyboardInterrupt)])
 def test_what_ends_the_writing_leaves_the_old_file_and_nothing_else(
     tmp_path: Path, end: object, raised: type[BaseException]
 ) -> None:

@@ -35,6 +35,7 @@ def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
 def _keep(text: str) -> Path:
     """Writes the report where the user's programs keep such things, else among temporary files."""
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
+    # The report of a bug must not fail itself: folder of the user, temporary files, at last stderr.
     for is_temporary in (False, True):
         try:
             folder = Path(tempfile.gettempdir()) if is_temporary else state_folder() / "crashes"

@@ -10,7 +10,7 @@ from __future__ import annotations
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any, ClassVar
+    from typing import Any, ClassVar, Self
 
 
 class TfsatError(Exception):
@@ -19,7 +19,7 @@ class TfsatError(Exception):
     Args:
         what: What happened, one sentence, with the names and numbers involved.
         meaning: What it means for the drop (what is lost, unsafe, unchanged).
-        next_step: What to do now; a command to type where there is one.
+        next_step: What to do now; commands to type in an `Advice`.
         code: A stable name for `--json`, where callers tell such errors apart.
 
     Attributes:
@@ -37,6 +37,17 @@ class TfsatError(Exception):
         self.what = what
         self.meaning = meaning
         self.next_step = next_step
+
+    def with_words(
+        self, *, what: str | None = None, meaning: str | None = None, next_step: str | None = None
+    ) -> Self:
+        """Return the same error for another reader: what is given replaces its words."""
+        other = type(self).__new__(type(self), *self.args)
+        other.__dict__.update(self.__dict__)
+        other.what = self.what if what is None else what
+        other.meaning = self.meaning if meaning is None else meaning
+        other.next_step = self.next_step if next_step is None else next_step
+        return other
 
     def __str__(self) -> str:
         return "\n".join(line for line in (self.what, self.meaning, self.next_step) if line)

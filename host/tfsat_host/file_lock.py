@@ -39,6 +39,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) 
         OSError: the file cannot be made.
     """
     deadline_s = time.monotonic() + patience_s
+    # Poll: a call that blocks on the lock could not give up after `patience_s`.
     while (file := _claim(lock)) is None:
         if time.monotonic() > deadline_s:
             raise BusyError(
@@ -62,6 +63,7 @@ def _claim(lock: Path) -> IO[bytes] | None:
             return file
     except OSError as error:
         file.close()
+        # A file that cannot be locked is of no use: leave none behind.
         with suppress(OSError):
             lock.unlink()
         raise LockError(
@@ -77,6 +79,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _try_lock(file: IO[bytes], lock: Path) -> bool:  # noqa: ARG001  an open file cannot be removed: it is the lock's
+        # Windows locks bytes from the file's position on: always the first one.
         file.seek(0)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)

@@ -40,6 +40,7 @@ def session_id(value: object) -> str:
 
 def byte_count(value: object) -> int:
     """Check the size of a file in bytes and return it. Raises ValueError."""
+    # Not isinstance, which takes true for 1.
     if type(value) is not int or value < 0:
         raise ValueError(f"{value!r} is no number of bytes")
     return value
@@ -81,8 +82,10 @@ def parse_dataclass(kind: type[T], values: Any, optional: Container[str] = ()) -
 
 def _field(kind: Any, value: Any, name: str) -> Any:
     origin, args = get_origin(kind), get_args(kind)
+    # Annotated carries its own parser, which goes before the type.
     if origin is Annotated:
         return args[1](value)
+    # X | None: null, or what X takes.
     if origin in (Union, UnionType):
         return None if value is None else _field(args[0], value, name)
     if origin is tuple:
@@ -107,20 +110,25 @@ _READERS: dict[Any, Callable[[Any], Any]] = {
 }
 
 
-def jsonable(value: Any) -> Any:
-    """Plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null."""
+def jsonable(value: Any, show: Callable[[str], str] = str) -> Any:
+    """Return plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null.
+
+    Args:
+        value: Any value of these.
+        show: Completes the commands of an `Advice`.
+    """
     if isinstance(value, Mapping):
-        return {str(key): jsonable(item) for key, item in value.items()}
+        return {str(key): jsonable(item, show) for key, item in value.items()}
     if isinstance(value, str) or value is None or isinstance(value, bool):
-        return str(value) if isinstance(value, str) else value
+        return str(show(value)) if isinstance(value, str) else value
     if isinstance(value, int):
         return int(value)
     if isinstance(value, float):
         return float(value) if value - value == 0 else None
     if hasattr(value, "tolist"):
-        return jsonable(value.tolist())
+        return jsonable(value.tolist(), show)
     if isinstance(value, Iterable):
-        return [jsonable(item) for item in value]
+        return [jsonable(item, show) for item in value]
     return str(value)
 
 

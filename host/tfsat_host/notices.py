@@ -7,6 +7,8 @@ from contextlib import AbstractContextManager, nullcontext
 from datetime import UTC, datetime
 from typing import Any, Protocol
 
+from tfsat_host.next_step import Advice, NextStep
+
 _LISTED = 20
 _CHOSEN = {
     "asked for": "which was asked for",
@@ -87,7 +89,7 @@ def recordings_lines(
         )
     if others + 1 > min(len(recordings), _LISTED):
         yield f"  … and {others + 1 - min(len(recordings), _LISTED)} more (--json names them)."
-    yield f"Another one: tfsat-host {command} {file} --session ID"
+    yield Advice("Another one: ", NextStep(command, (str(file), "--session", "ID")))
 
 
 def utc(unix_us: int) -> str:
@@ -95,5 +97,6 @@ def utc(unix_us: int) -> str:
     try:
         moment = datetime.fromtimestamp(unix_us / 1e6, UTC)
     except (OverflowError, ValueError, OSError):
+        # A damaged header may hold any 64 bits.
         return f"at an impossible time of day ({unix_us} µs since 1970)"
     return moment.isoformat(sep=" ", timespec="seconds").replace("+00:00", " UTC")

@@ -51,6 +51,7 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
     Raises:
         TfsatError: a file exists that this command did not make, or something is in the way.
     """
+    # Check all of them before the first is written: all or none.
     for file in files:
         check_may_write(file.path, marker=file.marker, force=force)
     for file in files:
@@ -91,6 +92,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
     if path.is_dir():
         raise _refusal(f"{path} is a directory.", "Move it away, or name another place with --out.")
     refuse_special(path)
+    # The nearest folder that exists: those below it will be made in it.
     folder = next(place for place in path.absolute().parents if place.exists())
     if not folder.is_dir():
         raise _refusal(f"{folder} is a file, not a folder.", "Name another place with --out.")
@@ -101,8 +103,10 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
                 meaning="Nothing was overwritten.",
                 next_step="Name another place with --out, or add --force to overwrite it.",
             )
+        # Only with --force is one here; a recording or a certificate is safe from that, too.
         if path.exists() and not was_made_with(path, marker):
             _require_replaceable(path)
+        # Only a try tells: permissions, quotas and read-only disks have no common test.
         new_file_beside(path, folder).unlink()
     except OSError as error:
         raise UnwritableError(
@@ -143,5 +147,6 @@ def was_made_with(path: Path, marker: bytes) -> bool:
     """Return whether the file bears the marker near its start or its end."""
     with path.open("rb") as file:
         start = file.read(_LOOK_BYTES)
+        # Look at both ends: a CSV begins with its mark, an archive ends with it.
         file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))
         return marker in start or marker in file.read(_LOOK_BYTES)

@@ -35,6 +35,7 @@ def check_matplotlib(option: str, instead: str) -> None:
 
 def load_matplotlib() -> Any:
     """Return matplotlib, imported without the backend that a notebook names in MPLBACKEND: files need none."""
+    # Taken out for the import alone; child processes find it as it was.
     backend = os.environ.pop("MPLBACKEND", None)
     try:
         import matplotlib as mpl

@@ -32,6 +32,7 @@ UNITS: Mapping[str, tuple[str, str, float]] = {
     "kg_m2_s": ("kg m^2/s", "kg_m2_s", 1.0),
 }
 """By the end of a name: what people read, the end of the name in SI units, and how many of the unit make one of SI."""
+# How many of each unit make one of SI; the units of SI themselves are 1.
 _FACTORS = {si: 1.0 for _, si, _ in UNITS.values()} | {unit: factor for unit, (_, _, factor) in UNITS.items()}
 
 Source = str | Callable[[Any], Any]
@@ -126,6 +127,7 @@ class Column:
             return vector(
                 [factor * element for element in value], None if std is None else factor * std, self.form
             )
+        # A deviation that should be there and is not is unknown, which is not the same as exact.
         if self.std and std is None:
             std = math.nan
         return Quantity(
@@ -140,8 +142,10 @@ class Column:
         if callable(source):
             return source(row)
         unit = unit_of(self.key)
+        # By convention size_deg is made of size_rad: exchange the unit at the end of the name.
         if source == self.key and unit in UNITS and not hasattr(row, source):
             source = f"{self.key.removesuffix(unit)}{UNITS[unit][1]}"
+        # A dotted name leads through attributes of attributes.
         value = reduce(getattr, source.split("."), row)
         factor = _ratio(unit_of(source), unit)
         return value if factor == 1.0 or value is None else value * factor + 0.0  # no minus zero
@@ -184,6 +188,7 @@ class Table:
 
 def unit_of(name: str) -> str:
     """Return the unit at the end of a name; empty: it has none."""
+    # The longest end counts: mm_s ends with s as well.
     ends = (unit for unit in _FACTORS if f"_{name}".endswith(f"_{unit}"))
     return max(ends, key=len, default="")
 
@@ -192,6 +197,7 @@ def number(value: float, form: str = ".3f", unknown: str = UNKNOWN) -> str:
     """Format a number, without a sign if it rounds to zero."""
     if not math.isfinite(value):
         return unknown
+    # A number that rounds to zero has no sign: -0.000 would suggest a direction.
     text = format(float(value), form)
     return text if any(digit in text for digit in "123456789") else text.lstrip("+-")
 
@@ -208,6 +214,7 @@ def vector(values: Iterable[float], std: Iterable[float] | None = None, form: st
     """Components side by side, and where there are standard deviations the greatest of them."""
     if std is None:
         return " ".join(number(value, form) for value in values)
+    # One deviation for all components: the greatest bounds each of them.
     greatest = max(std)
     decimals = f".{decimals_of(greatest)}f"
     signed = f"+{decimals}" if form.startswith("+") else decimals

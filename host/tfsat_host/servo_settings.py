@@ -27,6 +27,7 @@ from typing import Final
 
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import ServoSetting
@@ -111,6 +112,7 @@ def find_defect(settings: ServoSettings) -> Finding | None:
 
 
 def _defects(settings: ServoSettings) -> Iterator[Finding]:
+    # In the order of the board's own check: its refusal names the first defect that it meets.
     for index, servo in enumerate(settings.servos):
         if not limits.SERVO_NS_PER_DEG_MIN <= servo.ns_per_deg <= limits.SERVO_NS_PER_DEG_MAX:
             least, most = limits.SERVO_NS_PER_DEG_MIN / NS_PER_US, limits.SERVO_NS_PER_DEG_MAX / NS_PER_US
@@ -122,6 +124,7 @@ def _defects(settings: ServoSettings) -> Iterator[Finding]:
                 "Give the change of pulse width for one degree, without a sign (11.111 for a usual servo); "
                 "reversed = true turns the direction.",
             )
+        # The range must begin at the start pose, from which every maneuver counts.
         if not limits.JOINT_ANGLE_MIN_CDEG == servo.min_cdeg < servo.max_cdeg <= limits.JOINT_ANGLE_MAX_CDEG:
             low, high = limits.JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, limits.JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
             yield Finding(
@@ -132,6 +135,7 @@ def _defects(settings: ServoSettings) -> Iterator[Finding]:
                 f"and ends above it, at {high:g} at most",
                 f"Write limits_deg = [{low:g}, {high:g}], or a smaller second number.",
             )
+        # Pulses are linear in the angle, so the ends of the range bound all of them.
         for angle_cdeg in (servo.min_cdeg, servo.max_cdeg):
             width_us = pulse_ns(servo, angle_cdeg) / NS_PER_US
             if not limits.SERVO_PULSE_MIN_US <= width_us <= limits.SERVO_PULSE_MAX_US:
@@ -171,6 +175,7 @@ def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> st
     """
     pose_cdeg = dict.fromkeys(range(1, len(settings.servos) + 1), 0)
     for number, (joint, angle_cdeg) in enumerate(moves, 1):
+        # Strokes are relative: the limits hold for what they add up to.
         pose_cdeg[joint] += angle_cdeg
         servo = settings.of(joint)
         if not servo.min_cdeg <= pose_cdeg[joint] <= servo.max_cdeg:
@@ -187,8 +192,10 @@ def insist_on_fit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> 
         raise RefusedError(
             what=f"{misfit[:1].upper()}{misfit[1:]}.",
             meaning="The servo would be driven against its stop, so the board would refuse to arm. Nothing was sent.",
-            next_step="Choose smaller angles, or correct the limits. "
-            "They are shown by: tfsat-host upload-servos --show",
+            next_step=Advice(
+                "Choose smaller angles, or correct the limits. They are shown by: ",
+                NextStep("upload-servos", ("--show",)),
+            ),
             code=ErrorCode.SETTINGS_DO_NOT_FIT,
         )
 
@@ -208,7 +215,7 @@ _KIND = ConfigKind(
     name="file of servo settings",
     error=SettingsError,
     meaning=NOTHING_CHANGED,
-    cure="For a file to start from: tfsat-host upload-servos --show --out servos.toml",
+    cure=Advice("For a file to start from: ", NextStep("upload-servos", ("--show", "--out", "servos.toml"))),
     format=("format", FORMAT),
     codes={Fault.NOT_TEXT: Fault.UNREADABLE},
     bytes_max=1_000_000,
@@ -270,6 +277,7 @@ def _settings(top: Table) -> tuple[ServoSettings, list[str]]:
     servos = [_servo(entry, f"joint {joint}: ", notices) for joint, entry in entries.items()]
     settings = ServoSettings(frame_us, tuple(servos))
     finding = find_defect(settings)
+    # From the board's index back to the entry of the file, whose line the error names.
     if finding is not None:
         entry = top if finding.index == FRAME else entries[finding.index + 1]
         entry.fail(finding.key, finding.problem, finding.cure, finding.code)
@@ -291,6 +299,7 @@ def _whole(entry: Table, place: str, key: str, notices: list[str], *shape: int) 
     for value in entry.numbers(key, *shape, requirement=expected_format):
         if abs(value) > _MAX_VALUE:
             entry.fail(key, f"{value:g} is beyond every servo", f"Give `{key}` {expected_format}.")
+        # In exact decimals: 11.111 us/deg are 11111 ns/deg, and nothing is said to be rounded.
         exactly = exact(value) * scale
         whole_numbers.append(round(exactly))
         if whole_numbers[-1] != exactly:

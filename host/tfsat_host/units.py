@@ -25,6 +25,7 @@ def exact(value: float) -> Fraction:
     """
     if not math.isfinite(value):
         raise ValueError(f"{value} is not a finite number")
+    # Python's repr is the shortest decimal that reads back as the same float.
     return Fraction(repr(float(value)))
 
 
@@ -36,6 +37,7 @@ def cdeg_from_deg(angle_deg: float) -> int:
     """
     if not math.isfinite(angle_deg):
         raise ValueError(f"{angle_deg} is not a finite number")
+    # Decimal rounds halves of the number as it was typed, not of its binary neighbour.
     return int((Decimal(repr(float(angle_deg))) * CDEG_PER_DEG).to_integral_value(ROUND_HALF_EVEN))
 
 

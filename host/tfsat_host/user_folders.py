@@ -38,12 +38,14 @@ def _user_folder(variable: str, purpose: str) -> Path:
     import platformdirs
 
     chosen = Path(os.environ.get(variable, ""))
+    # By the XDG specification a relative path is to be ignored.
     if chosen.is_absolute():
         return chosen / "tfsat"
     find = platformdirs.user_state_dir if variable == "XDG_STATE_HOME" else platformdirs.user_cache_dir
     try:
         folder = Path(find("tfsat"))
     except (RuntimeError, KeyError):
+        # No home: neither the environment nor the system's list of users names one.
         folder = Path()
     if not folder.is_absolute():
         raise NoUserFolder(

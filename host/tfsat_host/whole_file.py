@@ -35,10 +35,13 @@ def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
     temporary = None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
+        # Beside the target, hence on its file system: only there is the rename atomic.
         temporary = new_file_beside(target)
         fill(temporary)
+        # Contents before the name: a power cut after the rename must not find an empty file.
         with temporary.open("r+b") as file:
             flush_to_disk(file.fileno())
+        # A temporary file is for its owner alone; the finished one is like any other.
         _give_usual_mode(temporary)
         temporary.replace(target)
     except OSError as error:
@@ -89,6 +92,7 @@ def new_file_beside(path: Path, folder: Path | None = None) -> Path:
 
 
 def _umask() -> int:
+    # The mask can only be read by setting it.
     current = os.umask(0)
     os.umask(current)
     return current

@@ -40,6 +40,7 @@ def worker_pool(
     Raises:
         TfsatError: a process was ended from outside.
     """
+    # A spawned process reads its environment as it starts, which a pool may do at any task.
     with _environment({**_SAFE_PATH, **(environment or {})}):
         try:
             # Spawned: a fork would copy the locks of whatever threads this process has.
@@ -58,6 +59,7 @@ def worker_pool(
                     next_step="Close other programs, then run the same command again, with --workers 1 if it has that.",
                 ) from error
             finally:
+                # Whatever ended the block, nobody takes the results of tasks that are still waiting.
                 pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -170,14 +170,14 @@ class Model:
         servos = zip(self.settings.record.servo, self.held_cdeg, strict=False)
         return tuple(width_ns(servo, angle) for servo, angle in servos)
 
-    def allowed(self, joint: int, angle_cdeg: int) -> bool:
+    def allows_angle(self, joint: int, angle_cdeg: int) -> bool:
         servo = self.settings.record.servo[joint - 1]
         return servo.min_cdeg <= angle_cdeg <= servo.max_cdeg
 
     def fits_settings(self) -> bool:
         counts = range(len(self.maneuver.record.strokes) + 1)
         return all(
-            self.allowed(joint, angle)
+            self.allows_angle(joint, angle)
             for count in counts
             for joint, angle in zip(JOINTS, self.angles_cdeg(count), strict=True)
         )
@@ -253,7 +253,7 @@ class Model:
         if self.settings.defect:
             return self.error(request, self.settings.defect, joint)
         ends = [request.to_cdeg] if jogged else [request.to_cdeg, request.from_cdeg]
-        if not all(self.allowed(joint, angle) for angle in ends):
+        if not all(self.allows_angle(joint, angle) for angle in ends):
             return self.error(request, ErrorCode.ANGLE_OUT_OF_RANGE, joint)
         from_cdeg = jogged.angle_cdeg(now_us) if jogged else request.from_cdeg
         self.state, self.jogged = JOGGING, Jog(joint, from_cdeg, now_us, request.to_cdeg, now_us)
@@ -270,7 +270,7 @@ class Model:
                 return self.error(request, ErrorCode.WRONG_STATE)
             self.staged_settings, self.settings_written = request, False
         if not self.storing:
-            self.settings_written |= self.settings.put(request)
+            self.settings_written |= self.settings.store_record(request)
         return SettingsWriteReply(int(not self.storing), int(self.settings_written))
 
     def upload(self, request: Payload) -> Payload:
@@ -308,5 +308,5 @@ class Model:
         if code != ErrorCode.NONE:
             return self.error(request, code, detail)
         if not self.storing:
-            self.maneuver_written |= self.maneuver.put(raw)
+            self.maneuver_written |= self.maneuver.store_record(raw)
         return ManeuverCommitReply(int(not self.storing), int(self.maneuver_written))

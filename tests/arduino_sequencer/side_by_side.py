@@ -55,7 +55,7 @@ class SideBySide(RuleBasedStateMachine):
         """Start with a new board, or with one that already has a maneuver."""
         if uploaded:
             self.board = native_board(self.library)
-            self.model.maneuver.put(RawManeuver.of(OLD))
+            self.model.maneuver.store_record(RawManeuver.of(OLD))
             self.model.maneuver.busy = False
         self.learn_the_token()
 

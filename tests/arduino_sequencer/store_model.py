@@ -109,7 +109,7 @@ class Store(Generic[Record]):
         self.slots[self.other].marker = BEGUN
         self.begun = self.busy = True
 
-    def put(self, record: Record) -> bool:
+    def store_record(self, record: Record) -> bool:
         """Begins to store; False if that very record is there, or on its way, already, and all is whole."""
         other = self.other
         if (

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tests.calibration.emulated_day import DAY_BEGINS, all_steps, recorded
+from tests.calibration.emulated_day import DAY_BEGINS, all_steps, record_step
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
@@ -76,33 +76,33 @@ def record(
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         operator = EmulatedOperator(robot, hands) if motion is None else Doing(robot, hands, motion, last_s)
-        evidence = recorded(robot, logger, operator, step)
+        evidence = record_step(robot, logger, operator, step)
     minutes = STEPS.index(step) if step in STEPS else len(STEPS)
     return replace(evidence, taken=DAY_BEGINS + timedelta(minutes=minutes))
 
 
 @cache
-def done(step: Step) -> Evidence:
+def record_good_step(step: Step) -> Evidence:
     """Record the step performed well."""
     return record(step)
 
 
 def day(*left_out: StepKind) -> list[Evidence]:
     """Return all steps performed well, except those of some kinds."""
-    return [done(step) for step in STEPS if step.kind not in left_out]
+    return [record_good_step(step) for step in STEPS if step.kind not in left_out]
 
 
 def before(step: Step) -> list[Evidence]:
     """Return the evidence recorded before a step on a good day."""
-    return [done(earlier_step) for earlier_step in STEPS[: STEPS.index(step)]]
+    return [record_good_step(earlier_step) for earlier_step in STEPS[: STEPS.index(step)]]
 
 
-def known(*evidence: Evidence) -> list[Evidence]:
+def prepend_rest_zero(*evidence: Evidence) -> list[Evidence]:
     """Bias and zero points, then these."""
-    return [done(REST), done(ZERO), *evidence]
+    return [record_good_step(REST), record_good_step(ZERO), *evidence]
 
 
-def changed(evidence: Evidence, *changes: Change) -> Evidence:
+def change_counts(evidence: Evidence, *changes: Change) -> Evidence:
     """Return the step with its counts changed."""
     counts = evidence.counts
     for change in changes:
@@ -116,7 +116,9 @@ def accept(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = 
     solve([*earlier, evidence], model)
 
 
-def refused(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> CalibrationError:
+def expect_refusal(
+    evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL
+) -> CalibrationError:
     """Return the error with which a campaign refuses a step."""
     with pytest.raises(CalibrationError) as caught:
         accept(evidence, earlier, model)

@@ -7,7 +7,14 @@ from typing import Any
 
 import pytest
 
-from tests.calibration.bench_day import MODEL, hands_move, hands_turn, known, record, refused
+from tests.calibration.bench_day import (
+    MODEL,
+    expect_refusal,
+    hands_move,
+    hands_turn,
+    prepend_rest_zero,
+    record,
+)
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.robot import RobotModel
@@ -21,7 +28,7 @@ def case(
     what: str,
     cure: str = "",
     *,
-    earlier: Callable[[], Sequence[Evidence]] = known,
+    earlier: Callable[[], Sequence[Evidence]] = prepend_rest_zero,
     model: RobotModel = MODEL,
     quick: bool = True,
 ) -> Any:
@@ -36,12 +43,12 @@ def case(
 def check_refused(row: tuple[Make, str, str, Callable[[], Sequence[Evidence]], RobotModel]) -> None:
     """Check that the step is refused in these words."""
     make, what, cure, earlier, model = row
-    error = refused(make(), earlier(), model)
+    error = expect_refusal(make(), earlier(), model)
     assert what in error.what
     assert cure in f"{error.meaning} {error.next_step}"
 
 
-def moved(
+def record_move(
     step: Step,
     stops_deg: Sequence[float],
     leg_s: float = 1.0,
@@ -58,7 +65,7 @@ def moved(
     return record(step, motion=hands[0], last_s=hands[1])
 
 
-def turned(
+def record_turn(
     step: Step,
     angles_deg: Sequence[float],
     about: tuple[float, float, float] = (0.0, 0.0, 1.0),

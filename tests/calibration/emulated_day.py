@@ -51,11 +51,13 @@ def calibration_day(
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         operator = EmulatedOperator(robot, hands)
-        evidence = tuple(recorded(robot, logger, operator, step) for step in todo or all_steps())
+        evidence = tuple(record_step(robot, logger, operator, step) for step in todo or all_steps())
     return CalibrationDay(evidence, model, truth)
 
 
-def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOperator, step: Step) -> Evidence:
+def record_step(
+    robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOperator, step: Step
+) -> Evidence:
     """Record one step."""
     recorded_at = DAY_BEGINS + timedelta(microseconds=robot.now_us)
     identity, who = logger.identity, logger.status().who_am_i

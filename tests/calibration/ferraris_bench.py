@@ -61,9 +61,11 @@ class Imu:
     accel_offset_m_s2: FloatArray
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Imu:
+    def draw_random(cls, rng: np.random.Generator) -> Imu:
         """Gyro as everywhere; accelerometer to 3 % and 50 mg."""
-        return cls(Gyro.drawn(rng), rng.uniform(0.97, 1.03, 3), rng.uniform(-0.05, 0.05, 3) * GRAVITY_M_S2)
+        return cls(
+            Gyro.draw_random(rng), rng.uniform(0.97, 1.03, 3), rng.uniform(-0.05, 0.05, 3) * GRAVITY_M_S2
+        )
 
     def feels(self, force_body_m_s2: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of specific forces in body axes (n, 3)."""

@@ -48,11 +48,11 @@ def wrong_side(step: Step, do: Callable[[Step], None]) -> None:
     do(Step(step.kind, step.joint, moved=step.held, held=step.moved))
 
 
-def nothing(_step: Step, _do: Callable[[Step], None]) -> None:
+def do_nothing(_step: Step, _do: Callable[[Step], None]) -> None:
     pass
 
 
-def interrupted(_step: Step, _do: Callable[[Step], None]) -> None:
+def interrupt_step(_step: Step, _do: Callable[[Step], None]) -> None:
     raise KeyboardInterrupt
 
 

@@ -55,7 +55,7 @@ class Rig:
     out: Output
     zeros: Evidence
 
-    def measured(self, joint: int) -> Evidence:
+    def measure_joint(self, joint: int) -> Evidence:
         settings = self.bench.jog.settings().settings
         sensors = self.solution().joints[joint - 1]
         return measure_servo(joint, settings, sensors, self.bench, MODEL, self.out)
@@ -101,11 +101,11 @@ def befall(here: Rig, monkeypatch: pytest.MonkeyPatch, after: int, what: Callabl
     samples_of = here.bench.logger.samples_of
     pauses = 0
 
-    def pausing(duration_s: float) -> list[LiveSample]:
+    def count_pause(duration_s: float) -> list[LiveSample]:
         nonlocal pauses
         pauses += 1
         if pauses == after:
             what()
         return samples_of(duration_s)
 
-    monkeypatch.setattr(here.bench.logger, "samples_of", pausing)
+    monkeypatch.setattr(here.bench.logger, "samples_of", count_pause)

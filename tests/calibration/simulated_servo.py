@@ -49,7 +49,7 @@ class SimulatedServo:
         """Draw the angle at which the servo comes to rest this time."""
         return self.mean_deg(pulse_us, direction) + self.repeatability_deg * self._random.standard_normal()
 
-    def visited(self, setting: ServoSetting = FACTORY_SERVO) -> list[ServoPoint]:
+    def visit_plan(self, setting: ServoSetting = FACTORY_SERVO) -> list[ServoPoint]:
         """Visit the whole plan; the direction of the first arrival is drawn."""
         plan = servo_plan(setting)
         points = []

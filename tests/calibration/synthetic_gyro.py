@@ -29,7 +29,7 @@ class Gyro:
     bias_rad_s: FloatArray
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Gyro:
+    def draw_random(cls, rng: np.random.Generator) -> Gyro:
         """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s."""
         right = Rotation.create_group("O").as_matrix()[rng.integers(24)]
         off = rng.normal(size=3)

@@ -89,7 +89,7 @@ def one_turn(
 @cache
 def case(seed: int) -> tuple[Imu, Ferraris]:
     rng = np.random.default_rng(seed)
-    imu = Imu.drawn(rng)
+    imu = Imu.draw_random(rng)
     return imu, imu.calibration_data(rng)
 
 

@@ -150,7 +150,7 @@ def counts_of(rng: np.random.Generator, n: int) -> Counts:
     )
 
 
-def moved(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
+def change_gyro(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
     """Return the gyro with its nine parameters changed: the rotation vector is in sensor axes."""
     turned = gyro.rotation @ Rotation.from_rotvec(step[3:6]).as_matrix()
     return replace(gyro, bias_rad_s=gyro.bias_rad_s + step[:3], rotation=turned, scale=gyro.scale + step[6:9])
@@ -168,7 +168,9 @@ def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None
         ends = [
             apply_calibration(
                 counts,
-                replace(calibration, gyros=tuple(moved(gyro, sign * step) for gyro in calibration.gyros)),
+                replace(
+                    calibration, gyros=tuple(change_gyro(gyro, sign * step) for gyro in calibration.gyros)
+                ),
                 MODEL,
             ).rate_rad_s
             for sign in (1, -1)
@@ -192,7 +194,9 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     readings = np.radians(counts.imu_counts[:, 1, 4:7] / SCALES.gyro_lsb_per_deg_s)
     sampled_rates = np.array(
         [
-            moved(gyros[1], root @ rng.normal(size=9)).body_rates(readings + 0.02 * rng.normal(size=(2, 3)))
+            change_gyro(gyros[1], root @ rng.normal(size=9)).body_rates(
+                readings + 0.02 * rng.normal(size=(2, 3))
+            )
             for _ in range(4000)
         ]
     )

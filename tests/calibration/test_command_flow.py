@@ -18,8 +18,8 @@ from tests.calibration.scripted_person import (
     SECOND,
     Run,
     Terminal,
-    interrupted,
-    nothing,
+    do_nothing,
+    interrupt_step,
     wrong_side,
 )
 from tests.devices.scripted import client, hello, live_sample, reply
@@ -43,7 +43,7 @@ from tfsat_host.robot import load_robot
 
 
 def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    code, steps = calibrate(*COMMAND, typed="\n\n", _2=nothing, _4=wrong_side)
+    code, steps = calibrate(*COMMAND, typed="\n\n", _2=do_nothing, _4=wrong_side)
     assert code == 0
     assert [step.key for step in steps] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
     output = capsys.readouterr()
@@ -56,7 +56,7 @@ def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.C
 def test_q_after_a_refusal_keeps_what_was_accepted(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, steps = calibrate(*COMMAND, typed="q\n", _3=nothing)
+    code, steps = calibrate(*COMMAND, typed="q\n", _3=do_nothing)
     assert (code, len(steps)) == (1, 3)
     error_text = capsys.readouterr().err
     assert "Ended before all steps were done." in error_text
@@ -67,7 +67,7 @@ def test_q_after_a_refusal_keeps_what_was_accepted(
 def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, _ = calibrate(*COMMAND, _3=interrupted)
+    code, _ = calibrate(*COMMAND, _3=interrupt_step)
     assert code == 130
     assert f"2 of 3 steps are kept in {FILE}." in capsys.readouterr().err
     code, steps = calibrate(*COMMAND, "--resume")
@@ -82,7 +82,7 @@ def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
 def test_with_yes_a_refusal_ends_the_command_with_the_cure_first(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, steps = calibrate(*COMMAND, "--yes", _3=nothing)
+    code, steps = calibrate(*COMMAND, "--yes", _3=do_nothing)
     assert (code, len(steps)) == (1, 3)
     lines = capsys.readouterr().err.splitlines()
     assert "Enter repeats" not in "\n".join(lines)
@@ -93,10 +93,10 @@ def test_with_yes_a_refusal_ends_the_command_with_the_cure_first(
 def test_what_refuses_a_step_is_said_not_taken_for_an_answer(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def refused(_step: Step, _do: Callable[[Step], None]) -> None:
+    def refuse_step(_step: Step, _do: Callable[[Step], None]) -> None:
         raise RefusedError(what="The sequencer is armed.", meaning="Nothing moved.", next_step="Disarm it.")
 
-    code, _ = calibrate(*COMMAND, _2=refused)
+    code, _ = calibrate(*COMMAND, _2=refuse_step)
     assert code == RefusedError.exit_code
     error_text = capsys.readouterr().err
     assert "The sequencer is armed." in error_text and f"1 of 3 steps is kept in {FILE}." in error_text
@@ -109,14 +109,14 @@ def test_nothing_is_written_when_the_first_step_is_refused(
     assert code == 1
     assert "not still" in capsys.readouterr().err
     assert list(Path().iterdir()) == []
-    code, _ = calibrate(*COMMAND, _1=interrupted)
+    code, _ = calibrate(*COMMAND, _1=interrupt_step)
     assert code == 130
     assert "None of 3 steps was accepted" in capsys.readouterr().err
     assert list(Path().iterdir()) == []
 
 
 def test_json_is_one_object_also_after_a_refusal(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _ = calibrate(*COMMAND, "--json", typed="\n\n", _2=nothing)
+    code, _ = calibrate(*COMMAND, "--json", typed="\n\n", _2=do_nothing)
     output = capsys.readouterr()
     assert code == 1
     assert "error" in json.loads(output.out)
@@ -165,7 +165,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
 
 def test_lost_samples_are_said() -> None:
     stderr = io.StringIO()
-    evidence = taken(scripted_logger(lost=range(300, 302)), Output(stdout=io.StringIO(), stderr=stderr))
+    evidence = record_zero(scripted_logger(lost=range(300, 302)), Output(stdout=io.StringIO(), stderr=stderr))
     assert evidence.counts.samples_lost == 2
     assert "Warning: 2 of 5001 samples never arrived (Zero point of joint 1)" in stderr.getvalue()
 
@@ -177,7 +177,7 @@ def test_a_recording_starts_with_samples_of_its_own() -> None:
     """
     logger = scripted_logger()
     out = Output(stdout=io.StringIO(), stderr=io.StringIO())
-    first, again = taken(logger, out), taken(logger, out)
+    first, again = record_zero(logger, out), record_zero(logger, out)
     assert first.counts.samples_lost == again.counts.samples_lost == 0
     assert again.counts.t_us[-1] - again.counts.t_us[0] == pytest.approx(5e6)
 
@@ -191,7 +191,7 @@ class Idle:
         """Nothing."""
 
 
-def taken(logger: LoggerClient, out: Output) -> Evidence:
+def record_zero(logger: LoggerClient, out: Output) -> Evidence:
     """Record the zero step of joint 1 from the logger's samples."""
     model = load_robot()
     nothing_known = solve((), model)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import resource
 import sys
@@ -11,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupted
+from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupt_step
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import MAX_DURATION_S
 from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
-from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG, as_typed_here, resume_command
+from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.main import main
 from tfsat_host.emulated.imperfections import draw, draw_as_built
@@ -92,7 +91,7 @@ def test_a_lost_recording_is_told_before_anything_is_measured(
     (recording,) = RECORDINGS.glob("rest-*.npz")
     recording.unlink()
     capsys.readouterr()
-    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     error_text = capsys.readouterr().err
     assert f"Warning: The recording {recording}" in error_text and "does not count any more" in error_text
 
@@ -100,13 +99,13 @@ def test_a_lost_recording_is_told_before_anything_is_measured(
 def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     error_text = capsys.readouterr().err
     assert "Zero points of joints 1, 2, 3 are not calibrated: what follows will be less sure" in error_text
     assert "tfsat-host calibrate zero --all --port x\n" in error_text
     assert calibrate("calibrate", "zero", "--all", "--port", "x", "--yes")[0] == 0
     capsys.readouterr()
-    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     assert "Zero points" not in capsys.readouterr().err
 
 
@@ -159,29 +158,6 @@ def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
     with EmulatedRobot() as robot:
         person = EmulatedOperator(robot, Operator.human(PERSON_SEED))
         assert person.duration_s(turn("z", MAX_TURN_DEG)) < MAX_DURATION_S
-
-
-def test_commands_in_errors_have_the_options_that_they_take() -> None:
-    args = argparse.Namespace(
-        quantity="servo",
-        joint=2,
-        no_upload=True,
-        out=None,
-        robot=None,
-        emulated=False,
-        port="a",
-        sequencer_port="b",
-    )
-    commands_text = (
-        "tfsat-host calibrate zero --joint 2, tfsat-host calibrate servo --joint 2, tfsat-host calibrate show"
-    )
-    assert as_typed_here(commands_text, args).split(", ") == [
-        "tfsat-host calibrate zero --joint 2 --port a",
-        "tfsat-host calibrate servo --joint 2 --port a --sequencer-port b",
-        "tfsat-host calibrate show",
-    ]
-    goes_on = "tfsat-host calibrate servo --joint 2 --no-upload --resume --port a --sequencer-port b"
-    assert resume_command(args) == goes_on
 
 
 @pytest.mark.usefixtures("short_steps")

@@ -28,7 +28,7 @@ def drop(tmp_path: Path) -> DropLog:
     return load(write(tmp_path / "SD.bin", drop_with_release()[0].image()))
 
 
-def resting(drop: DropLog, rest_s: int, seed: int = 1) -> DropLog:
+def make_rest_log(drop: DropLog, rest_s: int, seed: int = 1) -> DropLog:
     """`rest_s` on the bench with an MPU-6050's noise, then 1 s in the hook, the release and a fall with turning."""
     rng = np.random.default_rng(seed)
     n = (rest_s + 1 + FALL_S) * RATE_HZ
@@ -71,7 +71,7 @@ def second(at_s: float) -> slice:
 
 
 def test_all_of_a_long_rest_is_taken(drop: DropLog) -> None:
-    log = resting(drop, 143)
+    log = make_rest_log(drop, 143)
     quiet = quiet_before_release(log)
     assert quiet is not None
     assert len(quiet.t_us) == 143 * RATE_HZ
@@ -95,7 +95,7 @@ def shake(column: int, counts: int) -> Callable[[DropLog], None]:
     return change
 
 
-def unanswered(log: DropLog) -> None:
+def invalidate_sample(log: DropLog) -> None:
     log.imu_valid[40 * RATE_HZ, 3] = False
 
 
@@ -114,14 +114,14 @@ def lost(log: DropLog) -> None:
         shake(2, 2500),
         shift(second(40.3), 5, 2000),
         shift(second(40.3), 0, 9000),
-        unanswered,
+        invalidate_sample,
         at_full_scale,
         lost,
     ],
     ids=["gyro shakes", "accelerometer shakes", "a turn", "a push", "no answer", "clipped", "lost samples"],
 )
 def test_a_knock_divides_the_rest(drop: DropLog, knock: Callable[[DropLog], None]) -> None:
-    log = resting(drop, 120)
+    log = make_rest_log(drop, 120)
     knock(log)
     first, last = stretch_s(log) or (0.0, 0.0)
     assert 40.0 < first < 42.5
@@ -129,16 +129,16 @@ def test_a_knock_divides_the_rest(drop: DropLog, knock: Callable[[DropLog], None
 
 
 def test_late_samples_divide_it_too(drop: DropLog) -> None:
-    log = replace(resting(drop, 120), late_rows=np.array([40 * RATE_HZ]))
+    log = replace(make_rest_log(drop, 120), late_rows=np.array([40 * RATE_HZ]))
     first, _ = stretch_s(log) or (0.0, 0.0)
     assert 40.0 < first < 42.5
 
 
 def test_the_longest_is_taken_and_of_equals_the_newest(drop: DropLog) -> None:
-    log = resting(drop, 100)
+    log = make_rest_log(drop, 100)
     shift(second(60.0), 4, 2000)(log)
     assert stretch_s(log) == pytest.approx((0.0, 60.0), abs=2.1)
-    log = resting(drop, 100)
+    log = make_rest_log(drop, 100)
     shift(second(51.0), 4, 2000)(log)  # 50 s before, 48 s after: within 10 %
     assert stretch_s(log) == pytest.approx((52.0, 100.0), abs=2.1)
 
@@ -148,7 +148,7 @@ def test_a_bias_that_moves_is_taken_where_it_came_to_rest(drop: DropLog) -> None
 
     A board warms up: its bias changes by 0.5 deg/s in the first minute, then it is steady.
     """
-    log = resting(drop, 180)
+    log = make_rest_log(drop, 180)
     ramp = np.clip(np.arange(len(log)) / (60 * RATE_HZ), 0, 1)
     log.imu_counts[:, 1, 6] += np.round(-33 * (1 - ramp)).astype(np.int16)
     first, last = stretch_s(log) or (0.0, 0.0)
@@ -158,7 +158,7 @@ def test_a_bias_that_moves_is_taken_where_it_came_to_rest(drop: DropLog) -> None
 
 def test_a_bias_that_never_rests_is_taken_just_before_the_release(drop: DropLog) -> None:
     """It moves by the drift that is allowed in 35 s: the last 35 s count, wherever the first ones began."""
-    log = resting(drop, 80)
+    log = make_rest_log(drop, 80)
     ramp = np.arange(len(log)) / (35 * RATE_HZ)
     log.imu_counts[:, 1, 6] += np.round(6.55 * ramp).astype(np.int16)
     first, last = stretch_s(log) or (0.0, 0.0)
@@ -167,14 +167,14 @@ def test_a_bias_that_never_rests_is_taken_just_before_the_release(drop: DropLog)
 
 
 def test_a_gyro_that_turns_steadily_rests_by_itself_but_its_weight_does_not(drop: DropLog) -> None:
-    log = resting(drop, 60)
+    log = make_rest_log(drop, 60)
     log.imu_counts[:, 0, 2] = 8000
     assert quiet_before_release(log) is None
 
 
 def test_too_short_a_rest_is_none(drop: DropLog) -> None:
-    assert quiet_before_release(resting(drop, 9)) is None
-    log = resting(drop, 60)
+    assert quiet_before_release(make_rest_log(drop, 9)) is None
+    log = make_rest_log(drop, 60)
     for at_s in np.arange(0.5, 60, 9.0):
         shift(second(at_s), 4, 2000)(log)
     assert quiet_before_release(log) is None
@@ -182,7 +182,7 @@ def test_too_short_a_rest_is_none(drop: DropLog) -> None:
 
 
 def test_without_a_release_all_of_it_counts(drop: DropLog) -> None:
-    log = resting(drop, 30)
+    log = make_rest_log(drop, 30)
     log.imu_counts[:, :, 4:7] = BIAS_COUNTS
     interval_s = stretch_s(replace(log, release=None))
     assert interval_s == pytest.approx((0.0, 36.0), abs=0.1)

@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.calibration.bench_day import MODEL, REST, SWINGS, TRUTH, done, known, record, true_rotation
+from tests.calibration.bench_day import (
+    MODEL,
+    REST,
+    SWINGS,
+    TRUTH,
+    prepend_rest_zero,
+    record,
+    record_good_step,
+    true_rotation,
+)
 from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.findings import axis_rows
 from tfsat_host.calibration.solution import solve
@@ -23,9 +32,9 @@ def test_patterns_are_the_papers_table() -> None:
 
 
 def test_the_axis_of_every_moved_gyro() -> None:
-    gyros = solve(known(*map(done, SWINGS)), MODEL).gyros
+    gyros = solve(prepend_rest_zero(*map(record_good_step, SWINGS)), MODEL).gyros
     for step in SWINGS:
-        rows = axis_rows(gyros, done(step), MODEL)
+        rows = axis_rows(gyros, record_good_step(step), MODEL)
         assert [row["body"] for row in rows] == list(step.moved)
         for row in rows:
             axis, std_deg = row["axis_sensor"], row["std_deg"]

@@ -53,7 +53,7 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
     misfits = []
     for seed in range(robots):
         rng = np.random.default_rng(seed)
-        gyro = Gyro.drawn(rng)
+        gyro = Gyro.draw_random(rng)
         turned = response(gyro, Z, rng, angle_rad=2.0 * np.pi)  # by hand, through a full turn
         mounting = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng), turned], gyro.nominal)
         off[seed], stated[seed] = errors(gyro, mounting)
@@ -91,7 +91,7 @@ def test_directions_alone_tell_the_mounting_of_a_gyro_with_equal_scales() -> Non
 
 def test_a_response_about_another_axis_than_it_says_shows_as_misfit() -> None:
     rng = np.random.default_rng(5)
-    gyro = Gyro.drawn(rng)
+    gyro = Gyro.draw_random(rng)
     wrong = response(gyro, Rotation.from_rotvec([0.0, 0.0, 0.1]).apply(Y), rng)
     wrong = Response(Y, wrong.reading, wrong.covariance, True)
     mounting = solve_mounting([response(gyro, X, rng), wrong], gyro.nominal)

@@ -17,9 +17,9 @@ from tests.calibration.bench_day import (
     REST,
     SWINGS,
     ZERO,
-    changed,
-    done,
+    change_counts,
     later,
+    record_good_step,
     slip_sensor,
     true_rotation,
 )
@@ -31,7 +31,10 @@ from tfsat_host.calibration.steps.evidence import file_name, from_bytes, to_byte
 from tfsat_host.file_lock import one_at_a_time
 
 SUBJECT = Subject(
-    "Drop-tower robot", done(REST).origin.logger_serial, done(REST).origin.who_am_i, emulated=True
+    "Drop-tower robot",
+    record_good_step(REST).origin.logger_serial,
+    record_good_step(REST).origin.who_am_i,
+    emulated=True,
 )
 
 
@@ -41,19 +44,19 @@ def certificate(tmp_path: Path) -> Path:
     path = tmp_path / "calibration.toml"
     campaign = Campaign(path, MODEL, SUBJECT)
     for step in (REST, ZERO, *SWINGS[:2]):
-        campaign.accept(done(step))
+        campaign.accept(record_good_step(step))
     return path
 
 
-def recording(certificate: Path) -> Path:
-    return certificate.with_name("calibration-recordings") / file_name(done(ZERO))
+def recording_path(certificate: Path) -> Path:
+    return certificate.with_name("calibration-recordings") / file_name(record_good_step(ZERO))
 
 
 def test_what_was_kept_is_read_back(certificate: Path) -> None:
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert [evidence.step for evidence in campaign.evidence] == [REST, ZERO, *SWINGS[:2]]
     for evidence in campaign.evidence:
-        assert np.array_equal(evidence.counts.imu_counts, done(evidence.step).counts.imu_counts)
+        assert np.array_equal(evidence.counts.imu_counts, record_good_step(evidence.step).counts.imu_counts)
 
 
 @pytest.mark.parametrize(("image", "expected_image"), [("10660001", "10660001"), ("00000000", None)])
@@ -64,7 +67,7 @@ def test_the_image_that_the_logger_ran_is_kept(
 
     A core that runs natively has no image: its CRC is all zeros.
     """
-    step = done(SWINGS[2])
+    step = record_good_step(SWINGS[2])
     Campaign(certificate, MODEL, SUBJECT).accept(replace(step, origin=replace(step.origin, image_crc=image)))
     assert read_calibration(certificate).logger_image == expected_image
 
@@ -73,17 +76,17 @@ def test_a_refused_step_changes_nothing(certificate: Path) -> None:
     before = {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()}
     campaign = Campaign(certificate, MODEL, SUBJECT)
     with pytest.raises(CalibrationError, match="measured two axes"):
-        campaign.accept(changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+        campaign.accept(change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
     assert {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()} == before
     assert len(campaign.evidence) == 4
 
 
 def test_a_recording_that_is_gone_counts_no_more(certificate: Path) -> None:
     """And the campaign goes on: a lost file must not cost the other steps."""
-    recording(certificate).unlink()
+    recording_path(certificate).unlink()
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert campaign.left_out[0].endswith("on which the calibration rests, is not there.")
-    calibration = campaign.accept(done(SWINGS[2]))
+    calibration = campaign.accept(record_good_step(SWINGS[2]))
     assert [paper.step for paper in calibration.papers] == [
         step.key for step in (REST, SWINGS[0], SWINGS[1], SWINGS[2])
     ]
@@ -92,8 +95,8 @@ def test_a_recording_that_is_gone_counts_no_more(certificate: Path) -> None:
 
 
 def test_a_recording_that_was_changed_counts_no_more(certificate: Path) -> None:
-    other = changed(done(ZERO), lambda counts: replace(counts, samples_lost=1))
-    recording(certificate).write_bytes(to_bytes(other))
+    other = change_counts(record_good_step(ZERO), lambda counts: replace(counts, samples_lost=1))
+    recording_path(certificate).write_bytes(to_bytes(other))
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert "its SHA-256 differs" in campaign.left_out[0]
     assert ZERO not in [evidence.step for evidence in campaign.evidence]
@@ -102,7 +105,7 @@ def test_a_recording_that_was_changed_counts_no_more(certificate: Path) -> None:
 def test_a_step_that_was_recorded_before_the_one_it_would_replace(certificate: Path) -> None:
     before = certificate.read_bytes()
     with pytest.raises(CalibrationError, match="the computer's clock was set back") as caught:
-        Campaign(certificate, MODEL, SUBJECT).accept(later(done(ZERO), -60))
+        Campaign(certificate, MODEL, SUBJECT).accept(later(record_good_step(ZERO), -60))
     assert "--out" in caught.value.next_step
     assert certificate.read_bytes() == before
 
@@ -113,9 +116,11 @@ def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None
     One waits at its prompt while the other adds a step, and decode notes a landing.
     """
     waiting, other = (Campaign(certificate, MODEL, SUBJECT) for _ in range(2))
-    other.accept(done(SWINGS[2]))
-    assert note_landing(certificate, Landing(done(SWINGS[2]).taken + timedelta(minutes=1), "recording 1"))
-    calibration = waiting.accept(done(SWINGS[3]))
+    other.accept(record_good_step(SWINGS[2]))
+    assert note_landing(
+        certificate, Landing(record_good_step(SWINGS[2]).taken + timedelta(minutes=1), "recording 1")
+    )
+    calibration = waiting.accept(record_good_step(SWINGS[3]))
     assert {paper.step for paper in calibration.papers} >= {SWINGS[2].key, SWINGS[3].key}
     assert [landing.told_by for landing in calibration.landings] == ["recording 1"]
     assert not list(certificate.parent.glob(".*"))
@@ -125,7 +130,7 @@ def test_a_writer_that_was_killed_does_not_stop_the_next_one(certificate: Path) 
     """However short ago: it may have been this very step that was begun again."""
     lock = certificate.with_name(".calibration.toml.lock")
     lock.touch()
-    Campaign(certificate, MODEL, SUBJECT).accept(done(SWINGS[2]))
+    Campaign(certificate, MODEL, SUBJECT).accept(record_good_step(SWINGS[2]))
     assert not lock.exists()
 
 
@@ -138,7 +143,7 @@ def test_a_step_that_another_program_does_not_let_in_is_not_kept(
         hours_s = itertools.count(step=3600)
         monkeypatch.setattr(time, "monotonic", lambda: next(hours_s))
         with pytest.raises(CalibrationError, match="has been writing the calibration") as caught:
-            campaign.accept(done(SWINGS[2]))
+            campaign.accept(record_good_step(SWINGS[2]))
     assert str(certificate) in caught.value.what
     assert caught.value.meaning == "Nothing was changed by this command. No step was kept."
     assert "run this command again" in caught.value.next_step
@@ -149,7 +154,7 @@ def test_a_certificate_behind_a_link(certificate: Path) -> None:
     link = certificate.with_name("link.toml")
     link.symlink_to(certificate)
     written_before = certificate.read_bytes()
-    assert note_landing(link, Landing(done(ZERO).taken + timedelta(minutes=90), "recording 1"))
+    assert note_landing(link, Landing(record_good_step(ZERO).taken + timedelta(minutes=90), "recording 1"))
     assert link.is_symlink()
     assert certificate.read_bytes() != written_before
     assert b"recording 1" in certificate.read_bytes()
@@ -167,24 +172,24 @@ def test_a_certificate_of_another_robot(certificate: Path) -> None:
 
 
 def test_the_same_evidence_gives_the_same_bytes_and_comes_back() -> None:
-    data = to_bytes(done(ZERO))
-    assert data == to_bytes(done(ZERO))
+    data = to_bytes(record_good_step(ZERO))
+    assert data == to_bytes(record_good_step(ZERO))
     again = from_bytes(data, source="a file")
     assert again.step == ZERO
-    assert again.origin == done(ZERO).origin
+    assert again.origin == record_good_step(ZERO).origin
     assert to_bytes(again) == data
 
 
 @pytest.mark.parametrize("size", [0, 10, -100])
 def test_a_recording_cut_short(size: int) -> None:
     with pytest.raises(CalibrationError) as caught:
-        from_bytes(to_bytes(done(ZERO))[:size], source="zero.npz")
+        from_bytes(to_bytes(record_good_step(ZERO))[:size], source="zero.npz")
     assert caught.value.what.startswith("zero.npz is no recording of a calibration step, or it is damaged")
     assert "repeat the step" in caught.value.next_step
 
 
 def test_a_recording_with_a_byte_that_flipped() -> None:
-    data = bytearray(to_bytes(done(ZERO)))
+    data = bytearray(to_bytes(record_good_step(ZERO)))
     data[len(data) // 2] ^= 0x10
     with pytest.raises(CalibrationError, match=r"zero\.npz is no recording"):
         from_bytes(bytes(data), source="zero.npz")
@@ -203,9 +208,9 @@ def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None
     It moved so far that the old directions, however uncertain, must not be weighed in.
     """
     slip = slip_sensor(2, (0.0, 0.0, 12.0))
-    again = [changed(later(done(step), 60), slip) for step in (REST, *SWINGS[:4])]
+    again = [change_counts(later(record_good_step(step), 60), slip) for step in (REST, *SWINGS[:4])]
     campaign = Campaign(certificate, MODEL, SUBJECT)
-    campaign.accept(done(SWINGS[2]))
+    campaign.accept(record_good_step(SWINGS[2]))
     before = np.sqrt(np.diag(campaign.solution().gyros[1].covariance)[3:6])
     campaign.accept(again[0])
     with pytest.raises(CalibrationError, match="--anew"):
@@ -228,9 +233,11 @@ def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
     folder = certificate.with_name("calibration-recordings")
     last = max(folder.glob("certificate-*.toml"))
     assert last.read_bytes() == certificate.read_bytes()
-    Campaign(certificate, MODEL, SUBJECT).accept(later(done(ZERO), 60))
+    Campaign(certificate, MODEL, SUBJECT).accept(later(record_good_step(ZERO), 60))
     assert last.read_bytes() != certificate.read_bytes()
-    assert note_landing(certificate, Landing(done(ZERO).taken + timedelta(minutes=90), "recording 1"))
+    assert note_landing(
+        certificate, Landing(record_good_step(ZERO).taken + timedelta(minutes=90), "recording 1")
+    )
     newest_certificate = max(folder.glob("certificate-*.toml"))
     assert newest_certificate.read_bytes() == certificate.read_bytes()
     assert b"recording 1" in newest_certificate.read_bytes()

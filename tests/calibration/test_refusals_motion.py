@@ -23,19 +23,19 @@ from tests.calibration.bench_day import (
     accept,
     add_angle,
     before,
-    changed,
-    done,
+    change_counts,
     exchange_angles,
     exchange_gyros,
+    expect_refusal,
     freeze_angle,
     freeze_gyro,
     hands_turn,
-    known,
+    prepend_rest_zero,
     record,
-    refused,
+    record_good_step,
     silence_angle,
 )
-from tests.calibration.cases import Make, case, check_refused, moved
+from tests.calibration.cases import Make, case, check_refused, record_move
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve
@@ -48,17 +48,17 @@ PROVE = pytest.mark.prove
 SWEEP = SWEEPS[0]
 UP_AND_DOWN = [15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 60.0, 30.0, 0.0]
 STAIRS = [30.0, 60.0, 90.0, 60.0, 30.0, 0.0]
-SWEPT = partial(partial, moved, SWEEP)
+SWEPT = partial(partial, record_move, SWEEP)
 
 
 def by(step: Step, *changes: Change) -> Make:
     """Return a maker of the step performed well, with these faults."""
-    return lambda: changed(done(step), *changes)
+    return lambda: change_counts(record_good_step(step), *changes)
 
 
 def instead(step: Step, requested_step: Step) -> Make:
     """Return a maker of a step recorded where another one was asked for."""
-    return lambda: replace(done(step), step=requested_step)
+    return lambda: replace(record_good_step(step), step=requested_step)
 
 
 def bent(sensor: int) -> Evidence:
@@ -69,12 +69,12 @@ def bent(sensor: int) -> Evidence:
 
 
 def without_answers() -> Evidence:
-    valid = done(SWINGS[1]).counts.imu_valid.copy()
+    valid = record_good_step(SWINGS[1]).counts.imu_valid.copy()
     valid[100:, 2] = False
-    return changed(done(SWINGS[1]), lambda counts: replace(counts, imu_valid=valid))
+    return change_counts(record_good_step(SWINGS[1]), lambda counts: replace(counts, imu_valid=valid))
 
 
-def carried(step: Step) -> Make:
+def carry_robot(step: Step) -> Make:
     """Return a maker of the step recorded with the whole robot turned about x."""
     motion, last_s = hands_turn([60.0, 0.0] * 3, 1.0, 0.0, about=(1.0, 0.0, 0.0))
     return lambda: record(step, motion=motion, last_s=last_s)
@@ -87,26 +87,26 @@ def gives_way(fraction: float) -> Make:
 @pytest.mark.parametrize("step", STEPS, ids=[step.key for step in STEPS])
 def test_each_step_of_a_good_day_is_accepted(step: Step) -> None:
     """Accept each step of a good day by itself; test_solution.py proves that they fit each other."""
-    check_step(done(step), before(step), MODEL)
+    check_step(record_good_step(step), before(step), MODEL)
 
 
 @pytest.mark.parametrize("seed", [20, *(pytest.param(seed, marks=PROVE) for seed in (21, 22, 23))])
 @pytest.mark.parametrize("step", [SWINGS[1], pytest.param(SWINGS[3], marks=PROVE)])
 def test_people_who_take_care_are_not_refused(seed: int, step: Step) -> None:
-    accept(record(step, hands=Operator.human(seed)), known())
+    accept(record(step, hands=Operator.human(seed)), prepend_rest_zero())
 
 
 @pytest.mark.parametrize("pace", [pytest.param(0.8, marks=PROVE), 1.5])
 def test_shaky_hands_that_sway_quick_or_slow_are_not_refused(pace: float) -> None:
     shaky = replace(Operator.human(1), tremor_deg_s=5.0, sway_deg_s=1.0, reaction=0.01, pace=pace)
     for step in (SWINGS[2], SWEEPS[4]):
-        accept(record(step, hands=shaky), known())
+        accept(record(step, hands=shaky), prepend_rest_zero())
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        pytest.param(lambda: moved(SWINGS[0], [23.0, 0.0] * 5), id="just enough"),
+        pytest.param(lambda: record_move(SWINGS[0], [23.0, 0.0] * 5), id="just enough"),
         pytest.param(gives_way(0.05), id="a held body that gives way a little"),
         pytest.param(by(SWINGS[0], silence_angle(6, 0.5)), id="a sensor that does not matter is silent"),
         pytest.param(SWEPT(STAIRS, rest_s=0.7), id="short rests"),
@@ -114,23 +114,23 @@ def test_shaky_hands_that_sway_quick_or_slow_are_not_refused(pace: float) -> Non
     ],
 )
 def test_what_does_no_harm_is_accepted(make: Make) -> None:
-    accept(make(), known())
+    accept(make(), prepend_rest_zero())
 
 
 def test_a_hurried_leg_does_no_harm() -> None:
-    quick = moved(SWEEP, UP_AND_DOWN, 0.4, 1.0)
-    accept(quick, known())
-    gyro = solve(known(quick), MODEL).gyros[0]
+    quick = record_move(SWEEP, UP_AND_DOWN, 0.4, 1.0)
+    accept(quick, prepend_rest_zero())
+    gyro = solve(prepend_rest_zero(quick), MODEL).gyros[0]
     stated = np.sqrt(gyro.covariance[6, 6])
     assert abs(gyro.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * stated < 0.02
 
 
-def rested() -> list[Evidence]:
-    return [done(REST)]
+def record_rest() -> list[Evidence]:
+    return [record_good_step(REST)]
 
 
 def swung() -> list[Evidence]:
-    return known(done(SWINGS[0]))
+    return prepend_rest_zero(record_good_step(SWINGS[0]))
 
 
 LITTLE = "Joint 1 moved by {} deg; at least {} are needed."
@@ -142,14 +142,14 @@ TO_AND_FRO = [60.0, 0.0] * 3
 @pytest.mark.parametrize(
     "row",
     [
-        case("15 deg", lambda: moved(SWINGS[0], [15.0, 0.0] * 4), LITTLE.format(15, 20), "farther"),
+        case("15 deg", lambda: record_move(SWINGS[0], [15.0, 0.0] * 4), LITTLE.format(15, 20), "farther"),
         case("40 deg", SWEPT([40.0, 0.0] * 4, rest_s=0.7), LITTLE.format(40, 45), "farther"),
         case("nothing moved", instead(REST, SWINGS[0]), LITTLE.format(0, 20), "farther"),
-        case("slow", lambda: moved(SWINGS[0], [25.0], 12.0), "Body 1 turned at 2.", "wider and faster"),
+        case("slow", lambda: record_move(SWINGS[0], [25.0], 12.0), "Body 1 turned at 2.", "wider and faster"),
         *(
             case(
                 f"{sides} held",
-                partial(moved, SWINGS[index], TO_AND_FRO, held_bodies=held_bodies),
+                partial(record_move, SWINGS[index], TO_AND_FRO, held_bodies=held_bodies),
                 f"{WRONG}{sides} was held.",
                 "Hold bod",
                 quick=index in (0, 2),
@@ -177,7 +177,7 @@ TO_AND_FRO = [60.0, 0.0] * 3
         *(
             case(
                 f"carried in {step.key}",
-                carried(step),
+                carry_robot(step),
                 CARRIED.format(step.joint),
                 f"move joint {step.joint} alone",
                 quick=step is SWINGS[1],
@@ -195,7 +195,7 @@ TO_AND_FRO = [60.0, 0.0] * 3
                 by(step),
                 "The gyros' biases are not known yet.",
                 "tfsat-host calibrate bias",
-                earlier=lambda: [done(ZERO)],
+                earlier=lambda: [record_good_step(ZERO)],
             )
             for step in (SWINGS[0], SWEEP, TURN)
         ),
@@ -221,7 +221,7 @@ TO_AND_FRO = [60.0, 0.0] * 3
             by(SWINGS[0], exchange_angles(1, 3), exchange_angles(2, 4)),
             "Joint 2 was moved by",
             "the angle sensors of the two are exchanged",
-            earlier=rested,
+            earlier=record_rest,
         ),
         *(
             case(
@@ -229,7 +229,7 @@ TO_AND_FRO = [60.0, 0.0] * 3
                 by(SWINGS[0], exchange_angles(own, other)),
                 f"Angle sensor {mine} of joint 1 and angle sensor {stray} of joint {joint} look exchanged",
                 "Exchange their cables",
-                earlier=rested,
+                earlier=record_rest,
             )
             for own, other, mine, stray, joint in ((1, 3, 1, 1, 2), (2, 5, 2, 1, 3), (1, 6, 1, 2, 3))
         ),
@@ -272,15 +272,15 @@ def test_what_is_not_what_was_asked_is_refused(row: Any) -> None:
 
 
 def test_without_a_zero_a_sensor_that_slipped_since_is_taken() -> None:
-    accept(changed(done(SWINGS[0]), add_angle(1, 6.0)), [done(REST)])
+    accept(change_counts(record_good_step(SWINGS[0]), add_angle(1, 6.0)), [record_good_step(REST)])
 
 
 def test_a_robot_file_that_says_so_takes_a_bent_sensor() -> None:
     evidence = bent(1)
     sensors = [replace(sensor, nonlinearity_rad=np.deg2rad(0.7)) for sensor in MODEL.angle_sensors]
     model = replace(MODEL, angle_sensors=tuple(sensors))
-    accept(evidence, known(), model)
-    gyro = solve(known(evidence), model).gyros[0]
+    accept(evidence, prepend_rest_zero(), model)
+    gyro = solve(prepend_rest_zero(evidence), model).gyros[0]
     off, stated = gyro.scale[0] - TRUTH.gyro_scale[0, 0], np.sqrt(gyro.covariance[6, 6])
     assert abs(off) < 3.5 * stated
     assert not gyro.scaled  # too doubtful
@@ -288,12 +288,12 @@ def test_a_robot_file_that_says_so_takes_a_bent_sensor() -> None:
 
 def _follows(share: float) -> CalibrationError | None:
     """Joint 2 follows joint 1 by a share while bodies 2 and 3 are moved as if they were one."""
-    swing = done(SWINGS[1])
+    swing = record_good_step(SWINGS[1])
     turns = np.unwrap(swing.counts.angle_counts[:, 0] / 4096 * 2 * np.pi)
     deg = np.rad2deg(share * (turns - turns[0]))
-    follows = changed(swing, add_angle(3, lambda _: deg), add_angle(4, lambda _: -deg))
+    follows = change_counts(swing, add_angle(3, lambda _: deg), add_angle(4, lambda _: -deg))
     try:
-        accept(follows, known())
+        accept(follows, prepend_rest_zero())
     except CalibrationError as error:
         return error
     return None
@@ -312,9 +312,9 @@ def test_another_joint_that_moves_along() -> None:
 def test_gyros_of_two_bodies_exchanged(pair: tuple[int, int]) -> None:
     """Name both exchanged gyros at the first swing that can tell."""
     exchange = exchange_gyros(*pair)
-    earlier = [changed(done(REST), exchange), done(ZERO)]
+    earlier = [change_counts(record_good_step(REST), exchange), record_good_step(ZERO)]
     for step in SWINGS:
-        evidence = changed(done(step), exchange)
+        evidence = change_counts(record_good_step(step), exchange)
         try:
             accept(evidence, earlier)
         except CalibrationError as error:
@@ -329,9 +329,12 @@ def test_gyros_of_two_bodies_exchanged(pair: tuple[int, int]) -> None:
 
 def test_both_buses_exchanged() -> None:
     swap = (exchange_gyros(1, 3), exchange_gyros(2, 4))
-    earlier = [changed(done(REST), *swap), done(ZERO)]
-    assert "body 1 and body 3 look exchanged" in refused(changed(done(SWINGS[0]), *swap), earlier).what
-    error = refused(changed(done(SWINGS[2]), *swap), earlier)
+    earlier = [change_counts(record_good_step(REST), *swap), record_good_step(ZERO)]
+    assert (
+        "body 1 and body 3 look exchanged"
+        in expect_refusal(change_counts(record_good_step(SWINGS[0]), *swap), earlier).what
+    )
+    error = expect_refusal(change_counts(record_good_step(SWINGS[2]), *swap), earlier)
     assert "wrong side moved" in error.what
     assert "buses are exchanged" in error.next_step
 
@@ -341,8 +344,10 @@ def test_one_direction_wrong_in_the_file(zero_known: bool) -> None:
     sensors = tuple(
         replace(sensor, direction=1) if sensor.joint == 0 else sensor for sensor in MODEL.angle_sensors
     )
-    error = refused(
-        done(SWINGS[0]), known() if zero_known else [done(REST)], replace(MODEL, angle_sensors=sensors)
+    error = expect_refusal(
+        record_good_step(SWINGS[0]),
+        prepend_rest_zero() if zero_known else [record_good_step(REST)],
+        replace(MODEL, angle_sensors=sensors),
     )
     assert error.what.startswith("The two angle sensors of joint 1 go opposite ways")
     assert "direction" in error.next_step
@@ -350,4 +355,4 @@ def test_one_direction_wrong_in_the_file(zero_known: bool) -> None:
 
 def test_a_motion_of_no_joint_is_a_mistake_of_the_caller() -> None:
     with pytest.raises(ValueError, match="moves no joint"):
-        accept(replace(done(SWINGS[0]), step=replace(SWINGS[0], joint=None)), known())
+        accept(replace(record_good_step(SWINGS[0]), step=replace(SWINGS[0], joint=None)), prepend_rest_zero())

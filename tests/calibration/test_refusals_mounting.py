@@ -18,10 +18,10 @@ from tests.calibration.bench_day import (
     TURN,
     ZERO,
     accept,
-    changed,
-    done,
-    known,
-    refused,
+    change_counts,
+    expect_refusal,
+    prepend_rest_zero,
+    record_good_step,
     slip_sensor,
     turn_sensor,
 )
@@ -71,9 +71,13 @@ def test_a_sensor_that_is_mounted_otherwise_is_named(body: int, rotation: FloatA
 
     A robot file with the suggested mounting accepts the same recordings.
     """
-    swings = [changed(done(step), turn_sensor(body, rotation)) for step in SWINGS if body in step.moved]
+    swings = [
+        change_counts(record_good_step(step), turn_sensor(body, rotation))
+        for step in SWINGS
+        if body in step.moved
+    ]
     with pytest.raises(CalibrationError) as caught:
-        solve(known(*swings), MODEL)
+        solve(prepend_rest_zero(*swings), MODEL)
     assert f"The sensor on body {body} looks " in caught.value.what
     assert f"its x, y, z lie along {lies_along(rotation)}" in caught.value.what
     moved = letters(rotation)
@@ -81,18 +85,18 @@ def test_a_sensor_that_is_mounted_otherwise_is_named(body: int, rotation: FloatA
     if len(moved) == 2:
         assert f"looks mounted with {moved[0]} and {moved[1]} exchanged" in caught.value.what
     assert f"sensor_to_body = {rotation.astype(int).tolist()}" in caught.value.next_step
-    accept(swings[-1], known(*swings[:-1]), with_design(body, rotation))
+    accept(swings[-1], prepend_rest_zero(*swings[:-1]), with_design(body, rotation))
 
 
 @pytest.mark.parametrize("rotation", SOME)
 def test_one_joint_tells_as_much_as_one_axis_can(rotation: FloatArray) -> None:
-    swing = changed(done(SWINGS[0]), turn_sensor(1, rotation))
+    swing = change_counts(record_good_step(SWINGS[0]), turn_sensor(1, rotation))
     sensor_axis = rotation.T @ [1.0, 0.0, 0.0]
     main = int(np.abs(sensor_axis).argmax())
     if sensor_axis[0] == 1.0:  # turned about the joint's axis: the next joint tells
-        accept(swing, known())
+        accept(swing, prepend_rest_zero())
         return
-    error = refused(swing, known())
+    error = expect_refusal(swing, prepend_rest_zero())
     how = "the other way round" if main == 0 else f"with x and {'xyz'[main]} exchanged"
     assert error.what.startswith(f"The sensor on body 1 looks mounted {how}")
     axis_label = f"{'-' if sensor_axis.sum() < 0 else ''}{'xyz'[main]}"
@@ -105,7 +109,7 @@ def test_every_design_of_right_angles_is_taken(design: FloatArray) -> None:
     """Sensors up to 5 deg off it, on all four bodies."""
     turns = [turn_sensor(body, design) for body in (1, 2, 3, 4)]
     model = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=design) for imu in MODEL.imus))
-    steps = [changed(done(step), *turns) for step in (REST, ZERO, *SWINGS)]
+    steps = [change_counts(record_good_step(step), *turns) for step in (REST, ZERO, *SWINGS)]
     solution = solve(steps, model)
     for gyro, mounting in zip(solution.gyros, TRUTH.mounting, strict=True):
         off = Rotation.from_matrix(gyro.rotation.T @ mounting @ design).as_rotvec()
@@ -125,9 +129,9 @@ def test_a_mirrored_reading_is_refused() -> None:
         values[:, 1, [4, 5]] = values[:, 1, [5, 4]]
         return replace(counts, imu_counts=values)
 
-    steps = [changed(done(step), mirror) for step in (REST, SWINGS[1], SWINGS[2])]
+    steps = [change_counts(record_good_step(step), mirror) for step in (REST, SWINGS[1], SWINGS[2])]
     with pytest.raises(CalibrationError, match="sensor on body 2 looks mounted with x and y exchanged"):
-        solve([*steps, done(ZERO)], MODEL)
+        solve([*steps, record_good_step(ZERO)], MODEL)
 
 
 @pytest.mark.parametrize("joint", [1, 2, 3])
@@ -138,7 +142,7 @@ def test_both_directions_of_a_joint_wrong_in_the_file(joint: int) -> None:
     )
     model = replace(MODEL, angle_sensors=sensors)
     step = next(swing for swing in SWINGS if swing.joint == joint and (len(swing.moved) > 1 or joint == 3))
-    error = refused(done(step), known(), model)
+    error = expect_refusal(record_good_step(step), prepend_rest_zero(), model)
     if joint == 3:  # one gyro alone may be mounted so
         assert "body 4 looks mounted the other way round" in error.what
         assert "angle sensors count the other way: correct their direction" in error.next_step
@@ -151,20 +155,20 @@ def test_both_directions_of_a_joint_wrong_in_the_file(joint: int) -> None:
 
 
 def test_a_sensor_that_slipped_between_two_joints() -> None:
-    earlier = known(done(SWINGS[0]), done(SWINGS[1]))
-    slipped = changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0)))
-    error = refused(slipped, earlier)
+    earlier = prepend_rest_zero(record_good_step(SWINGS[0]), record_good_step(SWINGS[1]))
+    slipped = change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0)))
+    error = expect_refusal(slipped, earlier)
     assert re.match(
         r"The gyro on body 2 measured two axes (8[56]|9[345])\.\d deg apart that are (90\.0|89\.9) deg",
         error.what,
     )
     assert "--joint 1 --anew, then --joint 2" in error.next_step
-    accept(changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 0.5))), earlier)
+    accept(change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 0.5))), earlier)
 
 
 def test_a_sensor_on_body_4_that_slipped_is_told_its_own_joints() -> None:
-    slipped = changed(done(SWINGS[4]), slip_sensor(4, (0.0, 0.0, -4.0)))
-    error = refused(slipped, known(done(SWINGS[3])))
+    slipped = change_counts(record_good_step(SWINGS[4]), slip_sensor(4, (0.0, 0.0, -4.0)))
+    error = expect_refusal(slipped, prepend_rest_zero(record_good_step(SWINGS[3])))
     assert "The gyro on body 4 measured two axes" in error.what
     assert "--joint 2 --anew, then --joint 3" in error.next_step
 
@@ -172,14 +176,17 @@ def test_a_sensor_on_body_4_that_slipped_is_told_its_own_joints() -> None:
 @pytest.mark.parametrize("about", [(0.0, 4.0, 0.0), (0.0, 0.0, 4.0)])
 def test_a_sensor_that_slipped_between_swing_and_sweep(about: tuple[float, ...]) -> None:
     """Refuse a sensor that slipped between swing and sweep: the same axis has two directions."""
-    error = refused(changed(done(SWEEPS[0]), slip_sensor(1, about)), known(done(SWINGS[0])))
+    error = expect_refusal(
+        change_counts(record_good_step(SWEEPS[0]), slip_sensor(1, about)),
+        prepend_rest_zero(record_good_step(SWINGS[0])),
+    )
     assert "apart that are 0.0 deg" in error.what
 
 
 def test_a_slip_that_swings_cannot_tell_shows_in_the_turn() -> None:
     slip = slip_sensor(1, (0.0, 5.0, 0.0))
-    earlier = known(done(SWINGS[0]), changed(done(SWINGS[2]), slip))
-    error = refused(changed(done(TURN), slip), earlier)
+    earlier = prepend_rest_zero(record_good_step(SWINGS[0]), change_counts(record_good_step(SWINGS[2]), slip))
+    error = expect_refusal(change_counts(record_good_step(TURN), slip), earlier)
     assert re.match(
         r"The gyro on body 1 measured two axes (8[456]|9[3456])\.\d deg apart that are (90\.0|89\.9) deg",
         error.what,
@@ -191,7 +198,10 @@ def test_a_step_is_judged_whatever_earlier_motions_say() -> None:
 
     The step that replaces the wrong one must not be refused for that.
     """
-    earlier = known(done(SWINGS[1]), changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+    earlier = prepend_rest_zero(
+        record_good_step(SWINGS[1]),
+        change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))),
+    )
     with pytest.raises(CalibrationError, match="measured two axes"):
         solve(earlier, MODEL)
-    check_step(done(SWINGS[2]), earlier, MODEL)
+    check_step(record_good_step(SWINGS[2]), earlier, MODEL)

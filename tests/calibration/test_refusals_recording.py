@@ -20,12 +20,12 @@ from tests.calibration.bench_day import (
     Change,
     accept,
     add_rate,
-    changed,
-    done,
+    change_counts,
+    expect_refusal,
     freeze_gyro,
-    known,
+    prepend_rest_zero,
     record,
-    refused,
+    record_good_step,
 )
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.counts import COLUMNS, Counts
@@ -71,35 +71,38 @@ def restart(counts: Counts) -> Counts:
 
 @pytest.mark.parametrize("step", [REST, SWEEPS[0]], ids=ids([REST, SWEEPS[0]]))
 def test_a_clipped_sensor(step: Step) -> None:
-    error = refused(changed(done(step), clip(4, 3)), known())
+    error = expect_refusal(change_counts(record_good_step(step), clip(4, 3)), prepend_rest_zero())
     assert error.what.startswith("The sensor on body 4 was at its full scale in 3 of ")
     assert "slower than 500 deg/s" in error.next_step
 
 
 @pytest.mark.parametrize("step", [REST, TURN], ids=ids([REST, TURN]))
 def test_lost_samples(step: Step) -> None:
-    error = refused(changed(done(step), lose(0.02)), known())
+    error = expect_refusal(change_counts(record_good_step(step), lose(0.02)), prepend_rest_zero())
     assert "samples never reached this computer" in error.what
     assert "without a hub" in error.next_step
 
 
 @pytest.mark.parametrize("step", ALL, ids=ids(ALL))
 def test_a_few_lost_samples_are_no_reason(step: Step) -> None:
-    accept(changed(done(step), lose(0.005)), known())
+    accept(change_counts(record_good_step(step), lose(0.005)), prepend_rest_zero())
 
 
 @pytest.mark.parametrize("step", ALL, ids=ids(ALL))
 def test_a_logger_that_restarted(step: Step) -> None:
-    error = refused(changed(done(step), restart), known())
+    error = expect_refusal(change_counts(record_good_step(step), restart), prepend_rest_zero())
     assert "the logger restarted" in error.what
     assert "tfsat-host status" in error.next_step
 
 
 @pytest.mark.parametrize("step", [REST, TURN], ids=ids([REST, TURN]))
 def test_a_gyro_that_did_not_answer(step: Step) -> None:
-    valid = done(step).counts.imu_valid.copy()
+    valid = record_good_step(step).counts.imu_valid.copy()
     valid[7, 1] = False
-    error = refused(changed(done(step), lambda counts: replace(counts, imu_valid=valid)), known())
+    error = expect_refusal(
+        change_counts(record_good_step(step), lambda counts: replace(counts, imu_valid=valid)),
+        prepend_rest_zero(),
+    )
     assert error.what.startswith("1 of ")
     assert "samples of the gyro on body 2 are invalid" in error.what
 
@@ -153,7 +156,7 @@ def add_force(offset_g: float) -> Change:
     ids=["shaken", "warming up", "tilted slowly", "tilted very slowly", "frozen"],
 )
 def test_no_rest(fault: Change, words: str, cure: str) -> None:
-    error = refused(changed(done(REST), fault), [])
+    error = expect_refusal(change_counts(record_good_step(REST), fault), [])
     assert words in error.what
     assert cure in error.next_step
 
@@ -165,7 +168,7 @@ def test_an_accelerometer_that_does_not_read_one_g(size: float) -> None:
         values[:, 2, ACCEL] = np.rint(size * values[:, 2, ACCEL])
         return replace(counts, imu_counts=values)
 
-    error = refused(changed(done(REST), scale), [])
+    error = expect_refusal(change_counts(record_good_step(REST), scale), [])
     assert error.what == f"The accelerometer on body 3 reads {size:.2f} g at rest, not 1 g."
 
 
@@ -176,7 +179,7 @@ def test_a_table_that_is_knocked() -> None:
         values[:, 0, 2] += np.rint(2000.0 * np.sin(40.0 * t_s)).astype(np.int16)
         return replace(counts, imu_counts=values)
 
-    assert "Body 1 was shaken" in refused(changed(done(REST), knock), []).what
+    assert "Body 1 was shaken" in expect_refusal(change_counts(record_good_step(REST), knock), []).what
 
 
 @pytest.mark.parametrize(
@@ -190,9 +193,9 @@ def test_a_table_that_is_knocked() -> None:
     ids=["a passing lorry", "nearly warm", "as good as still", "the offset of a real accelerometer"],
 )
 def test_a_rest_that_is_quiet_enough(fault: Change) -> None:
-    accept(changed(done(REST), fault), [])
+    accept(change_counts(record_good_step(REST), fault), [])
 
 
 def test_hands_on_the_robot_are_no_rest() -> None:
     evidence = record(SWINGS[0], hands=HANDS)
-    assert "was not still" in refused(replace(evidence, step=REST), []).what
+    assert "was not still" in expect_refusal(replace(evidence, step=REST), []).what

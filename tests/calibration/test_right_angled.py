@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.calibration.bench_day import MODEL, TRUTH, changed, day, true_rotation, turn_sensor
+from tests.calibration.bench_day import MODEL, TRUTH, change_counts, day, true_rotation, turn_sensor
 from tests.calibration.some_calibration import whole_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
 from tfsat_host.calibration.findings import scale_rows, value_rows
@@ -22,10 +22,12 @@ TURNED_MODEL = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=TURNED) for
 
 
 @cache
-def found(*left_out: StepKind) -> Solution:
+def solve_day(*left_out: StepKind) -> Solution:
     """Solve a day's steps with four such sensors."""
     turns = [turn_sensor(body, TURNED) for body in (1, 2, 3, 4)]
-    return solve([changed(evidence, *turns) for evidence in day(StepKind.SERVO, *left_out)], TURNED_MODEL)
+    return solve(
+        [change_counts(evidence, *turns) for evidence in day(StepKind.SERVO, *left_out)], TURNED_MODEL
+    )
 
 
 def certificate(solution: Solution) -> Calibration:
@@ -38,18 +40,18 @@ def true_scale(body: int, axis: int) -> float:
 
 
 def test_without_a_turn_the_scale_factors_about_the_bodies_z_are_missing() -> None:
-    missing = certificate(found(StepKind.TURN)).shortcomings()
+    missing = certificate(solve_day(StepKind.TURN)).shortcomings()
     assert [gap.name for gap in missing] == [f"scale factor z of body {body}" for body in (1, 2, 3, 4)]
     assert {gap.reason for gap in missing} == {"missing"}
-    assert commands_of(missing) == ("tfsat-host calibrate scale --turn z 360",)
+    assert [*map(str, commands_of(missing))] == ["tfsat-host calibrate scale --turn z 360"]
 
 
 def test_a_turn_makes_it_whole() -> None:
-    assert certificate(found()).shortcomings() == ()
+    assert certificate(solve_day()).shortcomings() == ()
 
 
 def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
-    rows = value_rows(certificate(found()), TURNED_MODEL)
+    rows = value_rows(certificate(solve_day()), TURNED_MODEL)
     for body in (1, 2, 3, 4):
         for axis, letter in enumerate("xyz"):
             row = rows[f"scale factor {letter} of body {body}"]
@@ -58,10 +60,12 @@ def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
 
 
 def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
-    moved = [evidence for evidence in found().used if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)]
+    moved = [
+        evidence for evidence in solve_day().used if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)
+    ]
     for evidence in moved:
         axis = evidence.step.axis or "xyx"[(evidence.step.joint or 0) - 1]
-        for row in scale_rows(found().gyros, evidence, TURNED_MODEL):
+        for row in scale_rows(solve_day().gyros, evidence, TURNED_MODEL):
             assert row["axis"] == axis
             assert row["scale"] == pytest.approx(
                 true_scale(row["body"], "xyz".index(axis)), abs=4.0 * row["std"]
@@ -69,7 +73,7 @@ def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
 
 
 def test_what_no_sweep_was_about_stays_doubtful() -> None:
-    for gyro in found(StepKind.TURN).gyros:
+    for gyro in solve_day(StepKind.TURN).gyros:
         # A sensor that sits askew by some degrees sees a little of it.
         assert gyro.scale_about(2)[1] > 0.7 * SCALE_STD
         assert max(gyro.scale_about(axis)[1] for axis in (0, 1)) < 0.005

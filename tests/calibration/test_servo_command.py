@@ -51,9 +51,9 @@ def measured_twice(joint: int) -> tuple[Evidence, Evidence, tuple[JointSensors, 
     """
     with rig(wrong()) as here:
         sensors = here.solution().joints
-        evidence = here.measured(joint)
+        evidence = here.measure_joint(joint)
         here.bench.jog.write_settings(settings_from_map(servo_map_of(evidence, sensors, MODEL), FACTORY))
-        again = here.measured(joint)
+        again = here.measure_joint(joint)
         assert here.is_let_go(joint)
     return evidence, again, sensors
 
@@ -79,7 +79,7 @@ def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does(robots: 
     for seed in range(robots):
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
         with rig(built, Operator.human(seed), seed) as here:
-            servo_map = servo_map_of(here.measured(1), here.solution().joints, MODEL)
+            servo_map = servo_map_of(here.measure_joint(1), here.solution().joints, MODEL)
             gain, offset = gain_of(servo_map), offset_of(servo_map)
             ratios.append((gain.value - built.servo_gain[0]) / gain.std)
             ratios.append((offset.value - np.rad2deg(built.servo_offset_rad[0])) / offset.std)
@@ -98,7 +98,7 @@ def test_a_dead_servo_is_seen_at_the_first_stop() -> None:
     with rig(replace(wrong(), servo_gain=np.zeros(3))) as here:
         before_us = here.robot.now_us
         with pytest.raises(CalibrationError, match=r"Joint 2 did not follow: 15 deg were commanded"):
-            here.measured(2)
+            here.measure_joint(2)
         assert here.robot.now_us - before_us < 9_000_000
         assert here.is_let_go(2)
 
@@ -109,7 +109,7 @@ def test_a_reversed_servo_is_let_go_at_the_first_stop() -> None:
         here.bench.jog.write_settings(replace(FACTORY, servos=(backwards, *FACTORY.servos[1:])))
         before_us = here.robot.now_us
         with pytest.raises(CalibrationError, match="Joint 1 moves the wrong way") as caught:
-            here.measured(1)
+            here.measure_joint(1)
         assert "reversed = false and zero_us = 1000" in caught.value.next_step
         assert here.robot.now_us - before_us < 9_000_000
         assert here.is_let_go(1)
@@ -118,16 +118,16 @@ def test_a_reversed_servo_is_let_go_at_the_first_stop() -> None:
 def test_the_joint_must_be_where_the_first_pulse_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     with rig(ideal()) as here:
 
-        def opened(_step: Step) -> None:
+        def open_joint(_step: Step) -> None:
             here.robot.hold(servo(1).held)
             here.robot.operator.move_joint(1, Motion((Leg(np.deg2rad(40.0), 0.5),), Operator.steady(), 1))
             here.robot.advance(2_000_000)
 
-        monkeypatch.setattr(here.bench.mover, "begin", opened)
+        monkeypatch.setattr(here.bench.mover, "begin", open_joint)
         with pytest.raises(
             RefusedError, match="Joint 1 is at 40 deg, and its first pulse would take it to 0"
         ):
-            here.measured(1)
+            here.measure_joint(1)
         assert here.robot.joint_angles_deg()[0] == pytest.approx(40.0, abs=1.0)
         assert here.is_let_go(1)
 
@@ -136,7 +136,7 @@ def test_ctrl_c_lets_the_joint_go(monkeypatch: pytest.MonkeyPatch) -> None:
     with rig(ideal()) as here:
         befall(here, monkeypatch, 80, lambda: signal.raise_signal(signal.SIGINT))
         with pytest.raises(TourInterrupted) as caught:
-            here.measured(1)
+            here.measure_joint(1)
         assert 5 < here.robot.joint_angles_deg()[0] < 60
         assert caught.value.details["last_angle_deg"] == pytest.approx(
             here.robot.joint_angles_deg()[0], abs=3
@@ -157,7 +157,7 @@ def test_a_silent_logger_lets_the_joint_go(monkeypatch: pytest.MonkeyPatch) -> N
 
         befall(here, monkeypatch, 80, reset)
         with pytest.raises(TfsatError, match="No live sample from the logger for 1 s"):
-            here.measured(1)
+            here.measure_joint(1)
         assert here.robot.now_us - silent_us[0] < 2_500_000
         assert here.is_let_go(1)
 
@@ -166,7 +166,7 @@ def test_a_pulled_sequencer_cable_says_that_nobody_knows(monkeypatch: pytest.Mon
     with rig(ideal()) as here:
         befall(here, monkeypatch, 80, lambda: here.robot.set_cable(BoardIndex.SEQUENCER, False))
         with pytest.raises(JogError, match="did not confirm that it let joint 1 go"):
-            here.measured(1)
+            here.measure_joint(1)
         here.robot.set_cable(BoardIndex.SEQUENCER, True)
         here.robot.advance(500_000)
         assert here.is_let_go(1)
@@ -176,7 +176,7 @@ def test_a_board_that_restarts_ends_the_tour(monkeypatch: pytest.MonkeyPatch) ->
     with rig(ideal()) as here:
         befall(here, monkeypatch, 80, lambda: here.robot.reset(Reset.BROWN_OUT))
         with pytest.raises(JogError, match=r"restarted .* which ended the jog") as caught:
-            here.measured(1)
+            here.measure_joint(1)
         assert "then bring it to 0 deg by hand and type the same command again." in caught.value.next_step
         assert "--from" not in caught.value.next_step
         assert here.is_let_go(1)
@@ -203,7 +203,7 @@ def test_a_joint_that_its_stop_keeps_from_closing_is_not_measured_there() -> Non
     with rig(
         replace(wrong(), servo_offset_rad=np.deg2rad([-3.0, 0.0, 0.0]), servo_backlash_rad=np.zeros(3))
     ) as here:
-        evidence, sensors = here.measured(1), here.solution().joints
+        evidence, sensors = here.measure_joint(1), here.solution().joints
     points = servo_points(evidence, sensors, MODEL)
     stopped = at_stops(points, 1, MODEL)
     assert [met for met in stopped if met] == [True, True]

@@ -34,8 +34,8 @@ MOVES = [(1, angle_cdeg) for angle_cdeg in STROKES_CDEG]
 TRUE = SimulatedServo(gain=0.95, offset_deg=2.0, backlash_deg=1.2, repeatability_deg=0.5, noise_deg=0.05)
 
 
-def _measured(servo: SimulatedServo) -> ServoMap:
-    return fit_servo_map(servo.visited(), 1, FACTORY_SERVO)
+def _measure_servo_map(servo: SimulatedServo) -> ServoMap:
+    return fit_servo_map(servo.visit_plan(), 1, FACTORY_SERVO)
 
 
 def _with(setting: ServoSetting) -> ServoSettings:
@@ -79,7 +79,7 @@ def test_a_servo_without_scatter_is_found_exactly(
     gain: float, offset_deg: float, backlash_deg: float, order: np.random.Generator
 ) -> None:
     servo = SimulatedServo(gain, offset_deg, backlash_deg)
-    points = servo.visited()
+    points = servo.visit_plan()
     order.shuffle(points)
     servo_map = fit_servo_map(points, 1, FACTORY_SERVO)
     assert np.rad2deg(servo_map.backlash_rad) == pytest.approx(backlash_deg, abs=1e-6)
@@ -95,7 +95,7 @@ def test_a_servo_without_scatter_is_found_exactly(
 
 def test_scatter_and_bend_are_told_apart_and_from_the_sensors_noise() -> None:
     noisy = SimulatedServo(repeatability_deg=0.5, bend_deg=1.5, noise_deg=0.5)
-    servo_maps = [_measured(replace(noisy, seed=seed)) for seed in SEEDS]
+    servo_maps = [_measure_servo_map(replace(noisy, seed=seed)) for seed in SEEDS]
     scatter_deg = np.rad2deg([each.repeatability_rad for each in servo_maps])
     assert np.sqrt(np.mean(scatter_deg**2)) == pytest.approx(0.5, rel=0.05)
     # Of a half wave 1.5 deg high at 0, 15 … 90 deg, what the best line leaves.
@@ -122,7 +122,7 @@ def test_scatter_and_bend_are_told_apart_and_from_the_sensors_noise() -> None:
 def test_intervals_of_the_map_hold_the_truth(servo: SimulatedServo) -> None:
     inside = []
     for seed in SEEDS:
-        servo_map = _measured(replace(servo, seed=seed))
+        servo_map = _measure_servo_map(replace(servo, seed=seed))
         truth = np.deg2rad(
             [
                 servo.mean_deg(servo_map.middle_us, 0),
@@ -141,7 +141,7 @@ def test_intervals_of_a_crooked_servo_hold_the_line_that_it_strays_from() -> Non
     inside = []
     for seed in SEEDS:
         random = np.random.default_rng([seed, 1])
-        points = replace(TRUE, repeatability_deg=0.2, seed=seed).visited()
+        points = replace(TRUE, repeatability_deg=0.2, seed=seed).visit_plan()
         stray_rad = {
             pulse: np.deg2rad(0.5) * random.standard_normal()
             for pulse in sorted({p.pulse_us for p in points})
@@ -172,7 +172,7 @@ def test_strokes_miss_as_expected(servo: SimulatedServo, corrected: bool) -> Non
     inside, missed_by = [], []
     for seed in SEEDS:
         seeded_servo = replace(servo, seed=seed)
-        servo_map = _measured(seeded_servo)
+        servo_map = _measure_servo_map(seeded_servo)
         settings = settings_from_map(servo_map, FACTORY) if corrected else FACTORY
         reached_deg = np.array(seeded_servo.fly_deg(STROKES_CDEG, settings.of(1)))
         expected = expected_stroke_errors(MOVES, [servo_map], settings)
@@ -194,7 +194,7 @@ def test_much_backlash_leaves_the_first_stroke_in_doubt_and_no_other() -> None:
     inside, stds_deg = [], []
     for seed in SEEDS:
         seeded_servo = replace(loose, seed=seed)
-        expected = expected_stroke_errors(MOVES, [_measured(seeded_servo)], FACTORY)
+        expected = expected_stroke_errors(MOVES, [_measure_servo_map(seeded_servo)], FACTORY)
         missed_rad = np.deg2rad(
             np.array(seeded_servo.fly_deg(STROKES_CDEG, FACTORY_SERVO)) - np.array(STROKES_CDEG) / 100
         )
@@ -213,7 +213,7 @@ def test_a_bent_servo_is_given_wider_intervals_that_hold() -> None:
     inside = []
     for number, seed in enumerate(SEEDS):
         seeded_servo = replace(bent, seed=seed)
-        servo_map = _measured(seeded_servo)
+        servo_map = _measure_servo_map(seeded_servo)
         top_cdeg = 1000 + 7500 * number // len(SEEDS)  # over the whole bend
         (reached_deg,) = seeded_servo.fly_deg([top_cdeg], FACTORY_SERVO)
         (expected,) = expected_stroke_errors([(1, top_cdeg)], [servo_map], FACTORY)
@@ -233,7 +233,7 @@ def test_with_the_new_settings_the_joint_reaches_what_is_commanded(
 ) -> None:
     servo = SimulatedServo(gain, offset_deg, backlash_deg)
     narrow = replace(FACTORY_SERVO, max_cdeg=7000)
-    settings = settings_from_map(_measured(servo), _with(narrow))
+    settings = settings_from_map(_measure_servo_map(servo), _with(narrow))
     assert find_defect(settings) is None
     assert (settings.of(1).min_cdeg, settings.of(1).max_cdeg) == (0, 7000)
     assert (settings.frame_us, settings.servos[1:]) == (FACTORY.frame_us, FACTORY.servos[1:])
@@ -247,7 +247,7 @@ def test_with_the_new_settings_the_joint_reaches_what_is_commanded(
 def test_a_servo_that_opens_by_shorter_pulses() -> None:
     turned = replace(FACTORY_SERVO, zero_us=2000, reversed=1)
     servo = SimulatedServo(gain=-0.95, offset_deg=92.0, backlash_deg=1.0)
-    servo_map = fit_servo_map(servo.visited(turned), 1, turned)
+    servo_map = fit_servo_map(servo.visit_plan(turned), 1, turned)
     setting = settings_from_map(servo_map, _with(turned)).of(1)
     assert setting.reversed == 1
     assert servo.mean_deg(board_pulse_us(setting, 4500), 0) == pytest.approx(45.0, abs=0.1)
@@ -256,15 +256,15 @@ def test_a_servo_that_opens_by_shorter_pulses() -> None:
 def test_a_servo_that_does_not_reach_its_range_says_how_far_it_goes() -> None:
     far = SimulatedServo(gain=0.55)
     with pytest.raises(CalibrationError) as caught:
-        settings_from_map(_measured(far), FACTORY)
+        settings_from_map(_measure_servo_map(far), FACTORY)
     assert "Joint 1" in caught.value.what
     assert "90 deg would need a pulse of" in caught.value.what
     assert "[0, 74]" in caught.value.next_step
     narrow = _with(replace(FACTORY_SERVO, max_cdeg=7400))
-    assert settings_from_map(_measured(far), narrow).of(1).max_cdeg == 7400
+    assert settings_from_map(_measure_servo_map(far), narrow).of(1).max_cdeg == 7400
     wide_settings = _with(replace(FACTORY_SERVO, max_cdeg=7500))
     with pytest.raises(CalibrationError):
-        settings_from_map(_measured(far), wide_settings)
+        settings_from_map(_measure_servo_map(far), wide_settings)
 
 
 @pytest.mark.parametrize(
@@ -276,14 +276,14 @@ def test_a_servo_that_does_not_reach_its_range_says_how_far_it_goes() -> None:
 )
 def test_settings_that_no_limit_saves(servo: SimulatedServo, words: str) -> None:
     with pytest.raises(CalibrationError) as caught:
-        settings_from_map(_measured(servo), FACTORY)
+        settings_from_map(_measure_servo_map(servo), FACTORY)
     assert words in caught.value.next_step
 
 
 def test_another_joints_defect_is_not_this_joints() -> None:
     broken = replace(FACTORY, servos=(*FACTORY.servos[:2], replace(FACTORY_SERVO, zero_us=0)))
     with pytest.raises(CalibrationError) as caught:
-        settings_from_map(_measured(SimulatedServo()), broken)
+        settings_from_map(_measure_servo_map(SimulatedServo()), broken)
     assert "present settings are not valid" in caught.value.what
 
 
@@ -292,7 +292,7 @@ def test_another_joints_defect_is_not_this_joints() -> None:
 
 def test_each_stroke_goes_on_from_where_its_joint_came_to_rest() -> None:
     servo = SimulatedServo(gain=0.95, backlash_deg=1.0)
-    second = replace(_measured(servo), joint=2)
+    second = replace(_measure_servo_map(servo), joint=2)
     expected = expected_stroke_errors(
         [(1, 5900), (2, 2000), (2, 1000), (2, -3000), (3, 100)], [second], FACTORY
     )
@@ -309,12 +309,12 @@ def test_each_stroke_goes_on_from_where_its_joint_came_to_rest() -> None:
 
 
 def test_a_setting_that_misses_is_told_from_one_that_is_only_rounded() -> None:
-    servo_map = _measured(TRUE)
+    servo_map = _measure_servo_map(TRUE)
     # 2 deg of offset at 0, and 5 % of 90 deg less it at the other end.
     worst_deg = np.rad2deg(setting_error_rad(servo_map, FACTORY_SERVO) or 0.0)
     assert worst_deg == pytest.approx(-2.5, abs=0.5)
     assert setting_error_rad(servo_map, settings_from_map(servo_map, FACTORY).of(1)) is None
-    again = _measured(replace(TRUE, seed=1))
+    again = _measure_servo_map(replace(TRUE, seed=1))
     assert setting_error_rad(servo_map, settings_from_map(again, FACTORY).of(1)) is None
 
 
@@ -328,14 +328,14 @@ def test_pulses_are_those_that_the_board_sends(settings: ServoSettings, share: f
 
 
 def test_a_matching_setting_is_found_where_the_board_would_refuse_it() -> None:
-    far = _measured(SimulatedServo(gain=0.55))
+    far = _measure_servo_map(SimulatedServo(gain=0.55))
     assert matching_setting(far, FACTORY_SERVO) == replace(FACTORY_SERVO, ns_per_deg=20202)
 
 
 # Refusals
 
 
-def _refused(points: list[ServoPoint], setting: ServoSetting = FACTORY_SERVO) -> CalibrationError:
+def _expect_refusal(points: list[ServoPoint], setting: ServoSetting = FACTORY_SERVO) -> CalibrationError:
     with pytest.raises(CalibrationError) as caught:
         fit_servo_map(points, 3, setting)
     assert "oint 3" in caught.value.what
@@ -346,48 +346,48 @@ def _refused(points: list[ServoPoint], setting: ServoSetting = FACTORY_SERVO) ->
 
 @pytest.mark.parametrize("gain", [0.0, 0.05, -0.05])
 def test_a_dead_servo(gain: float) -> None:
-    error = _refused(SimulatedServo(gain, repeatability_deg=0.1, noise_deg=0.05).visited())
+    error = _expect_refusal(SimulatedServo(gain, repeatability_deg=0.1, noise_deg=0.05).visit_plan())
     assert "did not follow: 90 deg were commanded" in error.what
     assert "battery" in error.next_step
 
 
 def test_a_reversed_servo() -> None:
-    error = _refused(SimulatedServo(gain=-1.0, offset_deg=90.0).visited())
+    error = _expect_refusal(SimulatedServo(gain=-1.0, offset_deg=90.0).visit_plan())
     assert "moves the wrong way" in error.what
     assert "reversed = true and zero_us = 2000" in error.next_step
     turned = replace(FACTORY_SERVO, zero_us=2000, reversed=1)
-    error = _refused(SimulatedServo().visited(turned), turned)
+    error = _expect_refusal(SimulatedServo().visit_plan(turned), turned)
     assert "reversed = false and zero_us = 1000" in error.next_step
 
 
 def test_too_few_visits() -> None:
-    points = SimulatedServo().visited()
+    points = SimulatedServo().visit_plan()
     for few_points in ([], points[:1], points[:13], [point for point in points if point.direction > 0]):
-        assert "at least 5 and 4 are needed, opening and closing" in _refused(few_points).what
+        assert "at least 5 and 4 are needed, opening and closing" in _expect_refusal(few_points).what
     assert fit_servo_map(points[:17], 3, FACTORY_SERVO).repeats == 4
 
 
 def test_too_small_a_range() -> None:
     narrow = replace(FACTORY_SERVO, max_cdeg=1900)
-    assert "over 19.0 deg only" in _refused(SimulatedServo().visited(narrow), narrow).what
+    assert "over 19.0 deg only" in _expect_refusal(SimulatedServo().visit_plan(narrow), narrow).what
 
 
 def test_a_gear_that_slips_once() -> None:
-    points = SimulatedServo(noise_deg=0.05).visited()
+    points = SimulatedServo(noise_deg=0.05).visit_plan()
     slipped = [replace(point, reached_rad=point.reached_rad + np.deg2rad(10.0)) for point in points[13:]]
-    error = _refused([*points[:13], *slipped])
+    error = _expect_refusal([*points[:13], *slipped])
     assert "scattered by 7.1 deg" in error.what
     assert "horn" in error.next_step
 
 
 def test_a_servo_that_scatters_much_is_not_called_bent() -> None:
     for seed in range(200):
-        _measured(replace(TRUE, repeatability_deg=2.5, seed=seed))
+        _measure_servo_map(replace(TRUE, repeatability_deg=2.5, seed=seed))
 
 
 def test_a_joint_that_meets_a_stop() -> None:
-    points = SimulatedServo(noise_deg=0.05).visited()
+    points = SimulatedServo(noise_deg=0.05).visit_plan()
     stopped = [replace(point, reached_rad=min(point.reached_rad, np.deg2rad(70.0))) for point in points]
-    error = _refused(stopped)
+    error = _expect_refusal(stopped)
     assert "not a straight line" in error.what
     assert "narrow limits_deg" in error.next_step

@@ -23,12 +23,12 @@ from tests.calibration.bench_day import (
     ZERO,
     add_angle,
     add_rate,
-    changed,
+    change_counts,
     day,
-    done,
-    known,
     later,
+    prepend_rest_zero,
     record,
+    record_good_step,
     slip_sensor,
     true_rotation,
 )
@@ -91,7 +91,7 @@ def test_a_whole_day_is_right_within_what_it_states() -> None:
 
 
 def test_one_joint_alone_leaves_the_turn_about_its_axis_as_designed() -> None:
-    found = solve(known(done(SWINGS[0])), MODEL).gyros[0]
+    found = solve(prepend_rest_zero(record_good_step(SWINGS[0])), MODEL).gyros[0]
     assert along_std_rad(found, X) == pytest.approx(MOUNTING_STD_RAD, rel=0.02)
     for across in (Y, Z):
         assert along_std_rad(found, across) < np.deg2rad(1.5)
@@ -99,7 +99,7 @@ def test_one_joint_alone_leaves_the_turn_about_its_axis_as_designed() -> None:
     # What is seen of the axis is right; scale factors, which are not known yet, tilt it by a few tenths of a degree.
     assert np.rad2deg(np.linalg.norm(np.cross(measured, true))) < 0.3
     assert set(found.axes) == {"x"}
-    others = solve(known(done(SWINGS[0])), MODEL).gyros[1:]
+    others = solve(prepend_rest_zero(record_good_step(SWINGS[0])), MODEL).gyros[1:]
     assert all(np.array_equal(gyro.rotation, MODEL.imus[gyro.body - 1].sensor_to_body) for gyro in others)
 
 
@@ -109,8 +109,8 @@ def test_the_newest_of_a_step_replaces_what_was_before() -> None:
     The sensor was loose, and was fastened: the old swings would contradict the new ones.
     """
     slip = slip_sensor(2, (0.0, 0.0, 4.0))
-    loose = [changed(later(done(step), -60), slip) for step in SWINGS[1:3]]
-    fresh = known(done(SWINGS[1]), done(SWINGS[2]))
+    loose = [change_counts(later(record_good_step(step), -60), slip) for step in SWINGS[1:3]]
+    fresh = prepend_rest_zero(record_good_step(SWINGS[1]), record_good_step(SWINGS[2]))
     solution = solve([*fresh, *loose], MODEL)
     assert same(solution, solve(fresh, MODEL))
     assert len(solution.used) == 4
@@ -123,7 +123,12 @@ def test_the_order_of_the_evidence_is_no_matter() -> None:
 
 
 def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None:
-    steps = known(done(SWINGS[0]), done(SWINGS[2]), done(SWEEPS[0]), done(SWEEPS[2]))
+    steps = prepend_rest_zero(
+        record_good_step(SWINGS[0]),
+        record_good_step(SWINGS[2]),
+        record_good_step(SWEEPS[0]),
+        record_good_step(SWEEPS[2]),
+    )
     landing = steps[-1].taken + timedelta(minutes=10)
     before, after = (solve(steps, MODEL, when).gyros[0] for when in (None, landing))
     for axis in (X, Y):
@@ -136,21 +141,25 @@ def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None
     assert after.scale[:2] == pytest.approx(before.scale[:2], abs=2e-4)
     assert set(before.axes) == set(after.axes) == {"x", "y"}
     assert max(after.axes.values()) < landing
-    half = solve([*steps, later(done(SWINGS[0]), 600)], MODEL, landing).gyros[0]
+    half = solve([*steps, later(record_good_step(SWINGS[0]), 600)], MODEL, landing).gyros[0]
     assert half.axes["y"] < landing < half.axes["x"]
-    again = solve([*steps, later(done(SWINGS[0]), 600), later(done(SWINGS[2]), 600)], MODEL, landing).gyros[0]
+    again = solve(
+        [*steps, later(record_good_step(SWINGS[0]), 600), later(record_good_step(SWINGS[2]), 600)],
+        MODEL,
+        landing,
+    ).gyros[0]
     assert min(again.axes.values()) > landing
     assert along_std_rad(again, X) < np.deg2rad(0.6)
 
 
 def test_a_landing_before_all_steps_changes_nothing() -> None:
-    steps = known(done(SWINGS[0]), done(SWINGS[2]))
-    assert same(solve(steps, MODEL), solve(steps, MODEL, done(REST).taken - timedelta(days=1)))
+    steps = prepend_rest_zero(record_good_step(SWINGS[0]), record_good_step(SWINGS[2]))
+    assert same(solve(steps, MODEL), solve(steps, MODEL, record_good_step(REST).taken - timedelta(days=1)))
 
 
 def test_zeros_that_are_missing_cost_certainty_not_truth() -> None:
-    steps = [done(REST), *map(done, SWINGS)]
-    with_zero, without = solve([*steps, done(ZERO)], MODEL), solve(steps, MODEL)
+    steps = [record_good_step(REST), *map(record_good_step, SWINGS)]
+    with_zero, without = solve([*steps, record_good_step(ZERO)], MODEL), solve(steps, MODEL)
     for gyro in without.gyros:
         stated = np.sqrt(np.diag(gyro.covariance)[3:6])
         assert np.all(np.abs(off_rad(gyro)) < 4.0 * stated)
@@ -173,10 +182,10 @@ def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -
     steps = [record(step, truth=truth, hands=shaky) for step in (REST, ZERO, *SWINGS)]
     compensated = max(seen_axes_off_deg(solve(steps, MODEL)))
 
-    def untouched(motion: Motion, body: int) -> FloatArray:
+    def subtract_bias(motion: Motion, body: int) -> FloatArray:
         return np.asarray(motion.recording.rate_rad_s[:, body - 1] - motion.gyros[body - 1].bias_rad_s)
 
-    monkeypatch.setattr(Motion, "readings", untouched)
+    monkeypatch.setattr(Motion, "readings", subtract_bias)
     plain = max(seen_axes_off_deg(solve(steps, MODEL)))
     assert compensated < 0.025
     assert plain > 0.5
@@ -187,9 +196,9 @@ def test_a_new_bias_leaves_what_was_measured_with_the_old_one_alone() -> None:
 
     After a landing, or when warm, the sensors read 5 deg/s more, but did not earlier.
     """
-    steps = known(*map(done, SOME))
-    warm = changed(
-        later(done(REST), 60),
+    steps = prepend_rest_zero(*map(record_good_step, SOME))
+    warm = change_counts(
+        later(record_good_step(REST), 60),
         *(add_rate(body, lambda t_s: np.full((len(t_s), 3), 5.0)) for body in (1, 2, 3, 4)),
     )
     before, after = solve(steps, MODEL), solve([*steps, warm], MODEL)
@@ -201,8 +210,8 @@ def test_a_new_bias_leaves_what_was_measured_with_the_old_one_alone() -> None:
 
 
 def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -> None:
-    steps = known(*map(done, SOME))
-    moved = changed(later(done(ZERO), 60), add_angle(3, 6.0))
+    steps = prepend_rest_zero(*map(record_good_step, SOME))
+    moved = change_counts(later(record_good_step(ZERO), 60), add_angle(3, 6.0))
     before, after = solve(steps, MODEL), solve([*steps, moved], MODEL)
     assert np.rad2deg(after.joints[1].zero_rad - before.joints[1].zero_rad) == pytest.approx(
         [6.0, 0.0], abs=0.1
@@ -219,14 +228,14 @@ def test_a_sensor_that_slipped_is_not_believed_half(degrees: float) -> None:
 
     Everything was measured; then the sensor slipped, and one motion was repeated.
     """
-    slipped = changed(later(done(SWINGS[1]), 60), slip_sensor(2, (0.0, 0.0, degrees)))
+    slipped = change_counts(later(record_good_step(SWINGS[1]), 60), slip_sensor(2, (0.0, 0.0, degrees)))
     with pytest.raises(CalibrationError, match="The gyro on body 2 measured"):
         solve([*day(), slipped], MODEL)
 
 
 def test_a_joint_that_follows_while_it_should_stay_closed_is_told_by_its_sensors() -> None:
     """Joint 2 opens by 0.8 % of joint 1: body 3 turns about another axis, which its joints' sensors know."""
-    motion = done(SWINGS[1])
+    motion = record_good_step(SWINGS[1])
     t_s = (motion.counts.t_us - motion.counts.t_us[0]) * 1e-6
     sensor_rad = np.unwrap(motion.counts.angle_counts[:, 0] * (2 * np.pi / COUNTS_PER_TURN))
     joint_1_deg = np.rad2deg(savgol_filter(sensor_rad - sensor_rad[0], 41, 2))
@@ -234,14 +243,15 @@ def test_a_joint_that_follows_while_it_should_stay_closed_is_told_by_its_sensors
     # It turns about joint 2's axis, and joint 1's axis is no longer along its x.
     tilted = np.gradient(joint_1_deg, t_s) * np.sin(np.deg2rad(joint_2_deg))
     rates_deg_s = tilted[:, None] * Z - np.gradient(joint_2_deg, t_s)[:, None] * Y
-    followed = changed(
+    followed = change_counts(
         motion,
         add_angle(3, lambda _: joint_2_deg),
         add_angle(4, lambda _: -joint_2_deg),
         add_rate(3, lambda _: np.asarray(TRUTH.gyro_scale[2] * (rates_deg_s @ true_rotation(3)))),
     )
     closed, followed_gyro = (
-        solve([*known(evidence), *map(done, SWINGS[2:4])], MODEL).gyros[2] for evidence in (motion, followed)
+        solve([*prepend_rest_zero(evidence), *map(record_good_step, SWINGS[2:4])], MODEL).gyros[2]
+        for evidence in (motion, followed)
     )
     # 0.8 % of a radian would be 0.46 deg.
     assert np.rad2deg(np.linalg.norm(off_rad(followed_gyro) - off_rad(closed))) < 0.05
@@ -251,7 +261,7 @@ def test_a_joint_that_follows_while_it_should_stay_closed_is_told_by_its_sensors
 
 
 def test_scale_factors_of_two_axes_within_their_intervals() -> None:
-    solution = solve(known(*map(done, SWINGS), *map(done, SWEEPS)), MODEL)
+    solution = solve(prepend_rest_zero(*map(record_good_step, SWINGS), *map(record_good_step, SWEEPS)), MODEL)
     for gyro, scale in zip(solution.gyros[:2], TRUTH.gyro_scale[:2], strict=True):
         stated = np.sqrt(np.diag(gyro.covariance))[6:8]
         assert np.all(stated < 0.004)
@@ -261,17 +271,18 @@ def test_scale_factors_of_two_axes_within_their_intervals() -> None:
 
 
 def test_the_angle_sensors_bend_is_not_taken_for_a_scale_factor() -> None:
-    solution = solve(known(done(SWINGS[0]), done(SWEEPS[0])), MODEL)
+    solution = solve(prepend_rest_zero(record_good_step(SWINGS[0]), record_good_step(SWEEPS[0])), MODEL)
     apart = solution.joints[0].bend[0] - solution.joints[0].bend[1]
     true = TRUTH.angle_nonlinearity_rad[0] - TRUTH.angle_nonlinearity_rad[1]
-    assert solution.joints[0].bend_taken == done(SWEEPS[0]).taken
+    assert solution.joints[0].bend_taken == record_good_step(SWEEPS[0]).taken
     assert np.all(np.abs(apart - true) < 4.0 * np.sqrt(2.0) * np.deg2rad(0.05))
 
 
 def test_a_sensor_that_slips_by_less_than_is_refused_widens_the_interval() -> None:
-    slipped = changed(done(SWEEPS[0]), add_angle(1, lambda share: 0.5 * (share > 0.5)))
+    slipped = change_counts(record_good_step(SWEEPS[0]), add_angle(1, lambda share: 0.5 * (share > 0.5)))
     slipped_gyro, clean = (
-        solve(known(done(SWINGS[0]), evidence), MODEL).gyros[0] for evidence in (slipped, done(SWEEPS[0]))
+        solve(prepend_rest_zero(record_good_step(SWINGS[0]), evidence), MODEL).gyros[0]
+        for evidence in (slipped, record_good_step(SWEEPS[0]))
     )
     assert slipped_gyro.covariance[6, 6] > 2.0 * clean.covariance[6, 6]
     assert abs(slipped_gyro.scale[0] - TRUTH.gyro_scale[0, 0]) < 3.5 * np.sqrt(slipped_gyro.covariance[6, 6])

@@ -28,7 +28,7 @@ SWEEP, TURN = sweeps(1)[1], turn("z", -360.0)
 
 
 @cache
-def recorded(step: Step, duration_s: float, hands: Operator) -> Counts:
+def record_counts(step: Step, duration_s: float, hands: Operator) -> Counts:
     """Record an ideal robot's sensors while a person performs the step."""
     with EmulatedRobot(MODEL, imperfections=ideal(), seed=1) as robot:
         robot.advance(SETTLE_US)
@@ -58,7 +58,7 @@ def until(counts: Counts, elapsed_s: float) -> Counts:
 def test_a_sweep_rests_where_the_screen_says_and_ends_with_the_last_rest() -> None:
     stops = stops_deg(SWEEP)
     assert list(stops) == [0, 30, 60, 90, 60, 30, 0, 30, 60, 90, 60, 30, 0]
-    counts = recorded(SWEEP, 34.0, Operator.steady())
+    counts = record_counts(SWEEP, 34.0, Operator.steady())
     snapshots = [
         progress_of(SWEEP, until(counts, elapsed_s), _NOTHING, MODEL)
         for elapsed_s in np.arange(1.0, 34.0, 1.5)
@@ -76,14 +76,14 @@ def test_a_sweep_rests_where_the_screen_says_and_ends_with_the_last_rest() -> No
 
 def test_a_turn_rests_at_both_ends() -> None:
     assert list(stops_deg(TURN)) == [0, -360, 0, -360, 0, -360, 0]
-    counts = recorded(TURN, 34.0, Operator.steady())
+    counts = record_counts(TURN, 34.0, Operator.steady())
     assert progress_of(TURN, until(counts, 4.0), _NOTHING, MODEL).next_stop_deg == -360
     assert progress_of(TURN, until(counts, 28.0), _NOTHING, MODEL).rests == 6
     assert progress_of(TURN, counts, _NOTHING, MODEL).done
 
 
 def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
-    still = recorded(rest(), 4.0, Operator.steady())
+    still = record_counts(rest(), 4.0, Operator.steady())
     twitching = replace(still, imu_counts=still.imu_counts.copy())
     middle = len(still.t_us) // 2
     twitching.imu_counts[middle : middle + 30, 1:3, 4] += 500  # 8 deg/s for a tenth of a second
@@ -93,7 +93,7 @@ def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
 
 
 def test_nobody_who_sweeps_is_waited_for_endlessly() -> None:
-    counts = recorded(rest(), 2.0, Operator.steady())
+    counts = record_counts(rest(), 2.0, Operator.steady())
     late = replace(
         counts, t_us=counts.t_us + np.where(np.arange(len(counts.t_us)) > 5, round(MAX_DURATION_S * 1e6), 0)
     )
@@ -103,7 +103,7 @@ def test_nobody_who_sweeps_is_waited_for_endlessly() -> None:
 
 
 def test_what_moves_and_what_should() -> None:
-    counts = recorded(SWEEP, 34.0, Operator.steady())
+    counts = record_counts(SWEEP, 34.0, Operator.steady())
     right = progress_of(SWEEP, counts, _NOTHING, MODEL).levels
     assert all(level.met for level in right)
     assert right[3].limit_deg_s is None, "body 4 goes along with 2 and 3"
@@ -121,7 +121,7 @@ def test_what_moves_and_what_should() -> None:
 @pytest.mark.parametrize("width", [60, 80, 120])
 @pytest.mark.parametrize("step", [rest(), swings(1)[0], SWEEP, TURN])
 def test_the_picture_fits_the_terminal_and_says_what_is_wrong(step: Step, width: int) -> None:
-    progress = progress_of(step, until(recorded(SWEEP, 34.0, Operator.steady()), 10.0), _NOTHING, MODEL)
+    progress = progress_of(step, until(record_counts(SWEEP, 34.0, Operator.steady()), 10.0), _NOTHING, MODEL)
     lines = [line for line, _ in Picture(step, progress).lines(width)]
     assert max(map(len, lines)) <= max(width, 60)
     assert sum("|" in line for line in lines) == sum(

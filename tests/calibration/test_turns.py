@@ -19,28 +19,28 @@ from tests.calibration.bench_day import (
     Change,
     accept,
     add_angle,
-    changed,
-    done,
-    known,
+    change_counts,
+    expect_refusal,
+    prepend_rest_zero,
     record,
-    refused,
+    record_good_step,
     turn_sensor,
 )
-from tests.calibration.cases import case, check_refused, turned
+from tests.calibration.cases import case, check_refused, record_turn
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import turn
 
 BACK_AND_FORTH = [360.0, 0.0] * 3
-BY = partial(partial, turned, TURN)
+BY = partial(partial, record_turn, TURN)
 
 
-def opened(deg: float) -> Evidence:
-    return changed(done(TURN), add_angle(3, deg), add_angle(4, -deg))
+def open_joints(deg: float) -> Evidence:
+    return change_counts(record_good_step(TURN), add_angle(3, deg), add_angle(4, -deg))
 
 
 def test_scale_factors_within_their_intervals() -> None:
-    solution = solve(known(done(TURN)), MODEL)
+    solution = solve(prepend_rest_zero(record_good_step(TURN)), MODEL)
     for gyro, scale in zip(solution.gyros, TRUTH.gyro_scale, strict=True):
         stated = np.sqrt(gyro.covariance[8, 8])
         assert stated < 0.003
@@ -49,10 +49,12 @@ def test_scale_factors_within_their_intervals() -> None:
 
 
 def test_turns_that_are_taken() -> None:
-    accept(turned(turn("x", 360.0), BACK_AND_FORTH, (1.0, 0.0, 0.0)), known())
-    accept(record(TURN, hands=replace(HANDS, tilt_deg=0.3, placing_deg=0.3)), known())
-    accept(opened(1.0), known())
-    accept(done(TURN), known(*map(done, SWINGS[:3])))  # judged by what the swings say
+    accept(record_turn(turn("x", 360.0), BACK_AND_FORTH, (1.0, 0.0, 0.0)), prepend_rest_zero())
+    accept(record(TURN, hands=replace(HANDS, tilt_deg=0.3, placing_deg=0.3)), prepend_rest_zero())
+    accept(open_joints(1.0), prepend_rest_zero())
+    accept(
+        record_good_step(TURN), prepend_rest_zero(*map(record_good_step, SWINGS[:3]))
+    )  # judged by what the swings say
 
 
 ABOUT = "The robot was turned about another axis"
@@ -79,14 +81,14 @@ ABOUT = "The robot was turned about another axis"
         case("no rests", BY(BACK_AND_FORTH, rest_s=0.0), "at least 5 turns", "resting a second at each end"),
         case("not brought back", BY([360.0, 60.0] * 3), "Turn ", "from edge to edge"),
         case("interrupted", BY([180.0, 360.0, 180.0, 0.0] * 2), "Turn 1 was one of +1", quick=False),
-        case("a joint is open", lambda: opened(10.0), "Joint 2 was 1", "Close all joints"),
+        case("a joint is open", lambda: open_joints(10.0), "Joint 2 was 1", "Close all joints"),
     ],
 )
 def test_what_is_no_turn_is_refused(row: Any) -> None:
     check_refused(row)
 
 
-def mounted(body: int, *rotvec_deg: float) -> Change:
+def mount_sensor(body: int, *rotvec_deg: float) -> Change:
     return turn_sensor(body, np.rint(Rotation.from_rotvec(rotvec_deg, degrees=True).as_matrix()))
 
 
@@ -102,6 +104,8 @@ def mounted(body: int, *rotvec_deg: float) -> Change:
 def test_one_sensor_that_is_mounted_otherwise_is_named(
     body: int, rotvec_deg: tuple[int, ...], how: str
 ) -> None:
-    error = refused(changed(done(TURN), mounted(body, *rotvec_deg)), known())
+    error = expect_refusal(
+        change_counts(record_good_step(TURN), mount_sensor(body, *rotvec_deg)), prepend_rest_zero()
+    )
     assert error.what.startswith(f"The sensor on body {body} looks mounted {how}")
     assert "about the body's z axis" in error.what

@@ -26,7 +26,7 @@ def certificate(folder: Path, calibration: Calibration, name: str = "calibration
     return file
 
 
-def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0FFEE) -> Path:
+def write_drop(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0FFEE) -> Path:
     """Write a drop whose recording began at that time of day, or whose start time is unknown."""
     wall_clock_us = 0 if at is None else round(at.timestamp() * 1e6)
     header = replace(HEADER, wall_clock_us=wall_clock_us, image_crc=image_crc)
@@ -36,5 +36,5 @@ def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0F
     return file
 
 
-def said(result: dict[str, Any]) -> str:
+def join_sentences(result: dict[str, Any]) -> str:
     return "\n".join(result["calibration"]["sentences"])

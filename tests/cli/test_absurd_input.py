@@ -73,7 +73,7 @@ def test_it_is_refused_by_name(tfsat_host: RunCli, command_line: str, words: str
 INERTIA = re.compile(r"(?<=[xyz] = )-?[\d.]+")
 
 
-def _scaled(pattern: re.Pattern[str], factor: float, line_start: str) -> str:
+def _scale_lines(pattern: re.Pattern[str], factor: float, line_start: str) -> str:
     """Return the robot's file with the numbers of some lines in another unit."""
     return "\n".join(
         pattern.sub(lambda match: repr(float(match[0]) * factor), line)
@@ -97,11 +97,11 @@ def _in_meters() -> str:
 
 
 SLIPS = {
-    "inertia in g mm2 times 1000": _scaled(INERTIA, 1e3, "inertia_g_m2"),
-    "inertia in kg m2": _scaled(INERTIA, 1e-3, "inertia_g_m2"),
+    "inertia in g mm2 times 1000": _scale_lines(INERTIA, 1e3, "inertia_g_m2"),
+    "inertia in kg m2": _scale_lines(INERTIA, 1e-3, "inertia_g_m2"),
     "one inertia in kg m2": INERTIA.sub(lambda match: repr(float(match[0]) * 1e-3), ROBOT, count=6),
     "lengths in m": _in_meters(),
-    "masses in g": _scaled(_NUMBER, 1e3, "mass_kg"),
+    "masses in g": _scale_lines(_NUMBER, 1e3, "mass_kg"),
     "a hinge 5 m away": ROBOT.replace("point_mm = [0.0, 10.0, 236.0]", "point_mm = [5000.0, 10.0, 236.0]"),
     "an IMU 5 m away": ROBOT.replace(
         "position_mm = [50.0, 50.0, 50.0]", "position_mm = [5000.0, 50.0, 50.0]", 1

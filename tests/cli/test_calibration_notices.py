@@ -15,7 +15,15 @@ import pytest
 
 from tests.calibration.quiet_drop import quiet_drop
 from tests.calibration.some_calibration import SUBJECT
-from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
+from tests.cli.certified import (
+    DROPPED,
+    HOUR,
+    MEASURED,
+    certificate,
+    join_sentences,
+    whole_calibration,
+    write_drop,
+)
 from tests.cli.process import RunCli
 from tests.emulated.served import Served
 from tfsat_host.calibration.certificate.certificate import Landing, with_landing
@@ -24,21 +32,21 @@ from tfsat_host.calibration.sensors.gyro import by_design
 
 
 def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
-    process = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
+    process = tfsat_host("decode", write_drop(tfsat_host.folder), "--json")
     assert json.loads(process.stdout)["calibration"] is None
     assert "alibration" not in process.stderr
 
 
 def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: RunCli) -> None:
     file = certificate(tfsat_host.folder, whole_calibration())
-    process = tfsat_host("decode", recorded(tfsat_host.folder))
+    process = tfsat_host("decode", write_drop(tfsat_host.folder))
     assert "calibration.toml holds for this recording." in process.stderr
     landing = "2024-07-01 10:30:02 UTC"
     assert f"calibration.toml knows of the landing at {landing} now" in process.stderr
     (known_landing,) = read_calibration(file).landings
     assert known_landing.told_by == "recording 1234abcd"
     assert (known_landing.at - DROPPED).total_seconds() == pytest.approx(2.5, abs=0.1)
-    again = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
+    again = tfsat_host("decode", write_drop(tfsat_host.folder), "--json")
     assert json.loads(again.stdout)["calibration"] == {
         "file": str(file),
         "usable": True,
@@ -55,7 +63,7 @@ def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: Run
 def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
     early = with_landing(whole_calibration(), Landing(MEASURED + HOUR / 2, "a test"))
     certificate(tfsat_host.folder, early)
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
+    result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
     assert result["warnings"] == []
     assert result["calibration"]["usable"] is False
     assert len(result["calibration"]["shortcomings"]) == 18
@@ -65,25 +73,27 @@ def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
         "taken": MEASURED.isoformat(),
         "command": "tfsat-host calibrate bias",
     }
-    assert said(result).startswith(
+    assert join_sentences(result).startswith(
         "Measured before the last landing, which may have changed it: bias of body 1, "
     )
-    assert "tfsat-host calibrate bias" in said(result)
+    assert "tfsat-host calibrate bias" in join_sentences(result)
 
 
 def test_what_was_measured_after_the_drop_is_named(tfsat_host: RunCli) -> None:
     certificate(tfsat_host.folder, whole_calibration(measured_at=DROPPED + HOUR))
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
-    assert said(result).startswith("Measured only after the landing that followed")
-    assert "bias of body 1, bias of body 2, bias of body 3 and 15 more" in said(result)
+    result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
+    assert join_sentences(result).startswith("Measured only after the landing that followed")
+    assert "bias of body 1, bias of body 2, bias of body 3 and 15 more" in join_sentences(result)
 
 
 def test_what_it_lacks_is_named(tfsat_host: RunCli) -> None:
     calibration = whole_calibration()
     bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]))
     certificate(tfsat_host.folder, bare)
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
-    assert said(result).startswith("The calibration lacks bias of body 1, misalignment of body 1 about x, ")
+    result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
+    assert join_sentences(result).startswith(
+        "The calibration lacks bias of body 1, misalignment of body 1 about x, "
+    )
 
 
 @pytest.mark.parametrize(
@@ -99,8 +109,8 @@ def test_what_it_lacks_is_named(tfsat_host: RunCli) -> None:
 def test_of_other_sensors(tfsat_host: RunCli, change: dict[str, Any], words: str) -> None:
     other = whole_calibration(subject=replace(SUBJECT, **change))
     file = certificate(tfsat_host.folder, other, "other.toml")
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder), "--calibration", file)
-    assert words in said(result)
+    result = tfsat_host.json("decode", write_drop(tfsat_host.folder), "--calibration", file)
+    assert words in join_sentences(result)
     assert result["calibration"]["usable"] is False
     assert read_calibration(file).landings == (), "another robot did not land"
 
@@ -108,8 +118,8 @@ def test_of_other_sensors(tfsat_host: RunCli, change: dict[str, Any], words: str
 def test_an_imu_that_was_exchanged_is_named_and_the_robot_landed_all_the_same(tfsat_host: RunCli) -> None:
     other = whole_calibration(subject=replace(SUBJECT, who_am_i="68686968"))
     file = certificate(tfsat_host.folder, other)
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
-    assert said(result).startswith("The IMU of body 3 is another than the one that was calibrated")
+    result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
+    assert join_sentences(result).startswith("The IMU of body 3 is another than the one that was calibrated")
     assert result["calibration"]["usable"] is False
     assert len(read_calibration(file).landings) == 1
 
@@ -117,7 +127,7 @@ def test_an_imu_that_was_exchanged_is_named_and_the_robot_landed_all_the_same(tf
 def test_an_emulated_recording_looks_for_an_emulated_certificate(tfsat_host: RunCli) -> None:
     certificate(tfsat_host.folder, whole_calibration())
     emulated = whole_calibration(subject=replace(SUBJECT, emulated=True))
-    log = recorded(tfsat_host.folder, image_crc=0)
+    log = write_drop(tfsat_host.folder, image_crc=0)
     assert tfsat_host.json("decode", log)["calibration"] is None
     certificate(tfsat_host.folder, emulated, "calibration-emulated.toml")
     result = tfsat_host.json("decode", log)
@@ -129,7 +139,7 @@ def test_the_certificate_beside_the_log_comes_first(tfsat_host: RunCli) -> None:
     beside = tfsat_host.folder / "drop"
     beside.mkdir()
     certificate(tfsat_host.folder, whole_calibration())
-    log = recorded(beside)
+    log = write_drop(beside)
     assert tfsat_host.json("decode", log)["calibration"]["file"] == "calibration.toml"
     certificate(beside, whole_calibration())
     assert tfsat_host.json("decode", log)["calibration"]["file"] == str(beside / "calibration.toml")
@@ -140,11 +150,11 @@ def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text
     file = tfsat_host.folder / "mine.toml"
     if text is not None:
         file.write_text(text)
-    process = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file, "--json")
+    process = tfsat_host("decode", write_drop(tfsat_host.folder), "--calibration", file, "--json")
     result = json.loads(process.stdout)
     assert result["verdict"] == "complete"
     assert result["calibration"]["usable"] is False
-    assert str(file) in said(result)
+    assert str(file) in join_sentences(result)
     assert f"Warning: {result['calibration']['sentences'][0]}" in process.stderr
 
 
@@ -154,13 +164,13 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -
     Its name is so long that no new file next to it can be named after it.
     """
     file = certificate(tfsat_host.folder, whole_calibration()).rename(tfsat_host.folder / f"{'c' * 245}.toml")
-    process = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file)
+    process = tfsat_host("decode", write_drop(tfsat_host.folder), "--calibration", file)
     assert "could not be written into" in process.stderr
     assert read_calibration(file).landings == ()
 
 
 def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
-    assert tfsat_host.json("decode", recorded(tfsat_host.folder))["quiet_s"] is None
+    assert tfsat_host.json("decode", write_drop(tfsat_host.folder))["quiet_s"] is None
     data, bias_rad_s = quiet_drop(4, unix_us=round(DROPPED.timestamp() * 1e6))
     log = tfsat_host.folder / "QUIET.BIN"
     log.write_bytes(data)

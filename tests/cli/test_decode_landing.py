@@ -12,7 +12,15 @@ from pathlib import Path
 import pytest
 
 from tests.calibration.some_calibration import SUBJECT
-from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
+from tests.cli.certified import (
+    DROPPED,
+    HOUR,
+    MEASURED,
+    certificate,
+    join_sentences,
+    whole_calibration,
+    write_drop,
+)
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.archive import certificate_for, measured_after
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
@@ -25,12 +33,12 @@ COPIED = DROPPED + 2 * HOUR
 
 def timeless(folder: Path, copied: datetime = COPIED) -> Path:
     """Write a drop whose recording has no time of day, in a file of that date."""
-    log = recorded(folder, at=None)
+    log = write_drop(folder, at=None)
     os.utime(log, (copied.timestamp(),) * 2)
     return log
 
 
-def kept(folder: Path, calibration: Calibration, written: datetime) -> Path:
+def archive_certificate(folder: Path, calibration: Calibration, written: datetime) -> Path:
     """Write an earlier certificate into the archive of recordings."""
     archive = folder / "calibration-recordings"
     archive.mkdir(exist_ok=True)
@@ -63,8 +71,8 @@ def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfs
 def test_without_a_time_of_day_every_other_landing_counts(tfsat_host: RunCli) -> None:
     file = certificate(tfsat_host.folder, with_landing(whole_calibration(), Landing(DROPPED, "a test")))
     result = tfsat_host.json("decode", timeless(tfsat_host.folder))
-    assert said(result).startswith("Measured before the last landing")
-    assert "The recording has no time of day" in said(result)
+    assert join_sentences(result).startswith("Measured before the last landing")
+    assert "The recording has no time of day" in join_sentences(result)
     assert len(read_calibration(file).landings) == 2
 
 
@@ -81,15 +89,17 @@ def test_a_file_whose_date_says_nothing_landed_by_now(tfsat_host: RunCli, copied
 def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: RunCli) -> None:
     """Dropped, measured again, decoded again: by what held when it fell."""
     here = tfsat_host.folder
-    kept(here, whole_calibration(), MEASURED)
-    mine = kept(here, whole_calibration(), MEASURED + HOUR / 2)
-    kept(here, whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")), DROPPED - HOUR / 4)
-    kept(here, whole_calibration(measured_at=DROPPED + HOUR), DROPPED + HOUR)
+    archive_certificate(here, whole_calibration(), MEASURED)
+    mine = archive_certificate(here, whole_calibration(), MEASURED + HOUR / 2)
+    archive_certificate(
+        here, whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")), DROPPED - HOUR / 4
+    )
+    archive_certificate(here, whole_calibration(measured_at=DROPPED + HOUR), DROPPED + HOUR)
     (here / "calibration-recordings" / "certificate-of-mine.toml").write_text("")
     present = certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
-    result = tfsat_host.json("decode", recorded(here))
+    result = tfsat_host.json("decode", write_drop(here))
     assert result["calibration"] == {"file": str(mine), "usable": True, "shortcomings": [], "sentences": []}
-    process = tfsat_host("decode", recorded(here))
+    process = tfsat_host("decode", write_drop(here))
     assert f"{present} was measured again after this fall: {mine} is the certificate" in process.stderr
     assert f"{mine} holds for this recording." in process.stderr
     assert len(read_calibration(present).landings) == 1
@@ -102,29 +112,29 @@ def test_a_kept_certificate_knows_of_the_landings_since(tfsat_host: RunCli) -> N
     A landing between its last step and this fall may be noted after the certificate was kept.
     """
     here = tfsat_host.folder
-    mine = kept(here, whole_calibration(), MEASURED)
+    mine = archive_certificate(here, whole_calibration(), MEASURED)
     anew = with_landing(whole_calibration(measured_at=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))
     certificate(here, anew)
-    result = tfsat_host.json("decode", recorded(here))
+    result = tfsat_host.json("decode", write_drop(here))
     assert result["calibration"]["file"] == str(mine)
-    assert said(result).startswith("Measured before the last landing")
+    assert join_sentences(result).startswith("Measured before the last landing")
     assert result["calibration"]["shortcomings"][0]["command"] == "tfsat-host calibrate bias"
 
 
 def test_a_kept_certificate_that_is_damaged_is_passed_over_with_a_warning(tfsat_host: RunCli) -> None:
     here = tfsat_host.folder
-    mine = kept(here, whole_calibration(), MEASURED)
-    newer = kept(here, whole_calibration(), MEASURED + HOUR / 2)
+    mine = archive_certificate(here, whole_calibration(), MEASURED)
+    newer = archive_certificate(here, whole_calibration(), MEASURED + HOUR / 2)
     newer.write_text("nonsense")
     certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
-    process = tfsat_host("decode", recorded(here))
+    process = tfsat_host("decode", write_drop(here))
     assert f"Warning: {newer}: is not valid TOML" in process.stderr
     assert f"{mine} holds for this recording." in process.stderr
 
 
 def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_young(tmp_path: Path) -> None:
     landed = DROPPED + timedelta(seconds=3)
-    kept(tmp_path, whole_calibration(), MEASURED)
+    archive_certificate(tmp_path, whole_calibration(), MEASURED)
     present = certificate(tmp_path, whole_calibration())
     assert certificate_for(present, DROPPED, landed).path == present
     young = whole_calibration()
@@ -145,9 +155,11 @@ def test_what_was_measured_in_the_future_is_not_usable(tfsat_host: RunCli) -> No
     certificate(tfsat_host.folder, whole_calibration(measured_at=datetime(2199, 1, 1, tzinfo=UTC)))
     result = tfsat_host.json("decode", timeless(tfsat_host.folder))
     assert result["calibration"]["usable"] is False
-    assert "were measured in the future (2199-01-01 00:00 UTC)" in said(result)
-    assert "the clock was wrong then or is now; landings cannot end it" in said(result)
-    assert "tfsat-host calibrate bias --out" in said(result) and "calibration-anew.toml" in said(result)
+    assert "were measured in the future (2199-01-01 00:00 UTC)" in join_sentences(result)
+    assert "the clock was wrong then or is now; landings cannot end it" in join_sentences(result)
+    assert "tfsat-host calibrate bias --out" in join_sentences(
+        result
+    ) and "calibration-anew.toml" in join_sentences(result)
 
 
 def test_one_quantity_of_the_future() -> None:

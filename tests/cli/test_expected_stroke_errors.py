@@ -21,13 +21,13 @@ from tfsat_host.servo_settings import FACTORY, format_settings
 
 SERVO = SimulatedServo(gain=0.95, offset_deg=1.0, backlash_deg=1.0, repeatability_deg=0.3, noise_deg=0.05)
 MAPS = tuple(
-    fit_servo_map(replace(SERVO, seed=joint).visited(), joint, FACTORY.of(joint)) for joint in (1, 2)
+    fit_servo_map(replace(SERVO, seed=joint).visit_plan(), joint, FACTORY.of(joint)) for joint in (1, 2)
 )
 Calibrated = Callable[..., Path]
 
 
 @pytest.fixture
-def calibrated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Calibrated:
+def calibration_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Calibrated:
     """Puts a calibration with these servo maps into the current folder."""
     monkeypatch.chdir(tmp_path)
 
@@ -50,9 +50,9 @@ def _upload(capsys: pytest.CaptureFixture[str], *options: str, expect: int = 0) 
 
 
 def test_each_stroke_with_what_it_will_miss_by(
-    calibrated: Calibrated, capsys: pytest.CaptureFixture[str]
+    calibration_file: Calibrated, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    calibrated("calibration-emulated.toml")
+    calibration_file("calibration-emulated.toml")
     result = _upload(capsys, "--emulated")
     assert [(row["stroke"], row["joint"], row["commanded_deg"]) for row in result["expected"]] == [
         (1, 1, 59.0),
@@ -69,8 +69,8 @@ def test_each_stroke_with_what_it_will_miss_by(
     assert result["verified"] is True
 
 
-def test_for_people(calibrated: Calibrated, capsys: pytest.CaptureFixture[str]) -> None:
-    calibrated("calibration-emulated.toml", MAPS[:1])
+def test_for_people(calibration_file: Calibrated, capsys: pytest.CaptureFixture[str]) -> None:
+    calibration_file("calibration-emulated.toml", MAPS[:1])
     assert main(["upload-sequence", "59", "70", "--emulated"]) == 0
     output = capsys.readouterr()
     assert "misses by / deg" in output.out
@@ -83,9 +83,9 @@ def test_for_people(calibrated: Calibrated, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_settings_that_are_not_the_maps_are_said_and_computed_with(
-    calibrated: Calibrated, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    calibration_file: Calibrated, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    calibrated("calibration-emulated.toml")
+    calibration_file("calibration-emulated.toml")
     before = _upload(capsys, "--emulated")
     assert len(before["notices"]) == 2
     assert before["notices"][0].startswith("The servo settings on the board are not those of")
@@ -104,12 +104,12 @@ def test_settings_that_are_not_the_maps_are_said_and_computed_with(
 
 
 def test_without_a_map_nothing_is_expected(
-    calibrated: Calibrated, capsys: pytest.CaptureFixture[str]
+    calibration_file: Calibrated, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    calibrated("calibration.toml")  # of the real robot, which is not asked
+    calibration_file("calibration.toml")  # of the real robot, which is not asked
     result = _upload(capsys, "--emulated")
     assert (result["expected"], result["notices"]) == (None, [])
-    calibrated("calibration-emulated.toml", ())
+    calibration_file("calibration-emulated.toml", ())
     result = _upload(capsys, "--emulated")
     assert result["expected"] is None
     assert [notice.split(":")[0].split()[-2:] for notice in result["notices"]] == [
@@ -118,16 +118,16 @@ def test_without_a_map_nothing_is_expected(
     ]
 
 
-def test_a_file_of_another_name(calibrated: Calibrated, capsys: pytest.CaptureFixture[str]) -> None:
-    path = calibrated("yesterday.toml")
+def test_a_file_of_another_name(calibration_file: Calibrated, capsys: pytest.CaptureFixture[str]) -> None:
+    path = calibration_file("yesterday.toml")
     assert _upload(capsys, "--emulated")["expected"] is None
     assert len(_upload(capsys, "--emulated", "--calibration", str(path))["expected"]) == 4
 
 
 def test_a_file_that_cannot_be_read(
-    calibrated: Calibrated, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    calibration_file: Calibrated, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = calibrated("calibration-emulated.toml")
+    path = calibration_file("calibration-emulated.toml")
 
     def fail(path: Path) -> tuple[ServoMap, ...]:
         raise CalibrationError(what=f"{path} is damaged.", meaning="It says nothing.", next_step="Measure.")

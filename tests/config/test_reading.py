@@ -57,7 +57,7 @@ KIND = ConfigKind(
 Read = Callable[[Table], object]
 
 
-def refused(read: Read, text: str, kind: ConfigKind = KIND) -> CodedError:
+def expect_refusal(read: Read, text: str, kind: ConfigKind = KIND) -> CodedError:
     with pytest.raises(CodedError) as caught:
         read(parse_config(text, "arm.toml", kind))
     assert caught.value.meaning == "No arm."
@@ -94,7 +94,7 @@ def servo_of(joint: Table) -> float:
     return joint.table("servo").number("rate", above=0)
 
 
-def numbered(top: Table) -> dict[int, Table]:
+def joints_by_number(top: Table) -> dict[int, Table]:
     return top.tables_by_number("joint", "number", 2)
 
 
@@ -136,9 +136,9 @@ def numbered(top: Table) -> dict[int, Table]:
         ("{ x = 1 }", "1", lambda top: top.table("inside"), "15: inside: 1 is not a table"),
         ("rate = 20", "rate = 0", servo_rate, "24: joint 2, servo.rate: 0 is not a number above 0"),
         ("servo.rate = 20", "", servo_rate, "22: joint 2, servo: is missing"),
-        ("rate = 20", "rate = 0", lambda top: servo_of(numbered(top)[1]), "24: joint of number 1, servo.rate: 0"),
-        ("number = 1", "number = 2", numbered, "23: joint 2, number: number 2 is described"),
-        ("number = 1", "number = 3", numbered, "23: joint 2, number: 3 is not"),
+        ("rate = 20", "rate = 0", lambda top: servo_of(joints_by_number(top)[1]), "24: joint of number 1, servo.rate: 0"),
+        ("number = 1", "number = 2", joints_by_number, "23: joint 2, number: number 2 is described"),
+        ("number = 1", "number = 3", joints_by_number, "23: joint 2, number: 3 is not"),
         ("", "", lambda top: top.numbered("joint", "number", 3), "17: joint: there is no [[joint]] of number 3"),
         ("", "", lambda top: top.tables("fast"), "8: fast: true is not tables, each below its own line [[fast]]"),
         ("", "", lambda top: top.tables("leg", needed=True), "1: leg: is missing"),
@@ -150,7 +150,7 @@ def numbered(top: Table) -> dict[int, Table]:
 )  # fmt: skip
 def test_a_wrong_entry_is_named_with_its_line(old: str, new: str, read: Read, what: str) -> None:
     assert TEXT.replace(old, new, 1) != TEXT or not old
-    assert refused(read, TEXT.replace(old, new, 1)).what.startswith(f"arm.toml:{what}")
+    assert expect_refusal(read, TEXT.replace(old, new, 1)).what.startswith(f"arm.toml:{what}")
 
 
 @pytest.mark.parametrize(
@@ -166,18 +166,18 @@ def test_a_wrong_entry_is_named_with_its_line(old: str, new: str, read: Read, wh
     ],
 )  # fmt: skip
 def test_each_error_has_a_cure_and_a_code(read: Read, cure: str, code: Fault) -> None:
-    error = refused(read, TEXT)
+    error = expect_refusal(read, TEXT)
     assert (error.next_step, error.code) == (cure, code)
 
 
 def test_a_file_that_a_program_writes_is_not_to_be_corrected_by_hand() -> None:
     computed = ConfigKind("arm file", CodedError, "No arm.", "Start from scratch.", codes={}, computed=True)
     for read in (lambda top: top.number("name"), lambda top: top.number("width_m")):
-        assert refused(read, TEXT, computed).next_step == "Start from scratch."
+        assert expect_refusal(read, TEXT, computed).next_step == "Start from scratch."
 
 
 def test_a_kind_has_its_own_codes_or_none() -> None:
-    assert refused(lambda top: top, "format = 2").code is Own.WRONG_FORMAT
+    assert expect_refusal(lambda top: top, "format = 2").code is Own.WRONG_FORMAT
     plain = ConfigKind("arm file", TfsatError, "No arm.", "Start from scratch.", format=None)
     with pytest.raises(TfsatError, match="length_m: is missing"):
         parse_config("", "arm.toml", plain).number("length_m")

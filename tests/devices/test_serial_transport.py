@@ -167,10 +167,10 @@ def test_writing_does_not_wait_until_the_board_has_taken_the_bytes(
 ) -> None:
     """tcdrain() has no time limit: a board that hangs would hold the program."""
 
-    def drained() -> None:
+    def refuse_drain() -> None:
         raise AssertionError("waited for the board")
 
-    monkeypatch.setattr(port._port, "flush", drained)
+    monkeypatch.setattr(port._port, "flush", refuse_drain)
     port.write(b"\x01\x02")
     assert terminal.receive(2) == b"\x01\x02"
 

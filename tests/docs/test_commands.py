@@ -29,13 +29,13 @@ def _refusal(command: Typed) -> str | None:
     return None
 
 
-def _refused(lines: list[Typed]) -> str:
+def _list_refusals(lines: list[Typed]) -> str:
     return "\n".join(filter(None, map(_refusal, lines)))
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(REPOSITORY).as_posix())
 def test_every_command_line_in_code_parses(document: Path) -> None:
-    assert _refused(typed_in_code(document)) == ""
+    assert _list_refusals(typed_in_code(document)) == ""
 
 
 def test_there_are_command_lines_to_parse() -> None:
@@ -44,7 +44,7 @@ def test_there_are_command_lines_to_parse() -> None:
 
 
 def test_every_command_of_the_runbook_parses() -> None:
-    assert _refused(typed_inline(GUIDE / "runbook.md")) == ""
+    assert _list_refusals(typed_inline(GUIDE / "runbook.md")) == ""
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(REPOSITORY).as_posix())

@@ -84,7 +84,7 @@ def test_the_runbook_copies_the_certificate_when_the_landing_is_in_it() -> None:
     )
 
 
-def _calibrated(page: str) -> set[str]:
+def _calibrate_commands(page: str) -> set[str]:
     """Return the calibrate commands of a page; `then 2 and 3` stands for the other joints."""
     matches = re.findall(r"`tfsat-host calibrate ([^`]+)`(, then 2 and 3)?", page)
     assert all(others or "--joint" not in command for command, others in matches)
@@ -110,13 +110,13 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
     )
     landed = Landing(MEASURED + timedelta(hours=1), "recording 1a2b3c4d")
     page = _text("runbook.md")
-    assert {gap.command for gap in unmeasured.shortcomings()} <= _calibrated(page)
+    assert {gap.command for gap in unmeasured.shortcomings()} <= _calibrate_commands(page)
     _, before_each = page.split("**Before each drop, on the desk**")
     again = "\n".join(line for line in before_each.splitlines() if "first drop" not in line)
     required_commands = {
         gap.command for gap in replace(whole_calibration(), landings=(landed,)).shortcomings()
     }
-    assert len(required_commands) > 5 and required_commands <= _calibrated(again)
+    assert len(required_commands) > 5 and required_commands <= _calibrate_commands(again)
 
 
 def test_the_python_examples_run_one_after_the_other(
@@ -139,7 +139,7 @@ def test_the_python_examples_run_one_after_the_other(
 def test_the_sketches_need_what_the_flashing_page_says() -> None:
     """Sketches need no library besides the board's core, except those that the flashing page names."""
 
-    def included(sketch: str) -> set[str]:
+    def find_includes(sketch: str) -> set[str]:
         sources = [
             *(REPOSITORY / "firmware" / sketch).rglob("*.[hc]*"),
             *(REPOSITORY / "firmware" / sketch).glob("*.ino"),
@@ -149,9 +149,9 @@ def test_the_sketches_need_what_the_flashing_page_says() -> None:
 
     system = {"stdint.h", "stddef.h", "string.h", "math.h", "setjmp.h"}
     assert {
-        name for name in included("arduino_sequencer") - system if not name.startswith(("avr/", "util/"))
+        name for name in find_includes("arduino_sequencer") - system if not name.startswith(("avr/", "util/"))
     } == {"Arduino.h"}
-    assert included("teensy_logger") - system - {"avr/eeprom.h"} == {"Arduino.h", "SdFat.h", "Wire.h"}
+    assert find_includes("teensy_logger") - system - {"avr/eeprom.h"} == {"Arduino.h", "SdFat.h", "Wire.h"}
     for name in ("`SdFat`", "`Wire`"):
         assert name in _text("flashing.md")
 

@@ -56,7 +56,7 @@ def _ids(rule: list[Token]) -> set[tuple[int, int]]:
     return {(int(vendor, 16), int(product, 16)) for vendor, product in pairs}
 
 
-def _assigned(rule: list[Token], key: str) -> str | None:
+def _assigned_value(rule: list[Token], key: str) -> str | None:
     return next((value for name, _, operator, value in rule if name == key and operator in _ASSIGN), None)
 
 
@@ -91,12 +91,12 @@ def test_a_mistake_would_be_found(line: str) -> None:
 def test_it_is_read_before_the_access_is_given() -> None:
     assert int(PATH.name[:2]) < 73
     for rule in RULES:
-        if _ids(rule) and _assigned(rule, "MODE"):
-            assert (_assigned(rule, "MODE"), _assigned(rule, "TAG")) == ("0660", "uaccess")
+        if _ids(rule) and _assigned_value(rule, "MODE"):
+            assert (_assigned_value(rule, "MODE"), _assigned_value(rule, "TAG")) == ("0660", "uaccess")
 
 
 def test_the_ports_are_those_that_the_host_looks_for() -> None:
-    links = {ids: _assigned(rule, "SYMLINK") for rule in _of_ports() for ids in _ids(rule)}
+    links = {ids: _assigned_value(rule, "SYMLINK") for rule in _of_ports() for ids in _ids(rule)}
     identities = {
         (vendor, number): identify(PortInfo("port", vendor, number))
         for vendor in (0x2341, 0x2A03, 0x16C0)

@@ -98,10 +98,10 @@ class Script:
             [probe], input="\n".join(self.lines), capture_output=True, text=True, check=False
         )
         assert process.returncode == 0, process.stderr
-        return [_shown(line) for line in process.stdout.splitlines()]
+        return [_parse_line(line) for line in process.stdout.splitlines()]
 
 
-def _shown(line: str) -> Shown:
+def _parse_line(line: str) -> Shown:
     v = np.array(line.split(), dtype=np.float64)
     return Shown(
         v[0:4], v[4:7], v[7:10], v[10:13], v[13:16], v[16:19], v[19:22], v[22:25], float(v[25]), v[26:]

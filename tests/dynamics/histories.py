@@ -66,15 +66,15 @@ class PolynomialHistory:
         self._series = [Chebyshev(row, domain=[0.0, duration_s]) for row in weights]
 
     def angles(self, t: ArrayLike) -> FloatArray:
-        return self._evaluated(t, 0)
+        return self._evaluate_series(t, 0)
 
     def rates(self, t: ArrayLike) -> FloatArray:
-        return self._evaluated(t, 1)
+        return self._evaluate_series(t, 1)
 
     def accelerations(self, t: ArrayLike) -> FloatArray:
-        return self._evaluated(t, 2)
+        return self._evaluate_series(t, 2)
 
-    def _evaluated(self, t: ArrayLike, order: int) -> FloatArray:
+    def _evaluate_series(self, t: ArrayLike, order: int) -> FloatArray:
         at = np.asarray(t, dtype=np.float64)
         return np.stack([np.asarray(series.deriv(order)(at)) for series in self._series], axis=-1)
 

@@ -48,7 +48,7 @@ def broadcastable(draw: st.DrawFn, count: int) -> list[Shape]:
     return shapes
 
 
-def varied(body: Multibody, shapes: list[Shape], rng: np.random.Generator) -> Multibody:
+def vary_body(body: Multibody, shapes: list[Shape], rng: np.random.Generator) -> Multibody:
     """Return the tree with arrays of these batch shapes, varied slightly from sample to sample."""
     arrays = {}
     for name, shape in zip(ARRAYS, shapes, strict=True):
@@ -91,7 +91,7 @@ def test_shapes_of_what_depends_on_the_pose(
     trees: dict[int, Multibody], n: int, shapes: list[Shape], seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
-    body = varied(trees[n], shapes[:5], rng)
+    body = vary_body(trees[n], shapes[:5], rng)
     angles, rates = (rng.normal(size=(*shape, n - 1)) for shape in shapes[5:7])
     for function in (locked_inertia, joint_momentum, connection):
         compare(function, body, [angles], [1])
@@ -109,7 +109,7 @@ def test_shapes_of_what_depends_on_the_pose(
 @given(shapes=broadcastable(7), seed=st.integers(0, 99))
 def test_shapes_of_strokes_and_paths(trees: dict[int, Multibody], shapes: list[Shape], seed: int) -> None:
     rng = np.random.default_rng(seed)
-    body = varied(trees[4], shapes[:5], rng)
+    body = vary_body(trees[4], shapes[:5], rng)
     start, delta = rng.normal(size=(*shapes[5], 3)), rng.normal(size=shapes[6])
     deltas = rng.normal(size=(*shapes[6], len(PATH)))
     compare(lambda b, a, d: stroke_rotation(b, 1, a, d, steps=2), body, [start, np.asarray(delta)], [1, 0])

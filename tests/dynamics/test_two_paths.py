@@ -39,7 +39,7 @@ def net(robot: RobotModel, strokes: Strokes, base: int | None = None) -> Rotatio
     return Rotation.from_quat(path_rotation(Multibody.of(robot, base), joints, np.array(deltas)))
 
 
-def flown(robot: RobotModel, strokes: Strokes, base: int | None = None) -> Flight:
+def fly_strokes(robot: RobotModel, strokes: Strokes, base: int | None = None) -> Flight:
     """Half a second a stroke, from rest to rest."""
     moves = [TimedMove(joint, delta, 0.5 * k, 0.5 * k + 0.4) for k, (joint, delta) in enumerate(strokes)]
     return propagate(Multibody.of(robot, base), history_from_moves(robot, moves), order=6)
@@ -59,7 +59,7 @@ def five_bodies(folder: Path, seed: int) -> RobotModel:
 
 def test_the_papers_first_path_reorients_every_body_by_26_11_degrees() -> None:
     robot = load_robot()
-    by_strokes, flight = net(robot, REORIENTS), flown(robot, REORIENTS)
+    by_strokes, flight = net(robot, REORIENTS), fly_strokes(robot, REORIENTS)
     assert degrees(by_strokes) == pytest.approx(26.11, abs=0.005)
     for body in BODIES:
         assert degrees(end_of(flight, body) * by_strokes.inv()) < 1e-4
@@ -70,7 +70,7 @@ def test_the_papers_first_path_reorients_every_body_by_26_11_degrees() -> None:
 def test_the_papers_second_path_cancels_exactly() -> None:
     robot = load_robot()
     assert degrees(net(robot, CANCELS)) < 1e-9
-    flight = flown(robot, CANCELS)
+    flight = fly_strokes(robot, CANCELS)
     for body in BODIES:
         assert degrees(end_of(flight, body)) < 1e-9
     halfway = Rotation.from_quat(flight.quaternion_xyzw[np.searchsorted(flight.t_s, 0.95)])
@@ -105,7 +105,7 @@ def test_after_an_open_path_the_base_bodies_differ_by_the_joint_angles(base: int
     relative, _ = poses(Multibody.of(robot), angles)  # to the robot's own base
     rotation, by_own_base = net(robot, OPEN, base), net(robot, OPEN)
     assert degrees(rotation * (by_own_base * Rotation.from_matrix(relative[base])).inv()) < 1e-4
-    assert degrees(rotation * end_of(flown(robot, OPEN), base).inv()) < 1e-4
+    assert degrees(rotation * end_of(fly_strokes(robot, OPEN), base).inv()) < 1e-4
     if base != robot.base:
         assert degrees(rotation * by_own_base.inv()) > 10.0
 

@@ -12,7 +12,7 @@ from tfsat_host.emulated.state import ServedFolder
 
 
 @pytest.fixture(params=["native", "avr"])
-def served(
+def served_robot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Served]:
     """Yield a served robot, once with the sequencer's core and once with its real image."""

@@ -69,24 +69,26 @@ def jog_joint_1(client: Client) -> None:
     client.request(JogRequest(1, 0, round(100 * TO_DEG), JOG_CONFIRM), JogReply)
 
 
-def test_a_jog_that_is_killed_leaves_the_joint_limp_where_it_is(served: Served) -> None:
+def test_a_jog_that_is_killed_leaves_the_joint_limp_where_it_is(served_robot: Served) -> None:
     jog = subprocess.Popen(
         [sys.executable, "-m", "tfsat_host", "jog", "--joint", "1", "--from", "0", "--to", f"{TO_DEG:g}",
-         "--hold", "5", "--yes", "--port", str(served.sequencer)],
+         "--hold", "5", "--yes", "--port", str(served_robot.sequencer)],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
     )  # fmt: skip
     try:
-        wait_until_under_way(served)
-        assert served.control("hold 2 3 4", "swing 1 1 1 1")[1].startswith("error"), "its servo holds it"
+        wait_until_under_way(served_robot)
+        assert served_robot.control("hold 2 3 4", "swing 1 1 1 1")[1].startswith("error"), (
+            "its servo holds it"
+        )
     finally:
         jog.kill()
         jog.communicate(timeout=TIMEOUT_S)
-    served.control("wait 300ms")
-    left_at_deg = angle_deg(served)
+    served_robot.control("wait 300ms")
+    left_at_deg = angle_deg(served_robot)
     assert UNDER_WAY_DEG < left_at_deg < TO_DEG - 10.0
-    served.control("wait 1")
-    assert angle_deg(served) == pytest.approx(left_at_deg, abs=0.1)
-    assert served.control("swing 1 1 1 1") == ["ok for 1 s"]
+    served_robot.control("wait 1")
+    assert angle_deg(served_robot) == pytest.approx(left_at_deg, abs=0.1)
+    assert served_robot.control("swing 1 1 1 1") == ["ok for 1 s"]
 
 
 def test_a_program_that_closes_the_port_ends_its_jog(server: RobotServer, tmp_path: Path) -> None:
@@ -125,12 +127,12 @@ def test_closing_a_port_in_this_process_ends_a_jog_and_opening_it_again_finds_th
         assert status.state == SequencerState.SAFE
 
 
-def test_between_two_programs_the_sequencer_stays_armed(served: Served, tfsat_host: RunCli) -> None:
+def test_between_two_programs_the_sequencer_stays_armed(served_robot: Served, tfsat_host: RunCli) -> None:
     """Keep the sequencer armed when the arming program ends: the robot is lifted without a cable.
 
     Only a jog needs its program to keep running.
     """
-    tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
-    tfsat_host("arm", "--yes", "--port", served.sequencer)
-    status = tfsat_host.json("status", "--port", served.sequencer)["sequencer"]
+    tfsat_host("upload-sequence", 59, 70, "--port", served_robot.sequencer)
+    tfsat_host("arm", "--yes", "--port", served_robot.sequencer)
+    status = tfsat_host.json("status", "--port", served_robot.sequencer)["sequencer"]
     assert status["state"] == "armed"

@@ -27,24 +27,24 @@ def left_in_folder() -> list[str]:
     return sorted(path.name for path in Path("robot").iterdir())
 
 
-def test_the_whole_chain_through_the_ports(served: Served, tfsat_host: RunCli) -> None:
-    uploaded = tfsat_host.json("upload-sequence", 59, 70, "--port", served.sequencer)
+def test_the_whole_chain_through_the_ports(served_robot: Served, tfsat_host: RunCli) -> None:
+    uploaded = tfsat_host.json("upload-sequence", 59, 70, "--port", served_robot.sequencer)
     assert uploaded["verified"] is True
     assert [(s["t_s"], s["joint"], s["angle_deg"]) for s in uploaded["schedule"]] == PAPER
 
-    armed = tfsat_host.json("arm", "--yes", "--port", served.sequencer)
+    armed = tfsat_host.json("arm", "--yes", "--port", served_robot.sequencer)
     assert armed["state"] == "armed"
-    logger = LoggerClient.connect(SerialTransport(str(served.logger)))
+    logger = LoggerClient.connect(SerialTransport(str(served_robot.logger)))
     logger.start_recording()
-    assert served.control("wait 500ms", "drop", "wait still", "wait 500ms") == [
+    assert served_robot.control("wait 500ms", "drop", "wait still", "wait 500ms") == [
         "ok", "ok falls for 2.5 s", "ok", "ok",
     ]  # fmt: skip
     logger.stop_recording()
     logger.close()
-    assert tfsat_host.json("status", "--port", served.sequencer)["sequencer"]["state"] == "done"
-    (copied,) = served.control("card flight.bin")
+    assert tfsat_host.json("status", "--port", served_robot.sequencer)["sequencer"]["state"] == "done"
+    (copied,) = served_robot.control("card flight.bin")
     assert copied.startswith("ok ")
-    served.end()
+    served_robot.end()
 
     assert Path("robot/SD.bin").read_bytes() == Path("flight.bin").read_bytes()
     decoded = tfsat_host.json("decode", "robot/SD.bin")
@@ -52,22 +52,22 @@ def test_the_whole_chain_through_the_ports(served: Served, tfsat_host: RunCli) -
     assert decoded["samples"] > 3.0 * 280
 
 
-def test_the_eeprom_outlives_the_process(served: Served, tfsat_host: RunCli) -> None:
-    tfsat_host("upload-sequence", 40, 50, "--port", served.sequencer)
-    served.end()
+def test_the_eeprom_outlives_the_process(served_robot: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 40, 50, "--port", served_robot.sequencer)
+    served_robot.end()
     assert left_in_folder() == ["sequencer.eeprom"]
-    with Served("--sequencer", served.announced["image"]) as again:
+    with Served("--sequencer", served_robot.announced["image"]) as again:
         state = tfsat_host.json("status", "--port", again.sequencer)["sequencer"]
         again.end(signal.SIGINT)
     assert state["maneuver"]["origin"] == "uploaded"
     assert [stroke["angle_deg"] for stroke in state["maneuver"]["strokes"]] == [40.0, 50.0, -40.0, -50.0]
 
 
-def test_power_off_forgets_the_arming(served: Served, tfsat_host: RunCli) -> None:
-    tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
-    tfsat_host("arm", "--yes", "--port", served.sequencer)
-    served.control("power sequencer off", "wait 100ms", "power sequencer on")
-    assert tfsat_host.json("status", "--port", served.sequencer)["sequencer"]["state"] != "armed"
+def test_power_off_forgets_the_arming(served_robot: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, "--port", served_robot.sequencer)
+    tfsat_host("arm", "--yes", "--port", served_robot.sequencer)
+    served_robot.control("power sequencer off", "wait 100ms", "power sequencer on")
+    assert tfsat_host.json("status", "--port", served_robot.sequencer)["sequencer"]["state"] != "armed"
 
 
 def test_a_command_for_the_other_board_is_refused_by_name(native: Served, tfsat_host: RunCli) -> None:
@@ -111,11 +111,11 @@ def test_a_second_server_is_refused_and_the_first_goes_on(native: Served, tfsat_
     assert native.control("angles") == ["ok 0.00 0.00 0.00"]
 
 
-def test_an_upload_that_was_read_back_outlives_a_kill(served: Served, tfsat_host: RunCli) -> None:
-    assert tfsat_host.json("upload-sequence", 40, 50, "--port", served.sequencer)["verified"] is True
-    served.process.kill()
-    served.process.wait(timeout=TIMEOUT_S)
-    with Served("--sequencer", served.announced["image"]) as again:
+def test_an_upload_that_was_read_back_outlives_a_kill(served_robot: Served, tfsat_host: RunCli) -> None:
+    assert tfsat_host.json("upload-sequence", 40, 50, "--port", served_robot.sequencer)["verified"] is True
+    served_robot.process.kill()
+    served_robot.process.wait(timeout=TIMEOUT_S)
+    with Served("--sequencer", served_robot.announced["image"]) as again:
         maneuver = tfsat_host.json("status", "--port", again.sequencer)["sequencer"]["maneuver"]
         again.end()
     assert [stroke["angle_deg"] for stroke in maneuver["strokes"]] == [40.0, 50.0, -40.0, -50.0]

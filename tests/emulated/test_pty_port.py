@@ -92,12 +92,12 @@ def test_a_claim_that_cannot_be_lifted_gives_a_new_terminal(
     client.close()
     opened = os.open
 
-    def claimed(path: str, flags: int, mode: int = 0o777) -> int:
+    def open_or_refuse(path: str, flags: int, mode: int = 0o777) -> int:
         if path == before:
             raise OSError(16, "Device or resource busy")
         return opened(path, flags, mode)
 
-    monkeypatch.setattr(os, "open", claimed)
+    monkeypatch.setattr(os, "open", open_or_refuse)
     # Held, so that the system does not hand out the same number again.
     descriptors = pty.openpty()
     assert port.read() == b""

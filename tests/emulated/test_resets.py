@@ -29,33 +29,33 @@ def status(served: Served, tfsat_host: RunCli) -> dict[str, Any]:
 
 
 def test_armed_with_both_switches_closed_it_is_armed_again_and_the_resets_are_counted(
-    served: Served, tfsat_host: RunCli
+    served_robot: Served, tfsat_host: RunCli
 ) -> None:
-    arm(served, tfsat_host)
+    arm(served_robot, tfsat_host)
     for number, (word, cause) in enumerate(CAUSES.items(), start=1):
-        assert served.control(f"reset {word}", "wait 500ms") == ["ok", "ok"]
-        sequencer_status = status(served, tfsat_host)
+        assert served_robot.control(f"reset {word}", "wait 500ms") == ["ok", "ok"]
+        sequencer_status = status(served_robot, tfsat_host)
         assert (sequencer_status["state"], sequencer_status["fault"]) == ("armed", "none")
         assert (sequencer_status["resets_while_armed"], sequencer_status["reset_cause"]) == (number, cause)
-    served.control("drop", "wait still", "wait 500ms")
-    sequencer_status = status(served, tfsat_host)
+    served_robot.control("drop", "wait still", "wait 500ms")
+    sequencer_status = status(served_robot, tfsat_host)
     assert (sequencer_status["state"], sequencer_status["resets_while_armed"]) == ("done", len(CAUSES))
 
 
 @pytest.mark.parametrize("word", list(CAUSES))
 def test_armed_with_a_switch_open_it_is_in_fault_and_the_servos_hold(
-    served: Served, tfsat_host: RunCli, word: str
+    served_robot: Served, tfsat_host: RunCli, word: str
 ) -> None:
-    arm(served, tfsat_host)
-    served.control("hold 2 3 4", "release 1", f"reset {word}", "wait 1")
-    sequencer_status = status(served, tfsat_host)
+    arm(served_robot, tfsat_host)
+    served_robot.control("hold 2 3 4", "release 1", f"reset {word}", "wait 1")
+    sequencer_status = status(served_robot, tfsat_host)
     assert (sequencer_status["state"], sequencer_status["fault"]) == ("fault", "reset_while_armed")
     assert sequencer_status["reset_cause"] == CAUSES[word]
     for joint in (1, 2, 3):
-        (refused,) = served.control(f"swing {joint} 10 1 1")
+        (refused,) = served_robot.control(f"swing {joint} 10 1 1")
         assert "Its servo holds it" in refused
-    tfsat_host("disarm", "--port", served.sequencer)
-    assert served.control("wait 300ms", "swing 1 10 1 1") == ["ok", "ok for 1 s"]
+    tfsat_host("disarm", "--port", served_robot.sequencer)
+    assert served_robot.control("wait 300ms", "swing 1 10 1 1") == ["ok", "ok for 1 s"]
 
 
 def test_a_program_that_has_the_port_open_loses_it_and_the_next_finds_it(native: Served) -> None:

@@ -48,5 +48,5 @@ def fly(robot: EmulatedRobot, board: SequencerClient, before_drop: Act, *, until
     robot.advance(until_us)
 
 
-def nothing(robot: EmulatedRobot) -> None:
+def do_nothing(robot: EmulatedRobot) -> None:
     """Does not break it: what a test must be red without."""

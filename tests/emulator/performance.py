@@ -44,7 +44,7 @@ class Performance:
         """Return the row nearest to time `t_s`."""
         return int(np.argmin(np.abs(self.t_s - t_s)))
 
-    def turned(self, body: int, t_s: float) -> FloatArray:
+    def turn_deg(self, body: int, t_s: float) -> FloatArray:
         """(3,) deg, by what a body (1 to 4) has turned since the beginning, in its first frame."""
         attitude = self.attitudes[body - 1]
         return np.asarray(np.rad2deg((attitude[0].inv() * attitude[self.at(t_s)]).as_rotvec()))

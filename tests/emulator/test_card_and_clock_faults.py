@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.emulator.fault_bench import SEED, fly, nothing
+from tests.emulator.fault_bench import SEED, do_nothing, fly
 from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.imperfections import ideal
@@ -60,7 +60,7 @@ def test_a_sequencers_clock_may_go_wrong_in_the_middle_of_a_run(sequencer: str) 
     """1.2 s after the release it gets 2 % slow: the strokes at 1.47 and 1.82 s come 2 % of what was left later."""
     with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, logger):
         logger.start_recording()
-        fly(robot, board, nothing, until_us=1_200_000)
+        fly(robot, board, do_nothing, until_us=1_200_000)
         turned_us = robot.now_us - robot.released_us
         robot.faults.clock("sequencer", -20_000.0)
         robot.advance(1_300_000)

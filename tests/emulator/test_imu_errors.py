@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.emulator.fault_bench import SEED, nothing, record
+from tests.emulator.fault_bench import SEED, do_nothing, record
 from tests.fixtures.emulated_drop import read_card, releaser
 from tests.paths import HOST
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
@@ -26,7 +26,7 @@ def gyro_deg_s(log: DropLog) -> NDArray[np.float64]:
     return np.asarray(log.imu_counts[:, :, 4:7] / log.header.gyro_lsb_per_deg_s)
 
 
-def dropped(wrong: Imperfections) -> DropLog:
+def record_drop(wrong: Imperfections) -> DropLog:
     """Record one second in the releaser, one second of fall without rotation or stroke, and the landing."""
     with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         logger.start_recording()
@@ -42,7 +42,7 @@ def test_a_gyro_that_feels_forces_shows_another_bias_in_free_fall() -> None:
     sensitivity[:, :, 2] = np.deg2rad([[0.5, -1.0, 2.0]])  # to the force along z, which is up
     for feels in (True, False):
         wrong = replace(ideal(), gyro_g_sensitivity_rad_s_g=sensitivity) if feels else ideal()
-        log = dropped(wrong)
+        log = record_drop(wrong)
         assert log.release_us is not None
         held_mask = (log.t_us < log.release_us) & log.imu_valid.all(axis=1)
         falls = (log.t_us > log.release_us + 500_000) & (log.t_us < log.release_us + 900_000)
@@ -84,9 +84,9 @@ def test_a_power_cycle_lets_the_dies_cool_in_no_time_and_warm_anew() -> None:
 
 def test_a_bias_wanders_by_what_it_is_told_and_each_axis_its_own_way() -> None:
     wander = replace(ideal(), gyro_wander_rad_s=np.deg2rad(0.5))
-    log, _, _ = record(nothing, then_us=300_000_000, imperfections=wander)
+    log, _, _ = record(do_nothing, then_us=300_000_000, imperfections=wander)
     rates = gyro_deg_s(log)[log.imu_valid.all(axis=1)].reshape(-1, 12)
-    steady, _, _ = record(nothing, then_us=1_000_000, imperfections=ideal())
+    steady, _, _ = record(do_nothing, then_us=1_000_000, imperfections=ideal())
     assert np.ptp(gyro_deg_s(steady)[50:].reshape(-1, 12), axis=0).max() == 0.0
     # Three correlation times of twelve axes.
     assert rates.std() == pytest.approx(0.5, rel=0.35)
@@ -96,7 +96,7 @@ def test_a_bias_wanders_by_what_it_is_told_and_each_axis_its_own_way() -> None:
 
 @pytest.mark.parametrize("limit_g", [0.0, 20.0])
 def test_a_landing_drives_gyros_to_their_ends_as_it_does_accelerometers(limit_g: float) -> None:
-    log = dropped(replace(ideal(), gyro_shock_limit_g=limit_g))
+    log = record_drop(replace(ideal(), gyro_shock_limit_g=limit_g))
     assert log.release_us is not None
     landing = (log.t_us > log.release_us + 1_000_000) & (log.t_us < log.release_us + 1_150_000)
     at_end = np.isin(log.imu_counts, [32767, -32768])
@@ -143,7 +143,7 @@ def test_the_better_imu_is_quieter_in_the_log() -> None:
     spread = []
     for name in ("mpu6050", "adis16465_2"):
         log, _, after = record(
-            nothing, then_us=2_000_000, imperfections=imperfections_with(load_imu(name), 2)
+            do_nothing, then_us=2_000_000, imperfections=imperfections_with(load_imu(name), 2)
         )
         rates = gyro_deg_s(log)[after]
         spread.append((rates.std(axis=0).mean(), np.abs(rates.mean(axis=0)).mean()))

@@ -19,7 +19,7 @@ WARM = replace(
 )
 
 
-def waited(wrong: Imperfections, *waits_s: float, powered: bool = True) -> tuple[DropLog, int]:
+def record_wait(wrong: Imperfections, *waits_s: float, powered: bool = True) -> tuple[DropLog, int]:
     """Record a second, wait, record another second; return the log and the virtual time passed waiting."""
     with releaser(seed=SEED, imperfections=wrong) as (robot, _, logger):
         robot.advance(500_000)
@@ -51,7 +51,7 @@ def die_c(log: DropLog) -> NDArray[np.float64]:
 
 
 def test_five_minutes_warm_the_dies_as_five_minutes_do() -> None:
-    log, passed_us = waited(WARM, 300.0)
+    log, passed_us = record_wait(WARM, 300.0)
     assert passed_us == 0
     rows = log.imu_valid.all(axis=1)
     t_s = log.t_us * 1e-6
@@ -65,10 +65,10 @@ def test_five_minutes_warm_the_dies_as_five_minutes_do() -> None:
 
 
 def test_waits_add_up_and_end_with_the_power() -> None:
-    twice, _ = waited(WARM, 100.0, 200.0)
-    once, _ = waited(WARM, 300.0)
+    twice, _ = record_wait(WARM, 100.0, 200.0)
+    once, _ = record_wait(WARM, 300.0)
     assert np.array_equal(twice.imu_counts, once.imu_counts)
-    cold, _ = waited(WARM, 300.0, powered=False)
+    cold, _ = record_wait(WARM, 300.0, powered=False)
     assert np.abs(die_c(cold)[cold.imu_valid.all(axis=1)] - 25.0).max() < 0.2
 
 
@@ -102,12 +102,12 @@ def test_biases_wander_on_by_the_time_that_passed(wait_s: float, like_before: bo
 
 def test_the_same_seed_waits_the_same_way_and_a_robot_without_slow_errors_not_at_all() -> None:
     slow = replace(WARM, gyro_wander_rad_s=np.deg2rad(0.5), gyro_noise_rad_s_rthz=np.deg2rad(0.005))
-    first, _ = waited(slow, 300.0)
-    again, _ = waited(slow, 300.0)
+    first, _ = record_wait(slow, 300.0)
+    again, _ = record_wait(slow, 300.0)
     assert np.array_equal(first.imu_counts, again.imu_counts)
     noisy = replace(ideal(), gyro_noise_rad_s_rthz=np.deg2rad(0.005))
-    with_wait, _ = waited(noisy, 300.0)
-    without, _ = waited(noisy)
+    with_wait, _ = record_wait(noisy, 300.0)
+    without, _ = record_wait(noisy)
     assert np.array_equal(with_wait.imu_counts, without.imu_counts)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.emulator.fault_bench import SEED, fly, nothing
+from tests.emulator.fault_bench import SEED, do_nothing, fly
 from tests.fixtures.emulated_drop import Act, read_card, releaser
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.emulated.imperfections import ideal
@@ -19,7 +19,7 @@ from tfsat_host.protocol.messages import SequencerStatusReply
 BOTH = pytest.mark.parametrize("sequencer", ["native", "avr"])
 
 
-def flown(
+def record_flight(
     sequencer: str, before_drop: Act, until_us: int = 2_450_000
 ) -> tuple[NDArray[np.float64], SequencerStatusReply]:
     """(n, 3) true joint angles, deg, each ms from just before the release; the status at the end."""
@@ -30,7 +30,7 @@ def flown(
 
 @BOTH
 def test_a_dead_servo_never_moves_its_joint_and_the_others_fly_on(sequencer: str) -> None:
-    joints, status = flown(sequencer, lambda robot: robot.faults.servo(1, "dead"))
+    joints, status = record_flight(sequencer, lambda robot: robot.faults.servo(1, "dead"))
     assert np.ptp(joints[:, 0]) < 1e-6
     assert joints[:, 1].max() > 69.0
     assert status.state == SequencerState.DONE and status.strokes_started == 4
@@ -38,8 +38,8 @@ def test_a_dead_servo_never_moves_its_joint_and_the_others_fly_on(sequencer: str
 
 @BOTH
 def test_a_slow_servo_has_a_quarter_of_its_rate(sequencer: str) -> None:
-    joints, _ = flown(sequencer, lambda robot: robot.faults.servo(2, "slow"))
-    good, _ = flown(sequencer, nothing)
+    joints, _ = record_flight(sequencer, lambda robot: robot.faults.servo(2, "slow"))
+    good, _ = record_flight(sequencer, do_nothing)
     # A good servo is at 70 deg after 0.4 s; this one is still on its way when it is called back after 0.77 s.
     assert good[:, 1].max() == pytest.approx(70.0, abs=0.1)
     assert joints[1250, 1] - joints[1150, 1] == pytest.approx(5.0, abs=0.05)
@@ -49,7 +49,7 @@ def test_a_slow_servo_has_a_quarter_of_its_rate(sequencer: str) -> None:
 
 @BOTH
 def test_a_reversed_servo_goes_to_the_mirrored_angle(sequencer: str) -> None:
-    joints, _ = flown(sequencer, lambda robot: robot.faults.servo(1, "reversed"))
+    joints, _ = record_flight(sequencer, lambda robot: robot.faults.servo(1, "reversed"))
     assert joints[0, 0] == pytest.approx(0.0, abs=0.1)
     # Mirrored at 45 deg: 0 is 90, and 59 is 31.
     assert joints[650, 0] == pytest.approx(90.0, abs=0.1)
@@ -62,7 +62,7 @@ def test_a_reversed_servo_goes_to_the_mirrored_angle(sequencer: str) -> None:
 def test_a_servo_may_break_in_the_middle_of_a_stroke_without_a_jump(kind: str, when_us: int) -> None:
     """It turns with 200 deg/s at most, and no faster changes its rate than with 4000 deg/s^2."""
     with releaser(seed=SEED, imperfections=ideal()) as (robot, board, _):
-        fly(robot, board, nothing, until_us=when_us)
+        fly(robot, board, do_nothing, until_us=when_us)
         at_fault = robot.truth()[-1, 1]
         robot.faults.servo(1, kind)  # type: ignore[arg-type]
         robot.advance(200_000)
@@ -90,7 +90,7 @@ def test_a_servo_that_is_well_again_follows_its_pulses(sequencer: str) -> None:
 
 @BOTH
 def test_with_a_switch_stuck_closed_the_robot_falls_without_a_stroke(sequencer: str) -> None:
-    joints, status = flown(sequencer, lambda robot: robot.faults.switch(2, "stuck-closed"))
+    joints, status = record_flight(sequencer, lambda robot: robot.faults.switch(2, "stuck-closed"))
     assert status.state == SequencerState.ARMED and status.strokes_started == 0
     assert np.ptp(joints, axis=0).max() < 1e-6
 
@@ -139,7 +139,7 @@ def test_contacts_bounce_for_as_long_as_they_are_told(sequencer: str, bounce_us:
 def test_good_contacts_bounce_for_a_few_milliseconds() -> None:
     with releaser(seed=SEED) as (robot, board, logger):
         logger.start_recording()
-        fly(robot, board, nothing, until_us=100_000)
+        fly(robot, board, do_nothing, until_us=100_000)
         logger.stop_recording()
         log = read_card(robot)
         noted_us = [event.t_us - robot.released_us for event in log.events if event.name == "switch_edge"]
@@ -154,7 +154,7 @@ def test_a_reset_while_armed_is_survived(sequencer: str, cause: Reset) -> None:
         robot.reset(cause)
         robot.advance(1_000_000)
 
-    joints, status = flown(sequencer, reset)
+    joints, status = record_flight(sequencer, reset)
     assert status.state == SequencerState.DONE and status.strokes_started == 4
     assert status.resets_while_armed == 1
     assert joints[:, :2].max(axis=0) == pytest.approx([59.0, 70.0], abs=0.1)
@@ -167,7 +167,7 @@ def test_a_reset_while_falling_ends_the_run_with_the_joints_held(
     sequencer: str, cause: Reset, after_us: int
 ) -> None:
     with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
-        fly(robot, board, nothing, until_us=after_us)
+        fly(robot, board, do_nothing, until_us=after_us)
         robot.reset(cause)
         robot.advance(500_000)
         held_deg = robot.joint_angles_deg()
@@ -185,7 +185,7 @@ def test_a_reset_at_the_very_release_is_a_fault_or_a_flight_and_never_a_stroke_a
 ) -> None:
     for after_us in (0, 2_000, 4_000, 6_000, 10_000):
         with releaser(seed=SEED, imperfections=ideal(), sequencer=sequencer) as (robot, board, _):
-            fly(robot, board, nothing, until_us=after_us)
+            fly(robot, board, do_nothing, until_us=after_us)
             robot.reset(Reset.BROWN_OUT)
             robot.advance(2_400_000)
             status = board.status()

@@ -49,7 +49,7 @@ def swept() -> Performance:
 
 
 @pytest.fixture(scope="module")
-def turned() -> Performance:
+def turn_performance() -> Performance:
     return perform(TURN, PERSON)
 
 
@@ -100,7 +100,7 @@ def test_a_hand_gives_way_by_the_reaction_and_no_more(swept: Performance) -> Non
     axes = []
     for rows in rests(swept)[1:]:
         moved_deg = swept.joints_deg[rows[0], 0]
-        hand_turn_deg = swept.turned(1, float(swept.t_s[rows[0]]))
+        hand_turn_deg = swept.turn_deg(1, float(swept.t_s[rows[0]]))
         assert np.linalg.norm(hand_turn_deg) == pytest.approx(0.01 * moved_deg, abs=1e-6)
         axes += [hand_turn_deg / np.linalg.norm(hand_turn_deg)] if moved_deg > 10 else []
     assert np.ptp(axes, axis=0).max() < 1e-6
@@ -118,17 +118,19 @@ def test_a_tremor_has_the_rate_that_was_asked_for() -> None:
     assert np.abs(extra[~moving]).mean() < 2.0
 
 
-def test_a_turn_ends_where_the_edge_is_within_the_placing_error(turned: Performance) -> None:
-    stopped = rests(turned)
+def test_a_turn_ends_where_the_edge_is_within_the_placing_error(turn_performance: Performance) -> None:
+    stopped = rests(turn_performance)
     assert len(stopped) == 7
-    ends = [turned.turned(1, float(turned.t_s[rows[0]])) for rows in stopped]
+    ends = [turn_performance.turn_deg(1, float(turn_performance.t_s[rows[0]])) for rows in stopped]
     off = np.array([np.linalg.norm(end) for end in ends[1:]])  # 360 deg is where it began
     assert 0.01 < off.max() < 0.6
     assert len(set(np.round(off, 9))) == 6
-    passed = np.cumsum(turned.rates_deg_s[:, 0, 2]) * 0.002
+    passed = np.cumsum(turn_performance.rates_deg_s[:, 0, 2]) * 0.002
     assert [passed[rows[0]] for rows in stopped[1:]] == pytest.approx([360, 0] * 3, abs=0.7)
     for body in (2, 3, 4):
-        assert turned.rates_deg_s[:, body - 1] == pytest.approx(turned.rates_deg_s[:, 0], abs=1e-9)
+        assert turn_performance.rates_deg_s[:, body - 1] == pytest.approx(
+            turn_performance.rates_deg_s[:, 0], abs=1e-9
+        )
 
 
 def test_a_turns_axis_is_tilted_a_little_and_a_steady_ones_is_not() -> None:
@@ -137,9 +139,9 @@ def test_a_turns_axis_is_tilted_a_little_and_a_steady_ones_is_not() -> None:
     assert 0.01 < np.rad2deg(np.arccos(abs(row[2]) / np.linalg.norm(row))) < 0.4
     steady = perform(TURN)
     assert np.abs(steady.rates_deg_s[:, :, :2]).max() < 1e-9
-    assert np.linalg.norm(steady.turned(1, 6.0)) < 1e-9
-    assert steady.turned(1, LEAD_S + 2.0)[2] == pytest.approx(180.0, abs=1e-6) or (
-        steady.turned(1, LEAD_S + 2.0)[2] == pytest.approx(-180.0, abs=1e-6)
+    assert np.linalg.norm(steady.turn_deg(1, 6.0)) < 1e-9
+    assert steady.turn_deg(1, LEAD_S + 2.0)[2] == pytest.approx(180.0, abs=1e-6) or (
+        steady.turn_deg(1, LEAD_S + 2.0)[2] == pytest.approx(-180.0, abs=1e-6)
     )
 
 

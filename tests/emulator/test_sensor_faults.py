@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.emulator.fault_bench import SEED, nothing, record
+from tests.emulator.fault_bench import SEED, do_nothing, record
 from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.emulated.faults import Faults
 from tfsat_host.emulated.library import EmulationError
@@ -19,7 +19,7 @@ SWING_US = 1_000_000
 BODIES = (1, 2, 3, 4)
 
 
-def swing(robot: EmulatedRobot) -> None:
+def swing_joint(robot: EmulatedRobot) -> None:
     robot.hold([2, 3, 4])
     robot.swing(1, 60.0, 1.0, 1)
 
@@ -54,7 +54,7 @@ def test_a_healed_imu_is_configured_anew_and_valid() -> None:
 def test_a_saturated_gyro_stands_at_its_end_in_a_motion_that_a_good_one_takes(kind: str | None) -> None:
     log, _, after = record(
         lambda robot: robot.faults.imu(1, kind),  # type: ignore[arg-type]
-        swing,
+        swing_joint,
         then_us=SWING_US,
     )
     clipped = log.clipped[after]
@@ -73,8 +73,10 @@ def test_a_saturated_gyro_at_rest_shows_ten_times_its_bias() -> None:
 
 @pytest.mark.parametrize("other", [2, 3, 4])
 def test_swapped_imus_answer_in_each_others_place(other: int) -> None:
-    swapped, _, after = record(lambda robot: robot.faults.imu(1, "swapped", other), swing, then_us=SWING_US)
-    straight, _, _ = record(nothing, swing, then_us=SWING_US)
+    swapped, _, after = record(
+        lambda robot: robot.faults.imu(1, "swapped", other), swing_joint, then_us=SWING_US
+    )
+    straight, _, _ = record(do_nothing, swing_joint, then_us=SWING_US)
     moved = [
         np.ptp(log.imu_counts[after, :, 4:7].astype(int), axis=0).max(axis=1) for log in (swapped, straight)
     ]
@@ -90,8 +92,8 @@ def test_a_swap_is_undone_whichever_body_is_named() -> None:
             robot.faults.imu(1, "swapped", 3)
             robot.faults.imu(healed, None)
 
-        back, _, after = record(there_and_back, swing, then_us=SWING_US)
-        straight, _, _ = record(nothing, swing, then_us=SWING_US)
+        back, _, after = record(there_and_back, swing_joint, then_us=SWING_US)
+        straight, _, _ = record(do_nothing, swing_joint, then_us=SWING_US)
         assert np.array_equal(back.imu_counts[after], straight.imu_counts[after])
 
 
@@ -130,7 +132,7 @@ def test_a_dead_angle_sensor_reads_zero_and_a_frozen_one_stands_still(sensor: in
     column, partner = sensor - 1, 2 - sensor
     log, _, after = record(
         lambda robot: robot.faults.angle_sensor(sensor, kind),  # type: ignore[arg-type]
-        swing,
+        swing_joint,
         then_us=SWING_US,
     )
     counts = log.angle_counts[after].astype(int)
@@ -142,7 +144,7 @@ def test_a_dead_angle_sensor_reads_zero_and_a_frozen_one_stands_still(sensor: in
 @pytest.mark.parametrize("turned_deg", [-170.0, -8.0, 30.0, 120.0])
 def test_a_slipped_magnet_shifts_its_sensor_round_the_turn_and_no_other(turned_deg: float) -> None:
     slipped, _, after = record(lambda robot: robot.faults.angle_sensor(4, "turned", turned_deg))
-    straight, _, _ = record(nothing)
+    straight, _, _ = record(do_nothing)
     shift = slipped.angle_counts[after].astype(int) - straight.angle_counts[after].astype(int)
     turned = np.rad2deg(np.unwrap(shift[:, 3] * 2 * np.pi / 4096)).mean() % 360
     assert turned == pytest.approx(turned_deg % 360, abs=0.1)
@@ -155,15 +157,15 @@ def test_a_slipped_magnet_can_make_the_sensor_wrap_within_its_joints_range() -> 
 
     Its zero is 10 deg before the end of the turn, or 10 deg after its beginning if it counts against the joint.
     """
-    straight, before, _ = record(nothing)
+    straight, before, _ = record(do_nothing)
     at_rest_deg = straight.angle_counts[before, 0].mean() * 360 / 4096
     near_end_deg = -10.0 * load_robot().angle_sensors[0].direction
 
     def slip(robot: EmulatedRobot) -> None:
         robot.faults.angle_sensor(1, "turned", near_end_deg - at_rest_deg)
 
-    slipped, _, after = record(slip, swing, then_us=SWING_US)
-    healthy_log, _, _ = record(nothing, swing, then_us=SWING_US)
+    slipped, _, after = record(slip, swing_joint, then_us=SWING_US)
+    healthy_log, _, _ = record(do_nothing, swing_joint, then_us=SWING_US)
     jumps = [np.abs(np.diff(log.angle_counts[after, 0].astype(int))).max() for log in (slipped, healthy_log)]
     assert jumps[0] > 4000 and jumps[1] < 100
 
@@ -217,8 +219,8 @@ def test_what_heals_all_leaves_a_robot_that_records_as_if_nothing_had_been() -> 
         faults.card_stalls(400_000)
         faults.heal()
 
-    mended, _, after = record(break_all, swing, then_us=SWING_US)
-    straight, _, _ = record(nothing, swing, then_us=SWING_US)
+    mended, _, after = record(break_all, swing_joint, then_us=SWING_US)
+    straight, _, _ = record(do_nothing, swing_joint, then_us=SWING_US)
     assert np.array_equal(mended.imu_counts[after], straight.imu_counts[after])
     assert np.array_equal(mended.angle_counts[after], straight.angle_counts[after])
     assert mended.samples_lost == 0

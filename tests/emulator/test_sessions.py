@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.rehearsal.days import dropped
+from tests.rehearsal.days import rehearse_drop
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
@@ -30,7 +30,7 @@ def session_seed_of(first_deg: float, seed: int, rate_rad_s: tuple[float, float,
 
 def rehearsed_session(first_deg: float, seed: int, rate_rad_s: tuple[float, float, float]) -> int:
     schedule = schedule_maneuver(four_stroke(first_deg, 70))
-    return dropped(schedule, seed=seed, rate_rad_s=rate_rad_s).recording.session
+    return rehearse_drop(schedule, seed=seed, rate_rad_s=rate_rad_s).recording.session
 
 
 def test_without_a_seed_each_robot_has_its_own() -> None:

@@ -40,7 +40,7 @@ def evaluate(*args: object) -> Said:
     return result
 
 
-def evaluated(*args: object, expect: int = 0) -> Any:
+def evaluate_to_json(*args: object, expect: int = 0) -> Any:
     """Run `evaluate --json` and return the object it prints."""
     result = evaluate(*args, "--json")
     assert result.code == expect, (result.code, result.out[:3000], result.err)

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import MODEL, certificate, flown, moved
+from tests.evaluation.drops import MODEL, certificate, estimate_motion, fly_drop
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -33,7 +33,7 @@ class Flown:
     drop: Drop
     calibration: Calibration
 
-    def checked(
+    def run_checks(
         self, wrong: Wrong = lambda log: log, *, fitted: bool = False, model: RobotModel = MODEL
     ) -> tuple[Check, ...]:
         """Run the checks on the drop with one thing wrong.
@@ -41,7 +41,7 @@ class Flown:
         Fitting the model takes a second and is done only on demand.
         """
         log = wrong(self.drop.log)
-        motion = moved(log, self.calibration, model)
+        motion = estimate_motion(log, self.calibration, model)
         fit = fit_model(com_offsets(model), flown_of(motion)) if fitted else None
         return checks_of(motion, fit, log, self.calibration, model)
 
@@ -52,11 +52,11 @@ def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
     random = np.random.default_rng(seed)
     random.uniform(size=9)  # the offsets
     rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)).tolist())
-    drop = flown(seed, dlpf_cfg, rate_rad_s=rates)
+    drop = fly_drop(seed, dlpf_cfg, rate_rad_s=rates)
     return Flown(drop, certificate(drop, seed))
 
 
-def failed(checks: tuple[Check, ...]) -> dict[str, Check]:
+def failures_by_name(checks: tuple[Check, ...]) -> dict[str, Check]:
     """Return the failed checks by name."""
     return {check.name: check for check in checks if check.failed}
 
@@ -147,7 +147,7 @@ def sensors_exchanged(log: DropLog, first: int, second: int) -> DropLog:
     return replace(log, angle_counts=other)
 
 
-def unanswered(log: DropLog, body: int, from_s: float, until_s: float) -> DropLog:
+def silence_imu(log: DropLog, body: int, from_s: float, until_s: float) -> DropLog:
     """Return the log with a body's IMU not answering between two times."""
     valid = log.imu_valid.copy()
     valid[(log.t_s >= from_s) & (log.t_s < until_s), body - 1] = False

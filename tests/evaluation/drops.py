@@ -63,7 +63,7 @@ def moved_centers(seed: int) -> RobotModel:
 
 
 @cache
-def flown(
+def fly_drop(
     seed: int,
     dlpf_cfg: int = DLPF_42_HZ,
     *,
@@ -97,7 +97,7 @@ def certificate(drop: Drop, seed: int) -> Calibration:
     return calibrated_from_truth(drop.model, drop.imperfections, seed)
 
 
-def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> Motion:
+def estimate_motion(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> Motion:
     """Estimate the robot's motion from a log."""
     densities = rest_before_release(log).densities_rad_s_rthz
     samples = samples_of(log, calibration, model)
@@ -107,8 +107,8 @@ def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> 
 @cache
 def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Motion:
     """Estimate the motion of a drop of `flown`, carefully calibrated."""
-    drop = flown(seed, dlpf_cfg, robot=robot)
-    return moved(drop.log, certificate(drop, seed if robot is None else robot))
+    drop = fly_drop(seed, dlpf_cfg, robot=robot)
+    return estimate_motion(drop.log, certificate(drop, seed if robot is None else robot))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +122,13 @@ class Fitted:
 
 
 @cache
-def fitted(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Fitted:
+def fit_drop(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Fitted:
     """Fit the model to a drop of `flown`, carefully calibrated."""
     estimate = motion(seed, dlpf_cfg, robot=robot)
     driven = flown_of(estimate)
-    return Fitted(flown(seed, dlpf_cfg, robot=robot), estimate, driven, fit_model(com_offsets(MODEL), driven))
+    return Fitted(
+        fly_drop(seed, dlpf_cfg, robot=robot), estimate, driven, fit_model(com_offsets(MODEL), driven)
+    )
 
 
 @dataclass(frozen=True, slots=True)

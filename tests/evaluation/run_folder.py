@@ -40,7 +40,7 @@ class _Made:
 
 
 @cache
-def _made(seed: int) -> _Made:
+def _make_run(seed: int) -> _Made:
     folder = Path(tempfile.mkdtemp(prefix="tfsat-drop-"))
     atexit.register(shutil.rmtree, folder)
     model, imperfections = load_robot(), draw_as_built(ROBOT)
@@ -56,17 +56,17 @@ def _made(seed: int) -> _Made:
 
 def made_drop(seed: int = 1) -> Drop:
     """Return the drop of `run_folder`, with its truth."""
-    return _made(seed).drop
+    return _make_run(seed).drop
 
 
 def made_folder(seed: int = 1) -> Path:
     """Return the folder with that drop's files, which must not be changed."""
-    return _made(seed).folder
+    return _make_run(seed).folder
 
 
 def run_folder(folder: Path, seed: int = 1) -> None:
     """Create a folder with a drop of `ROBOT`, its calibration and its maneuver."""
-    shutil.copytree(_made(seed).folder, folder)
+    shutil.copytree(_make_run(seed).folder, folder)
 
 
 def on_other_logger(folder: Path, serial: bytes) -> None:

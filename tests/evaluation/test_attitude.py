@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.rehearsal.days import dropped
+from tests.rehearsal.days import rehearse_drop
 from tests.sdlog.motion import FALL_S, RATE_COUNTS, REST_S, moving_log
 from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.evaluation.motion.attitude import integrate_rates, reorientation_deg
@@ -83,7 +83,7 @@ def tracks(log: DropLog) -> dict[str, FrameTrack]:
     return {track.child: track for track in body_frames(log, MODEL).tracks}
 
 
-def changed(log: DropLog, **columns: Any) -> DropLog:
+def change_columns(log: DropLog, **columns: Any) -> DropLog:
     """Return the log with other columns, without values cached from the old ones."""
     return replace(log, **columns)
 
@@ -136,7 +136,7 @@ def test_one_sensor_of_a_joint_is_enough_and_none_leaves_its_body_out(log: DropL
     lost = int(np.searchsorted(log.t_s, 1.5))
     valid[lost:, 1] = False
     valid[:, 4:6] = False
-    frames = body_frames(changed(log, angle_valid=valid), MODEL)
+    frames = body_frames(change_columns(log, angle_valid=valid), MODEL)
     assert {track.child for track in frames.tracks} == {"body_3", "body_2", "body_1"}
     joint_1 = next(track for track in frames.joints if track.name == "joint_1")
     assert joint_1.t_us[-1] == log.t_us[lost - 1]
@@ -147,7 +147,7 @@ def test_angle_sensors_may_pass_their_zero(log: DropLog) -> None:
     """Counted from a rest a hair below the wrap, with noise across it."""
     counts = (log.angle_counts.astype(int) + 4095 - log.angle_counts[0].astype(int)) % 4096
     counts[::2] = (counts[::2] + 2) % 4096
-    wrapped = tracks(changed(log, angle_counts=counts.astype(np.uint16)))
+    wrapped = tracks(change_columns(log, angle_counts=counts.astype(np.uint16)))
     for child, track in tracks(log).items():
         turned = Rotation.from_quat(wrapped[child].quaternion_xyzw)
         away = (turned * Rotation.from_quat(track.quaternion_xyzw).inv()).magnitude()
@@ -160,10 +160,10 @@ def test_a_hole_ends_the_attitude_unless_it_is_short(log: DropLog) -> None:
     short[release + 100 : release + 104, 2] = False
     long[release + 100 : release + 120, 2] = False
     full_track = tracks(log)["body_3"]
-    bridged = tracks(changed(log, imu_valid=short))["body_3"]
+    bridged = tracks(change_columns(log, imu_valid=short))["body_3"]
     assert len(bridged.t_us) == len(full_track.t_us) - 4
     np.testing.assert_allclose(bridged.quaternion_xyzw[-1], full_track.quaternion_xyzw[-1], atol=1e-9)
-    frames = body_frames(changed(log, imu_valid=long), MODEL)
+    frames = body_frames(change_columns(log, imu_valid=long), MODEL)
     assert len(frames.tracks[0].t_us) == 100
     assert any("The attitude ends" in note and "hole" in note for note in frames.notes)
 
@@ -171,7 +171,7 @@ def test_a_hole_ends_the_attitude_unless_it_is_short(log: DropLog) -> None:
 def test_the_landing_that_the_logger_saw_ends_it(log: DropLog) -> None:
     landed_us = log.origin_us + 1_500_000
     events = (*log.events, DropEvent(landed_us, "landing", 0, 1, 9000))
-    for track in body_frames(changed(log, events=events), MODEL).tracks:
+    for track in body_frames(change_columns(log, events=events), MODEL).tracks:
         assert landed_us - 4000 <= track.t_us[-1] < landed_us
 
 
@@ -185,7 +185,7 @@ def test_the_landing_that_the_logger_saw_ends_it(log: DropLog) -> None:
     ],
 )
 def test_what_cannot_be_told_is_said(log: DropLog, columns: Any, words: str) -> None:
-    frames = body_frames(changed(log, **columns(log)), MODEL)
+    frames = body_frames(change_columns(log, **columns(log)), MODEL)
     assert any(words in note for note in frames.notes)
     missing = "clipped" not in words
     assert ("body_3" in {track.child for track in frames.tracks}) is not missing
@@ -197,7 +197,7 @@ def test_a_robot_that_was_handled_before_its_release_is_doubtful(log: DropLog) -
     counts[rest[::2], 2, 4] += 1000
     assert any(
         "moved before the release" in note
-        for note in body_frames(changed(log, imu_counts=counts), MODEL).notes
+        for note in body_frames(change_columns(log, imu_counts=counts), MODEL).notes
     )
 
 
@@ -206,7 +206,7 @@ def test_the_emulated_robot_s_bodies_are_where_they_truly_were(tmp_path: Path) -
 
     Its IMUs are misaligned by up to some degrees, which turns the axis of the base's rotation, not its angle.
     """
-    flight = dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
+    flight = rehearse_drop(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
     (tmp_path / "SD.bin").write_bytes(flight.card)
     log = load(tmp_path / "SD.bin")
     body_tracks = tracks(log)

@@ -11,7 +11,7 @@ from tests.evaluation.corrupted import (
     Flown,
     Wrong,
     axes_exchanged,
-    failed,
+    failures_by_name,
     gyro_plus,
     gyro_scaled,
     gyro_stuck,
@@ -40,8 +40,8 @@ def test_healthy_drops_pass(seed: int) -> None:
 
     Only joint 3, which does not move, has no scale to check.
     """
-    checks = healthy_drop(seed, (3, 6, 0)[seed % 3]).checked(fitted=True)
-    assert failed(checks) == {}
+    checks = healthy_drop(seed, (3, 6, 0)[seed % 3]).run_checks(fitted=True)
+    assert failures_by_name(checks) == {}
     assert [check.name for check in checks if check.verdict != "passed"] == ["gyro scale at joint 3"]
 
 
@@ -199,7 +199,7 @@ TWICE = {
 def test_a_contradiction_is_found_and_its_cause_is_named(
     healthy: Flown, wrong: Wrong, at_least: set[str], cause: str
 ) -> None:
-    failures = failed(healthy.checked(wrong))
+    failures = failures_by_name(healthy.run_checks(wrong))
     assert at_least <= failures.keys()
     for check in failures.values():
         assert check.cause is not None

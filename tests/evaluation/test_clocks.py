@@ -24,12 +24,12 @@ SCHEDULE = schedule_maneuver(four_stroke(59, 70))
 PLANNED_S = np.array([stroke.t_s for stroke in SCHEDULE.strokes])
 
 
-def aligned(folder: Path, strokes_s: list[float], **log_options: float) -> Clocks:
+def align_strokes(folder: Path, strokes_s: list[float], **log_options: float) -> Clocks:
     return align_clocks(log_with(folder / "SD.bin", strokes_s, **log_options), SCHEDULE)
 
 
 def test_equal_clocks(tmp_path: Path) -> None:
-    clocks = aligned(tmp_path, PLANNED_S.tolist())
+    clocks = align_strokes(tmp_path, PLANNED_S.tolist())
     fit = clocks.sequencer
     assert fit is not None and fit.fits
     assert [residual.pair.event for residual in fit.residuals] == [
@@ -44,7 +44,7 @@ def test_equal_clocks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("rate", [0.01, -0.01, 0.001])
 def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: Path, rate: float) -> None:
-    fit = aligned(tmp_path, (PLANNED_S / (1 + rate)).tolist()).sequencer
+    fit = align_strokes(tmp_path, (PLANNED_S / (1 + rate)).tolist()).sequencer
     assert fit is not None
     assert fit.rate_ppm == pytest.approx(1e6 * rate, abs=3 * fit.rate_ppm_std)
     assert all(residual.used for residual in fit.residuals)
@@ -54,7 +54,7 @@ def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: P
 
 
 def test_another_schedule_than_the_one_flown_is_no_clock(tmp_path: Path) -> None:
-    fit = aligned(tmp_path, (1.025 * PLANNED_S).tolist()).sequencer
+    fit = align_strokes(tmp_path, (1.025 * PLANNED_S).tolist()).sequencer
     assert fit is not None
     assert "the schedule is not the one that was flown" in fit.findings[-1]
 
@@ -66,7 +66,7 @@ def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
 ) -> None:
     stroke_times_s = PLANNED_S.copy()
     stroke_times_s[stroke - 1] += 1e-3 * late_ms
-    clocks = aligned(tmp_path, stroke_times_s.tolist())
+    clocks = align_strokes(tmp_path, stroke_times_s.tolist())
     fit = clocks.sequencer
     assert fit is not None
     (finding,) = fit.findings
@@ -79,14 +79,14 @@ def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
 
 
 def test_strokes_that_all_came_late_contradict_the_release(tmp_path: Path) -> None:
-    fit = aligned(tmp_path, (PLANNED_S + 0.05).tolist()).sequencer
+    fit = align_strokes(tmp_path, (PLANNED_S + 0.05).tolist()).sequencer
     assert fit is not None
     assert fit.findings[0].startswith("Release is 50 ms too early")
     assert fit.offset_s == pytest.approx(0.05, abs=1e-4)
 
 
 def test_a_stroke_that_was_not_seen_and_an_edge_too_many(tmp_path: Path) -> None:
-    clocks = aligned(tmp_path, [0.70, 0.9, 1.47, 1.82])
+    clocks = align_strokes(tmp_path, [0.70, 0.9, 1.47, 1.82])
     fit = clocks.sequencer
     assert fit is not None
     # The edge at 0.9 s is 150 ms from stroke 2's time: too far to be it.
@@ -102,7 +102,7 @@ def test_a_stroke_that_was_not_seen_and_an_edge_too_many(tmp_path: Path) -> None
 def test_one_stroke_or_none_still_gives_an_answer(
     tmp_path: Path, strokes_s: list[float], std_ppm: float
 ) -> None:
-    fit = aligned(tmp_path, strokes_s).sequencer
+    fit = align_strokes(tmp_path, strokes_s).sequencer
     assert fit is not None
     assert fit.rate_ppm_std == pytest.approx(std_ppm, rel=0.2)
     assert abs(fit.rate_ppm) < 1
@@ -110,7 +110,7 @@ def test_one_stroke_or_none_still_gives_an_answer(
 
 
 def test_a_line_that_chatters_is_not_believed(tmp_path: Path) -> None:
-    clocks = aligned(tmp_path, np.linspace(0.1, 2.4, 300).tolist())
+    clocks = align_strokes(tmp_path, np.linspace(0.1, 2.4, 300).tolist())
     assert "rose 300 times" in clocks.notes[0]
     assert np.isnan(clocks.stroke_s).all()
 
@@ -133,7 +133,7 @@ def test_a_release_that_is_only_known_to_some_ms_weighs_as_much(tmp_path: Path) 
 
 
 def test_edges_from_before_the_drop_are_none_of_its_strokes(tmp_path: Path) -> None:
-    fit = aligned(tmp_path, [-2.5, -1.0, *PLANNED_S]).sequencer
+    fit = align_strokes(tmp_path, [-2.5, -1.0, *PLANNED_S]).sequencer
     assert fit is not None and fit.fits
 
 
@@ -181,7 +181,7 @@ def test_stated_deviations_are_those_of_the_errors() -> None:
 def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> None:
     """Fit the relative clock rate of both boards' real firmware, each on its own clock."""
     wrong = replace(draw(5), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
-    fit = align_clocks(flown(wrong), SCHEDULE).sequencer
+    fit = align_clocks(record_drop(wrong), SCHEDULE).sequencer
     assert fit is not None
     expected_ppm = 1e6 * ((1 + 1e-6 * sequencer_ppm) / (1 + 1e-6 * logger_ppm) - 1)
     assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
@@ -189,7 +189,7 @@ def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> 
     assert fit.fits == (abs(expected_ppm) < 300)
 
 
-def flown(wrong_by: Imperfections) -> DropLog:
+def record_drop(wrong_by: Imperfections) -> DropLog:
     return drop(imperfections=wrong_by, seed=5, wait_us=0).log
 
 

@@ -47,13 +47,13 @@ def again(evaluation: Evaluation, model: RobotModel) -> Evaluation:
     return evaluation_of(evaluation.log, model, evaluation.calibration, evaluation.schedule)
 
 
-def corrected(evaluation: Evaluation) -> RobotModel:
+def correct_robot(evaluation: Evaluation) -> RobotModel:
     return parse_robot(corrected_robot(evaluation), Path("corrected.toml"))
 
 
 @pytest.mark.parametrize("robot", few_of(ROBOT, *range(4, 10)))
 def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
-    model = corrected(fallen(robot))
+    model = correct_robot(fallen(robot))
     for next_drop in (fallen(robot, 1), fallen(robot, 2, 80.0, 50.0)):
         as_filed = next_drop.explained.before.error
         by_it = again(next_drop, model).explained.before.error
@@ -69,7 +69,7 @@ def test_all_that_the_fit_found_stands_in_it() -> None:
     tilt_rad = evaluation.explained.driven.flown.correct(fit.errors).tilt_rad
     expected_body, there = (
         fit.offsets.correct(fit.values).tilt_hinges(tilt_rad),
-        Multibody.of(corrected(evaluation)),
+        Multibody.of(correct_robot(evaluation)),
     )
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m"):
         np.testing.assert_allclose(
@@ -141,7 +141,7 @@ def test_a_file_with_tensors_in_tables_of_their_own_is_corrected_too(tmp_path: P
     other.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     model = load_robot(other)
     np.testing.assert_allclose(model.inertia_kg_m2, FILED.inertia_kg_m2)
-    same, mine = corrected(evaluation), corrected(replace(evaluation, model=model))
+    same, mine = correct_robot(evaluation), correct_robot(replace(evaluation, model=model))
     np.testing.assert_allclose(mine.inertia_kg_m2, same.inertia_kg_m2, rtol=0.0, atol=1e-12)
 
 

@@ -14,8 +14,8 @@ from tests.evaluation.drops import (
     RATE_RAD_S,
     Fitted,
     certificate,
-    fitted,
-    moved,
+    estimate_motion,
+    fit_drop,
     moved_centers,
     with_com_offsets,
 )
@@ -61,19 +61,19 @@ def moved_robot() -> Fitted:
     fallen = drop(
         robot, draw_as_built(ROBOT), model=MODEL, seed=12, dlpf_cfg=DLPF_42_HZ, rate_rad_s=RATE_RAD_S
     )
-    motion = moved(fallen.log, certificate(fallen, ROBOT))
+    motion = estimate_motion(fallen.log, certificate(fallen, ROBOT))
     driven = flown_of(motion)
     return Fitted(fallen, motion, driven, fit_model(com_offsets(MODEL), driven))
 
 
-def judged(name: str, drop: Fitted) -> FittedDrop:
+def make_fitted_drop(name: str, drop: Fitted) -> FittedDrop:
     return FittedDrop(name, drop.flown, drop.fit, lambda values: final_error_deg(drop, values))
 
 
 def test_offsets_of_two_drops_correct_the_third() -> None:
-    drops = [fitted(seed, robot=ROBOT) for seed in SEEDS]
+    drops = [fit_drop(seed, robot=ROBOT) for seed in SEEDS]
     judgements = cross_validate(
-        [judged(f"drop {seed}", drop) for seed, drop in zip(SEEDS, drops, strict=True)]
+        [make_fitted_drop(f"drop {seed}", drop) for seed, drop in zip(SEEDS, drops, strict=True)]
     )
     assert [judgement.name for judgement in judgements] == ["drop 11", "drop 12", "drop 13"]
     truth = drops[0].drop.true_com_offsets_mm
@@ -91,15 +91,17 @@ def test_offsets_of_two_drops_correct_the_third() -> None:
 
 
 def test_a_drop_of_another_robot_is_found_out() -> None:
-    drops = [fitted(11, robot=ROBOT), fitted(12, robot=ROBOT), fitted(OTHER_ROBOT)]
-    judgements = cross_validate([judged(name, drop) for name, drop in zip("abc", drops, strict=True)])
+    drops = [fit_drop(11, robot=ROBOT), fit_drop(12, robot=ROBOT), fit_drop(OTHER_ROBOT)]
+    judgements = cross_validate(
+        [make_fitted_drop(name, drop) for name, drop in zip("abc", drops, strict=True)]
+    )
     assert judgements[2].own_off_std > 20.0
     assert judgements[2].error_after > 10.0 * judgements[2].error_own
     assert judgements[2].objective_after > 5.0 * judgements[0].objective_before / 100.0
 
 
 def test_drops_of_one_robot_agree_and_are_not_widened() -> None:
-    combined_offsets = combine([fitted(seed, robot=ROBOT).fit for seed in SEEDS])
+    combined_offsets = combine([fit_drop(seed, robot=ROBOT).fit for seed in SEEDS])
     assert (
         combined_offsets.agree
         and combined_offsets.contradiction() == ""
@@ -110,7 +112,7 @@ def test_drops_of_one_robot_agree_and_are_not_widened() -> None:
 
 
 def test_a_center_of_mass_that_moved_between_drops_is_found_and_the_deviations_cover_both() -> None:
-    first, same, other = fitted(11, robot=ROBOT).fit, fitted(12, robot=ROBOT).fit, moved_robot().fit
+    first, same, other = fit_drop(11, robot=ROBOT).fit, fit_drop(12, robot=ROBOT).fit, moved_robot().fit
     combined_offsets, before = combine([first, other]), combine([first, same])
     assert not combined_offsets.agree and combined_offsets.chance < 1e-6
     assert combined_offsets.widened_by == pytest.approx(
@@ -127,7 +129,7 @@ def test_a_center_of_mass_that_moved_between_drops_is_found_and_the_deviations_c
 
 
 def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None:
-    fit = fitted(11, robot=ROBOT).fit
+    fit = fit_drop(11, robot=ROBOT).fit
     alone = combine([fit])
     np.testing.assert_allclose(alone.values, fit.values, atol=1e-4)
     np.testing.assert_allclose(alone.std, fit.std, rtol=1e-6)
@@ -138,13 +140,13 @@ def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None
 
 
 def test_a_drop_weighs_by_what_it_tells() -> None:
-    fit = fitted(11, robot=ROBOT).fit
+    fit = fit_drop(11, robot=ROBOT).fit
     together = combine([fit, widen_fit(moved_robot().fit, 100.0)])
     assert np.abs(together.values - fit.values).max() < 0.02
 
 
 def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
-    fit = fitted(11, robot=ROBOT).fit
+    fit = fit_drop(11, robot=ROBOT).fit
     nothing = widen_fit(fit, 1e6)
     together = combine([nothing, nothing, fit])
     np.testing.assert_allclose(together.values, fit.values, atol=1e-3)
@@ -216,7 +218,7 @@ def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
     seed: int, robot: int, misfit: float
 ) -> None:
     """Widened by much the prior weighs in its own fit, and must not be counted once a drop."""
-    sharp, other = fitted(11, robot=ROBOT), fitted(seed, robot=robot)
+    sharp, other = fit_drop(11, robot=ROBOT), fit_drop(seed, robot=robot)
     vague = replace(other, fit=widen_fit(other.fit, misfit))
     values, std = at_once([sharp, vague])
     assert (np.abs(values) < 10.0).all(), "no bound is in the way"
@@ -226,9 +228,9 @@ def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
 
 
 def test_a_drop_with_something_against_it_corrects_no_other() -> None:
-    first, second = fitted(11, robot=ROBOT), fitted(12, robot=ROBOT)
-    wrong = replace(judged("c", fitted(OTHER_ROBOT)), against=("Two checks failed.",))
-    drops = [judged("a", first), judged("b", second), wrong]
+    first, second = fit_drop(11, robot=ROBOT), fit_drop(12, robot=ROBOT)
+    wrong = replace(make_fitted_drop("c", fit_drop(OTHER_ROBOT)), against=("Two checks failed.",))
+    drops = [make_fitted_drop("a", first), make_fitted_drop("b", second), wrong]
     judgements = {judgement.name: judgement for judgement in cross_validate(drops)}
     assert judgements["a"].others.values.tolist() == combine([second.fit]).values.tolist()
     assert judgements["b"].others.values.tolist() == combine([first.fit]).values.tolist()
@@ -239,11 +241,13 @@ def test_a_drop_with_something_against_it_corrects_no_other() -> None:
 
 
 def test_what_cannot_be_combined_is_refused() -> None:
-    drop = fitted(11, robot=ROBOT)
+    drop = fit_drop(11, robot=ROBOT)
     with pytest.raises(ValueError, match="two drops or more"):
-        cross_validate([judged("a", drop)])
+        cross_validate([make_fitted_drop("a", drop)])
     with pytest.raises(ValueError, match="no fit"):
         combine([])
     other = replace(drop, fit=fit_model(model_offsets(MODEL), drop.flown))
     with pytest.raises(ValueError, match="not of the same offsets"):
-        cross_validate([judged("a", drop), judged("b", other), judged("c", drop)])
+        cross_validate(
+            [make_fitted_drop("a", drop), make_fitted_drop("b", other), make_fitted_drop("c", drop)]
+        )

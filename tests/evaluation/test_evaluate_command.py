@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
-from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tests.paths import DOCS
 from tfsat_host.evaluation.camera import LaserTracks
@@ -79,27 +79,27 @@ def test_what_is_written_is_what_is_printed(run: Path) -> None:
     refused = evaluate("run", "--out", "mine.json")
     assert refused.code == 1 and refused.out == "" and mine.read_text() == "{}"
     assert "mine.json exists and was not made by this command." in refused.err
-    printed = evaluated("run", "--out", "mine.json", "--force")
+    printed = evaluate_to_json("run", "--out", "mine.json", "--force")
     assert json.loads(mine.read_text(encoding="utf-8")) == printed
     assert evaluate("run", "--out", "mine.json").code == 0, "its own file is written again"
 
 
 def test_a_folder_with_one_recording_of_another_name(run: Path, good: Said) -> None:
     (run / "SD.bin").rename(run / "DROP0007.BIN")
-    evaluation = evaluated("run")
+    evaluation = evaluate_to_json("run")
     assert evaluation["recording"]["file"] == str(Path("run/DROP0007.BIN"))
     assert evaluation["reorientation_deg"] == good.json["reorientation_deg"]
 
 
 def test_a_file_instead_of_a_folder(run: Path, good: Said) -> None:
-    evaluation = evaluated("run/SD.bin")
+    evaluation = evaluate_to_json("run/SD.bin")
     assert evaluation["reorientation_deg"] == good.json["reorientation_deg"]
     assert evaluation["maneuver"] == str(Path("run/maneuver.toml"))
 
 
 def test_without_a_maneuver_it_says_what_is_not_known(run: Path) -> None:
     (run / "maneuver.toml").unlink()
-    evaluation = evaluated("run")
+    evaluation = evaluate_to_json("run")
     assert evaluation["strokes"] == [] and evaluation["clocks"] == {"sequencer": None, "video": None}
     assert evaluation["maneuver"] is None
     assert any("No maneuver is known" in note and "--maneuver" in note for note in evaluation["notes"])
@@ -118,7 +118,7 @@ def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said
     assert [kinds.count(kind) for kind in ("CoM", "mass", "inertia", "point")] == [12, 4, 24, 6]
     exact = load_robot().path.read_text().replace("mass_relative = 0.02", "mass_relative = 0.0")
     (run.parent / "weighed.toml").write_text(exact)
-    weighed = evaluated("run", "--robot", "weighed.toml")
+    weighed = evaluate_to_json("run", "--robot", "weighed.toml")
     assert len(weighed["offsets"]) == len(kinds) - 4
     assert (np.array(weighed["com_offset_mm_std"]) < np.array(good.json["com_offset_mm_std"])).all()
 
@@ -189,7 +189,7 @@ def test_a_video_of_one_event_needs_its_rate(run: Path) -> None:
     without = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
     assert without.code == 3 and "Release velocity" not in without.words
     assert "of one event, release, no rate follows" in without.words and "--video-rate" in without.words
-    stated = evaluated("run", "--video", "video.csv", "--laser", "laser.csv", "--video-rate", "4")
+    stated = evaluate_to_json("run", "--video", "video.csv", "--laser", "laser.csv", "--video-rate", "4")
     down = stated["release_velocity"]["downward"]
     assert down["mm_s"] == pytest.approx(50.0, abs=4 * down["mm_s_std"])
     for args in (("--video-rate", "4"), ("--video", "video.csv", "--video-rate", "0")):

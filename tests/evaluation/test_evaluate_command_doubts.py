@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
 from tests.evaluation.run_folder import (
     CERTIFICATE,
     DROPPED,
@@ -39,7 +39,7 @@ def released_s(run: Path) -> float:
     return release_us * 1e-6
 
 
-def certified(run: Path, change: Callable[[Calibration], Calibration]) -> None:
+def change_certificate(run: Path, change: Callable[[Calibration], Calibration]) -> None:
     file = run / CERTIFICATE
     file.write_text(format_calibration(change(read_calibration(file))), encoding="utf-8")
 
@@ -89,14 +89,14 @@ def reasons(evaluation: Any) -> str:
 
 def test_nothing_is_said_of_a_time_after_the_last_stroke_that_was_not_recorded(run: Path) -> None:
     cut(run, 1.06)
-    reason_text = reasons(evaluated("run", expect=3))
+    reason_text = reasons(evaluate_to_json("run", expect=3))
     assert "due after the end of what can be evaluated" in reason_text
     assert "after the last stroke" not in reason_text
 
 
 def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path, good: Said) -> None:
     open_before_the_release(run, [0.024, 0.020, 0.016, 0.012, 0.008, 0.004], 0.001)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "fit two releases" in reasons(evaluation)
     assert "the robot left between 24.000 ms before t = 0" in reasons(evaluation)
     assert good.json["release"]["std_s"] == 0.0
@@ -108,7 +108,7 @@ def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path
 
 def test_without_a_calibration(run: Path, good: Said) -> None:
     (run / CERTIFICATE).unlink()
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert evaluation["calibration"] is None
     assert "There is no calibration" in reasons(evaluation)
     assert any("tfsat-host calibrate" in note for note in evaluation["notes"])
@@ -116,7 +116,9 @@ def test_without_a_calibration(run: Path, good: Said) -> None:
 
 
 def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
-    certified(run, lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test")))
+    change_certificate(
+        run, lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test"))
+    )
     result = evaluate("run")
     assert result.code == 3
     assert result.out.startswith(
@@ -137,30 +139,30 @@ def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None
 
 def test_without_a_time_of_day_nobody_knows_which_was_first(run: Path) -> None:
     tell_time(run / "SD.bin", None)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "The recording has no time of day" in reasons(evaluation)
     assert "Measured before the last landing" not in reasons(evaluation)
     assert evaluation["recording"]["released"] is None
 
 
 def test_a_calibration_of_another_robot_is_not_used(run: Path) -> None:
-    certified(
+    change_certificate(
         run,
         lambda calibration: replace(
             calibration, subject=replace(calibration.subject, logger_serial="00c0ffee")
         ),
     )
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "None of its numbers hold" in reasons(evaluation)
     assert "There is no calibration" in reasons(evaluation), "it was evaluated without"
 
 
 def test_the_numbers_of_an_imu_that_was_exchanged_are_not_used(run: Path) -> None:
-    certified(
+    change_certificate(
         run,
         lambda calibration: replace(calibration, subject=replace(calibration.subject, who_am_i="68687068")),
     )
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "The IMU of body 3 is another than the one that was calibrated" in reasons(evaluation)
     assert "The bias of body 3 is that of the" in reasons(evaluation)
 
@@ -174,7 +176,7 @@ def test_a_calibration_that_cannot_be_read_is_refused(run: Path) -> None:
 
 def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
     silence(run, 1, 0.5, 9.0)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "The gyro of body 1 lacks" in reasons(evaluation)
     assert "bridged from its neighbours" in reasons(evaluation)
     assert [body["bridged"] for body in evaluation["bodies"]] == [True, False, False, False]
@@ -186,7 +188,7 @@ def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
 def test_lost_samples(run: Path) -> None:
     zero_s = released_s(run)
     remove_blocks(run / "SD.bin", zero_s + 1.20, zero_s + 1.26)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "samples are lost" in reasons(evaluation)
     assert evaluation["recording"]["samples_lost"] > 5
     assert "the recording is not whole" in evaluation["verdict"]["sentence"].lower()
@@ -202,14 +204,14 @@ def test_a_hole_that_nothing_can_be_carried_over(run: Path) -> None:
 
 def test_a_log_that_ends_after_the_landing(run: Path) -> None:
     cut(run, 2.8)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "The recording has no end" in reasons(evaluation)
     assert evaluation["recording"]["verdict"] == "truncated"
 
 
 def test_a_log_that_ends_in_the_fall_says_so(run: Path) -> None:
     cut(run, 1.6)
-    evaluation = evaluated("run", expect=3)
+    evaluation = evaluate_to_json("run", expect=3)
     assert "The recording ends 1.60 s after the release, in the fall" in reasons(evaluation)
     assert evaluation["until_s"] == pytest.approx(1.55, abs=0.02)
     assert [stroke["moved"] for stroke in evaluation["strokes"]] == [True, True, True, False]

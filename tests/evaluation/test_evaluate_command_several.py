@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
 from tests.evaluation.run_folder import made_drop, on_other_logger, run_folder
 from tests.run.bundle.commands import command
 from tfsat_host.evaluation.com_fit import cross_validation
@@ -23,7 +23,7 @@ def drops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
-    evaluation = evaluated("1", "2")
+    evaluation = evaluate_to_json("1", "2")
     assert [drop["drop"] for drop in evaluation["drops"]] == ["1", "2"]
     assert evaluation["drops"][0]["reorientation_deg"] == good.json["reorientation_deg"]
     for judged in evaluation["comparison"]["cross_validation"]:
@@ -47,7 +47,7 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
 
 
 def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
-    evaluation = evaluated("1", "nowhere", expect=1)
+    evaluation = evaluate_to_json("1", "nowhere", expect=1)
     first, second = evaluation["drops"]
     assert first["verdict"]["level"] == "good"
     assert second["verdict"]["level"] == "failed" and "nowhere" in second["error"]["what"]
@@ -67,7 +67,7 @@ def test_the_same_session_in_other_bytes_is_no_other_drop(drops: Path) -> None:
     run_folder(drops / "copy")
     with (drops / "copy" / "SD.bin").open("ab") as file:
         file.write(bytes(512))
-    evaluation = evaluated("1", "copy", expect=1)
+    evaluation = evaluate_to_json("1", "copy", expect=1)
     assert "copy holds the same recording as 1" in evaluation["drops"][1]["error"]["what"]
     assert evaluation["comparison"] is None
 
@@ -103,7 +103,7 @@ def test_drops_of_other_loggers_are_refused(drops: Path, arguments: tuple[str, .
 
 def test_drops_that_contradict_each_other_end_with_3(drops: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
-    comparison = evaluated("1", "2", expect=3)["comparison"]
+    comparison = evaluate_to_json("1", "2", expect=3)["comparison"]
     assert comparison["agreement"]["agree"] is False and "contradict each other" in comparison["remarks"][0]
     assert "DOUBTFUL" in comparison["remarks"][0]
     assert "contradict each other" in command("report", "1", "2", expect=3).err

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, certificate, flown
+from tests.evaluation.drops import DROPPED, certificate, fly_drop
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
@@ -25,7 +25,7 @@ from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 
 
-def evaluated(drop: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
+def evaluate_drop(drop: Drop, log: DropLog, witnesses: ExternalObservations | None = None) -> Evaluation:
     return evaluate(
         log, drop.model, certificate(drop, 1), drop.schedule, recorded=DROPPED, witnesses=witnesses
     )
@@ -33,13 +33,13 @@ def evaluated(drop: Drop, log: DropLog, witnesses: ExternalObservations | None =
 
 @cache
 def whole() -> Evaluation:
-    return evaluated(flown(1), flown(1).log)
+    return evaluate_drop(fly_drop(1), fly_drop(1).log)
 
 
 def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     first = next(event for event in drop.log.events if event.name == "stroke")
-    evaluation = evaluated(
+    evaluation = evaluate_drop(
         drop, replace(drop.log, events=tuple(e for e in drop.log.events if e is not first))
     )
     rate, expected = evaluation.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
@@ -47,17 +47,17 @@ def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> 
 
 
 def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     first = next(event for event in drop.log.events if event.name == "stroke")
     early = replace(first, t_us=first.t_us - 650_000)
-    evaluation = evaluated(drop, replace(drop.log, events=(early, *drop.log.events)))
+    evaluation = evaluate_drop(drop, replace(drop.log, events=(early, *drop.log.events)))
     assert evaluation.initial_rates[0].std_rad_s == pytest.approx(
         whole().initial_rates[0].std_rad_s, rel=0.05
     )
 
 
 def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     places = np.array([2.0, 2.1, 2.2])
     late = LaserTracks(
         Path("tracks.csv"),
@@ -68,16 +68,18 @@ def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
         1e-3 + 0.0 * places,
         False,
     )
-    evaluation = evaluated(drop, drop.log, ExternalObservations(laser=late, windows=windows_of(load_tower())))
+    evaluation = evaluate_drop(
+        drop, drop.log, ExternalObservations(laser=late, windows=windows_of(load_tower()))
+    )
     assert evaluation.release_velocity is None
     assert any(note.startswith("No release velocity.") for note in evaluation.notes)
     assert evaluation.reorientation.angle_rad > 0.3
 
 
 def test_a_header_that_names_another_low_pass_is_found_out() -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     other = replace(drop.log, header=replace(drop.log.header, dlpf_cfg=6))
-    evaluation = evaluated(drop, other)
+    evaluation = evaluate_drop(drop, other)
     (check,) = (check for check in evaluation.checks if check.name == "lag of the gyros")
     assert check.verdict == "failed"
     assert any("which no chip has" in note for note in evaluation.notes)
@@ -88,7 +90,7 @@ def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> Non
 
     The last stroke of the schedule is left out, so that it was flown without a command.
     """
-    drop = flown(1)
+    drop = fly_drop(1)
     assert all(standing.remark == "" for standing in whole().standing)
     shorter = replace(drop.schedule, strokes=drop.schedule.strokes[:3])
     evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), shorter, recorded=DROPPED)

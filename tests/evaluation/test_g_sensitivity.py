@@ -8,8 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.corrupted import failed, gyro_plus
-from tests.evaluation.drops import RATE_RAD_S, STDS, assert_angle_holds, certificate, few_of, moved, turn_off
+from tests.evaluation.corrupted import failures_by_name, gyro_plus
+from tests.evaluation.drops import (
+    RATE_RAD_S,
+    STDS,
+    assert_angle_holds,
+    certificate,
+    estimate_motion,
+    few_of,
+    turn_off,
+)
 from tests.fixtures.emulated_drop import Drop, drop
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -30,7 +38,7 @@ EACH = pytest.mark.parametrize("seed", few_of(*SEEDS))
 
 
 @cache
-def flown(seed: int, times: float = 1.0) -> Drop:
+def fly_sensitive_robot(seed: int, times: float = 1.0) -> Drop:
     model, random = load_robot(), np.random.default_rng([seed, 60])
     felt = times * np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
     robot = replace(draw_as_built(seed), gyro_g_sensitivity_rad_s_g=felt)
@@ -39,13 +47,13 @@ def flown(seed: int, times: float = 1.0) -> Drop:
 
 @cache
 def motion(seed: int) -> Motion:
-    drop = flown(seed)
-    return moved(drop.log, certificate(drop, seed), drop.model)
+    drop = fly_sensitive_robot(seed)
+    return estimate_motion(drop.log, certificate(drop, seed), drop.model)
 
 
 @EACH
 def test_attitudes_and_joints_hold_the_truth(seed: int) -> None:
-    drop, estimate = flown(seed), motion(seed)
+    drop, estimate = fly_sensitive_robot(seed), motion(seed)
     assert not estimate.contradicted
     for body in (1, 2, 3, 4):
         off = turn_off(drop, estimate, body)
@@ -56,13 +64,17 @@ def test_attitudes_and_joints_hold_the_truth(seed: int) -> None:
 
 
 def test_neither_surer_nor_less_sure_than_they_are_right() -> None:
-    squares = [turn_off(flown(seed), motion(seed), body).stds ** 2 for seed in SEEDS for body in (1, 2, 3, 4)]
+    squares = [
+        turn_off(fly_sensitive_robot(seed), motion(seed), body).stds ** 2
+        for seed in SEEDS
+        for body in (1, 2, 3, 4)
+    ]
     assert 0.3 < np.mean(squares) < 6.0, "three on average, were the bodies independent"
 
 
 @EACH
 def test_a_healthy_drop_is_good(seed: int) -> None:
-    drop = flown(seed)
+    drop = fly_sensitive_robot(seed)
     evaluation = evaluate(drop.log, drop.model, certificate(drop, seed), drop.schedule)
     assert verdict_of(evaluation).level == "good", verdict_of(evaluation).reasons
     offsets = evaluation.explained.fit
@@ -70,7 +82,7 @@ def test_a_healthy_drop_is_good(seed: int) -> None:
 
 
 def test_gyros_that_feel_five_times_as_much_are_named_and_tell_no_attitude() -> None:
-    drop = flown(1, times=5.0)
+    drop = fly_sensitive_robot(1, times=5.0)
     evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), drop.schedule)
     causes = [check.causes[0].kind for check in evaluation.failed_checks]
     assert causes and set(causes) == {"g-sensitivity"}
@@ -80,7 +92,7 @@ def test_gyros_that_feel_five_times_as_much_are_named_and_tell_no_attitude() -> 
 
 @EACH
 def test_without_a_calibration_the_bias_of_the_releaser_is_as_far_off(seed: int) -> None:
-    drop = flown(seed)
+    drop = fly_sensitive_robot(seed)
     evaluation = evaluate(drop.log, drop.model, None, drop.schedule)
     for body in (1, 2, 3, 4):
         assert turn_off(drop, evaluation.motion, body).stds < STDS
@@ -91,11 +103,11 @@ def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> Non
 
     The gyros read as if they felt three times their weight.
     """
-    drop, estimate = flown(1), motion(1)
+    drop, estimate = fly_sensitive_robot(1), motion(1)
     log = drop.log
     for body in (1, 2, 3, 4):
         log = gyro_plus(log, body, np.outer(log.t_s < HANGS_UNTIL_S, (0.3, -0.2, 0.25)))
-    other = moved(log, certificate(drop, 1), drop.model)
+    other = estimate_motion(log, certificate(drop, 1), drop.model)
     fall = estimate.samples.fall
     assert np.rad2deg(np.abs(other.angles_rad - estimate.angles_rad)[fall].max()) < 1e-3
     for before, after in zip(estimate.bodies, other.bodies, strict=True):
@@ -104,17 +116,17 @@ def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> Non
 
 def test_joints_begin_where_their_sensors_saw_them_hang() -> None:
     """Initialize joint angles from the hanging robot's angle sensors, not from its gyros."""
-    drop = flown(1)
+    drop = fly_sensitive_robot(1)
     valid = drop.log.angle_valid.copy()
     valid[drop.log.t_s >= 0.0] = False
-    motion = moved(replace(drop.log, angle_valid=valid), certificate(drop, 1), drop.model)
+    motion = estimate_motion(replace(drop.log, angle_valid=valid), certificate(drop, 1), drop.model)
     for joint in (1, 2, 3):
         assert_angle_holds(drop, motion, joint, widest_deg=0.5)
 
 
 def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
     """There the weight is in both, the certificate's bias and what the gyro shows."""
-    drop, calibration = flown(1), certificate(flown(1), 1)
+    drop, calibration = fly_sensitive_robot(1), certificate(fly_sensitive_robot(1), 1)
     estimate = motion(1)
     rest = hanging_before_release(drop.log, calibration, drop.model)
     data = consistency_of(estimate, rest, LowPass.of(drop.log.header), calibration, drop.model)
@@ -127,8 +139,8 @@ def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
 
 
 def test_a_bias_that_is_not_the_certificates_is_named() -> None:
-    drop, calibration = flown(2), wrong_bias(certificate(flown(2), 2), 2, 0.3)
-    checks = failed(evaluate(drop.log, drop.model, calibration, drop.schedule).checks)
+    drop, calibration = fly_sensitive_robot(2), wrong_bias(certificate(fly_sensitive_robot(2), 2), 2, 0.3)
+    checks = failures_by_name(evaluate(drop.log, drop.model, calibration, drop.schedule).checks)
     assert any((check.cause or "").startswith("gyro of body 2") for check in checks.values()), checks
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MODEL, fitted
+from tests.evaluation.drops import MODEL, fit_drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import identifiability
@@ -24,7 +24,7 @@ def with_information(information: FloatArray) -> ModelFit:
 
     The covariance combines the information with the prior.
     """
-    fit = fitted(1).fit
+    fit = fit_drop(1).fit
     covariance = fit.covariance.copy()
     covariance[:9, :9] = np.linalg.inv(information + np.eye(9) / PRIOR_MM**2)
     return replace(fit, equations=fit.equations._replace(information=information), covariance=covariance)
@@ -91,7 +91,7 @@ def test_a_direction_that_the_prior_decides_is_not_told() -> None:
 
 def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
     for seed in SEEDS:
-        fitted_drop = fitted(seed)
+        fitted_drop = fit_drop(seed)
         analysis = identifiability(fitted_drop.fit)
         assert analysis.rank == 9
         assert not analysis.undetermined
@@ -106,7 +106,7 @@ def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
 
 
 def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     fit = fit_model(com_offsets(MODEL), cut(fitted_drop.flown, 0.69))
     analysis = identifiability(fit)
     assert len(analysis.undetermined) >= 6
@@ -115,7 +115,7 @@ def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
 
 
 def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     full_analysis = identifiability(fitted_drop.fit)
     part = identifiability(fit_model(com_offsets(MODEL), cut(fitted_drop.flown, 1.04)))
     assert 1 <= len(part.undetermined) < 9
@@ -123,7 +123,7 @@ def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:
 
 
 def test_nuisance_parameters_are_in_what_the_offsets_are_uncertain_by() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     fit = fit_model(model_offsets(MODEL), fitted_drop.flown)
     analysis, exact = identifiability(fit), identifiability(fitted_drop.fit)
     assert (analysis.unit, len(analysis.directions)) == ("mm", 9)

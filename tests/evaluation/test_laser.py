@@ -62,7 +62,7 @@ class Drop:
         return LaserTracks(PATH, t, spots.astype(int), places[0], places[1], np.full(len(t), 5e-4), False)
 
 
-def measured(tracks: LaserTracks, rate_rad_s: FloatArray, std_rad_s: float = 0.0) -> ReleaseVelocity:
+def measure_release(tracks: LaserTracks, rate_rad_s: FloatArray, std_rad_s: float = 0.0) -> ReleaseVelocity:
     turning = steady(rate_rad_s, std_rad_s)
     return release_velocity(tracks, WINDOWS, first_stroke_s=PAUSE_S, turning=turning)
 
@@ -91,7 +91,7 @@ def test_exact_places_give_the_exact_velocity(
     velocity: tuple[float, ...], rate: tuple[float, ...], acceleration_m_s2: float
 ) -> None:
     drop = Drop(np.array(velocity), np.array(rate), acceleration_m_s2=acceleration_m_s2)
-    release_velocity = measured(drop.tracks(np.random.default_rng(0), 0.0), np.array(rate))
+    release_velocity = measure_release(drop.tracks(np.random.default_rng(0), 0.0), np.array(rate))
     assert values(release_velocity) == pytest.approx([velocity[0], velocity[1], -velocity[2]], abs=0.02)
     assert release_velocity.samples_left_out == 0
 
@@ -99,11 +99,13 @@ def test_exact_places_give_the_exact_velocity(
 def test_down_is_positive_and_judged_by_the_window() -> None:
     for down_mm_s, judged in [(40.0, "within"), (120.0, "outside"), (20.0, "uncertain"), (-40.0, "outside")]:
         rng = np.random.default_rng(0)
-        velocity = measured(Drop(np.array([5, 5, -down_mm_s]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
+        velocity = measure_release(
+            Drop(np.array([5, 5, -down_mm_s]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3)
+        )
         assert velocity.downward.value_mm_s == pytest.approx(down_mm_s, abs=4 * velocity.downward.std_mm_s)
         assert velocity.downward_judged == judged
     rng = np.random.default_rng(0)
-    fast = measured(Drop(np.array([30, -30, -40]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
+    fast = measure_release(Drop(np.array([30, -30, -40]), np.zeros(3)).tracks(rng, 5e-4), np.zeros(3))
     assert fast.transversal_judged == "outside"
     assert fast.transversal_speed is not None
     assert fast.transversal_speed.value_mm_s == pytest.approx(42.4, abs=2)
@@ -118,7 +120,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         walls = (0.2 + 0.03 * rng.normal(), 0.2 + 0.03 * rng.normal())
         drop = Drop(velocity, PAPER_RATE_RAD_S, walls, rng.uniform(-1, 1) * 9.8e-3)
         rate_std = np.deg2rad(0.2)
-        release_velocity = measured(
+        release_velocity = measure_release(
             drop.tracks(rng, 5e-4), PAPER_RATE_RAD_S + rate_std * rng.normal(size=3), rate_std
         )
         speed = float(np.hypot(*velocity[:2]))
@@ -147,7 +149,7 @@ def test_places_that_mostly_contradict_the_gyro_are_refused() -> None:
     drop = Drop(np.array([3.0, -4.0, -40.0]), np.deg2rad([20.0, -30.0, 25.0]))
     tracks = drop.tracks(np.random.default_rng(3), 1e-7)
     with pytest.raises(LaserError, match="places do not lie on one even motion"):
-        measured(tracks, np.zeros(3), 1e-4)
+        measure_release(tracks, np.zeros(3), 1e-4)
 
 
 def test_another_light_taken_for_the_spot_is_left_out() -> None:
@@ -157,7 +159,7 @@ def test_another_light_taken_for_the_spot_is_left_out() -> None:
     wrong = rng.choice(in_use, 12, replace=False)
     up_m = tracks.up_m.copy()
     up_m[wrong] += rng.uniform(0.02, 0.3, 12)
-    velocity = measured(replace(tracks, up_m=up_m), np.zeros(3))
+    velocity = measure_release(replace(tracks, up_m=up_m), np.zeros(3))
     assert velocity.samples_left_out == 12
     assert values(velocity) == pytest.approx([7, -3, 40], abs=2)
     assert velocity.scatter_mm == pytest.approx(0.3, abs=0.06)
@@ -168,7 +170,7 @@ def test_one_spot_tells_the_fall_and_one_side(spot: int, missing: str) -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(4), 3e-4)
     rows = tracks.spot == spot
     columns = {name: getattr(tracks, name)[rows] for name in ("t_s", "spot", "along_m", "up_m", "std_m")}
-    velocity = measured(replace(tracks, **columns), np.zeros(3))
+    velocity = measure_release(replace(tracks, **columns), np.zeros(3))
     assert velocity.downward.value_mm_s == pytest.approx(40, abs=3)
     sides = {"x": velocity.transversal_x, "y": velocity.transversal_y}
     assert sides.pop(missing) is None
@@ -182,8 +184,8 @@ def test_the_push_and_the_strokes_are_not_looked_at() -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(5), 3e-4)
     moved = np.where((tracks.t_s < 0.15) | (tracks.t_s > PAUSE_S), 0.1, 0.0)
     velocity, plain = (
-        measured(replace(tracks, up_m=tracks.up_m + moved), np.zeros(3)),
-        measured(tracks, np.zeros(3)),
+        measure_release(replace(tracks, up_m=tracks.up_m + moved), np.zeros(3)),
+        measure_release(tracks, np.zeros(3)),
     )
     assert velocity == plain
     assert 0.15 <= velocity.from_s < velocity.until_s <= PAUSE_S
@@ -192,7 +194,7 @@ def test_the_push_and_the_strokes_are_not_looked_at() -> None:
 def test_too_few_places_are_no_velocity() -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(6), 3e-4)
     with pytest.raises(LaserError, match="too few places") as refused:
-        measured(replace(tracks, t_s=tracks.t_s + 12.0), np.zeros(3))
+        measure_release(replace(tracks, t_s=tracks.t_s + 12.0), np.zeros(3))
     assert "count from the release" in refused.value.next_step
 
 

@@ -101,7 +101,7 @@ def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) 
     assert velocity.notes == ()
 
 
-def released(log: DropLog, tracks: LaserTracks) -> ReleaseVelocity:
+def measure_release(log: DropLog, tracks: LaserTracks) -> ReleaseVelocity:
     return release_velocity(
         tracks, windows_of(load_tower()), first_stroke_s=0.7, turning=turning_by_gyro(log)
     )
@@ -114,7 +114,7 @@ def test_spots_that_are_exchanged_or_mirrored_give_no_velocity(
     """Tracked over the whole fall, body 2's turning tells which of the eight readings is right."""
     log, tracks = drop
     with pytest.raises(LaserError, match="the spots move as body 2 turned only if ") as refused:
-        released(log, reading.of(tracks))
+        measure_release(log, reading.of(tracks))
     undone = Reading(reading.exchanged, reading.mirrored[::-1] if reading.exchanged else reading.mirrored)
     assert f"only if {undone.words()}." in refused.value.what
 
@@ -123,14 +123,14 @@ def test_a_part_of_a_stroke_tells_which_spot_is_which(drop: tuple[DropLog, Laser
     log, tracks = drop
     early = tracks.between(-1.0, 0.9)
     with pytest.raises(LaserError, match="only if spots 1 and 2 are exchanged"):
-        released(log, Reading(True, (False, False)).of(early))
-    (note,) = released(log, early).notes
+        measure_release(log, Reading(True, (False, False)).of(early))
+    (note,) = measure_release(log, early).notes
     assert "exchanged" not in note and "mirrored" in note
 
 
 def test_where_the_turning_cannot_tell_it_is_said(drop: tuple[DropLog, LaserTracks]) -> None:
     log, tracks = drop
-    velocity = released(log, tracks.between(-1.0, 0.7))
+    velocity = measure_release(log, tracks.between(-1.0, 0.7))
     (note,) = velocity.notes
     assert note.startswith("Body 2's turning cannot tell whether") and "mirrored" in note
     assert velocity.transversal_speed is not None
@@ -141,4 +141,4 @@ def test_places_that_are_wrong_now_and_then_hide_nothing(drop: tuple[DropLog, La
     log, tracks = drop
     random, along = np.random.default_rng(1), tracks.along_m.copy()
     along[random.random(len(along)) < 0.05] += 0.05
-    assert released(log, replace(tracks, along_m=along)).notes == ()
+    assert measure_release(log, replace(tracks, along_m=along)).notes == ()

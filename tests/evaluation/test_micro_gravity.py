@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation.clock_log import log_with
-from tests.rehearsal.days import WholeDrop, dropped
+from tests.rehearsal.days import WholeDrop, rehearse_drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -282,7 +282,7 @@ def test_a_sensor_at_the_end_of_its_range_felt_a_shock() -> None:
     assert landing_felt(T_S, force, np.zeros_like(full), LowPass(0)) is None
 
 
-def shifted(log: DropLog, samples: CalibratedSamples, by_s: float) -> CalibratedSamples:
+def delay_forces(log: DropLog, samples: CalibratedSamples, by_s: float) -> CalibratedSamples:
     """Return the samples with the forces delayed by `by_s`."""
     rows = np.clip(np.arange(len(log)) - round(by_s * log.header.rate_hz), 0, len(log) - 1)
     return replace(
@@ -301,7 +301,7 @@ def as_designed() -> Calibration:
 
 @pytest.fixture(scope="module")
 def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, CalibratedSamples]:
-    flight = dropped(schedule_maneuver(four_stroke(59, 70)), seed=4)
+    flight = rehearse_drop(schedule_maneuver(four_stroke(59, 70)), seed=4)
     card = tmp_path_factory.mktemp("card") / "SD.bin"
     card.write_bytes(flight.card)
     log = load(card)
@@ -335,10 +335,10 @@ def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, CalibratedS
 
 def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, CalibratedSamples]) -> None:
     _, log, samples = drop
-    late = fall_instants(log, shifted(log, samples, 0.2)).findings
+    late = fall_instants(log, delay_forces(log, samples, 0.2)).findings
     assert re.search("(199|200|201) ms after the switches opened: the robot hung on", late[0])
     assert re.search(r"The landing was felt at 2\.(699|700) s, but the logger noted it at 2\.5[01]", late[1])
-    early = fall_instants(log, shifted(log, samples, -0.2)).findings
+    early = fall_instants(log, delay_forces(log, samples, -0.2)).findings
     assert "ms before the switches opened: the magnet held the robot" in early[0]
     soft = replace(
         samples, specific_force_m_s2=0.15 * samples.specific_force_m_s2, clipped=samples.clipped & False

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import DROPPED, certificate, few_of, flown, motion, moved
+from tests.evaluation.drops import DROPPED, certificate, estimate_motion, few_of, fly_drop, motion
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.multibody import Multibody
@@ -35,8 +35,8 @@ COM_BOUND_MM = 1e3 * COM_BOUND_M
 
 
 @cache
-def explained(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, ModelComparison]:
-    drop = flown(seed, dlpf_cfg)
+def explain_drop(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, ModelComparison]:
+    drop = fly_drop(seed, dlpf_cfg)
     return drop, compare_model(motion(seed, dlpf_cfg), com_offsets(drop.model), 0.7)
 
 
@@ -47,7 +47,7 @@ def test_the_offsets_are_found_within_what_they_are_said_to_be_uncertain(
 ) -> None:
     z_scores = []
     for seed in seeds:
-        drop, comparison = explained(seed, dlpf_cfg)
+        drop, comparison = explain_drop(seed, dlpf_cfg)
         error = comparison.fit.values - drop.true_com_offsets_mm
         assert np.abs(error).max() < 1.0
         assert (comparison.fit.std < 0.4).all()
@@ -58,7 +58,7 @@ def test_the_offsets_are_found_within_what_they_are_said_to_be_uncertain(
 @FILTERS
 @pytest.mark.parametrize("seed", few_of(*SEEDS))
 def test_the_corrected_model_predicts_the_attitude(seed: int, dlpf_cfg: int) -> None:
-    drop, comparison = explained(seed, dlpf_cfg)
+    drop, comparison = explain_drop(seed, dlpf_cfg)
     before, after = comparison.before.error, comparison.after.error
     assert np.rad2deg(before.final_norm_rad) > 0.3, "this robot's model is millimetres off"
     assert np.rad2deg(after.final_norm_rad) < 0.05
@@ -70,15 +70,17 @@ def test_the_corrected_model_predicts_the_attitude(seed: int, dlpf_cfg: int) -> 
 
 
 def test_a_model_that_is_right_needs_no_correction() -> None:
-    drop = flown(4)
+    drop = fly_drop(4)
     right = drop.flown
-    comparison = compare_model(moved(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7)
+    comparison = compare_model(
+        estimate_motion(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7
+    )
     assert (np.abs(comparison.fit.values) < 3.5 * comparison.fit.std).all()
     assert comparison.before.error.mahalanobis < 4.0
 
 
 def test_nuisance_parameters_cost_certainty_and_no_truth() -> None:
-    drop, alone = explained(1)
+    drop, alone = explain_drop(1)
     comparison = compare_model(motion(1), model_offsets(drop.model), 0.7)
     assert (comparison.fit.std[:9] >= 0.99 * alone.fit.std).all()
     assert comparison.fit.std[:9].max() > 1.5 * alone.fit.std.max()
@@ -86,7 +88,7 @@ def test_nuisance_parameters_cost_certainty_and_no_truth() -> None:
 
 
 def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
-    drop, _ = explained(1)
+    drop, _ = explain_drop(1)
     offsets = model_offsets(drop.model)
     sought = within(offsets.alone, 5.0).parameters
     tight = replace(offsets, parameters=(*sought, *offsets.parameters[offsets.sought :]))
@@ -96,12 +98,12 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
 
 
 @cache
-def uncalibrated(seed: int) -> tuple[Drop, FallSamples]:
-    drop = flown(seed)
+def fly_uncalibrated(seed: int) -> tuple[Drop, FallSamples]:
+    drop = fly_drop(seed)
     calibration = with_fallbacks(
         None, drop.log, drop.model, rest_before_release(drop.log), DROPPED
     ).calibration
-    return drop, flown_of(moved(drop.log, calibration, drop.model))
+    return drop, flown_of(estimate_motion(drop.log, calibration, drop.model))
 
 
 def within(offsets: Offsets, bound_mm: float, std_mm: float = COM_BOUND_MM / 3.0**0.5) -> Offsets:
@@ -118,7 +120,7 @@ def gradient(fit: ModelFit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
 
 @pytest.mark.parametrize(("seed", "bound_mm"), few_of((1, 5.0), (3, 1.0), (5, 2.0)))
 def test_the_fit_ends_at_its_optimum_also_within_narrow_bounds(seed: int, bound_mm: float) -> None:
-    drop, driven = uncalibrated(seed)
+    drop, driven = fly_uncalibrated(seed)
     fit = fit_model(within(com_offsets(drop.model), bound_mm), driven)
     assert fit.converged
     assert (np.abs(fit.values) <= bound_mm + 1e-9).all()
@@ -133,7 +135,7 @@ def test_steps_that_lead_to_and_fro_are_halved_until_they_do_not(monkeypatch: py
 
     With half the slope, a whole step overshoots the optimum by as much as it was short of it, for ever.
     """
-    _, comparison = explained(1)
+    _, comparison = explain_drop(1)
 
     def half_as_steep(*arguments: Any) -> Derivatives:
         true = derivatives(*arguments)
@@ -146,7 +148,7 @@ def test_steps_that_lead_to_and_fro_are_halved_until_they_do_not(monkeypatch: py
 
 
 def test_a_fit_that_was_widened_is_solved_anew_with_what_it_is_widened_by() -> None:
-    drop, driven = uncalibrated(1)
+    drop, driven = fly_uncalibrated(1)
     com = com_offsets(drop.model).body.com_m + 0.02 * np.eye(4)[:, :3]
     wrong = com_offsets(replace(drop.model, com_m=com))
     fit = fit_model(within(wrong, 100.0, std_mm=2.0), driven)
@@ -156,7 +158,7 @@ def test_a_fit_that_was_widened_is_solved_anew_with_what_it_is_widened_by() -> N
 
 
 def test_a_fit_without_an_end_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    (drop, driven), (_, reference) = uncalibrated(1), explained(1)
+    (drop, driven), (_, reference) = fly_uncalibrated(1), explain_drop(1)
     monkeypatch.setattr("tfsat_host.evaluation.com_fit.com_fit._STEPS", 2)
     fit = fit_model(com_offsets(drop.model), driven)
     assert not fit.converged
@@ -167,16 +169,16 @@ def test_a_fit_without_an_end_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_correction_that_explains_is_offered() -> None:
     for seed in SEEDS:
-        _, comparison = explained(seed)
+        _, comparison = explain_drop(seed)
         assert comparison.fit.converged
         assert (comparison.offered, comparison.withheld) == (True, ())
         assert comparison.explains_after and not comparison.explains_before
 
 
 def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> None:
-    drop, comparison = explained(4)
+    drop, comparison = explain_drop(4)
     right = drop.flown
-    good = compare_model(moved(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7)
+    good = compare_model(estimate_motion(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7)
     assert good.explains_before and good.offered
     wrong = good.driven.with_offsets(np.full(9, 5.0))
     assert wrong.error.mahalanobis > UNEXPLAINED
@@ -187,7 +189,7 @@ def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> 
 
 
 def test_a_correction_that_was_not_thought_possible_is_withheld() -> None:
-    _, comparison = explained(1)
+    _, comparison = explain_drop(1)
     far = comparison.fit.values.copy()
     far[4] = -5.1 * comparison.fit.offsets.prior_std[4]
     (reason,) = replace(comparison, fit=replace(comparison.fit, values=far)).withheld
@@ -196,12 +198,14 @@ def test_a_correction_that_was_not_thought_possible_is_withheld() -> None:
 
 def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgement() -> None:
     """Gyros that are said to be far more exact than they are."""
-    drop, _ = explained(1)
+    drop, _ = explain_drop(1)
     calibration = certificate(drop, 1)
     off = np.random.default_rng(1).standard_normal((4, 9)) * [*[0.0] * 3, *[np.deg2rad(2.0)] * 3, *[0.01] * 3]
     wrong = [gyro.add_errors(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
     comparison = compare_model(
-        moved(drop.log, replace(calibration, gyros=tuple(wrong)), drop.model), com_offsets(drop.model), 0.7
+        estimate_motion(drop.log, replace(calibration, gyros=tuple(wrong)), drop.model),
+        com_offsets(drop.model),
+        0.7,
     )
     assert comparison.fit.widening > comparison.fit.excess
     assert comparison.after.error.mahalanobis > EXPECTED_DISTANCE
@@ -215,7 +219,7 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
     The drop determines them: neighbors contradict each other, and angle sensors constrain the scale next to a
     joint.
     """
-    drop, reference = explained(1, DLPF_5_HZ)
+    drop, reference = explain_drop(1, DLPF_5_HZ)
     calibration = certificate(drop, 1)
     gyros = []
     for gyro in calibration.gyros:
@@ -223,7 +227,9 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
         covariance[6:, 6:] = (0.03 / 3**0.5) ** 2 * np.eye(3)
         gyros.append(replace(gyro, scale=np.ones(3), covariance=covariance))
     fit = compare_model(
-        moved(drop.log, replace(calibration, gyros=tuple(gyros)), drop.model), com_offsets(drop.model), 0.7
+        estimate_motion(drop.log, replace(calibration, gyros=tuple(gyros)), drop.model),
+        com_offsets(drop.model),
+        0.7,
     ).fit
     assert fit.std.argmax() == 5
     assert reference.fit.std[5] < fit.std[5] < 2.0 * reference.fit.std[5]
@@ -232,7 +238,7 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
 
 def test_the_prediction_is_that_of_the_simulator() -> None:
     """Prediction matches `dynamics.propagate` for the same joint history and momentum."""
-    _, comparison = explained(2)
+    _, comparison = explain_drop(2)
     driven, body = comparison.driven.flown, Multibody.of(load_robot())
     history = history_from_samples(driven.t_s, driven.angles_rad)
     exact = replace(driven, joint_rate_rad_s=history.rates_rad_s(driven.t_s))
@@ -247,11 +253,13 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
 @pytest.mark.parametrize("seed", few_of(*SEEDS[:2]))
 def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_are(seed: int) -> None:
     """Mountings 5 deg off, scale factors 3 %, joints that hang anywhere within 6 deg: the drop tells most of it."""
-    drop, calibrated = explained(seed)
+    drop, calibrated = explain_drop(seed)
     calibration = with_fallbacks(
         None, drop.log, drop.model, rest_before_release(drop.log), DROPPED
     ).calibration
-    comparison = compare_model(moved(drop.log, calibration, drop.model), com_offsets(drop.model), 0.7)
+    comparison = compare_model(
+        estimate_motion(drop.log, calibration, drop.model), com_offsets(drop.model), 0.7
+    )
     assert (comparison.fit.std > 1.2 * calibrated.fit.std).all()
     assert (comparison.fit.std < 0.3 * comparison.fit.offsets.prior_std).all()
     z_scores = (comparison.fit.values - drop.true_com_offsets_mm) / comparison.fit.std
@@ -266,8 +274,8 @@ def test_masses_and_inertias_of_a_right_model_stay_where_they_are(seed: int) -> 
 
     Scaling all of them by one factor explains a motion as well: only their prior constrains them.
     """
-    drop = flown(seed)
+    drop = fly_drop(seed)
     offsets = model_offsets(drop.flown)
-    fit = compare_model(moved(drop.log, certificate(drop, seed), drop.flown), offsets, 0.7).fit
+    fit = compare_model(estimate_motion(drop.log, certificate(drop, seed), drop.flown), offsets, 0.7).fit
     assert (np.abs(fit.values) < 3.5 * fit.std).all()
     assert (np.abs(fit.values[9:]) < 1.5 * offsets.prior_std[9:]).all()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import few_of, fitted
+from tests.evaluation.drops import few_of, fit_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
 from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
 
@@ -86,7 +86,7 @@ def test_the_objective_is_the_papers_sum() -> None:
 @pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        fitted_drop = fitted(seed, dlpf_cfg)
+        fitted_drop = fit_drop(seed, dlpf_cfg)
         vectors = np.stack([np.zeros(9), fitted_drop.fit.values, fitted_drop.drop.true_com_offsets_mm])
         before, fit, truth = averaged_momentum(
             fitted_drop.fit.offsets.apply(vectors), fitted_drop.flown

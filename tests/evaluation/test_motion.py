@@ -10,7 +10,7 @@ import pytest
 
 from tests.evaluation import drops
 from tests.evaluation.corrupted import without_samples
-from tests.evaluation.drops import certificate, few_of, flown, moved
+from tests.evaluation.drops import certificate, estimate_motion, few_of, fly_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
@@ -23,7 +23,7 @@ FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
 
 
 def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion]:
-    return flown(seed, dlpf_cfg), drops.motion(seed, dlpf_cfg)
+    return fly_drop(seed, dlpf_cfg), drops.motion(seed, dlpf_cfg)
 
 
 def off_deg(drop: Drop, body: int, track: BodyMotion) -> tuple[float, float]:
@@ -63,11 +63,11 @@ def test_a_delay_that_no_chip_has_is_not_taken_off() -> None:
 
     With body 4's gyro and both sensors of joint 1 dead, joint 2 alone would give one of minus 7 ms.
     """
-    drop = flown(1)
+    drop = fly_drop(1)
     angle_valid, imu_valid = drop.log.angle_valid.copy(), drop.log.imu_valid.copy()
     angle_valid[:, :2], imu_valid[:, 3] = False, False
     log = replace(drop.log, angle_valid=angle_valid, imu_valid=imu_valid)
-    motion = moved(log, certificate(drop, 1), drop.model)
+    motion = estimate_motion(log, certificate(drop, 1), drop.model)
     assert motion.lag.delay_s == pytest.approx(5.3e-3, abs=3e-3)
     error, std = off_deg(drop, 3, motion.bodies[2])
     assert error < 4.0 * std
@@ -98,7 +98,7 @@ def test_a_gyro_that_does_not_answer_is_bridged_and_said_to_be_less_sure(
     body: int, from_s: float, until_s: float, dlpf_cfg: int
 ) -> None:
     drop, reference = motion(1, dlpf_cfg)
-    estimate = moved(without(drop.log, body, from_s, until_s), certificate(drop, 1), drop.model)
+    estimate = estimate_motion(without(drop.log, body, from_s, until_s), certificate(drop, 1), drop.model)
     track = estimate.bodies[body - 1]
     error, std = off_deg(drop, body, track)
     assert error < 0.15
@@ -113,7 +113,7 @@ def test_a_single_lost_sample_costs_next_to_nothing() -> None:
     drop, _ = motion(1)
     row = int(np.searchsorted(drop.log.t_s, 1.2))
     log = without(drop.log, 1, float(drop.log.t_s[row]), float(drop.log.t_s[row]) + 1e-3)
-    estimate = moved(log, certificate(drop, 1), drop.model)
+    estimate = estimate_motion(log, certificate(drop, 1), drop.model)
     assert estimate.bodies[0].bridged.sum() <= 5
     assert off_deg(drop, 1, estimate.bodies[0])[0] < 0.05
 
@@ -123,23 +123,23 @@ def test_a_hole_in_all_gyros_is_counted_in_and_a_long_one_refused() -> None:
     short, long = drop.log, drop.log
     for body in range(1, 5):
         short, long = without(short, body, 1.10, 1.13), without(long, body, 1.10, 1.25)
-    estimate = moved(short, certificate(drop, 1), drop.model)
+    estimate = estimate_motion(short, certificate(drop, 1), drop.model)
     error, std = off_deg(drop, 1, estimate.bodies[0])
     assert error < 4.0 * std
     assert std > 2.0 * off_deg(drop, 1, reference.bodies[0])[1]
     with pytest.raises(EvaluationError, match=r"No gyro has a sample between 1\.09\d s"):
-        moved(long, certificate(drop, 1), drop.model)
+        estimate_motion(long, certificate(drop, 1), drop.model)
 
 
 def test_a_log_without_a_release_is_refused() -> None:
     drop, _ = motion(1)
     with pytest.raises(EvaluationError, match="no release"):
-        moved(replace(drop.log, release=None), certificate(drop, 1), drop.model)
+        estimate_motion(replace(drop.log, release=None), certificate(drop, 1), drop.model)
 
 
 @pytest.mark.parametrize(("from_s", "until_s"), [(-0.25, -0.02), (-0.4, 0.0)])
 def test_a_hole_before_the_release_is_none_in_the_fall(from_s: float, until_s: float) -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     samples = samples_of(without_samples(drop.log, from_s, until_s), certificate(drop, 1), drop.model)
     full_samples = samples_of(drop.log, certificate(drop, 1), drop.model)
     assert samples.t_s[samples.fall].tolist() == full_samples.t_s[full_samples.fall].tolist()
@@ -147,7 +147,7 @@ def test_a_hole_before_the_release_is_none_in_the_fall(from_s: float, until_s: f
 
 @pytest.mark.parametrize(("from_s", "until_s"), [(-0.05, 0.12), (2.2, 2.6)])
 def test_the_fall_s_own_ends_may_not_be_lost(from_s: float, until_s: float) -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     with pytest.raises(EvaluationError, match="No gyro has a sample between"):
         samples_of(without_samples(drop.log, from_s, until_s), certificate(drop, 1), drop.model)
 
@@ -159,8 +159,8 @@ PARTS = pytest.mark.parametrize("parts", [ALL_ICM_20689, MIXED], ids=bytes.hex)
 
 @cache
 def flown_with(parts: bytes) -> tuple[Drop, Motion]:
-    drop = drops.flown(1, parts=parts)
-    return drop, moved(drop.log, certificate(drop, 1))
+    drop = drops.fly_drop(1, parts=parts)
+    return drop, estimate_motion(drop.log, certificate(drop, 1))
 
 
 @PARTS
@@ -203,7 +203,7 @@ def test_angles_and_attitudes_are_as_right_as_with_the_papers_part(parts: bytes)
 
 @pytest.fixture(scope="module")
 def slow() -> Drop:
-    return flown(1, bus_khz=100)
+    return fly_drop(1, bus_khz=100)
 
 
 def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
@@ -212,7 +212,7 @@ def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
     Return the rms error of the bodies' attitudes in the fall, in deg, and the measured delay, in ms.
     """
     header = replace(slow.log.header, imu_offset_us=offsets_us)
-    motion = moved(replace(slow.log, header=header), certificate(slow, 1), slow.model)
+    motion = estimate_motion(replace(slow.log, header=header), certificate(slow, 1), slow.model)
     errors_rad = [
         (track.attitude[row] * slow.true_turn(body, track.t_s[0], track.t_s[row]).inv()).magnitude()
         for body, track in enumerate(motion.bodies, 1)
@@ -242,7 +242,7 @@ def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
     Steps are 1 ms, shorter than a reading of both IMUs of a bus, and 100 ms.
     """
     monkeypatch.setattr("tests.fixtures.emulated_drop.TRUTH_PERIOD_US", 100_000)
-    coarse = flown.__wrapped__(1, bus_khz=100)
+    coarse = fly_drop.__wrapped__(1, bus_khz=100)
     rows = min(len(slow.log), len(coarse.log))
     np.testing.assert_array_equal(slow.log.t_us[:rows], coarse.log.t_us[:rows])
     falling = (slow.log.t_s[:rows] > 0.0) & (slow.log.t_s[:rows] < 2.3)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import fitted
+from tests.evaluation.drops import fit_drop
 from tfsat_host.evaluation.com_fit.momentum import averaged_momentum
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.plan.swarm import SwarmSettings
@@ -21,7 +21,7 @@ def test_powers_are_those_of_a_quadratic_polynomial() -> None:
 
 
 def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     polynomial = momentum_polynomial(fitted_drop.fit.offsets, fitted_drop.flown)
     assert len(polynomial.coefficients) == 55
     # Inside the bounds, where the swarm goes, and far outside, where an approximation would fail.
@@ -35,7 +35,7 @@ def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
 
 def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth() -> None:
     for seed in SEEDS:
-        fitted_drop = fitted(seed)
+        fitted_drop = fit_drop(seed)
         swarm = swarm_fit(fitted_drop.fit, fitted_drop.flown)
         truth = fitted_drop.drop.true_com_offsets_mm
         assert swarm.objective < 0.4 * swarm.objective_before
@@ -56,7 +56,7 @@ def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth()
 
 
 def test_the_bottom_of_the_valley_is_what_a_swarm_is_judged_by() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     small = SwarmSettings(particles=20, iterations=5)
     swarm = swarm_fit(fitted_drop.fit, fitted_drop.flown, seeds=(1, 2), settings=small)
     other = swarm_fit(fitted_drop.fit, fitted_drop.flown, seeds=(3, 4), settings=small)
@@ -70,7 +70,7 @@ def test_the_bottom_of_the_valley_is_what_a_swarm_is_judged_by() -> None:
 
 
 def test_a_swarm_that_found_something_worse_than_nothing_says_so() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     swarm = swarm_fit(
         fitted_drop.fit, fitted_drop.flown, seeds=(3,), settings=SwarmSettings(particles=2, iterations=1)
     )
@@ -82,7 +82,7 @@ def test_a_swarm_that_found_something_worse_than_nothing_says_so() -> None:
 
 
 def test_what_it_reports_is_the_objective_of_what_it_found() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     swarm = swarm_fit(
         fitted_drop.fit, fitted_drop.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5)
     )

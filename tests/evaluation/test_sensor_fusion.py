@@ -15,16 +15,16 @@ from hypothesis.extra.numpy import arrays
 from scipy.signal import lsim, savgol_filter
 
 from tests.evaluation import drops
-from tests.evaluation.corrupted import failed, gyro_plus, unanswered, with_angles
+from tests.evaluation.corrupted import failures_by_name, gyro_plus, silence_imu, with_angles
 from tests.evaluation.drops import (
     STDS,
     angle_off_deg,
     assert_angle_holds,
     certificate,
+    estimate_motion,
     few_of,
-    flown,
+    fly_drop,
     motion,
-    moved,
     turn_off,
 )
 from tests.fixtures.emulated_drop import Drop
@@ -50,12 +50,12 @@ SEEDS = pytest.mark.parametrize("seed", few_of(1, 2, 3))
 
 
 def motion_in(drop: Drop, seed: int, log: DropLog) -> Motion:
-    return moved(log, certificate(drop, seed), drop.model)
+    return estimate_motion(log, certificate(drop, seed), drop.model)
 
 
 def no_gyro(log: DropLog, from_s: float, until_s: float) -> DropLog:
     for body in range(1, 5):
-        log = unanswered(log, body, from_s, until_s)
+        log = silence_imu(log, body, from_s, until_s)
     return log
 
 
@@ -65,7 +65,7 @@ def sensors_silent_after(log: DropLog, columns: slice, from_s: float) -> DropLog
     return replace(log, angle_valid=valid)
 
 
-def slipped(log: DropLog, column: int, from_s: float, by_deg: float) -> DropLog:
+def slip_sensor(log: DropLog, column: int, from_s: float, by_deg: float) -> DropLog:
     """Return the log with an angle sensor slipped on its shaft by `by_deg` from `from_s` on."""
     counts = log.angle_counts[:, column].astype(np.int64)
     counts[log.t_s >= from_s] += round(by_deg / 360.0 * log.header.angle_counts_per_turn)
@@ -74,7 +74,7 @@ def slipped(log: DropLog, column: int, from_s: float, by_deg: float) -> DropLog:
 
 @HOLES
 def test_a_hole_in_all_gyros_within_a_stroke_is_carried_over(seed: int, from_s: float) -> None:
-    drop = flown(seed)
+    drop = fly_drop(seed)
     estimate = motion_in(drop, seed, no_gyro(drop.log, from_s, from_s + HOLE_S))
     for joint in (1, 2, 3):
         assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
@@ -94,7 +94,7 @@ def test_where_no_angle_sensor_answers_the_others_tell_what_the_joint_turned_in_
 
     A wrong angle would show in the gyros off the joint's axis, and in the rates of its neighbors.
     """
-    drop = flown(seed)
+    drop = fly_drop(seed)
     silent = sensors_silent_after(drop.log, slice(2, 4), 0.9)
     estimate = motion_in(drop, seed, no_gyro(silent, from_s, from_s + HOLE_S))
     assert_angle_holds(drop, estimate, 2, widest_deg=0.05)
@@ -104,7 +104,7 @@ def test_where_no_angle_sensor_answers_the_others_tell_what_the_joint_turned_in_
 
 @SEEDS
 def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None:
-    drop = flown(seed)
+    drop = fly_drop(seed)
     estimate = motion_in(drop, seed, no_gyro(drop.log, -0.02, 0.095))
     for joint in (1, 2, 3):
         assert_angle_holds(drop, estimate, joint, widest_deg=0.02)
@@ -119,8 +119,8 @@ def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None
 def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_right(
     seed: int, body: int, joint: int
 ) -> None:
-    drop = flown(seed)
-    estimate = motion_in(drop, seed, unanswered(drop.log, body, -100.0, 100.0))
+    drop = fly_drop(seed)
+    estimate = motion_in(drop, seed, silence_imu(drop.log, body, -100.0, 100.0))
     for other in (1, 2, 3):
         assert_angle_holds(drop, estimate, other, widest_deg=0.06)
     std, without = (angle_off_deg(drop, each, joint)[1] for each in (estimate, motion(seed)))
@@ -134,8 +134,8 @@ def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_righ
 def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
     seed: int, column: int, by_deg: float
 ) -> None:
-    drop = flown(seed)
-    motion = motion_in(drop, seed, slipped(drop.log, column, -1.0, by_deg))
+    drop = fly_drop(seed)
+    motion = motion_in(drop, seed, slip_sensor(drop.log, column, -1.0, by_deg))
     joint, sensor = column // 2 + 1, column % 2
     distrusted = [sensed.distrusted for sensed in motion.fusion.joints]
     assert distrusted == [sensor if number == joint else None for number in (1, 2, 3)]
@@ -154,9 +154,11 @@ def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
 def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
     column: int, from_s: float, by_deg: float
 ) -> None:
-    drop = flown(1)
-    log = slipped(drop.log, column, from_s, by_deg)
-    failures = failed(checks_of(motion_in(drop, 1, log), None, log, certificate(drop, 1), drop.model))
+    drop = fly_drop(1)
+    log = slip_sensor(drop.log, column, from_s, by_deg)
+    failures = failures_by_name(
+        checks_of(motion_in(drop, 1, log), None, log, certificate(drop, 1), drop.model)
+    )
     cause = failures[f"angle sensors of joint {column // 2 + 1}"].cause or ""
     assert f"angle sensor {column % 2 + 1} of joint {column // 2 + 1}" in cause
 
@@ -168,8 +170,8 @@ def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
 def test_an_angle_sensor_that_slips_in_the_fall_is_named_and_not_used(
     seed: int, column: int, from_s: float, by_deg: float
 ) -> None:
-    drop = flown(seed)
-    motion = motion_in(drop, seed, slipped(drop.log, column, from_s, by_deg))
+    drop = fly_drop(seed)
+    motion = motion_in(drop, seed, slip_sensor(drop.log, column, from_s, by_deg))
     joint, sensor = column // 2 + 1, column % 2
     assert [sensed.distrusted for sensed in motion.fusion.joints][joint - 1] == sensor
     assert any(note.startswith(f"Angle sensor {sensor + 1} of joint {joint} ") for note in notes_of(motion))
@@ -209,15 +211,15 @@ def gyro_learnt(motion: Motion, body: int) -> tuple[FloatArray, FloatArray]:
 def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
     seed: int, body: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drop = flown(seed)
+    drop = fly_drop(seed)
     calibration = with_unknown_scale(certificate(drop, seed), body)
     believed, true = calibration.gyros[body - 1].scale, drop.imperfections.gyro_scale[body - 1]
 
-    def left(other_estimate: Motion) -> tuple[FloatArray, FloatArray]:
+    def remaining_error(other_estimate: Motion) -> tuple[FloatArray, FloatArray]:
         learnt, std = gyro_learnt(other_estimate, body)
         return believed + learnt[6:] - true, std[6:]
 
-    estimate = moved(drop.log, calibration, drop.model)
+    estimate = estimate_motion(drop.log, calibration, drop.model)
     with monkeypatch.context() as patched:
         patched.setattr(
             sensor_fusion,
@@ -227,12 +229,12 @@ def test_neighbours_teach_a_gyro_the_scale_factors_that_nobody_knows(
                 np.zeros(len(errors)),
             ),
         )
-        by_angles = moved(drop.log, calibration, drop.model)
+        by_angles = estimate_motion(drop.log, calibration, drop.model)
     assert not estimate.contradicted
-    error, std = left(estimate)
+    error, std = remaining_error(estimate)
     assert (np.abs(error) < STDS * std).all()
     assert std.max() < 1e-3, "of three per cent"
-    error_by_angles, std_by_angles = left(by_angles)
+    error_by_angles, std_by_angles = remaining_error(by_angles)
     assert (np.abs(error_by_angles) < STDS * std_by_angles).all()
     assert np.linalg.norm(error) < 0.5 * np.linalg.norm(error_by_angles)
     assert np.linalg.norm(std) < 0.5 * np.linalg.norm(std_by_angles)
@@ -249,10 +251,10 @@ def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(se
 
     From the release on one shows 2 deg/s too much about each axis: far more than the loss of its weight causes.
     """
-    drop = flown(seed)
+    drop = fly_drop(seed)
     calibration = certificate(drop, seed)
     log = gyro_plus(drop.log, body, np.outer(drop.log.t_s > 0.0, (2.0, 2.0, 2.0)))
-    motion = moved(log, calibration, drop.model)
+    motion = estimate_motion(log, calibration, drop.model)
     assert motion.contradicted
     assert any(note.startswith("The sensors would have the gyros farther off") for note in notes_of(motion))
     for other in (1, 2, 3, 4):
@@ -263,7 +265,7 @@ def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(se
             off = turn_off(drop, motion, other)
             assert off.stds < STDS
             assert off.std_deg < 0.4
-    checks = failed(checks_of(motion, None, log, calibration, drop.model))
+    checks = failures_by_name(checks_of(motion, None, log, calibration, drop.model))
     pairs = {f"gyros of bodies {inner} and {inner + 1}" for inner in (body - 1, body) if 1 <= inner <= 3}
     assert pairs <= checks.keys()
     assert all(
@@ -285,7 +287,7 @@ ZERO_STD_RAD = np.deg2rad(0.002)
 START_STD_RAD = np.pi
 
 
-def standing(angle_rad: float, seed: int) -> SensedJoint:
+def make_standing_joint(angle_rad: float, seed: int) -> SensedJoint:
     """Return a joint at rest at an angle, with its sensors as calibrated up to the bend's uncertainty."""
     random = np.random.default_rng(seed)
     sensors = JointSensors(
@@ -311,7 +313,7 @@ def test_a_standing_joints_bend_does_not_follow_the_sensors_noise(angle_deg: flo
     by_start = np.full((SAMPLES, 1, 1), START_STD_RAD)
     off_deg = []
     for seed in range(20):
-        joint = standing(np.deg2rad(angle_deg), seed)
+        joint = make_standing_joint(np.deg2rad(angle_deg), seed)
         begin = np.full((SAMPLES, 1), joint.mean_rad.mean())
         errors, *_ = errors_by_sensors(
             [joint], begin, by_start, np.zeros(1), np.ones(1, bool), (np.zeros((1, 1)), np.zeros(1))

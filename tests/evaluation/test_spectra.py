@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import few_of, fitted
+from tests.evaluation.drops import few_of, fit_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.momentum import inertial_momentum
@@ -146,7 +146,7 @@ def test_what_has_no_spectrum_is_refused(t_s: FloatArray, values: FloatArray, ma
 @pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_correction_takes_the_momentum_below_the_cutoff(window: Window, dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        fitted_drop = fitted(seed, dlpf_cfg)
+        fitted_drop = fit_drop(seed, dlpf_cfg)
         before, after = (
             inertial_momentum(fitted_drop.fit.offsets.correct(values), fitted_drop.flown)
             for values in (np.zeros(9), fitted_drop.fit.values)

@@ -35,8 +35,8 @@ def logged_s(drop: Drop) -> list[float]:
     return [drop.log.seconds(event.t_us) for event in drop.log.events if event.name == "stroke"]
 
 
-def flown(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion, tuple[FlownStroke, ...]]:
-    drop, motion = drops.flown(seed, dlpf_cfg), drops.motion(seed, dlpf_cfg)
+def estimate_strokes(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion, tuple[FlownStroke, ...]]:
+    drop, motion = drops.fly_drop(seed, dlpf_cfg), drops.motion(seed, dlpf_cfg)
     return drop, motion, strokes_flown(motion, drop.schedule, logged_s(drop))
 
 
@@ -67,7 +67,7 @@ def true_span(drop: Drop, stroke: FlownStroke) -> tuple[FloatArray, FloatArray]:
 def test_size_is_the_joints_within_what_is_stated(dlpf_cfg: int) -> None:
     off = []
     for seed in SEEDS:
-        drop, _, strokes = flown(seed, dlpf_cfg)
+        drop, _, strokes = estimate_strokes(seed, dlpf_cfg)
         assert [stroke.remark for stroke in strokes] == [""] * 4
         for stroke in strokes:
             _, angle = true_span(drop, stroke)
@@ -80,7 +80,7 @@ def test_size_is_the_joints_within_what_is_stated(dlpf_cfg: int) -> None:
 @pytest.mark.parametrize("dlpf_cfg", few_of(*SETTINGS))
 def test_start_end_and_speeds_are_the_servos(dlpf_cfg: int) -> None:
     for seed in SEEDS:
-        drop, _, strokes = flown(seed, dlpf_cfg)
+        drop, _, strokes = estimate_strokes(seed, dlpf_cfg)
         for stroke, seen_s in zip(strokes, logged_s(drop), strict=True):
             t, angle = true_span(drop, stroke)
             moving = np.flatnonzero(np.abs(np.diff(angle)) > np.deg2rad(1.0) * np.diff(t))
@@ -97,7 +97,7 @@ def test_start_end_and_speeds_are_the_servos(dlpf_cfg: int) -> None:
 
 
 def test_a_servo_that_stops_at_its_target_has_no_overshoot_and_settles_as_it_did() -> None:
-    drop, _, strokes = flown(1)
+    drop, _, strokes = estimate_strokes(1)
     for stroke in strokes:
         t, angle = true_span(drop, stroke)
         assert 0.0 <= stroke.overshoot_rad < np.deg2rad(0.05)
@@ -107,24 +107,24 @@ def test_a_servo_that_stops_at_its_target_has_no_overshoot_and_settles_as_it_did
 
 
 def test_ringing_is_overshoot_and_longer_settling() -> None:
-    drop, motion, strokes = flown(1)
+    drop, motion, strokes = estimate_strokes(1)
     end_s = strokes[0].end_s
 
-    def ringing(t: FloatArray) -> FloatArray:
+    def ring_angle(t: FloatArray) -> FloatArray:
         after = np.maximum(t - end_s, 0.0)
         return np.asarray(np.deg2rad(4.0) * np.exp(-after / 0.03) * np.sin(np.pi * after / 0.08) ** 2)
 
     fine = np.linspace(end_s, end_s + 0.1, 10_000)
-    stroke = strokes_flown(bent(motion, 1, ringing), drop.schedule, logged_s(drop))[0]
-    assert stroke.overshoot_rad == pytest.approx(ringing(fine).max(), abs=np.deg2rad(0.15))
+    stroke = strokes_flown(bent(motion, 1, ring_angle), drop.schedule, logged_s(drop))[0]
+    assert stroke.overshoot_rad == pytest.approx(ring_angle(fine).max(), abs=np.deg2rad(0.15))
     band = 0.02 * abs(stroke.size_rad)
-    last_out_s = fine[np.abs(ringing(fine)) > band][-1]
+    last_out_s = fine[np.abs(ring_angle(fine)) > band][-1]
     assert stroke.settling_s == pytest.approx(last_out_s - strokes[0].start_s, abs=5e-3)
     assert stroke.size_rad == pytest.approx(strokes[0].size_rad, abs=np.deg2rad(0.02))
 
 
 def test_a_stroke_that_was_not_flown_says_so() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     lost = TimedStroke(700_000, 3, 9000, 1_230_000)
     schedule = with_strokes(drop.schedule, lost, *drop.schedule.strokes)
     third = strokes_flown(motion, schedule, [logged_s(drop)[0], *logged_s(drop)])[0]
@@ -136,7 +136,7 @@ def test_a_stroke_that_was_not_flown_says_so() -> None:
 
 
 def test_a_joint_that_came_back_by_itself_says_so() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
 
     def there_and_back(t: FloatArray) -> FloatArray:
         return np.asarray(np.deg2rad(20.0) * np.exp(-(((t - 1.2) / 0.1) ** 2)))
@@ -149,7 +149,7 @@ def test_a_joint_that_came_back_by_itself_says_so() -> None:
 
 
 def test_a_stroke_after_the_fall_is_not_judged() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     late = TimedStroke(2_480_000, 3, 1000, 2_600_000)
     stroke = strokes_flown(motion, with_strokes(drop.schedule, late))[0]
     assert not stroke.moved
@@ -158,7 +158,7 @@ def test_a_stroke_after_the_fall_is_not_judged() -> None:
 
 
 def test_a_joint_that_went_the_wrong_way_or_was_cut_short_says_so() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     first, *others = drop.schedule.strokes
     mirrored = with_strokes(drop.schedule, replace(first, angle_cdeg=-5900), *others)
     stroke = strokes_flown(motion, mirrored, logged_s(drop))[0]
@@ -174,7 +174,7 @@ def test_a_joint_that_went_the_wrong_way_or_was_cut_short_says_so() -> None:
 
 
 def test_without_a_logged_rise_the_schedule_gives_the_time() -> None:
-    drop, motion, reference_strokes = flown(1)
+    drop, motion, reference_strokes = estimate_strokes(1)
     rises_s = logged_s(drop)
     rises_s[1] = float("nan")
     strokes = strokes_flown(motion, drop.schedule, rises_s)
@@ -198,7 +198,7 @@ def cut_off(motion: Motion, until_s: float) -> Motion:
 
 
 def test_a_stroke_that_the_recording_cuts_off_has_a_size_so_far_and_no_arrival() -> None:
-    drop, motion, full_strokes = flown(1)
+    drop, motion, full_strokes = estimate_strokes(1)
     strokes = strokes_flown(cut_off(motion, 1.25), drop.schedule, logged_s(drop))
     cut = strokes[1]
     assert (cut.moved, cut.unfinished) == (True, True)
@@ -216,7 +216,7 @@ def test_a_stroke_that_the_recording_cuts_off_has_a_size_so_far_and_no_arrival()
 
 
 def test_a_stroke_that_was_commanded_just_before_the_end_is_not_said_to_have_stood_still() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     late = TimedStroke(1_000_000, 3, 2000, 1_120_000)
     schedule = with_strokes(drop.schedule, late)
     stroke = strokes_flown(cut_off(motion, 1.05), schedule)[0]
@@ -228,14 +228,14 @@ def test_a_stroke_that_was_commanded_just_before_the_end_is_not_said_to_have_sto
 
 
 def test_logged_times_that_belong_to_no_stroke_in_particular_are_refused() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     with pytest.raises(ValueError, match="3 logged times for 4 strokes"):
         strokes_flown(motion, drop.schedule, logged_s(drop)[:3])
 
 
 def test_joints_that_stand_are_quiet() -> None:
     for seed in SEEDS:
-        _, motion, strokes = flown(seed)
+        _, motion, strokes = estimate_strokes(seed)
         standing = standing_joints(motion, strokes)
         assert [s.joint for s in standing] == [1, 1, 1, 2, 2, 2, 3]
         assert [s.remark for s in standing] == [""] * 7
@@ -244,7 +244,7 @@ def test_joints_that_stand_are_quiet() -> None:
 
 
 def test_creep_between_strokes_is_measured() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
 
     def creep(t: FloatArray) -> FloatArray:
         return np.asarray(np.deg2rad(0.4) * np.clip((t - 1.1) / 0.4, 0.0, 1.0))
@@ -261,7 +261,7 @@ def test_creep_between_strokes_is_measured() -> None:
 
 
 def test_a_motion_that_nobody_commanded_is_found() -> None:
-    drop, motion, _ = flown(1)
+    drop, motion, _ = estimate_strokes(1)
     joint_1 = [stroke for stroke in drop.schedule.strokes if stroke.joint == 1]
     rises_s = [logged_s(drop)[0], logged_s(drop)[2]]
     strokes = strokes_flown(motion, with_strokes(drop.schedule, *joint_1), rises_s)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MODEL, calibrated_from_truth, fitted
+from tests.evaluation.drops import MODEL, calibrated_from_truth, fit_drop
 from tests.fixtures.emulated_drop import DLPF_42_HZ
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
@@ -27,7 +27,7 @@ SENSORS = {"gyro delay", "gyro bias", "gyro mounting", "gyro scale", "hinge axes
 
 @cache
 def with_nuisance() -> ModelFit:
-    return fit_model(model_offsets(MODEL), fitted(1).flown)
+    return fit_model(model_offsets(MODEL), fit_drop(1).flown)
 
 
 def exact(fall_samples: FallSamples, known_errors: slice) -> FallSamples:
@@ -44,7 +44,7 @@ def exact(fall_samples: FallSamples, known_errors: slice) -> FallSamples:
 
 
 def test_std_alone_is_that_of_a_fit_with_exact_sensors() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     sharp = fit_model(fitted_drop.fit.offsets, exact(fitted_drop.flown, EVERYTHING))
     trades = couplings(fitted_drop.fit, fitted_drop.flown)
     # Sensors said to be exact leave something over, which such a fit adds to its stds, and the fit itself its own.
@@ -55,7 +55,7 @@ def test_std_alone_is_that_of_a_fit_with_exact_sensors() -> None:
 
 
 def test_growth_is_that_of_a_fit_with_only_that_group_uncertain() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     unsure = fit_model(fitted_drop.fit.offsets, exact(fitted_drop.flown, GYROS))
     expected = unsure.std * np.sqrt(fitted_drop.fit.excess / unsure.excess)
     for trade, std in zip(couplings(fitted_drop.fit, fitted_drop.flown), expected, strict=True):
@@ -65,7 +65,7 @@ def test_growth_is_that_of_a_fit_with_only_that_group_uncertain() -> None:
 
 
 def test_inertias_are_what_the_offsets_trade_against() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     trades = couplings(with_nuisance(), fitted_drop.flown)
     assert [trade.name for trade in trades] == list(fitted_drop.fit.offsets.names)
     for trade, alone in zip(trades, couplings(fitted_drop.fit, fitted_drop.flown), strict=True):
@@ -83,7 +83,7 @@ def test_inertias_are_what_the_offsets_trade_against() -> None:
 
 def test_a_hinge_point_and_a_center_of_mass_that_move_together_are_determined_as_a_sum() -> None:
     """Moved by as much, they are another origin of the frames: the motion is the same to the last digit."""
-    fitted_drop, fit = fitted(1), with_nuisance()
+    fitted_drop, fit = fit_drop(1), with_nuisance()
     combinations = {trade.name: trade.determined for trade in couplings(fit, fitted_drop.flown)}
     combined = combinations["body 1 CoM y"]
     assert combined is not None and combined.name == "body 1 CoM y - joint 1 point y"
@@ -97,13 +97,13 @@ def test_a_hinge_point_and_a_center_of_mass_that_move_together_are_determined_as
 
 
 def test_offsets_with_nuisance_parameters_hold_the_truth_within_their_stds() -> None:
-    fitted_drop, fit = fitted(1), with_nuisance()
+    fitted_drop, fit = fit_drop(1), with_nuisance()
     off = (fit.values[:9] - fitted_drop.drop.true_com_offsets_mm) / fit.std[:9]
     assert np.abs(off).max() < 3.0
 
 
 def test_a_scale_factor_that_nobody_calibrated_is_seen_in_the_offsets() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     samples = fitted_drop.motion.samples
     covariance = samples.parameter_covariance.copy()
     covariance[:, 6:, :], covariance[:, :, 6:] = 0.0, 0.0
@@ -124,7 +124,7 @@ def test_a_scale_factor_that_nobody_calibrated_is_seen_in_the_offsets() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    fitted_drop = fitted(1)
+    fitted_drop = fit_drop(1)
     names = fitted_drop.fit.offsets.names
     std = np.sqrt(np.diag(fitted_drop.fit.covariance))
     for row, trade in enumerate(couplings(fitted_drop.fit, fitted_drop.flown)):

@@ -16,20 +16,20 @@ DATA = bytes(range(100))
 END = ":00000001FF\n"
 
 
-def written(path: Path, text: str) -> Path:
+def write_file(path: Path, text: str) -> Path:
     path.write_text(text)
     return path
 
 
 def test_an_image_and_its_crc(tmp_path: Path) -> None:
-    image = load_image(written(tmp_path / "a.hex", hex_text(DATA)))
+    image = load_image(write_file(tmp_path / "a.hex", hex_text(DATA)))
     assert image.data == DATA
     assert image.crc == f"{zlib.crc32(DATA):08x}"
 
 
 def test_gaps_are_erased_flash(tmp_path: Path) -> None:
     text = ":0100000011EE\n:0100040022D9\n:0400000500000000F7\n" + END
-    assert load_image(written(tmp_path / "a.hex", text)).data == b"\x11\xff\xff\xff\x22"
+    assert load_image(write_file(tmp_path / "a.hex", text)).data == b"\x11\xff\xff\xff\x22"
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_gaps_are_erased_flash(tmp_path: Path) -> None:
 )
 def test_what_is_no_image_for_the_sequencer(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(ImageError, match=reason) as caught:
-        load_image(written(tmp_path / "a.hex", text))
+        load_image(write_file(tmp_path / "a.hex", text))
     assert "not touched" in caught.value.meaning
 
 
@@ -63,8 +63,8 @@ def checkout(tmp_path: Path) -> Path:
     sources = tmp_path / "firmware" / "arduino_sequencer"
     (tmp_path / HEX).parent.mkdir(parents=True)
     sources.mkdir(parents=True)
-    os.utime(written(sources / "arduino_sequencer.ino", ""), (1000, 1000))
-    os.utime(written(tmp_path / HEX, ""), (2000, 2000))
+    os.utime(write_file(sources / "arduino_sequencer.ino", ""), (1000, 1000))
+    os.utime(write_file(tmp_path / HEX, ""), (2000, 2000))
     return tmp_path
 
 
@@ -73,7 +73,7 @@ def test_the_default_is_what_make_firmware_built(checkout: Path) -> None:
 
 
 def test_an_image_older_than_its_sources_is_not_the_default(checkout: Path) -> None:
-    os.utime(written(checkout / "firmware" / "arduino_sequencer" / "x.cpp", ""), (3000, 3000))
+    os.utime(write_file(checkout / "firmware" / "arduino_sequencer" / "x.cpp", ""), (3000, 3000))
     with pytest.raises(ImageError, match=r"is older than firmware/arduino_sequencer/x\.cpp") as caught:
         default_hex(checkout / "host" / "tfsat_host")
     assert "make firmware" in caught.value.next_step

@@ -108,14 +108,14 @@ def test_an_interrupted_preflight_leaves_no_recording_behind(
     original: Any = getattr(LoggerClient, moment)
     calls = []
 
-    def interrupted(self: LoggerClient, *args: Any, **kwargs: Any) -> Any:
+    def interrupt_call(self: LoggerClient, *args: Any, **kwargs: Any) -> Any:
         result = original(self, *args, **kwargs)
         calls.append(moment)
         if len(calls) == 1:
             signal.raise_signal(number)
         return result
 
-    monkeypatch.setattr(LoggerClient, moment, interrupted)
+    monkeypatch.setattr(LoggerClient, moment, interrupt_call)
     error = ready.preflight(expect=130)["error"]
     assert "no recording of this preflight is left" in error["meaning"]
     assert ready.robot.card_slot.files() == {}

@@ -71,7 +71,7 @@ def servo_limit(ready: ReadyRobot) -> None:
     ready.sequencer().write_settings(replace(SERVOS, servos=(replace(first, max_cdeg=5000), *others)))
 
 
-def flown(ready: ReadyRobot) -> None:
+def fly_unrecorded(ready: ReadyRobot) -> None:
     """Armed and dropped, nothing recorded; back in the releaser with its servos on."""
     ready.sequencer().arm()
     ready.robot.drop()
@@ -107,7 +107,7 @@ def damaged_store(ready: ReadyRobot) -> None:
     assert ready.sequencer().status().stores_damaged & 1
 
 
-def restarted(cause: Reset) -> Break:
+def restart_board(cause: Reset) -> Break:
     def act(ready: ReadyRobot) -> None:
         ready.robot.reset(cause)
         ready.robot.advance(3_000_000)
@@ -126,11 +126,11 @@ def angle_sensor(*arguments: Any) -> Break:
 def settle(act: Break) -> Break:
     """Let the robot run on after `act`: the logger looks at its card every two seconds."""
 
-    def acted(ready: ReadyRobot) -> None:
+    def act_and_settle(ready: ReadyRobot) -> None:
         act(ready)
         ready.robot.advance(5_000_000)
 
-    return acted
+    return act_and_settle
 
 
 def clock(board: Any, ppm: float) -> Break:
@@ -151,10 +151,10 @@ def future_certificate(ready: ReadyRobot) -> None:
 
 FAULTS: dict[str, tuple[Break, str, set[str]]] = {
     "store damaged": (damaged_store, "sequencer-state", set()),
-    "flown": (flown, "sequencer-state", set()),
+    "flown": (fly_unrecorded, "sequencer-state", set()),
     "fault latched": (latched_fault, "sequencer-state", set()),
-    "brown-out": (restarted(Reset.BROWN_OUT), "restarts", set()),
-    "watchdog": (restarted(Reset.WATCHDOG), "restarts", set()),
+    "brown-out": (restart_board(Reset.BROWN_OUT), "restarts", set()),
+    "watchdog": (restart_board(Reset.WATCHDOG), "restarts", set()),
     "other maneuver": (
         lambda ready: ready.sequencer().upload(schedule_maneuver(four_stroke(40.0, 50.0))),
         "maneuver",

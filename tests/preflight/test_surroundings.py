@@ -41,12 +41,12 @@ def test_a_maneuver_beyond_the_facility(ready: ReadyRobot, entry: str, value: st
 def test_a_card_that_is_pulled_during_the_trial(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     wait_for_card = LoggerClient.wait_for_card
 
-    def pulled(self: LoggerClient) -> Any:
+    def pull_card(self: LoggerClient) -> Any:
         status = wait_for_card(self)
         ready.robot.card_slot.remove()
         return status
 
-    monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
+    monkeypatch.setattr(LoggerClient, "wait_for_card", pull_card)
     result = ready.preflight(expect=4)
     assert found_wrong(result) == {"card", "card-writing"}
 
@@ -73,7 +73,7 @@ def test_a_host_of_another_release(ready: ReadyRobot, monkeypatch: pytest.Monkey
 
 
 @pytest.fixture
-def flashed(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRobot:
+def flashed_robot(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRobot:
     """Make the boards report image CRCs, as real ones do, with a certificate of a real robot."""
     identify = Client.identify
     images = {Board.SEQUENCER: "5e0e0ce2", Board.LOGGER: "10660001"}
@@ -98,17 +98,17 @@ def flashed(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRobot:
     ],
 )
 def test_images(
-    flashed: ReadyRobot, sequencer: str, logger: str | None, red: set[str], in_the_dark: set[str]
+    flashed_robot: ReadyRobot, sequencer: str, logger: str | None, red: set[str], in_the_dark: set[str]
 ) -> None:
-    certificate = ("--calibration", str(flashed.folder / "calibration-emulated.toml"))
+    certificate = ("--calibration", str(flashed_robot.folder / "calibration-emulated.toml"))
     images = ["--sequencer-image", sequencer, *(["--logger-image", logger] if logger else [])]
-    result = flashed.preflight(*certificate, *images, expect=4 if red or in_the_dark else 0)
+    result = flashed_robot.preflight(*certificate, *images, expect=4 if red or in_the_dark else 0)
     assert (found_wrong(result), not_made(result)) == (red, in_the_dark)
 
 
-def test_an_image_of_the_arduino_ide_can_be_named(flashed: ReadyRobot) -> None:
-    certificate = ("--calibration", str(flashed.folder / CERTIFICATE))
-    result = flashed.preflight(*certificate, "--sequencer-image", "5e0e0ce3", expect=4)
+def test_an_image_of_the_arduino_ide_can_be_named(flashed_robot: ReadyRobot) -> None:
+    certificate = ("--calibration", str(flashed_robot.folder / CERTIFICATE))
+    result = flashed_robot.preflight(*certificate, "--sequencer-image", "5e0e0ce3", expect=4)
     assert "--sequencer-image 5e0e0ce2" in check(result, "sequencer-image")["next_step"]
 
 
@@ -118,24 +118,24 @@ def calibrated_with(flashed: ReadyRobot, image: str) -> tuple[str, ...]:
     return ("--calibration", str(flashed.folder / CERTIFICATE), "--sequencer-image", "5e0e0ce2")
 
 
-def test_a_logger_that_runs_what_it_ran_when_it_was_calibrated(flashed: ReadyRobot) -> None:
-    result = flashed.preflight(*calibrated_with(flashed, "10660001"), expect=0)
+def test_a_logger_that_runs_what_it_ran_when_it_was_calibrated(flashed_robot: ReadyRobot) -> None:
+    result = flashed_robot.preflight(*calibrated_with(flashed_robot, "10660001"), expect=0)
     assert "as when it was calibrated" in check(result, "logger-image")["sentence"]
 
 
-def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed: ReadyRobot) -> None:
-    options = calibrated_with(flashed, "0ddba110")
-    result = flashed.preflight(*options, expect=4)
+def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed_robot: ReadyRobot) -> None:
+    options = calibrated_with(flashed_robot, "0ddba110")
+    result = flashed_robot.preflight(*options, expect=4)
     image = check(result, "logger-image")
     assert (found_wrong(result), not_made(result)) == ({"logger-image"}, set())
     assert "0ddba110" in image["sentence"] and "--logger-image 10660001" in image["next_step"]
-    flashed.preflight(*options, "--logger-image", "10660001", expect=0)
+    flashed_robot.preflight(*options, "--logger-image", "10660001", expect=0)
 
 
-def test_the_image_of_another_logger_says_nothing(flashed: ReadyRobot) -> None:
-    subject = replace(flashed.calibration.subject, logger_serial="0123456789abcdef")
-    flashed.certify(replace(flashed.calibration, subject=subject))
-    result = flashed.preflight(*calibrated_with(flashed, "0ddba110"), expect=4)
+def test_the_image_of_another_logger_says_nothing(flashed_robot: ReadyRobot) -> None:
+    subject = replace(flashed_robot.calibration.subject, logger_serial="0123456789abcdef")
+    flashed_robot.certify(replace(flashed_robot.calibration, subject=subject))
+    result = flashed_robot.preflight(*calibrated_with(flashed_robot, "0ddba110"), expect=4)
     assert found_wrong(result) == {"calibration"} and "logger-image" in not_made(result)
 
 
@@ -184,12 +184,12 @@ def test_a_logger_whose_cable_is_pulled_in_the_middle_is_said_to_keep_a_recordin
 ) -> None:
     wait_for_card = LoggerClient.wait_for_card
 
-    def pulled(self: LoggerClient) -> Any:
+    def pull_cable(self: LoggerClient) -> Any:
         status = wait_for_card(self)
         ready.robot.set_cable(BoardIndex.LOGGER, False)
         return status
 
-    monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
+    monkeypatch.setattr(LoggerClient, "wait_for_card", pull_cable)
     result = ready.preflight(expect=4)
     assert "card-writing" in not_made(result)
     assert "still on the" in result["left_on_the_boards"]

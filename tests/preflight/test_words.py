@@ -13,46 +13,49 @@ import pytest
 from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
-from tfsat_host.cli.preflight_report import transports, typed_here
+from tfsat_host.cli.preflight_report import complete_steps, transports
 from tfsat_host.devices.ports import PortError, PortProblem
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.check import no_go
 from tfsat_host.present.output import Output
 
 
 def arguments(**options: object) -> argparse.Namespace:
-    return argparse.Namespace(**{"port": None, "logger_port": None, "emulated": False, **options})
+    return argparse.Namespace(
+        **{"command": "preflight", "port": None, "logger_port": None, "emulated": False, **options}
+    )
 
 
 @pytest.mark.parametrize(
     ("step", "expected_step"),
     [
-        ("tfsat-host disarm", "tfsat-host disarm --port /dev/s"),
+        (NextStep("disarm"), "tfsat-host disarm --port /dev/s"),
         (
-            "tfsat-host logger-settings set --clock (or",
-            "tfsat-host logger-settings set --clock --port /dev/l (or",
+            NextStep("logger-settings set", ("--clock",)),
+            "tfsat-host logger-settings set --clock --port /dev/l",
         ),
-        ("a, tfsat-host log fetch ram if", "a, tfsat-host log fetch ram --port /dev/l if"),
+        (NextStep("log fetch", ("ram",)), "tfsat-host log fetch ram --port /dev/l"),
         (
-            "tfsat-host upload-sequence --file maneuver.toml, then",
-            "tfsat-host upload-sequence --file 'a run/maneuver.toml' --port /dev/s, then",
+            NextStep("upload-sequence", ("--file", "maneuver.toml")),
+            "tfsat-host upload-sequence --file 'a run/maneuver.toml' --port /dev/s",
         ),
         (
-            "tfsat-host calibrate scale --turn z 360, and",
-            "tfsat-host calibrate scale --turn z 360 --out 'a run/calibration.toml' --port /dev/l, and",
+            NextStep("calibrate scale", ("--turn", "z", "360")),
+            "tfsat-host calibrate scale --turn z 360 --out 'a run/calibration.toml' --port /dev/l",
         ),
-        ("tfsat-host calibrate show", "tfsat-host calibrate show --out 'a run/calibration.toml'"),
+        (NextStep("calibrate show"), "tfsat-host calibrate show --out 'a run/calibration.toml'"),
     ],
 )
-def test_commands_name_this_runs_files_and_devices(step: str, expected_step: str) -> None:
+def test_commands_name_this_runs_files_and_devices(step: NextStep, expected_step: str) -> None:
     run = Path("a run")
-    (preflight_check,) = typed_here(
-        [no_go("Wrong.", step)],
+    (preflight_check,) = complete_steps(
+        [no_go("Wrong.", Advice("First ", step, ", then again."))],
         arguments(port="/dev/s", logger_port="/dev/l"),
         run / "maneuver.toml",
         str(run / "calibration.toml"),
         emulated=False,
     )
-    assert preflight_check.next_step == expected_step
+    assert preflight_check.next_step == f"First {expected_step}, then again."
 
 
 def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,7 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) -> None:
     shutil.copytree(folder, tmp_path / "copy")
-    wide = _printed(tmp_path / "copy", command, WIDE)
+    wide = _output_lines(tmp_path / "copy", command, WIDE)
     wide_words = set(_words(wide))
     commands = [
         chunk for line in wide for chunk in unbreakable_chunks(line.split()) if "tfsat-host " in chunk
@@ -98,7 +98,7 @@ def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) ->
     for columns in WIDTHS[:1] if command.startswith(COSTLY) else WIDTHS:
         again = tmp_path / f"{columns}"
         shutil.copytree(folder, again)
-        narrow = _printed(again, command, columns)
+        narrow = _output_lines(again, command, columns)
         assert [line for line in narrow if line != line.rstrip()] == []
         assert [line for line in narrow if len(line) > columns and not _is_one_chunk(line)] == []
         assert sorted(set(_words(narrow)) - wide_words) == []
@@ -106,7 +106,7 @@ def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) ->
         assert [chunk for chunk in commands if chunk.rstrip(".,;:)") not in text] == []
 
 
-def _printed(folder: Path, command: str, columns: int) -> list[str]:
+def _output_lines(folder: Path, command: str, columns: int) -> list[str]:
     for earlier in _earlier(command):
         RunCli(folder)(*earlier.split(), expect=None)
     environ = {"COLUMNS": str(columns), "XDG_STATE_HOME": str(folder / "state")}

@@ -127,7 +127,7 @@ def test_a_contradiction_is_an_error_that_names_the_file(tree: Path) -> None:
     assert files(tree) == before | {"protocol/tfsat.toml": broken}
 
 
-def changed(tmp_path: Path, old: str, new: str) -> Spec:
+def change_spec(tmp_path: Path, old: str, new: str) -> Spec:
     assert TEXT.count(old) >= 1, f"the specification no longer has {old}"
     path = tmp_path / "tfsat.toml"
     path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
@@ -162,7 +162,7 @@ def changed(tmp_path: Path, old: str, new: str) -> Spec:
 )
 def test_contradictions(tmp_path: Path, old: str, new: str, complaint: str) -> None:
     with pytest.raises(SpecError, match=complaint):
-        changed(tmp_path, old, new)
+        change_spec(tmp_path, old, new)
 
 
 def test_the_host_has_the_hash_of_the_specification() -> None:
@@ -181,7 +181,7 @@ def test_the_host_has_the_hash_of_the_specification() -> None:
     ],
 )
 def test_the_hash_ignores_prose(tmp_path: Path, old: str, new: str) -> None:
-    assert changed(tmp_path, old, new).hash == PROTOCOL_HASH
+    assert change_spec(tmp_path, old, new).hash == PROTOCOL_HASH
 
 
 @pytest.mark.parametrize(
@@ -201,4 +201,4 @@ def test_the_hash_ignores_prose(tmp_path: Path, old: str, new: str) -> None:
     ],
 )
 def test_the_hash_changes_with_what_the_sides_must_agree_on(tmp_path: Path, old: str, new: str) -> None:
-    assert changed(tmp_path, old, new).hash != PROTOCOL_HASH
+    assert change_spec(tmp_path, old, new).hash != PROTOCOL_HASH

@@ -18,7 +18,7 @@ from tests.run.bundle.commands import command
 
 
 @pytest.fixture(scope="session")
-def rehearsed(once: Once) -> Rehearsing:
+def shared_rehearsal(once: Once) -> Rehearsing:
     """`rehearsed("59", "70", expect=0)`: the command, what it printed and its folder, which is not to be changed."""
 
     def get(*arguments: str, expect: int = 0) -> Rehearsed:
@@ -36,10 +36,10 @@ def rehearsed(once: Once) -> Rehearsing:
 
 
 @pytest.fixture
-def run(rehearsed: Rehearsing, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def run(shared_rehearsal: Rehearsing, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Copy a rehearsed drop to the folder `run` of the current folder."""
     monkeypatch.chdir(tmp_path)
-    return Path(shutil.copytree(rehearsed("59", "70").folder, tmp_path / "run"))
+    return Path(shutil.copytree(shared_rehearsal("59", "70").folder, tmp_path / "run"))
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +47,7 @@ def day_of(once: Once) -> Days:
     """Return a function that gives the outcome of a fault's day."""
 
     def get(fault: Any) -> Day:
-        day: Day = once(f"day of {fault.name}", lambda: days.seen(fault))
+        day: Day = once(f"day of {fault.name}", lambda: days.judge_day(fault))
         return day
 
     return get

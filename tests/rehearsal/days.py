@@ -93,7 +93,7 @@ def preflight(*, despite: bool) -> Preflight:
     return Preflight.of(SCHEDULE, load_robot(), load_tower(None), None, despite=despite)
 
 
-def flown(fault: Fault, *, despite: bool) -> Drop:
+def fly_day(fault: Fault, *, despite: bool) -> Drop:
     """Rehearse a day with that fault, including the preflight."""
     filed = load_robot()
     truth = drawn_truth(filed, SEED)
@@ -102,7 +102,7 @@ def flown(fault: Fault, *, despite: bool) -> Drop:
 
 def no_go(fault: Fault) -> tuple[str, ...]:
     """Checks that stand against the drop when the fault is there before the preflight."""
-    drop = flown(fault.at(Moment.POWERED), despite=False)
+    drop = fly_day(fault.at(Moment.POWERED), despite=False)
     assert drop.checked is not None
     assert isinstance(drop.refused, NoGo) == (not drop.checked.go)
     return tuple(check.name for check in drop.checked.wrong)
@@ -113,9 +113,9 @@ def turned_deg(drop: Drop) -> NDArray[np.float64] | None:
     return np.rad2deg(drop.truth[-1, 1:4] - drop.truth[0, 1:4]) if len(drop.truth) else None
 
 
-def seen(fault: Fault) -> Day:
+def judge_day(fault: Fault) -> Day:
     """Flown, decoded, evaluated."""
-    drop = flown(fault, despite=True)
+    drop = fly_day(fault, despite=True)
     assert drop.checked is not None
     judged, checks = JudgedDay(drop), {}
     if drop.refused is None:
@@ -153,7 +153,7 @@ class WholeDrop:
     sequencer: SequencerStatusReply
 
 
-def dropped(schedule: Schedule, *, seed: int, rate_rad_s: Sequence[float] | None = None) -> WholeDrop:
+def rehearse_drop(schedule: Schedule, *, seed: int, rate_rad_s: Sequence[float] | None = None) -> WholeDrop:
     """Rehearse a whole drop of the robot exactly as its file says.
 
     It is released as the paper's was, or at the given rate of body 3.

@@ -103,8 +103,8 @@ def _short(outcome: Outcome) -> str:
 
 
 def _no_go(fault: Fault) -> tuple[str, ...]:
-    return days.seen(fault).no_go if fault.moment in days.BEFORE_PREFLIGHT else days.no_go(fault)
+    return days.judge_day(fault).no_go if fault.moment in days.BEFORE_PREFLIGHT else days.no_go(fault)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(days.seen, _no_go), encoding="utf-8")
+    PAGE.write_text(page(days.judge_day, _no_go), encoding="utf-8")

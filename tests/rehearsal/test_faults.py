@@ -14,7 +14,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.rehearsal import days
-from tests.rehearsal.days import SCHEDULE, SEED, Days, flown, turned_deg
+from tests.rehearsal.days import SCHEDULE, SEED, Days, fly_day, turned_deg
 from tests.rehearsal.faults_page import MISMATCHES, PAGE, diagnosis, row
 from tests.run.bundle.commands import command, result
 from tfsat_host.emulated.build import sequencer_hex
@@ -157,7 +157,7 @@ def test_power_cuts_around_the_landing(day_of: Days, offset_us: int) -> None:
     They equal those of the same drop without a cut.
     """
     full_log = day_of(SOUND).log
-    drop = flown(
+    drop = fly_day(
         replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
     )
     log = decode_drop(drop)
@@ -227,7 +227,7 @@ def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:
     **named,
 )
 def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> None:
-    drop = flown(fault.at(moment), despite=True)
+    drop = fly_day(fault.at(moment), despite=True)
     outcome = fault.outcomes[moment]
     assert (drop.refused is not None) == (outcome is Outcome.NOT_DROPPED)
     if outcome is Outcome.FLIES:
@@ -293,7 +293,7 @@ def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
 
 
 @pytest.fixture
-def misjudged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def wrong_catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Change the catalog to demand, wrongly, that a jolt keeps the robot from flying."""
     demands = at_any_moment(Outcome.STANDS_STILL)
     wrong = [replace(fault, outcomes=demands) if fault.name == "crane-jolt" else fault for fault in FAULTS]
@@ -301,14 +301,14 @@ def misjudged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.usefixtures("misjudged")
+@pytest.mark.usefixtures("wrong_catalog")
 def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
     text = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
     assert "By design the robot then moves no joint. It did NOT: in truth joints 1, 2, 3 moved by" in text
     assert "The evaluation:       GOOD" in text
 
 
-@pytest.mark.usefixtures("misjudged")
+@pytest.mark.usefixtures("wrong_catalog")
 def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
     def here(many: series.Series, runs: int, **_: Any) -> tuple[series.RehearsedDrop, ...]:
         """Fly the series in this process: worker processes do not see the patched fault."""

@@ -37,7 +37,7 @@ FIGURE = b"made by tfsat-host report"
 PAGE = b"<title>tfsat report</title>"
 
 
-def everything(folder: Path) -> dict[str, bytes]:
+def read_files(folder: Path) -> dict[str, bytes]:
     """Hidden files, too."""
     files = {path: path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     return {name: path.read_bytes() for path, name in files.items()}
@@ -51,7 +51,7 @@ def other_drop() -> Drop:
 
 
 @pytest.fixture
-def flown(other_drop: Drop, monkeypatch: pytest.MonkeyPatch) -> None:
+def canned_rehearsal(other_drop: Drop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the rehearsal by the drop of seed 2, made once for all tests."""
     monkeypatch.setattr(drops, "rehearse", lambda *_, **__: other_drop)
 
@@ -81,11 +81,11 @@ def interrupted_at(patch: pytest.MonkeyPatch, owner: Any, name: str, call: int, 
 
 
 def test_the_same_rehearsal_gives_the_same_bytes(run: Path, tmp_path: Path) -> None:
-    before = everything(run)
+    before = read_files(run)
     (tmp_path / "elsewhere").mkdir()
     with contextlib.chdir(tmp_path / "elsewhere"):
         command(*AGAIN)
-        assert everything(Path("run")) == before
+        assert read_files(Path("run")) == before
     # Two pages of one minute would be the same by any clock.
     assert document_in((run / "report.html").read_text())["made_at"] == "2026-01-05 09:00 UTC"
 
@@ -104,7 +104,7 @@ def test_a_recording_without_the_time_of_day_is_dated_by_the_rehearsals_clock(
     assert landing.at == other_drop.collected
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 def test_nothing_is_left_of_the_rehearsal_before(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mine = run / RECORDINGS / "mine.txt"
     mine.write_text("keep")
@@ -118,19 +118,19 @@ def test_nothing_is_left_of_the_rehearsal_before(run: Path, monkeypatch: pytest.
     assert not (run / "SD.bin").exists() and len(list((run / RECORDINGS).glob("certificate-*"))) == 1
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 def test_a_card_that_was_copied_over_the_rehearsals_stays(run: Path) -> None:
     (run / "SD.bin").write_bytes(b"the real card")
-    before = everything(run)
+    before = read_files(run)
     refused = command(*AGAIN, expect=2)
     assert "run/SD.bin is not as the rehearsal made it" in refused.err and "--force" in refused.err
-    assert everything(run) == before
+    assert read_files(run) == before
     command(*AGAIN, "--force")
     assert (run / "SD.bin").read_bytes() != b"the real card"
 
 
-def test_and_where_the_rehearsal_left_none(rehearsed: Rehearsing, tmp_path: Path) -> None:
-    faulty = rehearsed("59", "70", "--fault", "card-full", "--fault", "servo-dead@falling", expect=4)
+def test_and_where_the_rehearsal_left_none(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
+    faulty = shared_rehearsal("59", "70", "--fault", "card-full", "--fault", "servo-dead@falling", expect=4)
     shutil.copytree(faulty.folder, tmp_path / "run")
     (tmp_path / "run" / "SD.bin").write_bytes(b"of a real drop")
     with contextlib.chdir(tmp_path):
@@ -148,11 +148,11 @@ def test_a_card_that_is_copied_while_the_rehearsal_goes_on_stays(
 ) -> None:
     begun = days.begin_day
 
-    def copied(*args: Any, **others: Any) -> Any:
+    def copy_card(*args: Any, **others: Any) -> Any:
         (run / "SD.bin").write_bytes(b"the real card")
         return begun(*args, **others)
 
-    monkeypatch.setattr(days, "begin_day", copied)
+    monkeypatch.setattr(days, "begin_day", copy_card)
     assert "is not as the rehearsal made it" in command(*AGAIN, expect=2).err
     assert (run / "SD.bin").read_bytes() == b"the real card"
 
@@ -176,10 +176,10 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
 
 @pytest.mark.usefixtures("flown_many")
 def test_the_robot_and_the_maneuver_in_the_folder_itself_can_be_flown_again(run: Path) -> None:
-    before = everything(run)
+    before = read_files(run)
     again = command("rehearse", "--file", "run/maneuver.toml", "--robot", "run/robot.toml", "--out", "run")
     assert "GOOD" in again.words
-    after = everything(run)
+    after = read_files(run)
     changed = {name for name in before if before[name] != after.get(name)}
     assert changed <= {REHEARSED, "summary.json", "report.html"}
     command("rehearse", "59", "70", "--runs", "2", "--robot", "run/robot.toml", "--out", "run", expect=3)
@@ -204,16 +204,18 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, options: tuple[
 
 
 @pytest.fixture(scope="module")
-def evaluated(rehearsed: Rehearsing, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def evaluated_run(shared_rehearsal: Rehearsing, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a rehearsed drop's folder with an evaluation and a user's notes in it."""
-    folder = Path(shutil.copytree(rehearsed("59", "70").folder, tmp_path_factory.mktemp("evaluated") / "run"))
+    folder = Path(
+        shutil.copytree(shared_rehearsal("59", "70").folder, tmp_path_factory.mktemp("evaluated") / "run")
+    )
     (folder / "mine.txt").write_text("keep")
     with contextlib.chdir(folder.parent):
         command("evaluate", "run", "--out", "run/evaluation.json")
     return folder
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 @pytest.mark.parametrize("after", [False, True])
 @pytest.mark.parametrize(
     ("owner", "name", "call"),
@@ -231,7 +233,7 @@ def evaluated(rehearsed: Rehearsing, tmp_path_factory: pytest.TempPathFactory) -
     ],
 )
 def test_ctrl_c_leaves_every_byte_of_the_rehearsal_before(
-    evaluated: Path,
+    evaluated_run: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     owner: Any,
@@ -239,17 +241,17 @@ def test_ctrl_c_leaves_every_byte_of_the_rehearsal_before(
     call: int,
     after: bool,
 ) -> None:
-    run = Path(shutil.copytree(evaluated, tmp_path / "run"))
-    before = everything(run)
+    run = Path(shutil.copytree(evaluated_run, tmp_path / "run"))
+    before = read_files(run)
     if owner is days:
         monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     interrupted_at(monkeypatch, owner, name, call, after=after)
     command(*ANOTHER, expect=130)
-    assert everything(run) == before
+    assert read_files(run) == before
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 def test_ctrl_c_leaves_no_folder_where_there_was_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -259,37 +261,37 @@ def test_ctrl_c_leaves_no_folder_where_there_was_none(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 @pytest.mark.parametrize(("owner", "name"), [(RunFolder, "write_summary"), (Before, "forget")])
 def test_ctrl_c_when_the_new_files_are_whole_leaves_these(
     run: Path, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str
 ) -> None:
-    before = everything(run)
+    before = read_files(run)
     with monkeypatch.context() as patch:
         interrupted_at(patch, owner, name, 1, after=True)
         command(*ANOTHER, expect=130)
-    files = everything(run)
+    files = read_files(run)
     assert files["truth.json"] != before["truth.json"] and b'"seed": 2' in files["summary.json"]
     assert "report.html" in files and not any(name.startswith(WAITING) for name in files)
     assert "GOOD" in command("evaluate", "run").words
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 @pytest.mark.parametrize(("owner", "name"), [(RunFolder, "_note_landing"), (Before, "begin")])
 def test_what_a_killed_program_left_is_put_back_by_the_next(
     run: Path, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str
 ) -> None:
-    before = everything(run)
+    before = read_files(run)
     with monkeypatch.context() as killed:
         interrupted_at(killed, owner, name, 1, after=True)
         killed.setattr(Before, "put_back", lambda *_: None)
         command(*ANOTHER, expect=130)
     assert (run / WAITING).exists()
     RunFolder(run, force=False)
-    assert everything(run) == before
+    assert read_files(run) == before
 
 
-@pytest.mark.usefixtures("flown")
+@pytest.mark.usefixtures("canned_rehearsal")
 def test_runs_in_subfolders_keep_their_reports(run: Path) -> None:
     """Keep reports of runs in subfolders.
 

@@ -72,9 +72,11 @@ def test_the_page_is_of_these_robots(first: dict[str, tuple[RehearsedDrop, ...]]
 
 
 def test_the_pages_robots_are_those_of_the_command(
-    first: dict[str, tuple[RehearsedDrop, ...]], rehearsed: Rehearsing
+    first: dict[str, tuple[RehearsedDrop, ...]], shared_rehearsal: Rehearsing
 ) -> None:
-    estimates = {estimate["name"]: estimate["found"] for estimate in rehearsed("59", "70").result["compared"]}
+    estimates = {
+        estimate["name"]: estimate["found"] for estimate in shared_rehearsal("59", "70").result["compared"]
+    }
     assert {estimate.name: estimate.found for estimate in first["mpu6050"][0].compared} == pytest.approx(
         estimates, abs=1e-6
     )

@@ -52,7 +52,7 @@ CHANGED: Mapping[str, set[str]] = {
 each_built = pytest.mark.parametrize("fault", BUILT, ids=lambda fault: fault.name)
 
 
-def differing(first: object, other: object) -> set[str]:
+def differing_fields(first: object, other: object) -> set[str]:
     names = [field.name for field in fields(first) if field.name != "shape_m"]  # type: ignore[arg-type]
     return {name for name in names if not np.array_equal(getattr(first, name), getattr(other, name))}
 
@@ -62,7 +62,7 @@ def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
     was = drawn_truth(MODEL, SEED)
     flies = fault.apply(was)
     assert (
-        differing(flies.model, was.model) | differing(flies.imperfections, was.imperfections)
+        differing_fields(flies.model, was.model) | differing_fields(flies.imperfections, was.imperfections)
         == CHANGED[fault.name]
     )
     assert flies.calibrated is (was.imperfections if fault.name == "gyro-scale-changed" else None)
@@ -87,12 +87,14 @@ def test_of_size_zero_the_emulator_is_given_the_same_to_the_last_bit(fault: Faul
 
 
 def test_of_size_zero_what_happens_in_a_fall_changes_no_byte_either() -> None:
-    def nothing(robot: EmulatedRobot) -> None:
+    def inject_zero_faults(robot: EmulatedRobot) -> None:
         robot.faults.gyro_bias_step(2, np.zeros(3))
         robot.faults.angle_sensor(3, "turned", 0.0)
 
-    assert np.array_equal(dropped(IDEAL).log.imu_counts, flies(IDEAL, nothing).log.imu_counts)
-    assert np.array_equal(dropped(IDEAL).log.angle_counts, flies(IDEAL, nothing).log.angle_counts)
+    assert np.array_equal(fly_truth(IDEAL).log.imu_counts, flies(IDEAL, inject_zero_faults).log.imu_counts)
+    assert np.array_equal(
+        fly_truth(IDEAL).log.angle_counts, flies(IDEAL, inject_zero_faults).log.angle_counts
+    )
 
 
 def test_more_mismatches_change_nothing_of_the_others() -> None:
@@ -135,8 +137,8 @@ def test_sizes_are_standard_deviations() -> None:
 
 def test_a_hidden_robot_is_as_its_file_may_be_with_mismatches_on_top() -> None:
     plain, late = draw_hidden(MODEL, SEED), draw_hidden(MODEL, SEED, [fault_named("imu-late=3")])
-    assert differing(plain.model, late.model) == set()
-    assert differing(plain.imperfections, late.imperfections) == {"imu_late_s"}
+    assert differing_fields(plain.model, late.model) == set()
+    assert differing_fields(plain.imperfections, late.imperfections) == {"imu_late_s"}
     assert sorted(late.imperfections.imu_late_s) == [0.0, 0.0, 0.0, 0.003]
     exact = draw_hidden(MODEL, SEED, uncertainty=replace(MODEL.uncertainty, mass_relative=0.0))  # type: ignore[type-var]
     assert np.array_equal(exact.model.mass_kg, MODEL.mass_kg)
@@ -148,13 +150,13 @@ def flies(truth: Truth, before: Callable[[EmulatedRobot], None] = lambda _: None
 
 
 @cache
-def dropped(truth: Truth) -> Drop:
+def fly_truth(truth: Truth) -> Drop:
     return flies(truth)
 
 
 def with_fault(fault_text: str) -> tuple[Truth, Drop]:
     truth = fault_named(fault_text).apply(IDEAL)
-    return truth, dropped(truth)
+    return truth, fly_truth(truth)
 
 
 def rates_deg_s(emulated_drop: Drop) -> FloatArray:
@@ -169,7 +171,7 @@ def times_s(emulated_drop: Drop) -> FloatArray:
 
 def test_g_sensitivity_shows_under_force_alone() -> None:
     _, emulated_drop = with_fault("gyro-g-sensitive")
-    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
     on_hook, falls = apart[(t_s > -2.0) & (t_s < -0.1)], apart[(t_s > 0.1) & (t_s < 0.6)]
     assert np.abs(on_hook.mean(axis=0)).max() > 0.5
     assert np.abs(falls).max() <= 1.5 * COUNT_DEG_S
@@ -178,13 +180,13 @@ def test_g_sensitivity_shows_under_force_alone() -> None:
 def test_a_front_end_that_saturates_leaves_no_clip_flag() -> None:
     truth, emulated_drop = with_fault("gyro-saturated-unflagged")
     (body,) = np.flatnonzero(truth.imperfections.gyro_front_end_limit_rad_s)
-    saturated_rates, free = rates_deg_s(emulated_drop)[:, body], rates_deg_s(dropped(IDEAL))[:, body]
+    saturated_rates, free = rates_deg_s(emulated_drop)[:, body], rates_deg_s(fly_truth(IDEAL))[:, body]
     in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
     assert np.abs(free[in_fall]).max() > 110.0
     assert np.abs(saturated_rates[in_fall]).max() == pytest.approx(100.0, abs=COUNT_DEG_S)
     assert not emulated_drop.log.clipped[in_fall].any()
     others = [other for other in range(4) if other != body]
-    assert np.array_equal(emulated_drop.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+    assert np.array_equal(emulated_drop.log.imu_counts[:, others], fly_truth(IDEAL).log.imu_counts[:, others])
 
 
 def test_a_late_imu_shows_the_same_later() -> None:
@@ -192,7 +194,7 @@ def test_a_late_imu_shows_the_same_later() -> None:
     (body,) = np.flatnonzero(truth.imperfections.imu_late_s)
     t_s, was, late_rates = (
         times_s(emulated_drop),
-        rates_deg_s(dropped(IDEAL))[:, body],
+        rates_deg_s(fly_truth(IDEAL))[:, body],
         rates_deg_s(emulated_drop)[:, body],
     )
     in_fall = (t_s > 0.1) & (t_s < 2.4)
@@ -205,7 +207,7 @@ def test_a_late_imu_shows_the_same_later() -> None:
     lags_ms = np.arange(0.0, 6.0, 0.1)
     assert lags_ms[np.argmin([apart(1e-3 * lag) for lag in lags_ms])] == pytest.approx(3.0, abs=0.15)
     others = [other for other in range(4) if other != body]
-    assert np.array_equal(emulated_drop.log.imu_counts[:, others], dropped(IDEAL).log.imu_counts[:, others])
+    assert np.array_equal(emulated_drop.log.imu_counts[:, others], fly_truth(IDEAL).log.imu_counts[:, others])
 
 
 def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
@@ -214,7 +216,7 @@ def test_imus_with_clocks_of_their_own_show_outputs_of_changing_age() -> None:
     The logger reads the last output that a chip finished, so what it reads is up to 1 ms older.
     """
     _, emulated_drop = with_fault("imu-clocks")
-    apart = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL))
+    apart = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL))
     t_s = times_s(emulated_drop)
     moving, on_hook = (t_s > 0.6) & (t_s < 2.3), (t_s > -2.0) & (t_s < -0.1)
     assert np.abs(apart[on_hook]).max() <= COUNT_DEG_S
@@ -227,7 +229,7 @@ def test_a_bias_steps_and_stays() -> None:
         robot.faults.gyro_bias_step(2, np.deg2rad([0.3, -0.2, 0.1]))
 
     emulated_drop = flies(IDEAL, step)
-    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
     assert not apart[t_s < -0.05].any()
     assert not apart[:, [0, 2, 3]].any()
     assert apart[(t_s > 0.1) & (t_s < 2.4), 1].mean(axis=0) == pytest.approx([0.3, -0.2, 0.1], abs=0.005)
@@ -235,15 +237,15 @@ def test_a_bias_steps_and_stays() -> None:
 
 def test_mounts_ring_after_strokes_and_bodies_do_not() -> None:
     _, emulated_drop = with_fault("mount-ripple=10")
-    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), times_s(emulated_drop)
+    apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
     assert np.abs(apart[(t_s > 0.05) & (t_s < 0.69)]).max() <= COUNT_DEG_S
     assert 5.0 < np.abs(apart[(t_s > 0.7) & (t_s < 1.0)]).max() < 100.0
-    assert np.array_equal(emulated_drop.truth, dropped(IDEAL).truth)
+    assert np.array_equal(emulated_drop.truth, fly_truth(IDEAL).truth)
 
 
 def test_cross_axis_shows_a_share_of_the_other_rates() -> None:
     truth, emulated_drop = with_fault("gyro-cross-axis=5")
-    apart, was = rates_deg_s(emulated_drop) - rates_deg_s(dropped(IDEAL)), rates_deg_s(dropped(IDEAL))
+    apart, was = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), rates_deg_s(fly_truth(IDEAL))
     in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
     share = np.einsum("brc,tbc->tbr", truth.imperfections.gyro_cross_axis, was[in_fall])
     assert np.abs(apart[in_fall] - share).max() < 3.0 * COUNT_DEG_S

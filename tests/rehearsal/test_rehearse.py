@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
-from tests.rehearsal.days import Rehearsed, Rehearsing, dropped
+from tests.rehearsal.days import Rehearsed, Rehearsing, rehearse_drop
 from tests.run.bundle.commands import result
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
@@ -77,8 +77,10 @@ def _numbers(value: Any, stated_keys: set[str]) -> Iterator[float]:
 
 
 @pytest.mark.parametrize("sequencer", ["native", "avr"])
-def test_59_70_comes_back_from_the_card(rehearsed: Rehearsing, tfsat_host: RunCli, sequencer: str) -> None:
-    rehearsal = rehearsed("59", "70", "--sequencer", sequencer, "--as-filed")
+def test_59_70_comes_back_from_the_card(
+    shared_rehearsal: Rehearsing, tfsat_host: RunCli, sequencer: str
+) -> None:
+    rehearsal = shared_rehearsal("59", "70", "--sequencer", sequencer, "--as-filed")
     summary = rehearsal.result
     assert summary["verified"] is True
     assert summary["refused"] is None
@@ -113,7 +115,7 @@ def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float
     The emulator's robot in C++ and the dynamics in Python are both released as the paper's robot was. The
     servos' pulses are whole microseconds: 9 deg are 100 of them.
     """
-    flight = dropped(schedule_maneuver(four_stroke(*angles)), seed=1)
+    flight = rehearse_drop(schedule_maneuver(four_stroke(*angles)), seed=1)
     until_s = flight.landed_s - flight.released_s - 0.05
     rows = [int(np.abs(flight.truth[:, 0] - flight.released_s - t_s).argmin()) for t_s in (0.0, until_s)]
     turned_deg = 2 * np.rad2deg(np.arccos(np.abs(flight.truth[rows[0], 4:8] @ flight.truth[rows[1], 4:8])))
@@ -124,9 +126,11 @@ def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float
     assert abs(at_rest["reorientation_deg"] - computed["reorientation_deg"]) > 1.0
 
 
-def test_it_names_the_command_that_computes_the_same_drop(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
+def test_it_names_the_command_that_computes_the_same_drop(
+    shared_rehearsal: Rehearsing, tfsat_host: RunCli
+) -> None:
     """59 deg are rounded by 0.04 deg in whole microseconds."""
-    rehearsal = rehearsed("59", "70", "--sequencer", "native", "--as-filed")
+    rehearsal = shared_rehearsal("59", "70", "--sequencer", "native", "--as-filed")
     shutil.copytree(rehearsal.folder, tfsat_host.folder / "run")
     program, *command = shlex.split(rehearsal.result["simulate_command"])
     assert program == "tfsat-host"
@@ -137,8 +141,8 @@ def test_it_names_the_command_that_computes_the_same_drop(rehearsed: Rehearsing,
     )
 
 
-def test_folder_of_results(rehearsed: Rehearsing) -> None:
-    rehearsal = rehearsed("59", "70")
+def test_folder_of_results(shared_rehearsal: Rehearsing) -> None:
+    rehearsal = shared_rehearsal("59", "70")
     files = "SD.bin SD.csv maneuver.toml truth.csv truth.json summary.json report.html"
     assert all((rehearsal.folder / name).stat().st_size > 0 for name in files.split())
     assert "The robot:            seed 1 of " in rehearsal.out
@@ -152,13 +156,13 @@ def test_folder_of_results(rehearsed: Rehearsing) -> None:
     turned = rehearsal.result["evaluation"]["reorientation_deg"]
     assert f"Body 1 turned by:     {turned:.3f} ± 0.0" in rehearsal.out
     assert rehearsal.result["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
-    other = rehearsed("59", "70", "--seed", "2")
+    other = shared_rehearsal("59", "70", "--seed", "2")
     assert (other.folder / "SD.bin").read_bytes() != (rehearsal.folder / "SD.bin").read_bytes()
 
 
-def test_it_can_be_called_from_python(rehearsed: Rehearsing, tmp_path: Path) -> None:
+def test_it_can_be_called_from_python(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
     rehearsal = Rehearsal.of(four_stroke(59.0, 70.0)).run(tmp_path / "run")
-    command = rehearsed("59", "70")
+    command = shared_rehearsal("59", "70")
     assert rehearsal.exit_code == 0 and rehearsal.evaluated is not None and rehearsal.judged.good
     assert (rehearsal.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
     assert rehearsal.result["compared"] == command.result["compared"]
@@ -213,24 +217,24 @@ def test_what_cannot_be_flown(tfsat_host: RunCli, arguments: list[str], code: in
 
 def test_reorientation_of_the_papers_maneuver() -> None:
     """Without residual rates the emulated robot turns by the paper's 26.11 deg (sec. opt)."""
-    flight = dropped(schedule_maneuver(four_stroke(58.75, 70.29)), seed=3, rate_rad_s=(0, 0, 0))
+    flight = rehearse_drop(schedule_maneuver(four_stroke(58.75, 70.29)), seed=3, rate_rad_s=(0, 0, 0))
     ending = flight.truth[flight.truth[:, 0] <= flight.landed_s - 0.01][-1]
     turned = 2 * np.rad2deg(np.arccos(np.abs(np.dot(ending[4:8], flight.truth[0, 4:8]))))
     assert turned == pytest.approx(26.11, abs=0.02)
     assert flight.sequencer.state == SequencerState.DONE
 
 
-def test_a_recording_without_a_release_is_not_evaluated(rehearsed: Rehearsing, tmp_path: Path) -> None:
+def test_a_recording_without_a_release_is_not_evaluated(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
     card = tmp_path / "SD.bin"
-    card.write_bytes((rehearsed("59", "70").folder / "SD.bin").read_bytes()[: 60 * 512])
+    card.write_bytes((shared_rehearsal("59", "70").folder / "SD.bin").read_bytes()[: 60 * 512])
     log = load(card)
     assert log.verdict == "truncated"
     with pytest.raises(EvaluationError, match="no release"):
         quick_look(log, load_robot(), until_s=2.0)
 
 
-def test_a_quick_look_has_the_strokes_sizes_and_signs(rehearsed: Rehearsing) -> None:
-    log = load(rehearsed("59", "70").folder / "SD.bin")
+def test_a_quick_look_has_the_strokes_sizes_and_signs(shared_rehearsal: Rehearsing) -> None:
+    log = load(shared_rehearsal("59", "70").folder / "SD.bin")
     found_deg = reached_deg(log, load_robot(), (1, 2, 1, 2), SCHEDULE_S, 2.4)
     assert found_deg == pytest.approx([59.0, 70.0, -59.0, -70.0], abs=2.0)
 
@@ -239,8 +243,8 @@ def test_the_image_is_found() -> None:
     assert sequencer_hex().read_text().startswith(":")
 
 
-def test_faults_are_named_with_who_noticed(rehearsed: Rehearsing) -> None:
-    rehearsal = faulty(rehearsed, "servo-dead", "cable-pulled-while-armed")
+def test_faults_are_named_with_who_noticed(shared_rehearsal: Rehearsing) -> None:
+    rehearsal = faulty(shared_rehearsal, "servo-dead", "cable-pulled-while-armed")
     assert "servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in rehearsal.out
     assert "By design the robot then flies the maneuver" in rehearsal.out
     assert "Noticed by the evaluation: Stroke 1 (joint 1): Joint 1 did not move" in rehearsal.out
@@ -259,12 +263,12 @@ def test_faults_are_named_with_who_noticed(rehearsed: Rehearsing) -> None:
     assert servo["struck_s"] > cable["struck_s"] > 0.0
 
 
-def test_no_go_names_each_check_with_what_was_found_and_what_to_do(rehearsed: Rehearsing) -> None:
+def test_no_go_names_each_check_with_what_was_found_and_what_to_do(shared_rehearsal: Rehearsing) -> None:
     """Report each no-go check with its finding and its next step.
 
     A fault that would have struck after the preflight is reported as not struck.
     """
-    rehearsal = faulty(rehearsed, "card-full", "servo-dead@falling", expect=4)
+    rehearsal = faulty(shared_rehearsal, "card-full", "servo-dead@falling", expect=4)
     assert "Preflight:            NO-GO: card-room, card-writing." in rehearsal.out
     written = json.loads((rehearsal.folder / "preflight.json").read_text())
     red = [check for check in written["checks"] if check["blocks"]]
@@ -283,8 +287,8 @@ def test_no_go_names_each_check_with_what_was_found_and_what_to_do(rehearsed: Re
     assert [fault["struck_s"] is None for fault in rehearsal.result["faults"]] == [False, True]
 
 
-def test_without_a_release_it_tells_what_the_switches_did(rehearsed: Rehearsing) -> None:
-    rehearsal = faulty(rehearsed, "switch-stuck-closed")
+def test_without_a_release_it_tells_what_the_switches_did(shared_rehearsal: Rehearsing) -> None:
+    rehearsal = faulty(shared_rehearsal, "switch-stuck-closed")
     text = rehearsal.out
     assert "minutes on the hook, was let go and fell 2.50 s; it started 0 strokes" in text
     assert "in truth no joint moved by more than 0.0 deg" in text
@@ -301,13 +305,13 @@ def test_without_a_release_it_tells_what_the_switches_did(rehearsed: Rehearsing)
 
 
 def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switches(
-    rehearsed: Rehearsing,
+    shared_rehearsal: Rehearsing,
 ) -> None:
     """Do not blame the switches if the recording breaks off before the release.
 
     The joints' motion is in the truth; the sequencer has lost its power since, and knows no run.
     """
-    rehearsal = faulty(rehearsed, "power-cut-after-landing", "card-gone-on-the-hook")
+    rehearsal = faulty(shared_rehearsal, "power-cut-after-landing", "card-gone-on-the-hook")
     assert "how many strokes it started no board knows" in rehearsal.out and "0 strokes" not in rehearsal.out
     assert "in truth its joints moved: joint 1 by up to 59." in rehearsal.out
     assert "nothing of the drop: the recording breaks off 26." in rehearsal.out
@@ -321,20 +325,20 @@ def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switc
     assert "Not noticed by its own name. What power-cut-after-landing did may hide it" in rehearsal.out
 
 
-def test_a_robot_that_another_fault_keeps_from_flying_is_called_so(rehearsed: Rehearsing) -> None:
-    rehearsal = faulty(rehearsed, "servo-slow", "brown-out-at-release")
+def test_a_robot_that_another_fault_keeps_from_flying_is_called_so(shared_rehearsal: Rehearsing) -> None:
+    rehearsal = faulty(shared_rehearsal, "servo-slow", "brown-out-at-release")
     assert "It did not, for another fault: with that it moves no joint, and it did." in rehearsal.out
     assert "By design the robot then moves no joint. It did." in rehearsal.out
 
 
-def test_a_recording_out_of_ram_is_not_called_the_cards(rehearsed: Rehearsing) -> None:
-    text = faulty(rehearsed, "card-pulled", expect=0).out
+def test_a_recording_out_of_ram_is_not_called_the_cards(shared_rehearsal: Rehearsing) -> None:
+    text = faulty(shared_rehearsal, "card-pulled", expect=0).out
     assert "The logger recorded no longer" not in text  # its own words are what happened to its card
     assert "RAM of the logger:    complete" in text and "The card:" not in text
 
 
-def test_another_maneuver_than_the_files_is_named(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
-    rehearsal = rehearsed("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
+def test_another_maneuver_than_the_files_is_named(shared_rehearsal: Rehearsing, tfsat_host: RunCli) -> None:
+    rehearsal = shared_rehearsal("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
     (reason,) = rehearsal.result["evaluation"]["reasons"]
     assert "is not the maneuver that the sequencer held in this drop" in reason
     (note,) = rehearsal.folder.glob("maneuver-*.toml")

@@ -94,7 +94,7 @@ def test_ctrl_c_keeps_the_table(here: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """Ctrl-C reaches the whole terminal, and the drops that fly are finished all the same."""
     stopped: list[int] = []
 
-    def interrupted(
+    def interrupt_series(
         many: Series, runs: int, *, progress: Callable[[], None], stop: Callable[[], bool]
     ) -> Any:
         def one_more() -> None:
@@ -105,7 +105,7 @@ def test_ctrl_c_keeps_the_table(here: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
         return fly_many(many, runs, workers=1, progress=one_more, stop=stop)
 
-    monkeypatch.setattr(series, "fly_many", interrupted)
+    monkeypatch.setattr(series, "fly_many", interrupt_series)
     output = command("rehearse", "59", "70", "--runs", "50", "--out", "many", expect=130)
     assert "Interrupted after 1 of 50 drops." in output.err
     assert "Dropped 1 of 1: 1 good" in output.out

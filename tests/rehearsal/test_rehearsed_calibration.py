@@ -23,13 +23,13 @@ CERTIFICATE = "calibration-emulated.toml"
 RECORDINGS = "calibration-emulated-recordings"
 
 
-def signed(run: Path) -> Calibration:
+def read_first_certificate(run: Path) -> Calibration:
     """Read the certificate that the preflight checked: the first one archived."""
     return read_calibration(min((run / RECORDINGS).glob("certificate-*.toml")))
 
 
 def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path) -> None:
-    calibration = signed(run)
+    calibration = read_first_certificate(run)
     (paper,) = calibration.papers
     file = run / RECORDINGS / paper.file
     assert sha256_of(file) == paper.sha256
@@ -48,7 +48,7 @@ def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path
 
 def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
     truth = drawn_truth(MODEL, 1).imperfections
-    for body, gyro in enumerate(signed(run).gyros):
+    for body, gyro in enumerate(read_first_certificate(run).gyros):
         up = (truth.mounting[body] @ MODEL.imus[body].sensor_to_body).T @ [0.0, 0.0, 1.0]
         felt = truth.gyro_g_sensitivity_rad_s_g[body] @ up
         off = gyro.bias_rad_s - truth.gyro_bias_rad_s[body] - felt
@@ -58,7 +58,7 @@ def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
 
 
 def test_what_was_not_measured_is_said(run: Path) -> None:
-    assert signed(run).drawn == ("zero", "misalignment", "scale", "servo")
+    assert read_first_certificate(run).drawn == ("zero", "misalignment", "scale", "servo")
     certificate = json.loads(
         command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE, "--json").out
     )

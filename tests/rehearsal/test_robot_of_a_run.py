@@ -59,10 +59,10 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
 
 
 def test_drops_of_different_robots_are_not_compared(
-    rehearsed: Rehearsing, tfsat_host: RunCli, other: Path
+    shared_rehearsal: Rehearsing, tfsat_host: RunCli, other: Path
 ) -> None:
     for name, options in (("one", ()), ("two", ("--seed", "2")), ("three", ())):
-        copytree(rehearsed("59", "70", *options).folder, tfsat_host.folder / name)
+        copytree(shared_rehearsal("59", "70", *options).folder, tfsat_host.folder / name)
     for named in ((), ("--robot", "drop_tower")):
         refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
         assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr

@@ -34,7 +34,7 @@ def _playwright() -> Iterator[Playwright]:
         yield playwright
 
 
-def launched(playwright: Playwright, home: Path, options: list[str]) -> Browser:
+def launch_chromium(playwright: Playwright, home: Path, options: list[str]) -> Browser:
     """Chromium with these options besides those that keep it quiet."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
@@ -45,14 +45,14 @@ def launched(playwright: Playwright, home: Path, options: list[str]) -> Browser:
 
 @pytest.fixture(scope="session")
 def browser(_playwright: Playwright, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    chromium = launched(_playwright, tmp_path_factory.mktemp("chromium"), _WITH_WEBGL)
+    chromium = launch_chromium(_playwright, tmp_path_factory.mktemp("chromium"), _WITH_WEBGL)
     yield chromium
     chromium.close()
 
 
 @pytest.fixture
 def browser_without_webgl(_playwright: Playwright, tmp_path: Path) -> Iterator[Browser]:
-    chromium = launched(_playwright, tmp_path, _WITHOUT_WEBGL)
+    chromium = launch_chromium(_playwright, tmp_path, _WITHOUT_WEBGL)
     yield chromium
     chromium.close()
 

@@ -27,7 +27,7 @@ class Picture:
     def __init__(self, canvas: Locator) -> None:
         self._pixels: JSHandle = canvas.evaluate_handle(_TAKE)
 
-    def drawn(self) -> int:
+    def count_visible_pixels(self) -> int:
         """Count the pixels that are not fully transparent."""
         return self._count("pixels => pixels.filter(pixel => pixel >>> 24).length")
 
@@ -67,18 +67,18 @@ class Opened:
         self.address = path.as_uri()
         self.complaints: list[str] = []
         self.requests: list[str] = []
-        page.on("console", lambda message: self._complained(f"{message.type}: {message.text}"))
+        page.on("console", lambda message: self._note_complaint(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
-        page.on("dialog", self._interrupted)
+        page.on("dialog", self._dismiss_dialog)
         page.on("request", lambda request: self.requests.append(request.url))
         page.goto(self.address)
 
-    def _complained(self, text: str) -> None:
+    def _note_complaint(self, text: str) -> None:
         # That WebGL had to wait is the tests' own doing: they read pixels.
         if "GPU stall due to ReadPixels" not in text:
             self.complaints.append(text)
 
-    def _interrupted(self, dialog: Dialog) -> None:
+    def _dismiss_dialog(self, dialog: Dialog) -> None:
         self.complaints.append(f"dialog: {dialog.message}")
         dialog.dismiss()
 
@@ -96,7 +96,7 @@ class Opened:
         self.page.evaluate("() => new Promise(requestAnimationFrame)")
         return Picture(self.plot(name).locator(".drawing canvas"))
 
-    def replayed(self) -> Picture:
+    def replay_picture(self) -> Picture:
         """Return the picture of the replay."""
         return Picture(self.page.locator("canvas.bodies"))
 

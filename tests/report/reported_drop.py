@@ -27,21 +27,21 @@ def folder() -> Path:
 
 
 @cache
-def evaluated() -> Evaluation:
+def evaluate_run() -> Evaluation:
     """Centers of mass are up to 8 mm off, so that before and after differ."""
     log = load(folder() / "SD.bin")
     return evaluate(log, load_robot(), read_calibration(folder() / CERTIFICATE), made_drop().schedule)
 
 
-def reported(evaluation: Evaluation | None = None, name: str = "drop 1") -> ReportedDrop:
+def report_drop(evaluation: Evaluation | None = None, name: str = "drop 1") -> ReportedDrop:
     """Return the reported drop, or another evaluation of its recording."""
-    evaluation = evaluation or evaluated()
+    evaluation = evaluation or evaluate_run()
     path = folder() / "SD.bin"
     return ReportedDrop(name, evaluation, verdict_of(evaluation), sha256_of(path), folder() / CERTIFICATE)
 
 
 def drop_of(evaluation: Evaluation | None = None) -> Any:
-    return document_of([reported(evaluation)], MADE)["drops"][0]
+    return document_of([report_drop(evaluation)], MADE)["drops"][0]
 
 
 def numbers(drop: Any) -> dict[str, Any]:

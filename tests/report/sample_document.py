@@ -110,7 +110,7 @@ def _replay(t_s: Array, angles: Array, turns: dict[str, Rotation]) -> dict[str, 
     origins = np.einsum("mbij,bj->mbi", rotation, robot.origin_m) + translation
     origins -= origins.mean(axis=1, keepdims=True)
 
-    def placed(turn: Rotation) -> Any:
+    def place_bodies(turn: Rotation) -> Any:
         places = np.einsum("mij,mbj->mbi", turn.as_matrix(), origins)
         of_bodies = range(rotation.shape[1])
         quaternions = [(turn * Rotation.from_matrix(rotation[:, b])).as_quat() for b in of_bodies]
@@ -120,7 +120,7 @@ def _replay(t_s: Array, angles: Array, turns: dict[str, Rotation]) -> dict[str, 
         {"name": name, "boxes_m": [[c.min(0).tolist(), c.max(0).tolist()] for c in shape.reshape(-1, 8, 3)]}
         for name, shape in zip(robot.body_names, robot.shape_m, strict=True)
     ]
-    moved = {key: placed(turns[kind]) for key, kind in (("measured", "measured"), ("model", "before"))}
+    moved = {key: place_bodies(turns[kind]) for key, kind in (("measured", "measured"), ("model", "before"))}
     return {"bodies": bodies, "t_s": t_s.tolist(), **moved}
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from tests.evaluation.run_folder import run_folder
-from tests.report.conftest import launched
+from tests.report.conftest import launch_chromium
 from tfsat_host.cli.main import main as tfsat_host
 
 MAX_BYTES = 250_000
@@ -32,12 +32,14 @@ def take(folder: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="tfsat-screenshots-") as name, sync_playwright() as playwright:
         place = Path(name)
         single_report, several = _reports(place)
-        chromium = launched(playwright, place, ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        chromium = launch_chromium(
+            playwright, place, ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        )
         folder.mkdir(parents=True, exist_ok=True)
-        _opened(chromium, single_report, _DESKTOP).screenshot(path=folder / "report.png")
-        _mid_stroke(_opened(chromium, single_report, _DESKTOP)).screenshot(path=folder / "replay.png")
-        _compared(_opened(chromium, several, _DESKTOP)).screenshot(path=folder / "several.png")
-        _mid_stroke(_opened(chromium, single_report, _PHONE)).screenshot(path=folder / "narrow.png")
+        _open_page(chromium, single_report, _DESKTOP).screenshot(path=folder / "report.png")
+        _mid_stroke(_open_page(chromium, single_report, _DESKTOP)).screenshot(path=folder / "replay.png")
+        _show_comparison(_open_page(chromium, several, _DESKTOP)).screenshot(path=folder / "several.png")
+        _mid_stroke(_open_page(chromium, single_report, _PHONE)).screenshot(path=folder / "narrow.png")
         chromium.close()
     for picture in sorted(folder.glob("*.png")):
         size = picture.stat().st_size
@@ -58,7 +60,7 @@ def _reports(place: Path) -> tuple[Path, Path]:
     return single_report, several
 
 
-def _opened(chromium: Browser, page: Path, size: dict[str, int]) -> Page:
+def _open_page(chromium: Browser, page: Path, size: dict[str, int]) -> Page:
     opened = chromium.new_page(viewport=size)  # type: ignore[arg-type]
     opened.goto(page.as_uri())
     return opened
@@ -70,7 +72,7 @@ def _mid_stroke(page: Page) -> Page:
     return page
 
 
-def _compared(page: Page) -> Page:
+def _show_comparison(page: Page) -> Page:
     page.locator("#comparison-head").evaluate("head => head.scrollIntoView()")
     return page
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.paths import DOCS
 from tests.report.conftest import Opener
-from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
+from tests.report.reported_drop import MADE, drop_of, evaluate_run, folder, numbers, plots, report_drop, table
 from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import evaluate
@@ -29,7 +29,7 @@ MAX_BYTES = 1_500_000
 
 
 def test_key_numbers_are_the_evaluations(drop: Any) -> None:
-    evaluation, key_numbers = evaluated(), numbers(drop)
+    evaluation, key_numbers = evaluate_run(), numbers(drop)
     turn = evaluation.reorientation
     assert key_numbers["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
     assert key_numbers["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
@@ -53,7 +53,7 @@ def test_key_numbers_are_the_evaluations(drop: Any) -> None:
 
 
 def test_what_a_drop_lacks_is_no_number() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     blind = replace(evaluation.micro_gravity, changes_g=np.full((4, 3), np.nan))
     lacking = replace(evaluation, micro_gravity=blind, instants=replace(evaluation.instants, landing=None))
     key_numbers = numbers(drop_of(lacking))
@@ -75,7 +75,7 @@ def test_strokes_are_where_they_were_flown(drop: Any) -> None:
 
 
 def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     log = evaluation.log
     bounces = tuple(DropEvent(log.origin_us + 200 * k, "switch_edge", 0, (k + 1) % 2, 0) for k in range(5))
     others = tuple(event for event in log.events if event.name != "switch_edge")
@@ -90,7 +90,7 @@ def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
 
 
 def test_failed_checks_stand_first_with_their_cause() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     bad = (
         Kind("the earth is flat", "sigma", ())
         .judge(3.0, 1.0, "It is not.")
@@ -110,7 +110,7 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
 
 
 def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     bad = Kind("the earth is flat", "sigma", ()).judge(3.0, 1.0, "It is not.")
     caption = table(
         drop_of(replace(evaluation, checks=(*evaluation.checks, bad))), "Correction of the model"
@@ -126,7 +126,7 @@ def test_passed_checks_are_folded(drop: Any) -> None:
 
 
 def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     failed = tuple(
         Kind(check.name, "sigma", ())
         .judge(3.0, 1.0, f"{check.name} is off.")
@@ -139,7 +139,7 @@ def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
 
 
 def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     assert worth_of(evaluation) == "to be made" and significance(evaluation) > 3.0
     explained = evaluation.explained
     fit = replace(explained.fit, values=0.02 * explained.fit.std)
@@ -152,16 +152,16 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
 
 def test_standing_joints_have_a_row_each(drop: Any) -> None:
     rows = table(drop, "Joints between their strokes")["rows"]
-    assert [row[0] for row in rows] == [f"joint {rest.joint}" for rest in evaluated().standing]
+    assert [row[0] for row in rows] == [f"joint {rest.joint}" for rest in evaluate_run().standing]
     assert {row[-1] for row in rows} <= {"stood", "crept", "moved"}
 
 
 def test_correction_says_what_the_data_cannot_tell(drop: Any) -> None:
-    correction, fit = table(drop, "Correction of the model"), evaluated().explained.fit
+    correction, fit = table(drop, "Correction of the model"), evaluate_run().explained.fit
     assert [row[0] for row in correction["rows"]] == list(fit.offsets.names)
     assert correction["rows"][5][0] == "body 2 CoM z"
     assert correction["rows"][5][2] == _as_on_the_page(fit.values[5], fit.std[5])
-    assert all(sentence in correction["caption"] for sentence in evaluated().identifiability.sentences())
+    assert all(sentence in correction["caption"] for sentence in evaluate_run().identifiability.sentences())
 
 
 def _as_on_the_page(value: float, std: float) -> str:
@@ -169,7 +169,7 @@ def _as_on_the_page(value: float, std: float) -> str:
 
 
 def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(drop: Any) -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     swarm = swarm_fit(evaluation.explained.fit, evaluation.explained.driven.flown, seeds=(1, 2))
     beside = table(drop_of(replace(evaluation, swarm=swarm)), "Correction of the model")
     assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
@@ -179,7 +179,7 @@ def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(dro
 
 
 def test_offset_at_its_bound_is_named() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     fit = replace(evaluation.explained.fit, at_bound=np.arange(len(evaluation.explained.fit.values)) == 4)
     stuck = drop_of(replace(evaluation, explained=replace(evaluation.explained, fit=fit)))
     assert "Stopped at its bound: body 2 CoM y." in table(stuck, "Correction of the model")["caption"]
@@ -190,7 +190,7 @@ def test_provenance_names_the_very_bytes(drop: Any) -> None:
     recording = folder() / "SD.bin"
     assert rows["recording"] == str(recording)
     assert rows["SHA-256 of the recording"] == hashlib.sha256(recording.read_bytes()).hexdigest()
-    assert rows["session"] == f"{evaluated().log.session:08x}"
+    assert rows["session"] == f"{evaluate_run().log.session:08x}"
     assert rows["released"].startswith("2026-01-05 09:00")
     assert "(emulated)" in rows["logger"] and rows["maneuver"].startswith("joint 1 +59 deg at 0.7 s")
 
@@ -198,7 +198,7 @@ def test_provenance_names_the_very_bytes(drop: Any) -> None:
 def test_calibration_older_than_a_landing_is_marked() -> None:
     from tfsat_host.calibration.certificate.certificate import Landing, with_landing
 
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     landed = with_landing(
         evaluation.calibration, Landing(datetime(2026, 1, 5, 8, 30, tzinfo=UTC), "a witness")
     )
@@ -211,13 +211,13 @@ def test_calibration_older_than_a_landing_is_marked() -> None:
 
 
 def test_notes_do_not_repeat_the_verdict() -> None:
-    drop = drop_of(replace(evaluated(), notes=("The gyro of body 4 was silent.",)))
+    drop = drop_of(replace(evaluate_run(), notes=("The gyro of body 4 was silent.",)))
     assert "The gyro of body 4 was silent." in drop["verdict"]["reasons"]
     assert "The gyro of body 4 was silent." not in drop["notes"]
 
 
 def test_without_a_schedule_strokes_are_those_of_the_line() -> None:
-    drop = drop_of(replace(evaluated(), schedule=None, strokes=(), clocks=None))
+    drop = drop_of(replace(evaluate_run(), schedule=None, strokes=(), clocks=None))
     assert [event["label"] for event in drop["events"] if event["kind"] == "stroke"] == [
         "stroke 1",
         "stroke 2",
@@ -229,7 +229,7 @@ def test_without_a_schedule_strokes_are_those_of_the_line() -> None:
 
 
 def test_several_drops_are_one_document_with_the_same_plots() -> None:
-    drops = [reported(name="morning"), reported(name="evening")]
+    drops = [report_drop(name="morning"), report_drop(name="evening")]
     document = document_of(drops, MADE)
     assert [drop["name"] for drop in document["drops"]] == ["morning", "evening"]
     assert document["title"] == "EMULATED drop tower robot: morning, evening"
@@ -238,7 +238,7 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
 
 
 def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> None:
-    document = document_of([reported(name="<b>drop</b>")], MADE)
+    document = document_of([report_drop(name="<b>drop</b>")], MADE)
     page = render(document)
     assert len(page.encode()) < MAX_BYTES
     text = page.split("<noscript>")[1].split("</noscript>")[0]
@@ -249,7 +249,7 @@ def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> Non
 @pytest.mark.parametrize("silent", ["the gyro of body 4, and all for 50 ms", "the angle sensors of joint 3"])
 def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     """And the maneuver is unknown."""
-    log, gyro = evaluated().log, "gyro" in silent
+    log, gyro = evaluate_run().log, "gyro" in silent
     imu, angles = log.imu_valid.copy(), log.angle_valid.copy()
     if gyro:
         imu[:, 3] = False
@@ -257,8 +257,8 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     else:
         angles[:, 4:] = False
     damaged = replace(log, imu_valid=imu, angle_valid=angles)
-    evaluation = evaluate(damaged, load_robot(), evaluated().calibration, None)
-    document = document_of([reported(evaluation)], MADE)
+    evaluation = evaluate(damaged, load_robot(), evaluate_run().calibration, None)
+    document = document_of([report_drop(evaluation)], MADE)
     drop = document["drops"][0]
     assert len(render(document).encode()) < MAX_BYTES
     assert drop["verdict"]["level"] == "doubtful"
@@ -268,7 +268,7 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
 
 
 def test_a_real_drop_draws(open_document: Opener) -> None:
-    document = document_of([reported()], MADE)
+    document = document_of([report_drop()], MADE)
     opened = open_document(document)
     plot_ids = {
         figure.get_attribute("data-plot") for figure in opened.page.locator("figure[data-plot]").all()
@@ -281,6 +281,6 @@ def test_a_real_drop_draws(open_document: Opener) -> None:
 def test_the_documented_python_call_makes_a_page() -> None:
     text = (DOCS / "report.md").read_text(encoding="utf-8")
     example = textwrap.dedent(text.split("made otherwise:\n", 1)[1])
-    names: dict[str, object] = {"found": reported().evaluation}
+    names: dict[str, object] = {"found": report_drop().evaluation}
     exec(example, names)
     assert str(names["page"]).startswith("<!doctype html>")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.report.reported_drop import evaluated, numbers, plots, series
+from tests.report.reported_drop import evaluate_run, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.report.contents.attitude import euler_angles
 
@@ -64,7 +64,7 @@ def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
 
 
 def test_deviation_of_the_euler_angles_is_that_of_the_attitude() -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     body, angles = evaluation.motion.bodies[0], euler_angles(evaluation)
     middle = int(np.searchsorted(body.t_s, 1.4))  # the joints are open, all three angles away from zero
     rng = np.random.default_rng(1)
@@ -94,7 +94,7 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
 
 
 def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
-    evaluation, replay = evaluated(), drop["replay"]
+    evaluation, replay = evaluate_run(), drop["replay"]
     model, offsets = evaluation.model, evaluation.explained.driven.offsets
     corrected = offsets.correct(evaluation.explained.fit.values)
     ghost = replay["model"]

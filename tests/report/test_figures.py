@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from tests.report.reported_drop import evaluated
+from tests.report.reported_drop import evaluate_run
 from tfsat_host.report.figures import FIGURES, FORMATS, MARKER, FigureData, drawn_of, write_figure
 
 WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-error": 89.0}
@@ -19,10 +19,10 @@ WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-e
 
 @pytest.fixture(scope="module")
 def figure_data() -> FigureData:
-    return drawn_of(evaluated())
+    return drawn_of(evaluate_run())
 
 
-def written(name: str, figure_data: FigureData, file_format: str, folder: Path) -> bytes:
+def render_figure(name: str, figure_data: FigureData, file_format: str, folder: Path) -> bytes:
     path = folder / f"{name}.{file_format}"
     write_figure(name, figure_data, file_format, path)
     return path.read_bytes()
@@ -32,13 +32,14 @@ def written(name: str, figure_data: FigureData, file_format: str, folder: Path) 
 def test_each_figure_is_the_same_bytes_of_its_width_with_its_fonts(
     name: str, figure_data: FigureData, tmp_path: Path
 ) -> None:
-    files = {file_format: written(name, figure_data, file_format, tmp_path) for file_format in FORMATS}
+    files = {file_format: render_figure(name, figure_data, file_format, tmp_path) for file_format in FORMATS}
     again = (
         FORMATS if name == "attitude-error" else ()
     )  # one figure stands for all: the style is theirs together
     with mpl.rc_context({"font.size": 23.0, "lines.linewidth": 9.0, "savefig.dpi": 50}):
         assert all(
-            written(name, figure_data, file_format, tmp_path) == files[file_format] for file_format in again
+            render_figure(name, figure_data, file_format, tmp_path) == files[file_format]
+            for file_format in again
         )
     for data in files.values():
         assert MARKER in data[:4096] + data[-4096:]

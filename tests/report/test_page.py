@@ -70,12 +70,20 @@ def test_strokes_bands_and_uncertainty_are_shaded(report: Opened, open_document:
         series["std"] = series["std"] and [10.0] * len(series["values"])
     without = open_document(document)
     for plot in (name for name in TIME_PLOTS if name != "joints"):
-        assert report.picture(plot).drawn() > 1.5 * without.picture(plot).drawn(), plot
-    assert report.picture("rate_spectrum").drawn() > 1.2 * without.picture("rate_spectrum").drawn()
+        assert (
+            report.picture(plot).count_visible_pixels() > 1.5 * without.picture(plot).count_visible_pixels()
+        ), plot
+    assert (
+        report.picture("rate_spectrum").count_visible_pixels()
+        > 1.2 * without.picture("rate_spectrum").count_visible_pixels()
+    )
     for series in drop["plots"][2]["series"]:
         series["std"] = None
     none = open_document(document)
-    assert without.picture("joints").drawn() > none.picture("joints").drawn() + 3000
+    assert (
+        without.picture("joints").count_visible_pixels()
+        > none.picture("joints").count_visible_pixels() + 3000
+    )
 
 
 def test_fits_every_screen_by_day_and_night(open_document: Opener) -> None:
@@ -177,18 +185,18 @@ def test_one_drop_of_800_samples_stays_small() -> None:
     assert len(render(sample_document(samples=800)).encode()) <= 1.5e6
 
 
-def poisoned(part: Any, text: str) -> Any:
+def poison_strings(part: Any, text: str) -> Any:
     """Replace every string of the document by `text`, except the keys, which make it a document."""
     if isinstance(part, dict):
-        return {key: poisoned(value, text) for key, value in part.items()}
+        return {key: poison_strings(value, text) for key, value in part.items()}
     if isinstance(part, list):
-        return [poisoned(item, text) for item in part]
+        return [poison_strings(item, text) for item in part]
     return text if isinstance(part, str) else part
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_injects_nothing(open_document: Opener, text: str) -> None:
-    report = open_document(poisoned(sample_document(("a", "b")), text))
+    report = open_document(poison_strings(sample_document(("a", "b")), text))
     assert report.page.evaluate(COUNTS) == [3, 0, 0, 0, 0, 0, 0, 0], "the page's own three scripts"
     assert report.page.evaluate("() => window.injected ?? null") is None
     assert report.page.evaluate("() => Object.prototype.injected ?? null") is None
@@ -198,7 +206,7 @@ def test_injects_nothing(open_document: Opener, text: str) -> None:
 
 def test_shows_hostile_text_as_it_is_and_lets_no_markup_run(open_document: Opener) -> None:
     text = "<b>not bold</b> &amp; <script>alert(1)</script>"
-    report = open_document(poisoned(sample_document(), text))
+    report = open_document(poison_strings(sample_document(), text))
     assert report.page.locator("h1").inner_text() == text
     assert report.page.title() == text
     assert report.page.locator(".verdict > p").inner_text() == text

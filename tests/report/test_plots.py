@@ -19,7 +19,7 @@ def hover(report: Opened, plot: str, share: float) -> None:
 
 
 def test_the_pointer_moves_every_time_cursor_and_the_replay(report: Opened) -> None:
-    at_end = report.replayed()
+    at_end = report.replay_picture()
     hover(report, "rates", 0.5)
     lines, there = report.hairlines(), report.time_s
     assert len({round(lines[plot]) for plot in (*TIME_PLOTS, "timeline")}) == 1
@@ -27,7 +27,7 @@ def test_the_pointer_moves_every_time_cursor_and_the_replay(report: Opened) -> N
     assert there == pytest.approx(1.35, abs=0.02)
     time = float(report.page.get_by_label("Time after release").input_value())
     assert time == pytest.approx(there, abs=1e-3)
-    assert report.replayed().unlike(at_end) > 1000
+    assert report.replay_picture().unlike(at_end) > 1000
     report.page.mouse.move(5, 5)
     assert report.time_s == there, "the cursor stays where the pointer left"
 
@@ -137,15 +137,15 @@ def test_several_drops_stand_side_by_side_and_behind_each_other(open_document: O
 def test_choosing_another_drop_shows_all_of_it(open_document: Opener) -> None:
     report = open_document(sample_document(NAMES))
     report.page.get_by_label("Time after release").fill("1.4")
-    before, drops = report.replayed(), report.page.locator("input[name=drop]")
+    before, drops = report.replay_picture(), report.page.locator("input[name=drop]")
     drops.nth(1).check()
     assert report.page.locator(".verdict .level").inner_text() == "!\nDoubtful"
     assert report.time_s == pytest.approx(1.4), "the moment stays"
-    assert report.replayed().unlike(before) > 300
-    moved = report.replayed()
+    assert report.replay_picture().unlike(before) > 300
+    moved = report.replay_picture()
     report.plot("rates").focus()
     report.press("Home")
-    assert report.replayed().unlike(moved) > 1000
+    assert report.replay_picture().unlike(moved) > 1000
     drops.nth(2).check()
     assert report.page.locator(".verdict .level").inner_text() == "✕\nFailed"
 

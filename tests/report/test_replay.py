@@ -12,10 +12,10 @@ from tests.report.sample_document import END_S, sample_document
 
 def test_shows_bodies_that_move(report: Opened) -> None:
     report.press("Home")
-    at_start = report.replayed()
-    assert at_start.colors() > 10 and at_start.drawn() > 5000
+    at_start = report.replay_picture()
+    assert at_start.colors() > 10 and at_start.count_visible_pixels() > 5000
     report.page.get_by_label("Time after release").fill("1.4")
-    assert report.replayed().unlike(at_start) > 3000
+    assert report.replay_picture().unlike(at_start) > 3000
     assert report.time_s == pytest.approx(1.4)
     assert report.page.locator(".what").inner_text() == "joint 2, +70 deg"
 
@@ -60,43 +60,43 @@ def test_stops_at_the_end_and_starts_over(report: Opened) -> None:
 
 
 def test_keys_turn_it_and_zero_turns_it_back(report: Opened) -> None:
-    before, time_s = report.replayed(), report.time_s
+    before, time_s = report.replay_picture(), report.time_s
     report.page.locator("canvas.bodies").focus()
     for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "+", "-"):
         report.press(key)
-        assert report.replayed().unlike(before) > 1000, key
+        assert report.replay_picture().unlike(before) > 1000, key
         report.press("0")
-        assert report.replayed().unlike(before) == 0, key
+        assert report.replay_picture().unlike(before) == 0, key
     assert report.time_s == time_s
 
 
 def test_the_mouse_turns_it(report: Opened) -> None:
     bodies = report.page.locator("canvas.bodies")
     bodies.scroll_into_view_if_needed()  # with wide fonts it lies below the window's edge, where no mouse comes
-    before = report.replayed()
+    before = report.replay_picture()
     box = bodies.bounding_box()
     assert box is not None
     report.page.mouse.move(box["x"] + 200, box["y"] + 200)
     report.page.mouse.down()
     report.page.mouse.move(box["x"] + 260, box["y"] + 210, steps=3)
     report.page.mouse.up()
-    turned = report.replayed()
+    turned = report.replay_picture()
     assert turned.unlike(before) > 1000
     report.page.mouse.move(box["x"] + 100, box["y"] + 100)
-    assert report.replayed().unlike(turned) == 0, "it follows the mouse only while a button is down"
+    assert report.replay_picture().unlike(turned) == 0, "it follows the mouse only while a button is down"
     bodies.focus()
     report.press("0")
 
 
 def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
     report.page.get_by_label("Time after release").fill("1.4")
-    over = report.replayed()
+    over = report.replay_picture()
     report.page.get_by_label("Model", exact=True).select_option("hidden")
-    hidden = report.replayed()
+    hidden = report.replay_picture()
     report.page.get_by_label("Model", exact=True).select_option("beside")
-    beside = report.replayed()
+    beside = report.replay_picture()
     assert hidden.unlike(over) > 200
-    assert beside.drawn() > hidden.drawn() + 1000
+    assert beside.count_visible_pixels() > hidden.count_visible_pixels() + 1000
     assert beside.unlike(over) > 1000
     report.page.get_by_label("Model", exact=True).select_option("over")
 
@@ -118,7 +118,10 @@ def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_docu
     partly = open_document(document)
     for report in (full_report, partly):
         report.press("Home")
-    assert partly.replayed().drawn() < full_report.replayed().drawn() - 5000
+    assert (
+        partly.replay_picture().count_visible_pixels()
+        < full_report.replay_picture().count_visible_pixels() - 5000
+    )
 
 
 def test_without_webgl_it_says_so_and_draws_flat(
@@ -127,10 +130,10 @@ def test_without_webgl_it_says_so_and_draws_flat(
     report = open_document(sample_document(), into=browser_without_webgl)
     assert "no WebGL" in report.page.locator(".replay .note").inner_text()
     report.press("Home")
-    at_start = report.replayed()
-    assert at_start.drawn() > 5000
+    at_start = report.replay_picture()
+    assert at_start.count_visible_pixels() > 5000
     report.page.get_by_label("Time after release").fill("1.4")
-    assert report.replayed().unlike(at_start) > 3000
+    assert report.replay_picture().unlike(at_start) > 3000
 
 
 def test_without_poses_it_says_so(open_document: Opener) -> None:

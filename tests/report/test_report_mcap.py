@@ -14,7 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
 from tests.paths import REPOSITORY
-from tests.report.reported_drop import evaluated, reported
+from tests.report.reported_drop import evaluate_run, report_drop
 from tfsat_host.output_files import was_made_with
 from tfsat_host.report.contents.replay import body_poses
 from tfsat_host.report.recording import MARKER, write_evaluated_mcap
@@ -25,7 +25,7 @@ Topics = dict[str, list[tuple[int, Any]]]
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("mcap") / "SD.evaluated.mcap"
-    write_evaluated_mcap(reported(), place)
+    write_evaluated_mcap(report_drop(), place)
     return place
 
 
@@ -44,7 +44,7 @@ def topics(path: Path) -> Topics:
 
 
 def unix_ns(t_s: Any) -> list[int]:
-    log = evaluated().log
+    log = evaluate_run().log
     offset_us = log.origin_us + (log.unix_offset_us or 0)
     return [1000 * int(value) for value in np.rint(np.asarray(t_s) * 1e6).astype(np.int64) + offset_us]
 
@@ -54,13 +54,13 @@ def test_the_file_is_the_reports(path: Path) -> None:
 
 
 def test_the_recording_is_in_it_and_its_quick_look_is_not(topics: Topics) -> None:
-    log = evaluated().log
+    log = evaluate_run().log
     assert [time_ns for time_ns, _ in topics["/body_1/imu"]] == unix_ns(log.t_s)
     assert not [topic for topic in topics if topic.startswith("/quick_look")]
 
 
 def test_joint_angles_come_with_their_deviations(topics: Topics) -> None:
-    motion = evaluated().motion
+    motion = evaluate_run().motion
     for joint in motion.joints:
         messages = topics[f"/evaluated/joint_{joint.joint}"]
         assert [time_ns for time_ns, _ in messages] == unix_ns(motion.t_s)
@@ -71,7 +71,7 @@ def test_joint_angles_come_with_their_deviations(topics: Topics) -> None:
 
 
 def test_bodies_stand_where_the_replay_shows_them(topics: Topics) -> None:
-    moved = body_poses(evaluated())
+    moved = body_poses(evaluate_run())
     for place, prefix, poses in (
         ("evaluated", "", moved.measured),
         ("model_filed", "model_filed/", moved.predicted),
@@ -94,11 +94,11 @@ def test_body_1_turns_as_far_as_was_found(topics: Topics) -> None:
     turns = [Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)) for turn in (first, last)]
     turned_deg = np.rad2deg((turns[0].inv() * turns[1]).magnitude())
     # By the base's gyro and the joints' angles, where the evaluation has body 1's own gyro.
-    assert turned_deg == pytest.approx(np.rad2deg(evaluated().reorientation.angle_rad), abs=0.05)
+    assert turned_deg == pytest.approx(np.rad2deg(evaluate_run().reorientation.angle_rad), abs=0.05)
 
 
 def test_attitude_errors_of_both_models(topics: Topics) -> None:
-    explained = evaluated().explained
+    explained = evaluate_run().explained
     for place, sides in (("model_filed", explained.before), ("model_corrected", explained.after)):
         last = topics[f"/{place}/body_1/attitude_error"][-1][1]
         final, std = np.rad2deg(sides.error.final_rad), np.rad2deg(sides.error.std_rad[-1])
@@ -115,7 +115,7 @@ def test_momentum_of_the_corrected_model_is_calmer(topics: Topics) -> None:
 
 
 def test_rates_and_euler_angles(topics: Topics) -> None:
-    evaluation = evaluated()
+    evaluation = evaluate_run()
     rates = [(m.rate_deg_s.x, m.rate_deg_s.y, m.rate_deg_s.z) for _, m in topics["/evaluated/body_2/rate"]]
     np.testing.assert_allclose(np.radians(rates), evaluation.motion.bodies[1].rate_rad_s, rtol=1e-13)
     last = topics["/evaluated/body_1/euler"][-1][1]
@@ -139,9 +139,9 @@ def test_boxes_hang_on_the_frames(topics: Topics) -> None:
 def test_verdict_and_strokes_are_told_in_words(topics: Topics) -> None:
     log_lines = [(time_ns, message.message) for time_ns, message in topics["/evaluated/log"]]
     texts = [text for _, text in log_lines]
-    verdict = reported().verdict
+    verdict = report_drop().verdict
     assert f"{verdict.level}: {verdict.sentence}" in texts
-    stroke = evaluated().strokes[0]
+    stroke = evaluate_run().strokes[0]
     [begin] = [
         time_ns for time_ns, text in log_lines if text.startswith("1: joint 1") and not text.endswith("ends")
     ]

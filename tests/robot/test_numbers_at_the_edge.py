@@ -38,14 +38,14 @@ _ODD = st.sampled_from(
 )
 
 
-def written(folder: Path, text: str) -> Path:
+def write_file(folder: Path, text: str) -> Path:
     file = folder / "file.toml"
     file.write_text(text, encoding="utf-8")
     return file
 
 
 @st.composite
-def mangled(draw: st.DrawFn, text: str) -> str:
+def mangle_text(draw: st.DrawFn, text: str) -> str:
     """Draw the text with a few words replaced by odd ones or by its own, left out or doubled."""
     words = _WORDS.findall(text)
     for _ in range(draw(st.integers(1, 4))):
@@ -56,11 +56,11 @@ def mangled(draw: st.DrawFn, text: str) -> str:
 
 
 @settings(max_examples=100, deadline=None)
-@given(mangled(ROBOT))
+@given(mangle_text(ROBOT))
 def test_mangled_robot_files_are_a_robot_or_refused_in_words(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         try:
-            robot = load_robot(written(Path(folder), text))
+            robot = load_robot(write_file(Path(folder), text))
         except RobotFileError as error:
             assert error.what.count("file.toml") == 1
             assert len(error.what) < 500
@@ -72,11 +72,11 @@ def test_mangled_robot_files_are_a_robot_or_refused_in_words(text: str) -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(mangled(TOWER))
+@given(mangle_text(TOWER))
 def test_mangled_facility_files_are_a_tower_or_refused_in_words(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         try:
-            tower = load_tower(written(Path(folder), text))
+            tower = load_tower(write_file(Path(folder), text))
         except TfsatError as error:
             assert type(error).__name__ == "FacilityFileError"
             assert error.what.count("file.toml") == 1
@@ -88,7 +88,7 @@ def test_mangled_facility_files_are_a_tower_or_refused_in_words(text: str) -> No
 @pytest.mark.parametrize("exponent", [-290, -162, 0, 11])
 def test_the_length_of_an_axis_does_not_matter(tmp_path: Path, exponent: int) -> None:
     text = ROBOT.replace("axis = [0, 1, 0]", f"axis = [-1.2e{exponent}, 0.5e{exponent}, 0]", 1)
-    axis = load_robot(written(tmp_path, text)).joint_axis[1]
+    axis = load_robot(write_file(tmp_path, text)).joint_axis[1]
     assert axis == pytest.approx([-12 / 13, 5 / 13, 0.0], abs=1e-15)
 
 
@@ -101,10 +101,10 @@ def test_numbers_that_nobody_means_are_refused(tmp_path: Path, number: str) -> N
         ("xx = 1.72", f"xx = {number}"),
     ):
         with pytest.raises(RobotFileError, match=r"is beyond 1e\+12: no number here is so large"):
-            load_robot(written(tmp_path, ROBOT.replace(old, new, 1)))
+            load_robot(write_file(tmp_path, ROBOT.replace(old, new, 1)))
 
 
-def scaled(text: str, entry: str, factor: float) -> str:
+def scale_entry(text: str, entry: str, factor: float) -> str:
     """Return the text with every number of an entry, wherever it occurs, multiplied by a factor."""
     number = re.compile(r"-?\d[\d.]*")
 
@@ -130,30 +130,30 @@ def test_another_unit_is_refused_with_its_cure(
     tmp_path: Path, entry: str, factor: float, named: str, boxes: bool
 ) -> None:
     plain = ROBOT if boxes else re.sub(r"^boxes_mm.*\n", "", ROBOT, flags=re.MULTILINE)
-    load_robot(written(tmp_path, plain))
+    load_robot(write_file(tmp_path, plain))
     with pytest.raises(RobotFileError, match=named) as refused:
-        load_robot(written(tmp_path, scaled(plain, entry, factor)))
+        load_robot(write_file(tmp_path, scale_entry(plain, entry, factor)))
     assert "mm" in refused.value.next_step and refused.value.what.count("file.toml") == 1
 
 
 def test_a_center_of_mass_about_which_its_boxes_cannot_hold_the_inertia_is_refused(tmp_path: Path) -> None:
     robot_text = ROBOT.replace("com_mm = [46.58, 50.93, 84.18]", "com_mm = [0.04658, 0.05093, 0.08418]")
     with pytest.raises(RobotFileError, match=r"body 1, com_mm: the inertia spreads the mass by .* along x"):
-        load_robot(written(tmp_path, robot_text))
+        load_robot(write_file(tmp_path, robot_text))
 
 
 def test_robots_whose_frames_begin_at_their_centers_of_mass_are_robots(tmp_path: Path) -> None:
     plain = re.sub(r"^boxes_mm.*\n", "", ROBOT, flags=re.MULTILINE)
-    assert not load_robot(written(tmp_path, scaled(plain, "com_mm", 0.0))).com_m.any()
+    assert not load_robot(write_file(tmp_path, scale_entry(plain, "com_mm", 0.0))).com_m.any()
 
 
 def test_an_axis_whose_direction_is_lost_in_rounding_is_refused(tmp_path: Path) -> None:
     text = ROBOT.replace("axis = [0, 1, 0]", "axis = [5e-324, 3e-324, 0]", 1)
     with pytest.raises(RobotFileError, match=r"joint 2, axis: .* is lost in rounding") as caught:
-        load_robot(written(tmp_path, text))
+        load_robot(write_file(tmp_path, text))
     assert "axis = [5e-324" in text.splitlines()[int(caught.value.what.split(":")[1]) - 1]
 
 
 def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path: Path) -> None:
-    assert load_robot(written(tmp_path, "\ufeff" + ROBOT)).mass_kg.sum() == pytest.approx(2.847)
-    assert load_tower(written(tmp_path, "\ufeff" + TOWER)).fall_s == 2.5
+    assert load_robot(write_file(tmp_path, "\ufeff" + ROBOT)).mass_kg.sum() == pytest.approx(2.847)
+    assert load_tower(write_file(tmp_path, "\ufeff" + TOWER)).fall_s == 2.5

@@ -41,7 +41,7 @@ def run(tmp_path: Path) -> Path:
     return folder
 
 
-def told(folder: Path) -> list[tuple[str, str]]:
+def list_findings(folder: Path) -> list[tuple[str, str]]:
     return [(finding.kind, finding.name) for finding in verify(folder)]
 
 
@@ -96,12 +96,12 @@ def test_a_record_that_ends_early_is_named(run: Path, cut: int) -> None:
 
 def test_a_file_that_is_gone_is_named(run: Path) -> None:
     (run / "maneuver.toml").unlink()
-    assert told(run) == [("missing", "maneuver.toml")]
+    assert list_findings(run) == [("missing", "maneuver.toml")]
 
 
 def test_a_file_signed_again_counts_as_it_was_last(run: Path) -> None:
     (run / "preflight.json").write_text("GO")
-    assert told(run) == [("changed", "preflight.json")]
+    assert list_findings(run) == [("changed", "preflight.json")]
     sign(run, [run / "preflight.json"], "again", AT + timedelta(hours=1))
     assert verify(run) == ()
 
@@ -116,23 +116,23 @@ def rewritten(run: Path, entries: list[Entry], last: str | None = None) -> None:
 def test_an_entry_that_was_taken_out_is_told(run: Path) -> None:
     first, _, third = entries_of(run)
     rewritten(run, [first, third])
-    assert told(run) == [("changed", RECORD)]
+    assert list_findings(run) == [("changed", RECORD)]
     assert "entry 1 (step 0" in verify(run)[0].sentence
 
 
 def test_the_first_and_the_last_entry_cannot_go_either(run: Path) -> None:
     first, second, third = entries_of(run)
     rewritten(run, [second, third])
-    assert ("missing", RECORD) in told(run)
+    assert ("missing", RECORD) in list_findings(run)
     rewritten(run, [first, second], last=sha256_of_entry(third))
-    assert told(run) == [("changed", RECORD)]
+    assert list_findings(run) == [("changed", RECORD)]
 
 
 def test_an_entry_that_was_put_in_is_told(run: Path) -> None:
     first, second, third = entries_of(run)
     forged = Entry(AT, "forged", (), sha256_of_entry(first))
     rewritten(run, [first, forged, second, third])
-    assert told(run) == [("inserted", RECORD)]
+    assert list_findings(run) == [("inserted", RECORD)]
     assert "entry 2 (forged" in verify(run)[0].sentence
     with pytest.raises(RecordError, match="forged"):
         sign(run, [], "goes on", AT)
@@ -141,7 +141,7 @@ def test_an_entry_that_was_put_in_is_told(run: Path) -> None:
 def test_an_edit_that_changes_no_value_is_told(run: Path) -> None:
     values = json.loads((run / RECORD).read_text())
     (run / RECORD).write_text(json.dumps(values))
-    assert told(run) == [("changed", RECORD)]
+    assert list_findings(run) == [("changed", RECORD)]
 
 
 def test_only_files_of_the_run_are_signed(run: Path) -> None:
@@ -157,7 +157,7 @@ def test_a_record_that_names_files_outside_makes_nobody_look_there(run: Path) ->
     (run.parent / "secret").write_text("x")
     outside = SignedFile("../secret", "0" * 64, 1)
     rewritten(run, [Entry(AT, "hostile", (outside,), "")])
-    assert told(run) == [("changed", RECORD)]
+    assert list_findings(run) == [("changed", RECORD)]
     assert "outside" in verify(run)[0].sentence
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from compile_kaitai import compiled_hash, grammar_hash
-from tests.rehearsal.days import dropped
+from tests.rehearsal.days import rehearse_drop
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, event
 from tests.sdlog.kaitai.tfsat_log import TfsatLog
 from tests.sdlog.test_values import write
@@ -33,7 +33,7 @@ def encoded_log() -> bytes:
 
 def flown_log() -> bytes:
     """Return the log that the logger's own core wrote in a rehearsed drop."""
-    return dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=7).card
+    return rehearse_drop(schedule_maneuver(four_stroke(59.0, 70.0)), seed=7).card
 
 
 @pytest.fixture(scope="module", params=[encoded_log, flown_log], ids=["encoder", "logger"])

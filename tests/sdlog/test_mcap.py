@@ -38,7 +38,7 @@ def log(tmp_path: Path) -> DropLog:
     return load(write(tmp_path / "SD.bin", drop_with_release()[0].image()))
 
 
-def written(log: DropLog, path: Path, frames: BodyFrames | None = None) -> Topics:
+def write_topics(log: DropLog, path: Path, frames: BodyFrames | None = None) -> Topics:
     """(log time in ns, message) by topic, in the order of the file, which is by time."""
     write_mcap(log, path, body_frames(log, load_robot()) if frames is None else frames)
     topics: Topics = defaultdict(list)
@@ -56,7 +56,7 @@ def written(log: DropLog, path: Path, frames: BodyFrames | None = None) -> Topic
 
 
 def test_every_reading_comes_back(log: DropLog, tmp_path: Path) -> None:
-    topics = written(log, tmp_path / "SD.mcap")
+    topics = write_topics(log, tmp_path / "SD.mcap")
     times_ns = (log.t_us * 1000).tolist()
     for body in range(4):
         messages = topics[f"/body_{body + 1}/imu"]
@@ -85,7 +85,7 @@ def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     angle_valid[5, 2] = False
     clipped[30, 0] = clipped[40, 2] = True
     holed = replace(log, imu_valid=imu_valid, angle_valid=angle_valid, clipped=clipped)
-    topics = written(holed, tmp_path / "SD.mcap", NO_FRAMES)
+    topics = write_topics(holed, tmp_path / "SD.mcap", NO_FRAMES)
     assert [t for t, _ in topics["/body_2/imu"]] == (log.t_us[imu_valid[:, 1]] * 1000).tolist()
     rate = [m.rate_deg_s.x for _, m in topics["/body_2/imu"]]
     np.testing.assert_allclose(np.radians(rate), log.rate_rad_s[imu_valid[:, 1], 1, 0], rtol=1e-14)
@@ -97,7 +97,7 @@ def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
 
 
 def test_events_in_numbers_and_in_words(log: DropLog, tmp_path: Path) -> None:
-    topics = written(log, tmp_path / "SD.mcap")
+    topics = write_topics(log, tmp_path / "SD.mcap")
     got = [(m.t_us, m.t_s, m.event, m.index, m.arg, m.value) for _, m in topics["/events"]]
     events = log.events
     assert got == [(e.t_us, log.seconds(e.t_us), e.name, e.index, e.arg, e.value) for e in events]
@@ -110,7 +110,7 @@ def test_events_in_numbers_and_in_words(log: DropLog, tmp_path: Path) -> None:
 def test_what_is_wrong_with_a_recording_is_its_first_message(tmp_path: Path) -> None:
     blocks = drop_with_release()[0].blocks
     damaged = load(write(tmp_path / "SD.bin", b"".join(blocks[:30] + blocks[31:-1])))
-    topics = written(damaged, tmp_path / "SD.mcap")
+    topics = write_topics(damaged, tmp_path / "SD.mcap")
     first = [m.message for t, m in topics["/log"] if t == damaged.t_us[0] * 1000 and m.level == m.WARNING]
     assert any("samples are lost" in line for line in first)
     assert any("recording has no end" in line for line in first)
@@ -119,7 +119,7 @@ def test_what_is_wrong_with_a_recording_is_its_first_message(tmp_path: Path) -> 
 
 def test_transforms_of_a_known_motion(tmp_path: Path) -> None:
     log = moving_log(tmp_path / "SD.bin")
-    topics = written(log, tmp_path / "SD.mcap")
+    topics = write_topics(log, tmp_path / "SD.mcap")
     frames = {topic: messages for topic, messages in topics.items() if topic.startswith("/quick_look/tf/")}
     tree = {
         (message.parent_frame_id, message.child_frame_id)
@@ -145,7 +145,7 @@ def test_transforms_of_a_known_motion(tmp_path: Path) -> None:
 
 def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:
     log = moving_log(tmp_path / "SD.bin")
-    written(log, tmp_path / "SD.mcap")
+    write_topics(log, tmp_path / "SD.mcap")
     with (tmp_path / "SD.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
@@ -157,7 +157,7 @@ def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:
 
 def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:
     log = moving_log(tmp_path / "SD.bin")
-    written(log, tmp_path / "SD.mcap")
+    write_topics(log, tmp_path / "SD.mcap")
     with (tmp_path / "SD.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
@@ -191,7 +191,7 @@ def add_with_dependencies(
 
 
 def test_metadata_says_what_the_recording_is(log: DropLog, tmp_path: Path) -> None:
-    written(log, tmp_path / "SD.mcap")
+    write_topics(log, tmp_path / "SD.mcap")
     with (tmp_path / "SD.mcap").open("rb") as file:
         records = {record.name: record.metadata for record in make_reader(file).iter_metadata()}
     facts = records[METADATA_NAME]
@@ -203,12 +203,12 @@ def test_metadata_says_what_the_recording_is(log: DropLog, tmp_path: Path) -> No
 def test_times_are_unix_time_if_the_logger_knew_it(tmp_path: Path) -> None:
     at_us = 1_790_000_000_000_000
     log = moving_log(tmp_path / "SD.bin", wall_clock_us=at_us)
-    topics = written(log, tmp_path / "SD.mcap")
+    topics = write_topics(log, tmp_path / "SD.mcap")
     start_us = int(log.t_us[0])
     assert [t for t, _ in topics["/body_1/imu"]] == [(at_us + t - start_us) * 1000 for t in log.t_us.tolist()]
     # A copy of the header was written later, and says the time of that moment.
     copied = replace(log, header_time_us=log.header_time_us + 1000)
-    assert written(copied, tmp_path / "copy.mcap")["/body_1/imu"][0][0] == (at_us - 1000) * 1000
+    assert write_topics(copied, tmp_path / "copy.mcap")["/body_1/imu"][0][0] == (at_us - 1000) * 1000
 
 
 def test_the_same_log_gives_the_same_file(log: DropLog, tmp_path: Path) -> None:

@@ -90,12 +90,12 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
     reads = 0
     read_into = LogSource.read_into
 
-    def counted(source: LogSource, target: memoryview, offset: int) -> memoryview:
+    def count_read(source: LogSource, target: memoryview, offset: int) -> memoryview:
         nonlocal reads
         reads += 1
         return read_into(source, target, offset)
 
-    monkeypatch.setattr(LogSource, "read_into", counted)
+    monkeypatch.setattr(LogSource, "read_into", count_read)
     path.write_bytes(header + data * 40_000 + b"".join(rest))
     load(path)
     assert reads < 30

@@ -54,14 +54,14 @@ EVENTS = [
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "SD.bin"
     path.write_bytes(encode(SAMPLES, EVENTS, AGAIN))
     return path
 
 
-def test_it_is_accepted_as_complete(recording: Path, tfsat_host: RunCli) -> None:
-    report = tfsat_host.json("decode", str(recording), expect=3)  # two readings missed, one clipped
+def test_it_is_accepted_as_complete(recording_path: Path, tfsat_host: RunCli) -> None:
+    report = tfsat_host.json("decode", str(recording_path), expect=3)  # two readings missed, one clipped
     assert (report["verdict"], report["doubts"], len(report["warnings"])) == ("complete", [], 3)
     assert (report["samples"], report["samples_lost"], report["blocks_lost"]) == (COUNT, 0, 0)
     aside = {name: count for name, count in report["set_aside"].items() if count}
@@ -75,8 +75,8 @@ def test_one_without_faults_is_accepted_without_a_word(tmp_path: Path, tfsat_hos
     assert (report["samples"], report["release_us"]) == (SILENT, OPENED_US[1])
 
 
-def test_every_value_is_as_it_was_meant(recording: Path) -> None:
-    log = load(recording)
+def test_every_value_is_as_it_was_meant(recording_path: Path) -> None:
+    log = load(recording_path)
     assert (log.verdict, log.doubts, log.gaps, log.session) == ("complete", (), (), page_encoder.SESSION)
     assert log.t_us.tolist() == [sample.time_us for sample in SAMPLES]
     assert log.imu_counts.tolist() == [sample.imu for sample in SAMPLES]
@@ -88,8 +88,8 @@ def test_every_value_is_as_it_was_meant(recording: Path) -> None:
     assert np.argwhere(log.clipped).tolist() == [[CLIPPED, 3]]
 
 
-def test_every_event_is_as_it_was_meant(recording: Path) -> None:
-    assert [(e.name, e.t_us, e.index, e.arg, e.value) for e in load(recording).events] == [
+def test_every_event_is_as_it_was_meant(recording_path: Path) -> None:
+    assert [(e.name, e.t_us, e.index, e.arg, e.value) for e in load(recording_path).events] == [
         ("switch_edge", OPENED_US[0], 0, 1, 0),
         ("switch_edge", OPENED_US[1], 1, 1, 0),
         ("release", OPENED_US[1], 0, 1, 0),
@@ -99,8 +99,8 @@ def test_every_event_is_as_it_was_meant(recording: Path) -> None:
     ]
 
 
-def test_every_unit_is_as_it_was_meant(recording: Path) -> None:
-    log = load(recording)
+def test_every_unit_is_as_it_was_meant(recording_path: Path) -> None:
+    log = load(recording_path)
     imu = np.array([sample.imu for sample in SAMPLES])
     valid = np.ones((COUNT, 4), bool)
     valid[SILENT, 1] = False
@@ -116,13 +116,13 @@ def test_every_unit_is_as_it_was_meant(recording: Path) -> None:
     np.testing.assert_allclose(log.sensor_angle_rad[log.angle_valid], angle[log.angle_valid], rtol=1e-12)
 
 
-def test_header_and_footer_are_as_they_were_meant(recording: Path) -> None:
-    log = load(recording)
+def test_header_and_footer_are_as_they_were_meant(recording_path: Path) -> None:
+    log = load(recording_path)
     assert log.header.imu_offset_us == (0, 390, 0, 390)
     assert log.header.angle_offset_us == (0, 5, 10, 15, 20, 25)
     assert (log.header.rate_hz, log.unix_offset_us) == (280.0, page_encoder.UNIX_AT_ZERO_US)
     assert log.footer is not None
-    assert log.footer.blocks == recording.stat().st_size // 512 - len(AGAIN)
+    assert log.footer.blocks == recording_path.stat().st_size // 512 - len(AGAIN)
     assert (log.footer.samples, log.footer.blocks_rewritten) == (COUNT, len(AGAIN))
 
 

@@ -19,7 +19,9 @@ FAULT, RECOVERED = EventCode.SENSOR_FAULT, EventCode.SENSOR_RECOVERED
 SCALES = {0x68: (340.0, 36.53125), 0x70: (333.87, 21.0), 0x98: (326.8, 25.0)}
 
 
-def recorded(tmp_path: Path, who_am_i: list[int], *happened: tuple[int, EventCode, int, int, int]) -> DropLog:
+def record_events(
+    tmp_path: Path, who_am_i: list[int], *happened: tuple[int, EventCode, int, int, int]
+) -> DropLog:
     """60 samples with events (sample, code, IMU, arg, value)."""
     recorder = Recorder(header=replace(HEADER, who_am_i=bytes(who_am_i)))
     while recorder.samples < 60:
@@ -49,7 +51,7 @@ def test_one_that_does_not_say_it_is_what_most_others_are(who_am_i: list[int], t
 
 
 def test_a_header_is_completed_by_what_an_imu_says_later(tmp_path: Path) -> None:
-    log = recorded(
+    log = record_events(
         tmp_path,
         [0x68, 0, 0, 0],
         (10, RECOVERED, 1, 0, 0x70),
@@ -62,7 +64,9 @@ def test_a_header_is_completed_by_what_an_imu_says_later(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("value", [-1, 256, 0x7FFFFFFF])
 def test_what_no_register_can_hold_changes_nothing(tmp_path: Path, value: int) -> None:
-    log = recorded(tmp_path, [0x68, 0, 0x68, 0x68], (10, RECOVERED, 1, 0, value), (10, RECOVERED, 9, 0, 0x70))
+    log = record_events(
+        tmp_path, [0x68, 0, 0x68, 0x68], (10, RECOVERED, 1, 0, value), (10, RECOVERED, 9, 0, 0x70)
+    )
     assert log.header.who_am_i == bytes([0x68, 0, 0x68, 0x68])
     assert log.imu_valid.all() and log.doubts == ()
 
@@ -70,7 +74,7 @@ def test_what_no_register_can_hold_changes_nothing(tmp_path: Path, value: int) -
 @pytest.mark.parametrize("first", [0x68, 0])
 def test_another_part_in_its_place_is_not_believed(tmp_path: Path, first: int) -> None:
     before = [(3, RECOVERED, 1, 0, 0x68)] if first == 0 else []
-    log = recorded(
+    log = record_events(
         tmp_path,
         [0x68, first, 0x68, 0x68],
         *before,
@@ -88,7 +92,7 @@ def test_another_part_in_its_place_is_not_believed(tmp_path: Path, first: int) -
 
 
 def test_the_headers_part_is_believed_when_it_is_back(tmp_path: Path) -> None:
-    log = recorded(
+    log = record_events(
         tmp_path,
         [0x68] * 4,
         (30, RECOVERED, 1, 0, 0x70),  # its fault stood in a lost block
@@ -100,7 +104,7 @@ def test_the_headers_part_is_believed_when_it_is_back(tmp_path: Path) -> None:
 
 
 def test_the_same_part_that_comes_back_is_believed(tmp_path: Path) -> None:
-    log = recorded(
+    log = record_events(
         tmp_path, [0x68] * 4, (20, FAULT, 3, ErrorCode.SENSOR_MISSING, 0), (30, RECOVERED, 3, 0, 0x68)
     )
     assert log.imu_valid.all() and log.doubts == ()

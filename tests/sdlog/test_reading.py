@@ -33,11 +33,11 @@ def test_holes_of_a_sparse_image_are_not_read_and_count_as_never_written(
     read = []
     read_into = LogSource.read_into
 
-    def counted(self: LogSource, target: memoryview, offset: int) -> memoryview:
+    def count_read(self: LogSource, target: memoryview, offset: int) -> memoryview:
         read.append(len(target))
         return read_into(self, target, offset)
 
-    monkeypatch.setattr(LogSource, "read_into", counted)
+    monkeypatch.setattr(LogSource, "read_into", count_read)
     log = load(sparse)
     skipped, aside = sum(read), log.set_aside
     assert (log.verdict, len(log)) == ("complete", 24)

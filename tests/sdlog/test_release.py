@@ -37,7 +37,7 @@ def levels(*opened_us: int) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
 NEVER = 1 << 60
 
 
-def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+def sample_levels(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
     """Return the switch levels that the samples show for these edges."""
     switch_levels = levels(NEVER, NEVER)
     for drop_event in events:
@@ -94,7 +94,7 @@ def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.
     ],
 )
 def test_release(events: list[DropEvent], expected: int | None) -> None:
-    release = find_release(events, T_US, sampled(events))
+    release = find_release(events, T_US, sample_levels(events))
     assert (release.t_us if release else None) == expected
     assert release is None or release.uncertainty_us == 0
 
@@ -259,7 +259,11 @@ def test_the_first_stroke_tells_more_than_the_logger(tmp_path: Path) -> None:
 @pytest.mark.parametrize("run", [1, 2, 5])
 @pytest.mark.parametrize("which", [0, 1])
 def test_without_its_edges_the_loggers_note_gives_the_release(tmp_path: Path, which: int, run: int) -> None:
-    """Of the true release: it is exact. Of the revoked one: what the samples show of it is revoked too."""
+    """Take the release from the logger's event when its switch edges are lost.
+
+    Where the true release's edges are lost, it is still exact. Where the revoked release's edges are lost,
+    the release that the samples show in their place is revoked too.
+    """
     story = knocked_then_dropped()
     at = story.at[which]
     log = story.load(tmp_path, without=range(at - run + 1, at + 1))
@@ -330,7 +334,10 @@ def test_a_hole_that_may_hide_another_release_is_a_doubt(tmp_path: Path) -> None
 
 
 def test_a_release_between_two_files_is_the_second_files(tmp_path: Path) -> None:
-    """Its edges and its event stand in the log with times before the first sample."""
+    """Assign a release between two files to the second file.
+
+    Its edges and its event stand in the log with times before the first sample.
+    """
     recorder = Recorder()
     released_us = recorder.time_us(0) - 12_000
     edges = [
@@ -359,7 +366,10 @@ def rule(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_same_edges_give_the_same_releases(rule: Path) -> None:
-    """A million of them: `make sequencer-report`."""
+    """Check that sequencer, logger and decoder find the same releases in 5000 edge trains.
+
+    `make sequencer-report` compares them on a million.
+    """
     agreement = one_rule.one_rule(rule, 59, 5_000)
     assert agreement.trains == 5_000
     assert agreement.releases > 1_000

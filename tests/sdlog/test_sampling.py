@@ -180,7 +180,7 @@ def frozen(begin: int, end: int, *, notices: bool = True, reading: bytes | None 
     return recorder
 
 
-def loaded(tmp_path: Path, blocks: list[bytes]) -> DropLog:
+def load_blocks(tmp_path: Path, blocks: list[bytes]) -> DropLog:
     log = load(write(tmp_path / "SD.bin", b"".join(blocks)))
     assert log.imu_valid[:, [0, 2, 3]].all()
     return log
@@ -193,27 +193,30 @@ def invalid(log: DropLog) -> list[int]:
 def test_without_the_block_of_the_event_the_same_readings_are_invalid(tmp_path: Path) -> None:
     recorder = frozen(FIRST, NOTICED)
     recorder.close()
-    complete_log = loaded(tmp_path, recorder.blocks)
+    complete_log = load_blocks(tmp_path, recorder.blocks)
     assert invalid(complete_log) == list(range(FIRST, 240))
     assert complete_log.verdict == "complete"
     lost = 1 + NOTICED // SAMPLES_PER_BLOCK
-    rest = loaded(tmp_path, recorder.blocks[:lost] + recorder.blocks[lost + 1 :])
+    rest = load_blocks(tmp_path, recorder.blocks[:lost] + recorder.blocks[lost + 1 :])
     assert invalid(rest) == [row for row in range(FIRST, 240) if row // SAMPLES_PER_BLOCK != lost - 1]
     assert np.isnan(rest.rate_rad_s[FIRST : FIRST + 10, BODY]).all()
 
 
 @pytest.mark.parametrize("block", range(1 + FIRST // SAMPLES_PER_BLOCK, 2 + NOTICED // SAMPLES_PER_BLOCK))
 def test_where_the_power_is_cut_before_it_is_noticed(tmp_path: Path, block: int) -> None:
-    log = loaded(tmp_path, frozen(FIRST, NOTICED).blocks[: block + 1])
+    log = load_blocks(tmp_path, frozen(FIRST, NOTICED).blocks[: block + 1])
     frozen_samples = range(FIRST, len(log))
     assert invalid(log) == (list(frozen_samples) if len(frozen_samples) >= FROZEN_READINGS else [])
 
 
 def test_one_invalid_reading_after_it_is_enough(tmp_path: Path) -> None:
-    """The event is lost, and the sensor was reset before the next block."""
+    """Mark frozen readings invalid by a single invalid reading that follows them.
+
+    The fault event is lost, and the sensor was reset before the next block.
+    """
     recorder = frozen(FIRST, FIRST + FROZEN_READINGS)
     lost = 1 + (FIRST + FROZEN_READINGS) // SAMPLES_PER_BLOCK
-    log = loaded(tmp_path, recorder.blocks[:lost] + recorder.blocks[lost + 1 :])
+    log = load_blocks(tmp_path, recorder.blocks[:lost] + recorder.blocks[lost + 1 :])
     assert invalid(log)[:FROZEN_READINGS] == list(range(FIRST, FIRST + FROZEN_READINGS))
 
 
@@ -224,15 +227,15 @@ def test_one_invalid_reading_after_it_is_enough(tmp_path: Path) -> None:
 def test_a_standstill_that_ends_counts_from_the_loggers_limit_on(
     tmp_path: Path, begin: int, readings: int, is_frozen: bool
 ) -> None:
-    log = loaded(tmp_path, frozen(begin, begin + readings, notices=False).blocks)
+    log = load_blocks(tmp_path, frozen(begin, begin + readings, notices=False).blocks)
     assert invalid(log) == (list(range(begin, begin + readings)) if is_frozen else [])
 
 
 def test_a_sensor_whose_axes_are_all_at_their_ends_is_not_frozen(tmp_path: Path) -> None:
-    log = loaded(tmp_path, frozen(60, 120, notices=False, reading=SATURATED).blocks)
+    log = load_blocks(tmp_path, frozen(60, 120, notices=False, reading=SATURATED).blocks)
     assert invalid(log) == []
     one_axis_free = SATURATED[:12] + struct.pack("<h", 5)
-    log = loaded(tmp_path, frozen(60, 120, notices=False, reading=one_axis_free).blocks)
+    log = load_blocks(tmp_path, frozen(60, 120, notices=False, reading=one_axis_free).blocks)
     assert invalid(log) == list(range(60, 120))
 
 

@@ -23,7 +23,7 @@ def scenarios(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Scenario]:
 
 
 def assert_no_wrong_value(log: DropLog, complete_log: DropLog) -> None:
-    """Every sample and every event of `log` is one of the recording that came whole."""
+    """Assert that every sample and every event of `log` is also in the complete recording."""
     rows = np.searchsorted(complete_log.sample_index, log.sample_index)
     for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open", "clipped"):
         np.testing.assert_array_equal(getattr(log, name), getattr(complete_log, name)[rows])

@@ -18,7 +18,7 @@ HOUR_US = 3_600_000_000
 OLD, NEW, THIRD = 0xA, 0xB, 0xC
 
 
-def recorded(session: int, wall_clock_us: int, data_blocks: int = 5) -> Recorder:
+def record_session(session: int, wall_clock_us: int, data_blocks: int = 5) -> Recorder:
     recorder = Recorder(session=session, header=replace(HEADER, wall_clock_us=wall_clock_us), repeat_blocks=4)
     for _ in range(data_blocks):
         recorder.data()
@@ -28,8 +28,8 @@ def recorded(session: int, wall_clock_us: int, data_blocks: int = 5) -> Recorder
 
 @pytest.fixture
 def card(tmp_path: Path) -> Path:
-    """An image of a card with an older recording first."""
-    old, new = recorded(OLD, STARTED_US), recorded(NEW, STARTED_US + HOUR_US)
+    """Write a card image with an older recording first and return its path."""
+    old, new = record_session(OLD, STARTED_US), record_session(NEW, STARTED_US + HOUR_US)
     return write(tmp_path / "card.img", bytes(512 * 3) + old.image() + bytes(512 * 4) + new.image())
 
 
@@ -52,35 +52,42 @@ def test_the_newest_by_the_time_of_day_is_decoded_wherever_it_stands(card: Path)
 
 
 def test_one_without_time_of_day_leaves_it_to_the_place(tmp_path: Path) -> None:
-    first, later = recorded(OLD, 0), recorded(NEW, STARTED_US)
+    first, later = record_session(OLD, 0), record_session(NEW, STARTED_US)
     log = load(write(tmp_path / "card.img", first.image() + later.image()))
     assert (log.session, log.chosen_by) == (OLD, "place")
     assert load(write(tmp_path / "one.bin", later.image())).chosen_by == "only one"
 
 
 def test_remains_of_an_old_recording_do_not_need_a_time_of_day(tmp_path: Path) -> None:
-    """The rest of an old one, at the beginning of the card or behind the newer one in its file, has no vote."""
-    undated, new, third = recorded(OLD, 0, 30), recorded(NEW, STARTED_US), recorded(THIRD, STARTED_US + 1)
+    """Ignore remains of an old recording without a time of day when choosing the newest recording.
+
+    They stand at the beginning of the card or behind the newer recording in its file.
+    """
+    undated, new, third = (
+        record_session(OLD, 0, 30),
+        record_session(NEW, STARTED_US),
+        record_session(THIRD, STARTED_US + 1),
+    )
     image = b"".join([*undated.blocks[9:20], *new.blocks, *third.blocks])
     assert load(write(tmp_path / "card.img", image)).session == THIRD
 
 
 def test_an_old_block_at_the_start_does_not_make_a_dated_recording_of_its_remains(tmp_path: Path) -> None:
-    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, 0)
+    old, new = record_session(OLD, STARTED_US, 30), record_session(NEW, 0)
     image = b"".join([old.blocks[0], *new.blocks[1:], *old.blocks[len(new.blocks) :]])
     log = load(write(tmp_path / "SD.bin", image))
     assert (log.session, log.chosen_by) == (NEW, "place")
 
 
 def test_the_cut_recording_is_taken_where_its_time_says_that_it_is_the_newest(tmp_path: Path) -> None:
-    old, new = recorded(OLD, STARTED_US), recorded(NEW, STARTED_US + HOUR_US)
+    old, new = record_session(OLD, STARTED_US), record_session(NEW, STARTED_US + HOUR_US)
     log = load(write(tmp_path / "card.img", old.image() + b"".join(new.blocks[1:-1])))
     assert (log.session, log.header_is_copy, log.verdict) == (NEW, True, "damaged")
 
 
 def test_a_clock_that_was_set_while_recording_tells_when_it_began(tmp_path: Path) -> None:
-    late = recorded(OLD, 0, 9)
-    dated = recorded(OLD, STARTED_US, 9)
+    late = record_session(OLD, 0, 9)
+    dated = record_session(OLD, STARTED_US, 9)
     blocks = [*late.blocks[:8], *dated.blocks[8:]]
     log = load(write(tmp_path / "SD.bin", b"".join(blocks)))
     repeated_us = late.time_us(36) - late.time_us(0)
@@ -99,12 +106,12 @@ def test_the_command_lists_them_and_names_the_way_to_another(card: Path) -> None
 
 
 def test_the_place_is_named_as_the_rule_and_a_missing_time_is_a_dash(tmp_path: Path) -> None:
-    image = recorded(OLD, 0).image() + b"".join(recorded(NEW, 0, 9).blocks[3:])
+    image = record_session(OLD, 0).image() + b"".join(record_session(NEW, 0, 9).blocks[3:])
     process = decode(write(tmp_path / "card.img", image))
     assert "Decoded: 0000000a, the first in the file" in process.stderr
     assert "0000000a  -  " in process.stderr
     assert "parts of it" in process.stderr
-    alone = decode(write(tmp_path / "one.bin", recorded(OLD, 0).image()))
+    alone = decode(write(tmp_path / "one.bin", record_session(OLD, 0).image()))
     assert "recordings" not in alone.stderr
 
 
@@ -112,7 +119,7 @@ def test_more_recordings_than_are_looked_at_leave_it_to_the_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tfsat_host.sdlog.recordings.MAX_RECORDINGS", 1)
-    image = recorded(OLD, STARTED_US).image() + recorded(NEW, STARTED_US + HOUR_US).image()
+    image = record_session(OLD, STARTED_US).image() + record_session(NEW, STARTED_US + HOUR_US).image()
     log = load(write(tmp_path / "card.img", image))
     assert (log.session, log.chosen_by, len(log.recordings), log.other_sessions) == (OLD, "place", 1, (NEW,))
 
@@ -120,7 +127,7 @@ def test_more_recordings_than_are_looked_at_leave_it_to_the_place(
 ZERO = bytes(512)
 
 
-def made(data_blocks: int = 40, drop_after: int | None = None) -> Recorder:
+def record_blocks(data_blocks: int = 40, drop_after: int | None = None) -> Recorder:
     recorder = Recorder(repeat_blocks=16)
     for number in range(data_blocks):
         recorder.data()
@@ -130,7 +137,7 @@ def made(data_blocks: int = 40, drop_after: int | None = None) -> Recorder:
 
 
 def test_everything_from_a_later_block_on_is_truncated_and_nothing_is_lost(tmp_path: Path) -> None:
-    blocks = made().blocks
+    blocks = record_blocks().blocks
     log = load(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])))
     assert (log.verdict, log.samples_lost, log.blocks_lost, log.header_is_copy) == ("truncated", 0, 0, True)
     (gap,) = log.gaps
@@ -141,7 +148,7 @@ def test_everything_from_a_later_block_on_is_truncated_and_nothing_is_lost(tmp_p
 
 
 def test_with_its_end_it_is_truncated_still(tmp_path: Path) -> None:
-    recorder = made()
+    recorder = record_blocks()
     recorder.close()
     log = load(write(tmp_path / "RAM.BIN", b"".join(recorder.blocks[16:])))
     assert (log.verdict, log.blocks_lost) == ("truncated", 0)
@@ -152,7 +159,7 @@ def test_with_its_end_it_is_truncated_still(tmp_path: Path) -> None:
 
 
 def test_what_was_dropped_before_the_start_is_not_lost_inside(tmp_path: Path) -> None:
-    early, late = made(drop_after=3), made(drop_after=30)
+    early, late = record_blocks(drop_after=3), record_blocks(drop_after=30)
     log = load(write(tmp_path / "RAM.BIN", b"".join(early.blocks[10:])))
     assert (log.verdict, log.samples_lost) == ("truncated", 0)
     log = load(write(tmp_path / "RAM.BIN", b"".join(late.blocks[10:])))
@@ -160,7 +167,7 @@ def test_what_was_dropped_before_the_start_is_not_lost_inside(tmp_path: Path) ->
 
 
 def test_a_hole_inside_is_damage_and_told_apart(tmp_path: Path) -> None:
-    blocks = made().blocks
+    blocks = record_blocks().blocks
     path = write(tmp_path / "RAM.BIN", b"".join(blocks[10:20] + blocks[22:]))
     log = load(path)
     assert (log.verdict, log.blocks_lost, log.samples_lost) == ("damaged", 2, 12)
@@ -171,14 +178,14 @@ def test_a_hole_inside_is_damage_and_told_apart(tmp_path: Path) -> None:
 
 
 def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> None:
-    blocks = made().blocks
+    blocks = record_blocks().blocks
     for first in (ZERO, blocks[0][:500] + ZERO[:12], b"x" * 512):
         log = load(write(tmp_path / "SD.bin", first + b"".join(blocks[1:])))
         assert (log.verdict, log.blocks_lost, log.late_start) == ("damaged", 1, None)
 
 
 def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
-    blocks = made().blocks
+    blocks = record_blocks().blocks
     process = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
     assert "truncated: complete from 0.0 s to 0.7 s; what came before and after is not in the file" in (
         process.stdout
@@ -191,12 +198,12 @@ def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
 
 
 def test_a_cut_recording_says_from_when_to_when_it_is_complete(tmp_path: Path) -> None:
-    process = decode(write(tmp_path / "SD.bin", made().image()), expect=3)
+    process = decode(write(tmp_path / "SD.bin", record_blocks().image()), expect=3)
     assert "truncated: complete from 0.0 s to 0.9 s; what came after is not in the file" in process.stdout
 
 
 def test_a_part_that_ram_could_not_hold_is_not_said_to_come_from_it(tmp_path: Path) -> None:
-    path = write(tmp_path / "part.bin", b"".join(made(1200).blocks[100:]))
+    path = write(tmp_path / "part.bin", b"".join(record_blocks(1200).blocks[100:]))
     process = decode(path, expect=3)
     assert "what came before it is not in this file" in process.stderr
     assert "RAM" not in process.stderr
@@ -204,7 +211,7 @@ def test_a_part_that_ram_could_not_hold_is_not_said_to_come_from_it(tmp_path: Pa
 
 def test_remains_without_a_header_do_not_hide_a_recording_that_can_be_decoded(tmp_path: Path) -> None:
     """Without a header nothing of them has a scale; the other recording is told of the choice."""
-    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, 0)
+    old, new = record_session(OLD, STARTED_US, 30), record_session(NEW, 0)
     remains = b"".join(old.blocks[1:4])
     card = write(tmp_path / "card.img", remains + new.image())
     log = load(card)
@@ -220,6 +227,6 @@ def test_remains_without_a_header_do_not_hide_a_recording_that_can_be_decoded(tm
 
 @pytest.mark.parametrize("front", range(1, 9))
 def test_remains_of_any_length_in_front_leave_the_recording_behind_them(tmp_path: Path, front: int) -> None:
-    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, STARTED_US + HOUR_US)
+    old, new = record_session(OLD, STARTED_US, 30), record_session(NEW, STARTED_US + HOUR_US)
     image = b"".join([*old.blocks[30 : 30 + front], *new.blocks])
     assert load(write(tmp_path / "card.img", image)).session == NEW

@@ -26,7 +26,7 @@ def write(path: Path, data: bytes) -> Path:
 
 @cache
 def counts(index: int) -> tuple[int, ...]:
-    """The raw counts of a sample, IMUs first."""
+    """Return the raw counts of a sample, IMUs first."""
     expected = sample(index, 0)
     return (
         *(value for imu in expected.imu for value in (*imu.accel, imu.temperature, *imu.gyro)),
@@ -35,13 +35,13 @@ def counts(index: int) -> tuple[int, ...]:
 
 
 def assert_values(log: DropLog) -> None:
-    """Every sample that is there has the values that its index says."""
+    """Assert that every sample in the log has the values that follow from its index."""
     rows = np.hstack((log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32)
     assert rows.tolist() == [list(counts(index)) for index in log.sample_index.tolist()]
 
 
 def by_name(log: DropLog) -> dict[str, NDArray[Any]]:
-    """The columns of the tables, worked out from the log's SI columns."""
+    """Compute the columns of the tables from the log's SI columns."""
     columns: dict[str, NDArray[Any]] = {"sample": log.sample_index, "t_us": log.t_us, "t_s": log.t_s}
     for body in range(4):
         for axis, letter in enumerate("xyz"):

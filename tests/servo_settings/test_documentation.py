@@ -34,22 +34,22 @@ def test_the_example_file_is_one() -> None:
 
 @pytest.mark.parametrize(("direction", "row"), [(1, "false"), (-1, "true")])
 def test_the_formulas_find_a_servo(direction: int, row: str) -> None:
-    """A servo of other numbers than assumed, measured at two commanded angles."""
+    """Recover a servo's true settings with the page's formulas from the angles at two commands."""
     (slope,) = re.findall(r"new us_per_deg = (.*)", TEXT)
     (zero,) = re.findall(rf"new zero_us    = (.*?) +\(reversed = {row}\)", TEXT)
     true_zero, true_slope = Fraction(1040), Fraction("10.3")
     names = {"zero_us": Fraction(1000), "us_per_deg": Fraction(11), "a": Fraction(10), "b": Fraction(80)}
 
-    def measured(commanded: Fraction) -> Fraction:
+    def measure_angle(commanded: Fraction) -> Fraction:
         pulse = names["zero_us"] + direction * names["us_per_deg"] * commanded
         return (pulse - true_zero) / (direction * true_slope)
 
-    names |= {"A": measured(names["a"]), "B": measured(names["b"])}
+    names |= {"A": measure_angle(names["a"]), "B": measure_angle(names["b"])}
     names["found"] = _value(slope, names)
     assert names["found"] == true_slope
     assert _value(zero.replace("new us_per_deg", "found"), names) == true_zero
 
 
 def _value(formula: str, names: dict[str, Fraction]) -> Fraction:
-    """Of a formula of the page."""
+    """Evaluate a formula of the page."""
     return Fraction(eval(formula.replace("−", "-").replace("×", "*"), {"__builtins__": {}}, dict(names)))

@@ -33,7 +33,10 @@ USUAL = FACTORY.servos[0]
 
 
 def boards_word(board: Board, servo_settings: ServoSettings) -> int | None:
-    """What the board refuses (its detail), whatever the host's own checks would say; None: it accepts."""
+    """Return the detail of the board's refusal, or None if it accepts the settings.
+
+    The host's own checks are bypassed.
+    """
     try:
         client(board).request(
             SettingsWriteRequest(servo_settings.frame_us, servo_settings.servos), SettingsWriteReply
@@ -131,7 +134,7 @@ def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, servo_set
         assert train[-1].rise_ns - train[-2].rise_ns == fitting.frame_us * 1000
 
 
-def limited(*max_cdeg: int) -> ServoSettings:
+def limit_angles(*max_cdeg: int) -> ServoSettings:
     servos = zip(FACTORY.servos, max_cdeg, strict=True)
     return replace(FACTORY, servos=tuple(replace(servo, max_cdeg=most) for servo, most in servos))
 
@@ -143,8 +146,8 @@ def test_arm_refuses_what_the_host_says_does_not_fit(
 ) -> None:
     sequencer = connect(new_board())
     stored = sequencer.upload(schedule_maneuver(maneuver)).stored
-    sequencer.write_settings(limited(*max_cdeg))
-    if find_misfit(stored.moves, limited(*max_cdeg)) is None:
+    sequencer.write_settings(limit_angles(*max_cdeg))
+    if find_misfit(stored.moves, limit_angles(*max_cdeg)) is None:
         assert sequencer.arm() == SequencerState.ARMED
     else:
         with pytest.raises(BoardRefusal) as caught:
@@ -154,8 +157,8 @@ def test_arm_refuses_what_the_host_says_does_not_fit(
 
 def test_the_first_stroke_that_leaves_is_named() -> None:
     moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule_maneuver(four_stroke(59, 70)).strokes]
-    assert find_misfit(moves, limited(5900, 7000, 1)) is None
-    misfit = find_misfit(moves, limited(5900, 6999, 1))
+    assert find_misfit(moves, limit_angles(5900, 7000, 1)) is None
+    misfit = find_misfit(moves, limit_angles(5900, 6999, 1))
     assert misfit == "stroke 2 takes joint 2 to 70 deg, but its servo settings allow 0 to 69.99 deg"
 
 
@@ -163,6 +166,6 @@ def test_settings_are_taken_in_safe_only(board: Board) -> None:
     sequencer = connect(board)
     sequencer.arm()
     with pytest.raises(BoardError) as caught:
-        sequencer.write_settings(limited(1, 1, 1))
+        sequencer.write_settings(limit_angles(1, 1, 1))
     assert caught.value.code == ErrorCode.WRONG_STATE
     assert sequencer.settings().settings == FACTORY

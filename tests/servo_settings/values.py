@@ -15,7 +15,7 @@ EDGES_FRAME_US = [0, 4999, 5000, 10_000, 20_000, 20_001, 65_535]
 
 @st.composite
 def likely_settings(draw: st.DrawFn) -> ServoSetting:
-    """One joint's setting that is often valid, and often only just: a servo's end is sought exactly."""
+    """Draw one joint's setting, often valid and often just at the end of the servo's range."""
     zero_us = draw(st.integers(500, 2500))
     ns_per_deg = draw(st.integers(2000, 30_000))
     reversed_ = draw(st.integers(0, 1))

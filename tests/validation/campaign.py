@@ -49,21 +49,24 @@ class Campaign:
     step: int = 1
     judge: Callable[[Sequence[Any]], None] = lambda _: None
 
-    def seeded(self) -> list[Callable[[], Any]]:
-        """Its jobs, ready to run."""
+    def seed_jobs(self) -> list[Callable[[], Any]]:
+        """Return the campaign's jobs with their seeds bound, ready to run."""
         if self.seed is None:
             return list(self.jobs)
         return [partial(job, seed=self.seed + i * self.step) for i, job in enumerate(self.jobs)]
 
 
 def run_campaigns(campaigns: Sequence[Campaign], progress: Progress = lambda _: None) -> dict[str, list[Any]]:
-    """All results, judged. Raises Broken."""
+    """Run the jobs of all campaigns on all cores and return the judged results by campaign.
+
+    Raises Broken if a promise was not kept.
+    """
     results: dict[str, list[Any]] = {campaign.name: [None] * len(campaign.jobs) for campaign in campaigns}
     with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
         places = {
             pool.submit(job): (campaign.name, i)
             for campaign in campaigns
-            for i, job in enumerate(campaign.seeded())
+            for i, job in enumerate(campaign.seed_jobs())
         }
         try:
             for finished_count, future in enumerate(as_completed(places), start=1):
@@ -108,8 +111,8 @@ def write_proof(name: str, command: str, prove: Callable[[Path, Progress], Resul
     return 0
 
 
-def declared(campaigns: Sequence[Campaign]) -> str:
-    """The campaigns as CSV: what was judged, in how many jobs, from which seed on."""
+def campaigns_csv(campaigns: Sequence[Campaign]) -> str:
+    """Format the campaigns as CSV: name, number of jobs, first seed, step and what was judged."""
     return csv_text(
         ("campaign", "jobs", "first seed", "step", "judged"),
         [(campaign.name, len(campaign.jobs), *_seeds(campaign), campaign.judged) for campaign in campaigns],
@@ -121,5 +124,5 @@ def _seeds(campaign: Campaign) -> tuple[object, object]:
 
 
 def output(*command: str) -> str:
-    """What a tool prints, such as its version."""
+    """Run a tool and return what it prints, such as its version."""
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

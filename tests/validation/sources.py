@@ -16,21 +16,23 @@ _C_COMMENT_OR_TEXT = re.compile(r'"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/', re.DO
 
 
 def code_sha256(module: str, root: Path = REPOSITORY) -> str:
-    """Of a module, of all that it imports here, lazily too, and of the emulated robot's sources and data.
+    """Return the SHA-256 of a module's code, of all that it imports here and of the emulated robot.
+
+    Lazy imports count too; the emulated robot counts with its sources and data.
 
     Args:
         module: Dotted name of the campaign that computes the numbers, not of the page that renders them.
         root: The repository.
     """
     digest = hashlib.sha256()
-    for path in sorted(_imported(module, root)):
+    for path in sorted(_imported_paths(module, root)):
         digest.update(f"{path.relative_to(root).as_posix()}\0{_bare_python(path)}\0".encode())
     for path in _native(root):
         digest.update(f"{path.relative_to(root).as_posix()}\0{_bare(path)}\0".encode())
     return digest.hexdigest()
 
 
-def _imported(module: str, root: Path) -> set[Path]:
+def _imported_paths(module: str, root: Path) -> set[Path]:
     imported_paths: set[Path] = set()
     names = [module]
     while names:
@@ -41,7 +43,7 @@ def _imported(module: str, root: Path) -> set[Path]:
 
 
 def _files(name: str, root: Path) -> Iterator[Path]:
-    """The file of a dotted name, or of the module that has it, and its packages' own."""
+    """Yield the file of a dotted name, or of the module that contains it, and its packages' own files."""
     parts = name.split(".")
     for end in range(1, len(parts) + 1):
         place = Path(*parts[:end])
@@ -62,7 +64,7 @@ def _imports(tree: ast.AST) -> list[str]:
 
 
 def _bare_python(path: Path) -> str:
-    """The syntax tree, without docstrings of modules, classes, functions and attributes."""
+    """Return the syntax tree without docstrings of modules, classes, functions and attributes."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         body = getattr(node, "body", None)

@@ -49,20 +49,36 @@ def _remedies(spec: Spec) -> str:
     lines = [
         *_head("What each error code of a board means for the drop, and what to do."),
         "",
+        "from tfsat_host.next_step import Advice, NextStep",
+        "",
         "from .enums import ErrorCode",
         "",
-        "REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {",
+        "REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {",
     ]
     for value in spec.enums["ErrorCode"].values:
         lines += [
             f"    ErrorCode.{value.name.upper()}: (",
             f'        "{value.doc}",',
             f'        "{value.meaning}",',
-            f'        "{value.remedy}",',
+            f"        {_advice(value.remedy)},",
             "    ),",
         ]
     lines += ["}", '"""Error code: (what happened, what it means, what to do)."""']
     return "\n".join(lines) + "\n"
+
+
+def _advice(remedy: str) -> str:
+    """Return a remedy as Python; its commands are in backticks, options last."""
+    parts = []
+    for index, text in enumerate(remedy.split("`")):
+        if index % 2 == 0:
+            parts += [f'"{text}"'] if text else []
+            continue
+        words = text.removeprefix("tfsat-host ").split()
+        actions = 2 if words[0] == "log" else 1
+        arguments = "".join(f'"{word}", ' for word in words[actions:]).strip()
+        parts.append(f'NextStep("{" ".join(words[:actions])}"' + (f", ({arguments}))" if arguments else ")"))
+    return f"Advice({', '.join(parts)})"
 
 
 def _imus(spec: Spec) -> str:

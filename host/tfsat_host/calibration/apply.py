@@ -79,15 +79,18 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
     samples = SensorSamples.from_counts(counts)
     rates, covariances, jacobians, parameters, forces, deviations = [], [], [], [], [], []
     for gyro in calibration.gyros:
+        # NaN where the IMU did not answer, so that no integral passes over it unnoticed.
         readings = np.where(
             counts.imu_valid[:, gyro.body - 1, None], samples.rate_rad_s[:, gyro.body - 1], np.nan
         )
         jacobian = gyro.jacobian(readings)
         covariance = _in_use(gyro, samples.temperature_c[:, gyro.body - 1])
+        # The data sheet's noise for a gyro that never rested; over the scale it is noise of a rate.
         noise = np.where(np.isfinite(gyro.noise_rad_s), gyro.noise_rad_s, NOISE_STD_RAD_S) / gyro.scale
         rates.append(gyro.body_rates(readings))
         jacobians.append(jacobian)
         parameters.append(covariance)
+        # (n, 3, 3): J C Jᵀ of the parameters, plus white noise in body axes.
         covariances.append(
             jacobian @ covariance @ jacobian.transpose(0, 2, 1)
             + gyro.rotation @ np.diag(noise**2) @ gyro.rotation.T
@@ -114,6 +117,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
 def weightless(parameter_covariance: FloatArray) -> FloatArray:
     """(..., 9, 9) of gyros that fall, by that of gyros that stood or hung when their biases were taken."""
     fallen = parameter_covariance.copy()
+    # Gravity's part of the bias is gone in the fall, and the bias has wandered since the bench.
     fallen[..., :3, :3] += (WEIGHT_STD_RAD_S**2 + IN_RUN_STD_RAD_S**2) * np.eye(3)
     return fallen
 
@@ -124,6 +128,7 @@ def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:
     if np.isfinite(gyro.temperature_c):
         # Over seconds, for one reading's noise is not the die's temperature.
         parts = np.array_split(temperature_c, max(1, len(temperature_c) // TEMPERATURE_SAMPLES))
+        # The largest difference, warmer or colder: one covariance has to hold for all samples.
         warmer_c = max(abs(float(np.mean(part)) - gyro.temperature_c) for part in parts)
         covariance[:3, :3] += (BIAS_DRIFT_STD_RAD_S_C * warmer_c) ** 2 * np.eye(3)
     return covariance
@@ -131,6 +136,7 @@ def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:
 
 def _forces(accel_m_s2: FloatArray, rotation: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(n, 3) in body axes, and their standard deviations."""
+    # Scale and zero-g errors are independent; M squared elementwise carries the variances over.
     variance = (ACCEL_SCALE_STD * accel_m_s2) ** 2 + ACCEL_OFFSET_STD_M_S2**2
     return accel_m_s2 @ rotation.T, np.sqrt(variance @ (rotation.T**2))
 
@@ -141,6 +147,7 @@ def _joint_angles(
     angles, stds = [], []
     for sensors in calibration.joints:
         columns = sensor_columns(model, sensors.joint)
+        # The mean of both sensors, or none: one alone has another error than the certificate states.
         answered = counts.angle_valid[:, columns].all(axis=1)
         readings_rad = samples.sensor_angle_rad[:, columns]
         angles.append(np.where(answered, sensors.angle(readings_rad), np.nan))

@@ -17,6 +17,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_complete
 from tfsat_host.calibration.steps.step import rest
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
@@ -88,9 +89,11 @@ def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken_at: datetime) -> 
 
 def _estimate(still: SensorSamples, body: int) -> BiasEstimate:
     rates = still.rate_rad_s[:, body - 1]
+    # Gyros first, then gravity: a turn slow enough to pass for bias still tilts the accelerometer.
     _check_rates(rates, body)
     _check_forces(still.accel_m_s2[:, body - 1] / STANDARD_GRAVITY_M_S2, body)
     bias, covariance = mean_and_covariance(rates)
+    # A drift that exceeds noise has carried the bias off its mean by the end of the rest: add it.
     covariance = covariance + np.diag(_bias_drift(rates, covariance) ** 2)
     return BiasEstimate(
         body,
@@ -106,15 +109,21 @@ def _bias_drift(rates: FloatArray, covariance: FloatArray) -> FloatArray:
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
     # From one half's middle to the other's it goes as far as from the mean to the end.
     apart = np.abs(second - first)
+    # Each half's mean has sqrt(2) times the whole's deviation, so their difference has twice it.
     return np.where(apart > _MORE_THAN_NOISE * 2.0 * np.sqrt(np.diag(covariance)), apart, 0.0)
 
 
 def _check_rates(rates: FloatArray, body: int) -> None:
+    # Identical samples are a frozen register, not a quiet gyro.
     if not np.ptp(rates, axis=0).any():
         raise CalibrationError(
             what=f"The gyro on body {body} gave the very same value in all {len(rates)} samples.",
             meaning="A gyro always has noise: this one measures nothing.",
-            next_step="Switch the logger off and on; replace the IMU if tfsat-host monitor shows the same again.",
+            next_step=Advice(
+                "Switch the logger off and on; replace the IMU if ",
+                NextStep("monitor"),
+                " shows the same again.",
+            ),
         )
     scatter = float(rates.std(axis=0).max())
     if scatter > STILL_RATE_RAD_S:
@@ -123,6 +132,7 @@ def _check_rates(rates: FloatArray, body: int) -> None:
             meaning="The bias would be wrong, and with it every angle.",
             next_step=_AGAIN,
         )
+    # A slow drift hides in the scatter, but not in the means of both halves.
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
     drift = float(np.abs(second - first).max())
     if drift > DRIFT_RAD_S:
@@ -141,6 +151,7 @@ def _check_forces(forces_g: FloatArray, body: int) -> None:
             meaning="The bias would be wrong, and with it every angle.",
             next_step=_AGAIN,
         )
+    # A body that turns slowly shows by gravity's direction, from the first third to the last.
     first, _, last = (third.mean(axis=0) for third in np.array_split(forces_g, 3))
     tilt = float(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
     if tilt > TILT_RAD:
@@ -154,8 +165,11 @@ def _check_forces(forces_g: FloatArray, body: int) -> None:
         raise CalibrationError(
             what=f"The accelerometer on body {body} reads {size:.2f} g at rest, not 1 g.",
             meaning="The body does not rest, or its IMU is broken; its gyro is not to be trusted.",
-            next_step="Check the IMU with tfsat-host monitor; replace it if it stays so, and run this "
-            "command again.",
+            next_step=Advice(
+                "Check the IMU with ",
+                NextStep("monitor"),
+                "; replace it if it stays so, and run this command again.",
+            ),
         )
 
 
@@ -172,6 +186,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     Returns:
         The stretch's samples; None if nothing rested for `MIN_DURATION_S`.
     """
+    # Stop before the earliest time the release may have been: the hook may move the robot.
     end_us = int(log.t_us[-1]) + 1 if log.release is None else log.release.interval_us[0] - _RELEASE_MARGIN_US
     rows = int(np.searchsorted(log.t_us, end_us))
     per_second = max(4, round(log.header.rate_hz))
@@ -179,6 +194,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     if seconds < MIN_DURATION_S:
         return None
     first = rows - seconds * per_second  # whole seconds, counted back from the release
+    # Judge every second alone, then join neighbours whose means agree.
     rates, quiet = _mean_rates_by_second(log, slice(first, rows), seconds)
     quiet &= _unbroken(log, slice(first, rows), seconds)
     start, count = _best(_stretches(rates, quiet))
@@ -190,6 +206,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
 
 def _mean_rates_by_second(log: DropLog, rows: slice, seconds: int) -> tuple[FloatArray, BoolArray]:
     """(seconds, 12) mean rates, rad/s, and (seconds,) whether the second alone was quiet."""
+    # Shape (seconds, samples, bodies, channels): statistics are over the samples.
     counts = log.imu_counts[rows].reshape(seconds, -1, 4, 7)
     to_rad_s = np.deg2rad(1.0 / log.header.gyro_lsb_per_deg_s)
     rates, scatter = _mean_and_std(counts[..., _GYRO])
@@ -206,6 +223,7 @@ def _mean_rates_by_second(log: DropLog, rows: slice, seconds: int) -> tuple[Floa
 
 def _mean_and_std(counts: NDArray[np.int16]) -> tuple[FloatArray, FloatArray]:
     """(seconds, 4, 3) each, of (seconds, n, 4, 3); exact: sums of 16-bit numbers and their squares."""
+    # Squares of 16-bit counts fill 31 bits, and their sums more: accumulate in 64.
     wide_counts = counts.astype(np.int64)
     n = counts.shape[1]
     mean = wide_counts.sum(axis=1) / n
@@ -216,6 +234,7 @@ def _mean_and_std(counts: NDArray[np.int16]) -> tuple[FloatArray, FloatArray]:
 def _unbroken(log: DropLog, rows: slice, seconds: int) -> BoolArray:
     """(seconds,) every sensor answered at every tick, and no sample is missing before or between them."""
     good = (log.imu_valid[rows] & ~log.clipped[rows]).all(axis=1)
+    # A step of one in the running index means that nothing was lost; the first row is granted one.
     step = np.diff(log.sample_index[rows], prepend=log.sample_index[rows.start] - 1)
     good &= step == 1
     late = log.late_rows[(log.late_rows >= rows.start) & (log.late_rows < rows.stop)] - rows.start
@@ -229,7 +248,9 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
     In each no gyro's mean drifts, from one of its seconds to another, by more than `DRIFT_RAD_S`.
     """
     stretches: list[tuple[int, int]] = []
+    # Sliding window with the envelope of its seconds' mean rates.
     begin, low, high = 0, np.empty(0), np.empty(0)
+    # One second past the end closes a stretch that lasts until then.
     for second in range(len(quiet) + 1):
         if second < len(quiet) and quiet[second]:
             if begin < second:
@@ -238,6 +259,7 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
                 low = high = rates[second]
             if (high - low <= DRIFT_RAD_S).all():
                 continue
+            # It cannot grow any more; its successor begins at the first second that agrees with this one.
             stretches.append((begin, second - begin))
             begin = _first_that_agrees(rates, begin, second)
             low, high = rates[begin : second + 1].min(axis=0), rates[begin : second + 1].max(axis=0)
@@ -250,6 +272,7 @@ def _stretches(rates: FloatArray, quiet: BoolArray) -> list[tuple[int, int]]:
 
 def _first_that_agrees(rates: FloatArray, begin: int, second: int) -> int:
     """Find the first second since `begin` from which no gyro's mean drifts up to and including `second`."""
+    # Running spread from `second` backwards; the appended False ends the search where all agree.
     backwards = rates[begin : second + 1][::-1]
     spread = np.maximum.accumulate(backwards) - np.minimum.accumulate(backwards)
     agreeing = int(np.argmin(np.append((spread <= DRIFT_RAD_S).all(axis=1), False)))
@@ -280,13 +303,13 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
         raise CalibrationError(
             what=f"The robot in {file} never rested for {MIN_DURATION_S:g} s before its release.",
             meaning="The biases cannot be separated from its motion; nothing was kept.",
-            next_step="Take them on the bench: tfsat-host calibrate bias",
+            next_step=Advice("Take them on the bench: ", NextStep("calibrate bias")),
         )
     if log.unix_offset_us is None:
         raise CalibrationError(
             what=f"{file} does not say at what time of day it was recorded.",
             meaning="Whether its biases are older than a landing could never be known; nothing was kept.",
-            next_step="Take them on the bench: tfsat-host calibrate bias",
+            next_step=Advice("Take them on the bench: ", NextStep("calibrate bias")),
         )
     taken_at = datetime.fromtimestamp(0, UTC) + timedelta(
         microseconds=log.unix_offset_us + int(counts.t_us[0])

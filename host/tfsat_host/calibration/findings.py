@@ -14,6 +14,7 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import AXES, StepKind
+from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, plus_minus, records, vector
 from tfsat_host.robot import RobotModel
 
@@ -39,6 +40,7 @@ def zero_row(sensors: JointSensors, before: JointSensors | None = None) -> Row:
     """
     disagreement = None
     if before is not None and before.zero_taken is not None:
+        # Read the new zeros by the old calibration: what sets both sensors apart is a slip since then.
         by_each = before.each(sensors.zero_rad[None, :])[0]
         disagreement = float(np.rad2deg(wrap_angle(by_each[:1] - by_each[1:])[0]))
     return {
@@ -64,6 +66,7 @@ def axis_rows(gyros: Sequence[GyroCalibration], swing: Evidence, model: RobotMod
         # A rotation vector along the axis leaves it where it is; one across moves it by as much.
         variance = float(np.trace(across(axis) @ gyro.covariance[3:6, 3:6] @ across(axis))) / 2.0
         rates = swing.recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s
+        # The component along the design's main axis is what the other two are compared with.
         bias, main = bias_row(gyro), int(np.argmax(np.abs(nominal)))
         rows.append(
             {
@@ -108,6 +111,7 @@ def largest_bends_deg(bends: Iterable[Row]) -> dict[int, list[float]]:
     """Compute the largest possible error of each sensor due to its bend, deg, by joint."""
     bends_deg: dict[int, list[float]] = {}
     for row in bends:
+        # Amplitudes of both harmonics add up at worst, whatever their phases.
         bend = row["bend_deg"]
         bends_deg.setdefault(row["joint"], []).append(float(np.hypot(*bend[:2]) + np.hypot(*bend[2:])))
     return bends_deg
@@ -142,6 +146,7 @@ def outcome(
         model: The robot.
     """
     key, title, kinds, columns = _TABLES[quantity]
+    # A rest may precede the motions: keep to the steps that measure this quantity.
     counted = [evidence for evidence in steps if evidence.step.kind in kinds]
     joint = f" {counted[0].step.joint}" if quantity == "misalignment" else ""
     table = Table(f"{title}{joint}", columns, found_rows(counted, before, now, model))
@@ -179,6 +184,7 @@ def found_lines(step: Evidence, calibration: Calibration, model: RobotModel) -> 
 
 
 def _apart_deg(first: Any, second: Any) -> float:
+    # Accurate for small angles, where an arccosine is not.
     return float(np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second)))
 
 
@@ -210,6 +216,7 @@ def value_rows(calibration: Calibration, model: RobotModel) -> dict[str, Row]:
             # d x axis.
             true = gyro.rotation[index]
             cross = np.cross(np.eye(3), true)
+            # Covariance of the axis's direction; its largest eigenvalue is the worst way across.
             spread = cross @ gyro.covariance[3:6, 3:6] @ cross.T
             rows[f"misalignment of body {gyro.body} about {axis}"] = {
                 "value": _apart_deg(true, model.imus[gyro.body - 1].sensor_to_body[index]),
@@ -267,7 +274,7 @@ _LINES: Final[dict[StepKind, Callable[[Row], str]]] = {
 }
 _MISSING = (
     *fields("name reason"),
-    Column("command", of=lambda gap: f"tfsat-host calibrate {gap.command}"),
+    Column("command", of=lambda gap: Advice(gap.next_step)),
 )
 _BODY = Column("body", "gyro", words=lambda row: f"body {row['body']}")
 _TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {

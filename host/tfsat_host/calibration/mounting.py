@@ -24,16 +24,20 @@ from tfsat_host.calibration.response import Response, across, direction, turn_ax
 from tfsat_host.calibration.sensors.gyro import MOUNTING_STD_RAD, SCALE_STD, GyroCalibration
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import AXES, Step
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
 
 LANDING_TILT_STD_RAD = np.deg2rad(1.0)
 """About each axis: so far may a landing have turned a sensor on its body."""
 FORGOTTEN_STD_RAD = np.deg2rad(20.0)
 """Of a direction from before a landing, once newer ones determine the mounting: it weighs no more."""
+# A scale factor counts as measured once its deviation is below 0.5 %; the data sheet alone leaves 1.7 %.
 SCALE_KNOWN = 0.005
+# Cosine: a motion within 26 deg of an axis counts as one about it.
 _ALONG = 0.9
 NO_HINGES = np.zeros((0, 3))
 _STEPS = 50
+# Largest Gauss-Newton step, rad and parts of one: just above the rounding of double precision.
 _CONVERGED = 1e-13
 MAX_MISALIGNMENT_RAD = np.deg2rad(15.0)
 """Three standard deviations of a mounting by hand: beyond it, another one was meant."""
@@ -45,6 +49,7 @@ LEAN_STDS = 4.0
 """Besides, of what the robot file says that two hinges may lean: chance does that once in 16,000."""
 MAX_DIFFERENCE_RAD = np.deg2rad(0.5)
 """Between two measurements of the same axis."""
+# Cosine: within 8 deg, two responses are measurements of one axis.
 _PARALLEL = 0.99
 _WRONG_AXES = "By the robot file every rate of this body would be taken for another axis's."
 _OR_DIRECTION = (
@@ -85,32 +90,41 @@ def solve_mounting(
         hinges: (h, 3) axes of joints; all motions about one share the same error, its lean.
         lean_std_rad: Standard deviation of the lean, about each of two directions across the axis.
     """
+    # Start from the closed-form attitude; one axis alone leaves the turn about it to the design.
     rotation = wahba(responses) if spans_two_axes(responses) else nominal
     scale, leans = np.ones(3), np.zeros((len(hinges), 2))
     prior = _Prior(nominal, hinges, lean_std_rad)
     for _ in range(_STEPS):
         normal, right, _ = _linearize(responses, rotation, scale, leans, prior)
+        # The priors keep the normal matrix regular, whatever the responses leave undetermined.
         step = np.linalg.solve(normal, right)
+        # Compose on the right: the error vector lives in sensor axes, as the covariance does.
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
         scale = scale + step[3:6]
         leans = leans + step[6:].reshape(leans.shape)
         if np.abs(step).max() < _CONVERGED:
             break
+    # Linearize once more, so that covariance and misfit belong to the final parameters.
     normal, _, misfit = _linearize(responses, rotation, scale, leans, prior)
+    # Every prior row pays for the parameter that it constrains; a direction has two components across it.
     freedom = sum(3 if response.has_length else 2 for response in responses)
+    # Cut the leans out only after inverting: the marginal covariance includes what they leave open.
     return Mounting(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
     """Return whether the responses determine a rotation."""
+    # The second singular value of two unit vectors is 0.1 where they are 8 deg apart.
     axes = np.array([response.axis_body for response in responses])
     return len(axes) >= 2 and bool(np.linalg.svd(axes, compute_uv=False)[1] > 0.1)
 
 
 def wahba(responses: Sequence[Response]) -> FloatArray:
     """(3, 3) the rotation that turns the readings' directions nearest to the axes."""
+    # Attitude profile matrix of unit vectors with equal weights (Markley 1988).
     attitude = sum(np.outer(response.axis_body, response.reading / response.length) for response in responses)
     left_vectors, _, right = np.linalg.svd(attitude)
+    # The determinants in the last place force a proper rotation where the matrix is nearer to a reflection.
     return np.asarray(
         left_vectors @ np.diag([1.0, 1.0, np.linalg.det(left_vectors) * np.linalg.det(right)]) @ right
     )
@@ -132,6 +146,7 @@ class _Prior(NamedTuple):
         if self.lean_std_rad == 0.0 or not np.abs(along).max(initial=0.0) > _ALONG:
             return None
         hinge = int(np.abs(along).argmax())
+        # The two singular vectors across the hinge are the directions in which it leans.
         return hinge, np.linalg.svd(self.hinges[hinge][None])[2][1:].T * np.sign(along[hinge])
 
 
@@ -139,7 +154,9 @@ def _linearize(
     responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, leans: FloatArray, prior: _Prior
 ) -> tuple[FloatArray, FloatArray, float]:
     """Normal matrix (6 + 2 h, 6 + 2 h), right side and misfit about a rotation, scale factors and leans (h, 2)."""
+    # Rotation vector from the present mounting to the design: the prior's residual, in sensor axes.
     off = Rotation.from_matrix(rotation.T @ prior.nominal).as_rotvec()
+    # Without a lean any positive deviation does: no response depends on it, so it stays at zero.
     std = np.concatenate(
         [np.repeat([MOUNTING_STD_RAD, SCALE_STD], 3), np.full(leans.size, prior.lean_std_rad or 1.0)]
     )
@@ -147,6 +164,7 @@ def _linearize(
     normal, right = np.diag(1.0 / std**2), left_of_prior / std
     misfit = float(left_of_prior @ left_of_prior)
     for response in responses:
+        # All motions about one hinge share its lean, so that repeating them does not average it out.
         hinge_lean = prior.find_hinge(response.axis_body)
         axis = (
             response.axis_body
@@ -162,11 +180,13 @@ def _linearize(
                 rotation.T @ hinge_lean[1]
             )
         expected = scale * axis
+        # Only a direction was measured: normalize the model, and project its derivative likewise.
         if not response.has_length:
             size = np.linalg.norm(expected)
             expected = expected / size
             jacobian = across(expected) / size @ jacobian
         residual = response.reading - expected
+        # A direction's covariance has rank 2: the pseudoinverse gives its length no weight.
         weight = np.linalg.pinv(response.covariance, rcond=1e-9, hermitian=True)
         normal += jacobian.T @ weight @ jacobian
         right += jacobian.T @ weight @ residual
@@ -181,18 +201,22 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     """
     nominal = model.imus[gyro.body - 1].sensor_to_body
     weighed = _weigh_by_age(responses)
+    # Parallel joints make one hinge with a common lean; rounding makes equal axes compare equal.
     hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
     mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
+    # Birge ratio: excess misfit widens all responses alike; a small misfit never narrows them.
     ratio = mounting_fit.misfit / max(1, mounting_fit.degrees_of_freedom)
     if ratio > 1.0:
         weighed = [replace(response, covariance=ratio * response.covariance) for response in weighed]
         mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
     covariance = gyro.covariance.copy()
     covariance[3:, 3:] = mounting_fit.covariance
+    # All directions date from before the last landing, which may have turned the sensor since.
     if responses and not any(response.fresh for response in responses):
         covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
     changed = replace(gyro, rotation=mounting_fit.rotation, scale=mounting_fit.scale, covariance=covariance)
+    # A direction's age is what a landing ends; the newest response about an axis decides.
     along: dict[str, list[Response]] = {
         axis: [response for response in responses if abs(response.axis_body[i]) > _ALONG]
         for i, axis in enumerate(AXES)
@@ -225,11 +249,13 @@ def _weigh_by_age(responses: Sequence[Response]) -> list[Response]:
         return list(responses)
     # A landing turns a sensor once: as many old directions as there are, they determine no more of it than one.
     old = len(responses) - len(new)
+    # Two fresh axes determine the mounting alone; with one, the old ones still fix the turn about it.
     doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(new) else LANDING_TILT_STD_RAD * old**0.5
     return [response if response.fresh else _add_doubt(response, doubt_rad) for response in responses]
 
 
 def _add_doubt(response: Response, doubt_rad: float) -> Response:
+    # A tilt displaces the response across itself by length times angle; its length is not in doubt.
     doubt = (response.length * doubt_rad) ** 2 * across(response.reading / response.length)
     return replace(response, covariance=response.covariance + doubt)
 
@@ -246,6 +272,7 @@ def check_mounting(body: int, responses: Sequence[Response], model: RobotModel) 
     if spans_two_axes(responses):
         _check_rotation(body, wahba(responses), nominal)
     else:
+        # One axis leaves the turn about it open: compare its direction alone.
         first, expected = responses[0], nominal.T @ responses[0].axis_body
         if angle_between(first.reading, expected) > MAX_MISALIGNMENT_RAD:
             raise _mounted_otherwise(body, first.axis_body, first.reading, expected)
@@ -269,6 +296,7 @@ def check_sense(step: Step, responses: Sequence[Response], model: RobotModel) ->
         angle_between(response.reading, model.imus[body - 1].sensor_to_body.T @ response.axis_body)
         for body, response in zip(step.moved, responses, strict=True)
     ]
+    # All gyros reversed at once: what they have in common is the sense of the angle sensors.
     if min(off) > np.pi - MAX_MISALIGNMENT_RAD:
         raise CalibrationError(
             what=f"All gyros say that joint {step.joint} closed when its angle sensors say that it opened: both "
@@ -288,10 +316,12 @@ def check_turn_axis(recording: SensorSamples, step: Step, gyros: Sequence[GyroCa
     axis = turn_axis(step)
     readings = [recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s for gyro in gyros]
     expected = [gyro.readings(axis) for gyro in gyros]
+    # The median over the gyros gives the turn's sense even if one of them is mounted otherwise.
     together = np.median([rates @ due for rates, due in zip(readings, expected, strict=True)], axis=0)
     directions = [direction(rates, axis, together).reading for rates in readings]
     off = [angle_between(measured_axis, due) for measured_axis, due in zip(directions, expected, strict=True)]
     wrong = [index for index, angle in enumerate(off) if angle > MAX_TURN_MISALIGNMENT_RAD]
+    # Most gyros off: the robot was laid wrongly. A minority off: their mounting is wrong.
     if len(wrong) > len(gyros) // 2:
         raise CalibrationError(
             what=f"The robot was turned about another axis, {np.rad2deg(np.median(off)):.0f} deg from {step.axis}.",
@@ -310,6 +340,7 @@ def _mounted_otherwise(
 
     All are (3,); the rotation is about the body axis `axis_body`.
     """
+    # Name the axes by their largest components: where it shows, where it should, what it is about.
     main, due, about = (int(np.argmax(np.abs(vector))) for vector in (reading, expected, axis_body))
     off = angle_between(reading, expected)
     exchanged = " and ".join(AXES[index] for index in sorted((main, due)))
@@ -332,6 +363,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
         return
     words = describe_mounting(rotation, nominal)
     rows = np.rint(rotation).astype(int)
+    # A matrix can be proposed only where the measured mounting rounds to right angles.
     upright = bool(words) and np.array_equal(rows @ rows.T, np.eye(3))
     cure = f"sensor_to_body = {rows.tolist()}" if upright else "its sensor_to_body"
     raise CalibrationError(
@@ -351,6 +383,7 @@ def describe_mounting(rotation: FloatArray, nominal: FloatArray) -> str:
         nominal: (3, 3) the same by design.
     """
     between = nominal.T @ rotation  # from true sensor axes to those of the design
+    # Nearest of the right-angle rotations: the largest trace of RᵀM is the smallest angle between.
     best = max(_right_angles(), key=lambda turn: float(np.trace(turn.T @ between)))
     rows = np.abs(best).argmax(axis=0)
     lies_along = [
@@ -373,13 +406,16 @@ def _right_angles() -> tuple[FloatArray, ...]:
 
 def _check_angles_between(body: int, responses: Sequence[Response], model: RobotModel) -> None:
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
+    # Two hinges lean independently, so their angle scatters by sqrt(2) times one's lean.
     most_skew_rad = max(MAX_SKEW_RAD, SKEW_RAD + LEAN_STDS * 2.0**0.5 * lean_std_rad)
     for first, second in combinations(responses, 2):
         measured = angle_between(first.reading, second.reading)
         on_robot = angle_between(first.axis_body, second.axis_body)
+        # Three standard deviations: trace over squared length is a direction's angular variance.
         doubt = 3.0 * np.sqrt(
             sum(np.trace(response.covariance) / response.length**2 for response in (first, second))
         )
+        # Scale factors distort two measurements of one axis alike, so less is allowed between these.
         parallel = abs(first.axis_body @ second.axis_body) > _PARALLEL
         if abs(measured - on_robot) > (MAX_DIFFERENCE_RAD if parallel else most_skew_rad) + doubt:
             joints = (2, 3) if body == 4 else (1, 2)
@@ -387,12 +423,16 @@ def _check_angles_between(body: int, responses: Sequence[Response], model: Robot
                 what=f"The gyro on body {body} measured two axes {np.rad2deg(measured):.1f} deg apart that are "
                 f"{np.rad2deg(on_robot):.1f} deg apart on the robot.",
                 meaning="One of the motions was not about its joint alone, or the sensor moved in between.",
-                next_step="Close the joints that are not moved, and run this command again. If the sensor was moved "
-                "since the first of the two: fasten it, then tfsat-host calibrate misalignment "
-                f"--joint {joints[0]} --anew, then --joint {joints[1]} without --anew.",
+                next_step=Advice(
+                    "Close the joints that are not moved, and run this command again. If the sensor was moved "
+                    "since the first of the two: fasten it, then ",
+                    NextStep("calibrate misalignment", ("--joint", str(joints[0]), "--anew")),
+                    f", then --joint {joints[1]} without --anew.",
+                ),
             )
 
 
 def angle_between(first: FloatArray, second: FloatArray) -> float:
     """Compute the angle between two vectors (3,), 0 to pi."""
+    # The arctangent stays accurate near 0 and pi, where an arccosine loses half the digits.
     return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))

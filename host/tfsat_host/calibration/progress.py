@@ -167,12 +167,15 @@ class Watch:
     def __call__(self, fresh: Sequence[LiveSample]) -> bool:
         """Add new samples, show the progress if due, and return whether the step needs no more of them."""
         self._fresh += fresh
+        # Each look evaluates all samples so far: do it at intervals only.
         if fresh[-1].time_us < self._due_us:
             return False
+        # Decode only what is new and append it, so that no sample is decoded twice.
         self._parts = [Counts.join([*self._parts, Counts.from_live(self._fresh, self._scales)])]
         self._fresh = []
         progress = self._look(self._parts[0])
         self._show(progress)
+        # Look no later than the end by the clock, or the step would overrun it.
         self._due_us = fresh[-1].time_us + round(min(LOOK_S, progress.left_s) * 1e6)
         return progress.done
 
@@ -185,8 +188,10 @@ def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibratio
         return tuple(BodyLevel(body, float(rate), still_deg_s, False) for body, rate in enumerate(scatter, 1))
     rates = recording.rate_rad_s - np.array([gyro.bias_rad_s for gyro in gyros])
     rms = np.rad2deg(np.sqrt((rates**2).sum(axis=2).mean(axis=0)))
+    # A turn has no rate limit of its own: that of a sweep stands for it.
     as_in = StepKind.SWEEP if step.kind == StepKind.TURN else step.kind
     least = float(np.rad2deg(MIN_RMS_RAD_S[as_in]))
+    # As in `acceptance`: what held bodies may do scales with the slowest of the moved ones.
     most = MAX_HELD_FRACTION * max(least, min(float(rms[body - 1]) for body in step.moved))
     limits = {**dict.fromkeys(step.held, most), **dict.fromkeys(step.moved, least)}
     return tuple(
@@ -197,6 +202,7 @@ def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibratio
 def _rests(step: Step, recording: SensorSamples, calibration: SensorKnowledge, model: RobotModel) -> int:
     """Count the rests so far of the moved body that has the fewest."""
     t_s, place, share, apart_rad = recording.t_s, None, SWEEP_SHARE, _NEW_PLACE_RAD
+    # In a turn the gyro's own integral tells the place; in a sweep the angle sensors do.
     if step.kind == StepKind.TURN:
         biases = np.array([gyro.bias_rad_s for gyro in calibration.gyros])
         readings = list((recording.rate_rad_s - biases).swapaxes(0, 1))
@@ -207,6 +213,7 @@ def _rests(step: Step, recording: SensorSamples, calibration: SensorKnowledge, m
         place = motion.angle_rad[:, step.moving_joint - 1]
     counts = []
     for reading in readings:
+        # Along the line of most motion, which needs no mounting.
         along = reading @ main_line(reading)
         rests = find_rests(t_s, along, share)
         turned = cumulative_trapezoid(along, t_s, initial=0) if place is None else place

@@ -29,9 +29,11 @@ PLACING_STD_RAD = np.deg2rad(0.1)
 """How straight a person lays an edge of 100 mm on: to 0.2 mm."""
 ANGLE_TOLERANCE = 0.1
 """A turn that is off by more than this share (gyros are wrong by 0.03) was another one than the screen says."""
+# Rests: the weight of a usual placing error against the scatter of the rests at hand.
 EXPERIENCE = 4
 _BATCHES = 10
 _NEVER = datetime.min.replace(tzinfo=UTC)
+# Six rests against three unknowns leave three degrees of freedom for the scatter.
 _MIN_SWEEPS = 5
 
 
@@ -75,17 +77,22 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
         along_rad_s: (n,) rough rate about it by another sensor; only its sign is used.
     """
     axis = main_line(rate_rad_s)
+    # A singular vector has no sign of its own; where the other sensor tells none, keep it.
     axis *= np.sign((rate_rad_s @ axis) @ along_rad_s) or 1.0
+    # Cut into parts of equal motion, by sum of squares, not into parts of equal time.
     cumulative_squares = np.cumsum((rate_rad_s**2).sum(axis=1))
     ends = np.searchsorted(cumulative_squares, cumulative_squares[-1] * np.arange(1, _BATCHES) / _BATCHES)
     lines = np.array([main_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
+    # Align the signs of the parts before taking their scatter.
     lines *= np.sign(lines @ axis)[:, None]
+    # Covariance of the mean of the parts, widened as few numbers demand.
     covariance = few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
     return Response(axis_body, axis, across(axis) @ covariance @ across(axis), False)
 
 
 def main_line(rates_rad_s: FloatArray) -> FloatArray:
     """(3,) the direction in which there is most of some rates (n, 3): their first right singular vector."""
+    # Eigenvalues ascend: the last vector of the (3, 3) Gram matrix is that singular vector.
     return np.asarray(np.linalg.eigh(rates_rad_s.T @ rates_rad_s)[1][:, -1])
 
 
@@ -138,14 +145,17 @@ def length_between_rests(
     """
     if len(rests) < 6:
         raise ValueError(f"{len(rests) - 1} sweeps are too few: five at least")
+    # A low-pass shortens swings, but keeps integrals between rests.
     means = rest_means(cumulative_trapezoid(along_rad_s, t_s, initial=0), rests)
     times = rest_means(t_s, rests)
+    # length * angle + bias left * time + constant; centred times decorrelate the last two.
     columns = np.column_stack([angles_rad, times - times.mean(), np.ones(len(rests))])
     solution, *_ = np.linalg.lstsq(columns, means, rcond=None)
     residuals = means - columns @ solution
     freedom = len(residuals) - 3
     squares = float(residuals @ residuals)
     if expected_rad > 0.0:
+        # Pool with experience, because a few rests may agree by chance.
         freedom += EXPERIENCE
         squares += EXPERIENCE * (float(solution[0]) * expected_rad) ** 2
     covariance = few(freedom) * squares / freedom * np.linalg.inv(columns.T @ columns)
@@ -161,16 +171,19 @@ def axis_response(motion: Motion, body: int) -> Response:
     readings = motion.readings(body)
     response = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
     gyro, held_gyro = motion.gyros[body - 1], motion.gyros[motion.held - 1]
+    # An error of the axis, in body axes, becomes one of the reading through s ∘ Mᵀ.
     to_reading = gyro.scale[:, None] * gyro.rotation.T
     # The held body's motion is taken off by a mounting that is not exact.
     held_rates = held_gyro.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
     share = (held_rates**2).sum() / (readings**2).sum()
+    # Power taken off times the mounting's mean variance per axis, taken as isotropic.
     residual_variance = share * np.trace(held_gyro.covariance[3:6, 3:6]) / 3.0
     covariance = (
         response.covariance
         + to_reading @ motion.axis_covariance(body) @ to_reading.T
         + residual_variance * np.eye(3)
     )
+    # A direction has no variance along itself.
     project = across(response.reading)
     return Response(response.axis_body, response.reading, project @ covariance @ project, False)
 
@@ -195,9 +208,11 @@ def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -
             next_step="Turn it there and back three times, resting a second at each end, and run this "
             "command again.",
         )
+    # The rests alternate between both edges: 0, angle, 0, ...
     angles = np.deg2rad(step.angle_deg) * (np.arange(len(rests)) % 2)
     _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0), rests), angles, step)
     length, std = length_between_rests(recording.t_s, along, rests, angles, PLACING_STD_RAD)
+    # The table's axis is not quite the body's: it tilts the direction; the length sees second order.
     tilted = response.covariance + TILT_STD_RAD**2 * across(response.reading)
     return with_length(Response(axis, response.reading, tilted, False), length, std)
 
@@ -211,6 +226,7 @@ def turn_axis(step: Step) -> FloatArray:
 
 def _check_angles(turned_rad: FloatArray, known_rad: FloatArray, step: Step) -> None:
     """Refuses legs that were others than asked for, by the angles (k,) at the rests."""
+    # Compare leg by leg, so that the message can name the turn.
     legs, expected_legs = np.diff(turned_rad), np.diff(known_rad)
     wrong = np.abs(legs / expected_legs - 1.0) > ANGLE_TOLERANCE
     if wrong.any():

@@ -11,32 +11,32 @@ from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.certificate import Calibration, Paper, quantities
 from tfsat_host.calibration.findings import Row, value_rows
 from tfsat_host.calibration.steps.evidence import sha256
+from tfsat_host.next_step import Advice
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.robot import RobotModel
 
+# Clocks of two computers may disagree by so much before a time counts as in the future.
 CLOCKS_DIFFER = timedelta(minutes=2)
 _AGES = ((timedelta(hours=2), timedelta(minutes=1), "min"), (timedelta(days=2), timedelta(hours=1), "h"))
 _UNKNOWN = {"value": None, "std": None, "unit": None}
 
 
-def review(
-    file: Path, calibration: Calibration, model: RobotModel, options: str, now: datetime
-) -> dict[str, Any]:
+def review(file: Path, calibration: Calibration, model: RobotModel, now: datetime) -> dict[str, Any]:
     """Collect all that a drop needs, in measuring order, with its proof; for `calibrate show --json`.
 
     Args:
         file: The certificate.
         calibration: Its contents.
         model: The robot.
-        options: Options appended to every command.
         now: Time to which ages count.
     """
-    rows = _quantity_rows(calibration, model, options, now)
+    rows = _quantity_rows(calibration, model, now)
     lacking = [row for row in rows if row["state"] != "valid"]
     papers = [
         asdict(paper) | {"taken": paper.taken.isoformat(), "state": _state(file, paper)}
         for paper in calibration.papers
     ]
+    # Values count only with their proof: each recording as it was when they were computed.
     unproven = any(paper["state"] != "matches" for paper in papers)
     return {
         "file": file,
@@ -59,7 +59,7 @@ def in_future(row: Row) -> bool:
     return (row["age_s"] or 0.0) < -CLOCKS_DIFFER.total_seconds()
 
 
-def _quantity_rows(calibration: Calibration, model: RobotModel, options: str, now: datetime) -> list[Row]:
+def _quantity_rows(calibration: Calibration, model: RobotModel, now: datetime) -> list[Row]:
     states = {gap.name: gap.reason for gap in calibration.shortcomings()}
     values = value_rows(calibration, model)
     return [
@@ -69,7 +69,7 @@ def _quantity_rows(calibration: Calibration, model: RobotModel, options: str, no
             **(_UNKNOWN if quantity.taken is None else values[quantity.name]),
             "taken": None if quantity.taken is None else quantity.taken.isoformat(),
             "age_s": None if quantity.taken is None else (now - quantity.taken).total_seconds(),
-            "command": f"tfsat-host calibrate {quantity.command}{options}",
+            "command": Advice(quantity.command),
         }
         for quantity in quantities(calibration)
     ]

@@ -87,10 +87,12 @@ class Session:
     def _record_until_accepted(self, step: Step) -> Evidence:
         anew = step.kind == StepKind.ZERO and not self._compare
         while True:
+            # Before the first accepted step there is no certificate: the designs stand in for it.
             evidence = self._operator.record(step, self._campaign.calibration or self._campaign.solution())
             try:
                 calibration = self._campaign.accept(evidence, anew=anew)
             except CalibrationError as error:
+                # Nothing was kept: the operator either returns, to repeat the step, or raises.
                 self._operator.on_refused(error)
                 continue
             self._operator.on_accepted(evidence, calibration)

@@ -51,6 +51,7 @@ class Baseline:
             (entry, estimate_biases(entry.recording)) for entry in by_time if entry.step.kind == StepKind.REST
         ]
         zeros = [entry for entry in by_time if entry.step.kind == StepKind.ZERO]
+        # A zero of all joints counts for each of them; every joint keeps its own history.
         self._zeros = [
             [
                 (entry, estimate_zero(entry.recording, entry.counts.angle_valid, sensors, model))
@@ -86,6 +87,7 @@ class Baseline:
             for pair in (_at(self._rests, when), *(_at(zeros, when) for zeros in self._zeros))
             if pair is not None
         ]
+        # One rest may serve several motions: name it once.
         return list({entry.taken: entry for entry in evidence}.values())
 
 
@@ -143,18 +145,24 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
     baseline = Baseline(entries, model)
     gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
     joints = tuple(sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
+    # Rests and zeros are the baseline; of the motions only the newest of each step counts.
     moving = [
         entry for entry in newest(entries).values() if entry.step.kind not in (StepKind.REST, StepKind.ZERO)
     ]
+    # Servo steps determine nothing of the gyros; they are read afterwards with the sensors found here.
     by_hand = [entry for entry in moving if entry.step.kind != StepKind.SERVO]
+    # Fixed-point iteration: each pass takes the held body's motion off by the mountings of the one before.
     for _ in range(_PASSES if by_hand else 0):
         responses = _Responses(last_landing)
+        # Each motion with bias and zero of its own time, but with the latest mounting and bend.
         for entry in by_hand:
             responses.add(
                 entry, baseline.gyros(gyros, entry.taken), baseline.joints(joints, entry.taken), model
             )
+        # After all turns are in: a turn's length is what separates a scale factor from a bend.
         joints = tuple(responses.bent(sensors, model) for sensors in joints)
         for gyro in gyros:
+            # Check fresh responses only: before a landing the sensor may have sat otherwise.
             fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
             check_mounting(gyro.body, fresh, model)
         gyros = tuple(with_mounting(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
@@ -192,6 +200,7 @@ class _Responses:
     ) -> None:
         """Adds the responses of a swing or a turn; those of a sweep, `bent` adds."""
         if evidence.step.kind == StepKind.TURN:
+            # A rigid turn is common to all gyros: one that shows another axis stands out.
             check_turn_axis(evidence.recording, evidence.step, gyros)
             for gyro in gyros:
                 turned = turn_response(evidence.recording, evidence.step, gyro)
@@ -204,6 +213,7 @@ class _Responses:
             if evidence.step.kind == StepKind.SWING:
                 self.of_body(body).append(response)
             else:
+                # Sweeps of a joint share its sensors' bend: their lengths are fitted together later.
                 rests = rests_of_sweep(motion, body, response)
                 self._sweeps.setdefault(evidence.step.moving_joint, []).append((response, rests))
 
@@ -219,6 +229,7 @@ class _Responses:
         sensors = [sensor for sensor in model.angle_sensors if sensor.joint == joint.joint - 1]
         tolerances = np.array([sensor.nonlinearity_rad for sensor in sensors])
         turns = [self._turn_about(response, rests.body) for response, rests in sweeps]
+        # All sweeps of the joint at once, with the lengths by hand as prior.
         lengths, bend, covariance = fit_sweeps(
             joint.joint, [rests for _, rests in sweeps], tolerances, [_length(turn) for turn in turns]
         )
@@ -241,5 +252,6 @@ def _length(turn: Response | None) -> tuple[float, float] | None:
     """Length and its standard deviation."""
     if turn is None:
         return None
+    # Project the covariance onto the response itself: the deviation of its length.
     along = turn.reading / turn.length
     return turn.length, float(np.sqrt(along @ turn.covariance @ along))

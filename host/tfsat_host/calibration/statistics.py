@@ -29,6 +29,7 @@ def mean_and_covariance(samples: FloatArray, batches: int = BATCHES) -> tuple[Fl
     length = len(samples) // batches
     if length < 2:
         raise ValueError(f"{len(samples)} samples are too few for {batches} batches")
+    # (batches, length, d): the remainder, fewer samples than batches, is left out of the scatter only.
     means = samples[: length * batches].reshape(batches, length, -1).mean(axis=1)
     covariance = np.atleast_2d(np.cov(means, rowvar=False)) / batches
     return samples.mean(axis=0), few(batches - 1) * covariance
@@ -50,5 +51,6 @@ def few(degrees_of_freedom: int) -> float:
 
 def root_of(covariance: FloatArray) -> FloatArray:
     """(p, p) R with R Rᵀ = covariance, which may be singular: column k is what the k-th independent error does."""
+    # Rounding can make eigenvalues of a singular covariance slightly negative: clip them.
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

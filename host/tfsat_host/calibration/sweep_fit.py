@@ -26,12 +26,14 @@ from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.statistics import few
 from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import find_rests
+from tfsat_host.next_step import Advice, NextStep
 
 MIN_RESTS = 6
 MAX_TIME_CORRELATION = 0.95
 """Correlation of angle with time: beyond it what is left of the bias cannot be separated from the scale factor."""
 MAX_NONLINEARITY_SIGMAS = 4.5
 """Of a sensor's four amplitudes together: beyond it lie 0.05 % of the sensors that are as the robot file says."""
+# Passes of reweighting with the two deviations that the residuals show.
 _ROUNDS = 4
 
 
@@ -63,6 +65,7 @@ def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
         CalibrationError: there are too few rests, or the joint went one way only.
     """
     t_s, joint = motion.recording.t_s, motion.step.moving_joint
+    # Rate along the response: its integral is the angle turned times the response's length.
     along = motion.sense() * motion.readings(body) @ (response.reading / response.length)
     rests = find_rests(t_s, along)
     if len(rests) < MIN_RESTS:
@@ -80,9 +83,12 @@ def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
             next_step="Move the joint to 30, 60, 90 deg and back in the same steps, resting a second at each, and "
             "run this command again.",
         )
+    # Unwrap before averaging: a rest at a sensor's wrap would have no meaningful mean.
     rest_angles_rad = rest_means(np.unwrap(motion.sensors_shown(), axis=0), rests)
     direction = motion.joints[joint - 1].direction
+    # (k, 2, 4): the bend is an error of the angle shown; the direction turns it into one of the joint.
     curves = np.stack([direction[k] * harmonics(rest_angles_rad[:, k]) for k in range(2)], axis=1)
+    # Gyros of one sweep see the same errors of the angle sensors: together they count once.
     weight = 1.0 / len(motion.step.moved)
     return Rests(body, turned, times - times.mean(), direction * rest_angles_rad, curves, weight)
 
@@ -108,6 +114,7 @@ def fit_sweeps(
     Raises:
         CalibrationError: the sensors bend much more than the robot file says.
     """
+    # The inverse lengths are the unknowns: so the model is linear in all parameters.
     design, target, of_mean, weights = _equations(sweeps)
     prior, prior_target = _priors(nonlinearity_rad, known_lengths, design.shape[1])
     solution, covariance = _fit_weighted(design, target, of_mean, weights, prior, prior_target)
@@ -121,9 +128,13 @@ def fit_sweeps(
             what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(sizes[worst]):.2f} deg, "
             f"{sigmas[worst]:.0f} times what the robot file says of it.",
             meaning="A scale factor that is measured against it would be as wrong.",
-            next_step="Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
-            "and turn the robot by hand as well: tfsat-host calibrate scale --turn x 360",
+            next_step=Advice(
+                "Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
+                "and turn the robot by hand as well: ",
+                NextStep("calibrate scale", ("--turn", "x", "360")),
+            ),
         )
+    # Length = 1/g; by the delta method its deviation is that of g over g squared.
     inverse, std = solution[:-8:4], np.sqrt(np.diag(covariance)[:-8:4])
     lengths = zip((1.0 / inverse).tolist(), (std / inverse**2).tolist(), strict=True)
     return dict(zip((sweep.body for sweep in sweeps), lengths, strict=True)), bend, covariance[-8:, -8:]
@@ -139,9 +150,11 @@ def _fit_weighted(
 ) -> tuple[FloatArray, FloatArray]:
     """Solution and its covariance; the deviation of each class of equations is estimated along with it."""
     solution, covariance, freedom = np.zeros(len(prior)), prior, np.zeros(2)
+    # Starting values: each pass takes new ones from the residuals of mean and difference rows.
     deviations = np.full(2, np.deg2rad(0.05))
     for _ in range(_ROUNDS):
         std = np.where(of_mean, deviations[0], deviations[1]) / np.sqrt(weights)
+        # Whitened rows of the measurement; the priors enter by their normal matrix.
         scaled = design / std[:, None]
         covariance = np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
         solution = covariance @ (scaled.T @ (target / std) + prior_target)
@@ -149,6 +162,7 @@ def _fit_weighted(
         # Each equation takes its leverage off its own class's degrees of freedom.
         leverage = np.einsum("ni,ij,nj->n", scaled, covariance, scaled)
         classes = (of_mean, ~of_mean)
+        # Effective degrees of freedom; at least three, for Student's t has no variance with fewer.
         freedom = np.array([max(3.0, float((weights * (1.0 - leverage))[rows].sum())) for rows in classes])
         squares = np.array([float((weights * residuals**2)[rows].sum()) for rows in classes])
         deviations = np.sqrt(squares / freedom)
@@ -169,6 +183,7 @@ def _equations(
     rows, targets, is_mean, weights = [], [], [], []
     for index, sweep in enumerate(sweeps):
         k = len(sweep.turned)
+        # Means see rate, bias and both bends; half differences see only the bends and an offset.
         mean, half = np.zeros((k, n)), np.zeros((k, n))
         mean[:, 4 * index : 4 * index + 3] = np.column_stack([sweep.turned, sweep.time_s, np.ones(k)])
         half[:, 4 * index + 3] = 1.0
@@ -190,9 +205,11 @@ def _priors(
 ) -> tuple[FloatArray, FloatArray]:
     """Normal matrix (n, n) and right side (n,) of what is known before."""
     normal, right = np.zeros((n, n)), np.zeros(n)
+    # Amplitudes are zero within what the robot file says of the sensor.
     normal[-8:, -8:] = np.diag(1.0 / np.repeat(nonlinearity_rad, 4) ** 2)
     for index, length in enumerate(known_lengths):
         if length is not None:
+            # A turn by hand measured this length: a pseudo-observation of its inverse.
             g, std = 1.0 / length[0], length[1] / length[0] ** 2
             normal[4 * index, 4 * index] += 1.0 / std**2
             right[4 * index] += g / std**2

@@ -14,6 +14,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_answers
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 
 MAX_MOTION_RAD = np.deg2rad(0.5)
@@ -62,8 +63,10 @@ def estimate_zero(
     _check_still(deviations, before.joint)
     mean, covariance = mean_and_covariance(deviations)
     noise = deviations.std(axis=0)
+    # Batch means do not show the offset that quantization leaves in all of them: add it.
     steps = _step_deviation(noise, samples.angle_step_rad)
     zero = wrap_angle(centre + mean)
+    # By the old zeros the new ones should give one joint angle: two mean that a sensor has slipped.
     by_each = before.each(zero[None, :])[0]
     if before.zero_taken is not None:
         _check_slip(by_each, before.joint)
@@ -92,6 +95,7 @@ def _step_deviation(noise_rad: FloatArray, step_rad: float) -> FloatArray:
 
 
 def _check_still(left_rad: FloatArray, joint: int) -> None:
+    # Scatter shows shaking; the means of thirds show a slow drift below it.
     thirds = [part.mean(axis=0) for part in np.array_split(left_rad, 3)]
     motion = max(float(left_rad.std(axis=0).max()), float(np.ptp(thirds, axis=0).max()))
     if motion > MAX_MOTION_RAD:
@@ -110,6 +114,8 @@ def _check_slip(by_each_rad: FloatArray, joint: int) -> None:
             what=f"The two sensors of joint {joint} disagree by {np.rad2deg(apart_rad):.1f} deg: by the zero points of "
             f"the last calibration they stand at {first:+.1f} and {second:+.1f} deg.",
             meaning="One of them has slipped on the joint's axis since, and may slip again in the drop.",
-            next_step="Fasten the one that is farther from 0, then take its zero with "
-            f"tfsat-host calibrate zero --joint {joint} --anew",
+            next_step=Advice(
+                "Fasten the one that is farther from 0, then take its zero with ",
+                NextStep("calibrate zero", ("--joint", str(joint), "--anew")),
+            ),
         )

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import re
 
-from tfsat_host.cli.boards import device_option, open_any_sequencer, open_sequencer, refuse_emulated
+from tfsat_host.cli.boards import open_any_sequencer, open_sequencer, refuse_emulated
 from tfsat_host.cli.usage import add_options, device, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
 _EMULATED_DISARMED = (
     "The emulated robot of this command was disarmed, no other: a robot on a cable is as it was. "
-    "For that one: tfsat-host disarm"
+    f"For that one: {NextStep('disarm')}"
 )
 _LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear and cut the sequencer's power."
-_TYPED = re.compile(r"tfsat-host (?:arm --unrecorded|status(?= shows why))")
 
 
 _USAGE = f"""
@@ -41,8 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     try:
         return _disarm(args, out)
     except TfsatError as error:
-        error.next_step = f"{error.next_step}\n{_LAST_RESORT}"
-        raise
+        raise error.with_words(next_step=Advice(error.next_step, "\n", _LAST_RESORT)) from None
 
 
 def _arm(args: argparse.Namespace, out: Output) -> int:
@@ -51,18 +49,14 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:
-        try:
-            armed = arm(
-                sequencer,
-                out,
-                joints_cdeg=args.joints_cdeg,
-                sequencer_named=args.port is not None,
-                unrecorded=args.unrecorded,
-                certificate=args.calibration,
-            )
-        except TfsatError as error:
-            error.next_step = _TYPED.sub(lambda match: match[0] + device_option(args), error.next_step)
-            raise
+        armed = arm(
+            sequencer,
+            out,
+            joints_cdeg=args.joints_cdeg,
+            sequencer_named=args.port is not None,
+            unrecorded=args.unrecorded,
+            certificate=args.calibration,
+        )
         out.result(
             {
                 "state": "armed",

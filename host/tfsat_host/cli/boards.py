@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
-import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -23,6 +21,7 @@ from tfsat_host.devices.ports import BOARDS, BoardName, PortError, PortProblem, 
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import SerialTransport, Transport
 from tfsat_host.errors import Interrupted, RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import LoggerStatusReply
@@ -32,30 +31,17 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 
-_DEVICE_COMMAND = re.compile(
-    r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop)|"
-    r"log (?:list|(?:fetch|erase)(?: (?:ram|all|\d+))?)|logger-settings(?! --help))"
-)
-
-
-def device_option(args: argparse.Namespace) -> str:
-    """Return the device option as the user gave it, with a leading space; empty if there was none."""
-    if args.emulated:
-        return " --emulated"
-    return f" --port {shlex.quote(args.port)}" if args.port is not None else ""
-
-
 @contextmanager
-def explain_board_errors(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
-    """Adds to a board's error raised inside: the state where that is the reason, and the device option."""
+def explain_wrong_state(board: SequencerClient | LoggerClient) -> Iterator[None]:
+    """Say which state the board is in where that is why it refused a request inside."""
     try:
         yield
     except BoardError as error:
-        if error.code == ErrorCode.WRONG_STATE:
-            error.what, error.next_step = _wrong_state(board)
-            error.meaning, error.next_step = _drop_in_danger(board) or (error.meaning, error.next_step)
-        error.next_step = _DEVICE_COMMAND.sub(lambda match: match[0] + device_option(args), error.next_step)
-        raise
+        if error.code != ErrorCode.WRONG_STATE:
+            raise
+        what, next_step = _wrong_state(board)
+        meaning, next_step = _drop_in_danger(board) or (error.meaning, next_step)
+        raise error.with_words(what=what, meaning=meaning, next_step=next_step) from None
 
 
 @contextmanager
@@ -65,7 +51,8 @@ def offering_emulated() -> Iterator[None]:
         yield
     except PortError as error:
         if error.code == PortProblem.NONE_FOUND:
-            error.next_step += "\nTo try the command without the board: add --emulated."
+            next_step = Advice(error.next_step, "\nTo try the command without the board: add --emulated.")
+            raise error.with_words(next_step=next_step) from None
         raise
 
 
@@ -78,20 +65,20 @@ def interruptible(port: str) -> Iterator[None]:
         raise Interrupted(
             what="Interrupted.",
             meaning=f"The command stopped before it was done; the board at {port} goes on in its own state.",
-            next_step=f"tfsat-host status --port {shlex.quote(port)} shows what state that is.",
+            next_step=Advice(NextStep("status", ("--port", port)), " shows what state that is."),
         ) from None
 
 
-def warn_of_misfit(sequencer: SequencerClient, settings: ServoSettings, option: str, out: Output) -> bool:
-    """Return whether the maneuver on the board fits these servo settings; warn if it does not.
-
-    The warning repeats the device option.
-    """
+def warn_of_misfit(sequencer: SequencerClient, settings: ServoSettings, out: Output) -> bool:
+    """Return whether the maneuver on the board fits these servo settings; warn if it does not."""
     misfit = find_misfit(sequencer.read_back().moves, settings)
     if misfit is not None:
         out.warn(
-            f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
-            f"Upload one that fits: tfsat-host upload-sequence A B{option}"
+            Advice(
+                f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
+                "Upload one that fits: ",
+                NextStep("upload-sequence", ("A", "B")),
+            )
         )
     return misfit is None
 
@@ -104,8 +91,8 @@ def refuse_emulated(args: argparse.Namespace, command: str, consequence: str) ->
     raise RefusedError(
         what=f"{command} --emulated is refused: the emulated robot lives in this process only.",
         meaning=f"{consequence} Nothing was done.",
-        next_step="Keep an emulated robot running in another terminal: tfsat-host emulate\n"
-        f"Then: tfsat-host {command} --port robot/{board}",
+        next_step=f"Keep an emulated robot running in another terminal: {NextStep('emulate')}\n"
+        f"Then: {NextStep(command, ('--port', f'robot/{board}'))}",
     )
 
 
@@ -116,7 +103,7 @@ def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
     words, cure = _WRONG_STATES.get((name, state), (state, "Wait a second"))
     return (
         f"The {name} is {words}; it does not take this request now.",
-        f"{cure}, then the same command again.",
+        Advice(cure, ", then the same command again."),
     )
 
 
@@ -127,17 +114,21 @@ def _drop_in_danger(board: SequencerClient | LoggerClient) -> DropInDanger | Non
 
 
 _WRITING = "still writing its EEPROM"
+_DISARM = NextStep("disarm")
 _WRONG_STATES = {
     ("sequencer", "safe"): (f"safe, but {_WRITING}", "Wait a second"),
-    ("sequencer", "armed"): ("armed", "tfsat-host disarm"),
-    ("sequencer", "running"): ("running", "Wait until the maneuver is over, or tfsat-host disarm"),
-    ("sequencer", "done"): ("done: its servos hold the end pose", "tfsat-host disarm"),
-    ("sequencer", "jogging"): ("moving a joint", "tfsat-host disarm"),
-    ("sequencer", "fault"): ("in fault", "tfsat-host status to see why and tfsat-host disarm to clear it"),
-    ("logger", "recording"): ("recording already", "tfsat-host record stop"),
+    ("sequencer", "armed"): ("armed", Advice(_DISARM)),
+    ("sequencer", "running"): ("running", Advice("Wait until the maneuver is over, or ", _DISARM)),
+    ("sequencer", "done"): ("done: its servos hold the end pose", Advice(_DISARM)),
+    ("sequencer", "jogging"): ("moving a joint", Advice(_DISARM)),
+    ("sequencer", "fault"): (
+        "in fault",
+        Advice(NextStep("status"), " to see why and ", _DISARM, " to clear it"),
+    ),
+    ("logger", "recording"): ("recording already", Advice(NextStep("record stop"))),
     ("logger", "failed"): (
         "still recording into its RAM, as its card has failed",
-        "tfsat-host record stop ends that",
+        Advice(NextStep("record stop"), " ends that"),
     ),
     ("logger", "stopping"): ("still closing its last recording", "Wait until it is closed"),
 }
@@ -189,7 +180,7 @@ def _board(
             transport = stack.enter_context(closing(open_port(name, args.port, out)))
             stack.enter_context(interruptible(transport.name))
         board = connect(transport)
-        with explain_board_errors(board, args):
+        with explain_wrong_state(board):
             yield board
 
 
@@ -257,7 +248,7 @@ def _refuse_a_dead_link(path: str) -> None:
         raise PortError(
             PortProblem.MISSING,
             what=f"{path} was left behind by an emulated robot that was killed.",
-            next_step=f"Start it again: tfsat-host emulate --dir {Path(path).parent}",
+            next_step=f"Start it again: {NextStep('emulate', ('--dir', str(Path(path).parent)))}",
         )
 
 

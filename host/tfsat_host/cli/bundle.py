@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -81,4 +81,4 @@ def _show(archive: WrittenBundle, out: Output) -> None:
             out.line(f"Left out  {printable(name)} {printable(why)}.")
     if plain:
         out.line(f"Left out  {', '.join(map(printable, plain))}.")
-    out.line(f"To recompute it: tfsat-host reproduce {shlex.quote(printable(target))}")
+    out.line(f"To recompute it: {NextStep('reproduce', (printable(target),))}")

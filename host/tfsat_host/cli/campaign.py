@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_actions, drop_number, output_file_name
 from tfsat_host.errors import DataLossError
+from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
 
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     match args.action:
         case "init":
             campaign.init(args.dir)
-            add = f"The first drop comes in by: tfsat-host campaign add {shlex.quote(str(args.dir))} RUN"
+            add = f"The first drop comes in by: {NextStep('campaign add', (str(args.dir), 'RUN'))}"
             result = {"campaign": str(args.dir), "index": str(args.dir / campaign.INDEX)}
             out.result(result, f"Campaign  {args.dir}. {add}")
         case "add":

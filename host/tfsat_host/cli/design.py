@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import OUTPUT, ROBOT, add_options, number, seed, whole_number
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
@@ -72,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise UsageError(
             what="--figure was given without --grid.",
             meaning="Nothing was designed.",
-            next_step="tfsat-host design --grid 5 --figure distribution.png",
+            next_step=Advice(NextStep("design", ("--grid", "5", "--figure", "distribution.png"))),
         )
     path = args.out or _DEFAULT_FILE
     if args.learn is not None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
@@ -72,15 +73,21 @@ def _check_options(args: argparse.Namespace) -> None:
     if options:
         unused = "it" if len(options) == 1 else "them"
         what = f"{', '.join(options)}: a grid has no use for {unused}, nothing is searched."
-        cure = f"tfsat-host design --grid {args.grid:g}, with --joints, --limit or --speed as you like."
+        cure = Advice(
+            NextStep("design", ("--grid", f"{args.grid:g}")),
+            ", with --joints, --limit or --speed as you like.",
+        )
     elif not (math.isfinite(args.grid) and args.grid > 0.0):
-        what, cure = f"A grid step of {args.grid:g} deg is not above zero.", "tfsat-host design --grid 5"
+        what, cure = (
+            f"A grid step of {args.grid:g} deg is not above zero.",
+            Advice(NextStep("design", ("--grid", "5"))),
+        )
     elif args.speed is not None and not (math.isfinite(args.speed) and args.speed > 0.0):
         what = f"A joint speed of {args.speed:g} deg/s is not above zero."
         cure = "Give a speed such as --speed 30, or leave it out: then it is the servos'."
     elif args.out is not None and args.out.suffix.lower() != ".csv":
         what = f"With --grid, --out writes a table (CSV), and {args.out} does not end with .csv."
-        cure = f"tfsat-host design --grid {args.grid:g} --out loops.csv"
+        cure = Advice(NextStep("design", ("--grid", f"{args.grid:g}", "--out", "loops.csv")))
     if what:
         raise UsageError(what=what, meaning="Nothing was computed.", next_step=cure)
 
@@ -109,7 +116,7 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
         raise UsageError(
             what=f"{', '.join(options)}: --learn compares maneuvers that use the whole fall.",
             meaning="Nothing was designed.",
-            next_step=f"tfsat-host design --learn {args.learn}",
+            next_step=Advice(NextStep("design", ("--learn", str(args.learn)))),
         )
     second = path.with_name(f"{path.stem}-2{path.suffix}")
     for target in (path, second):
@@ -172,5 +179,5 @@ def _lines(search: Learnt, files: list[OutputFile]) -> list[str | Table]:
         f"The ± (in {search.unit}) is what a drop leaves of {len(search.names)} numbers if the robot is "
         "as uncertain as "
         f"its file says; {len(search.lessons)} maneuvers were flown and compared.",
-        f"Written: {listed}. Next: tfsat-host envelope --file {files[0].path}",
+        f"Written: {listed}. Next: {NextStep('envelope', ('--file', str(files[0].path)))}",
     ]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.cli.usage import OUTPUT, add_options, seed
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> No
   logger     {folder.logger}
   control    {folder.control}; or type here: help
 In another terminal, name a port:
-  tfsat-host upload-sequence 59 70 --port {shlex.quote(str(folder.sequencer))}
+  {NextStep("upload-sequence", ("59", "70", "--port", str(folder.sequencer)))}
 or both for all commands:
   export TFSAT_SEQUENCER_PORT={shlex.quote(str(data["sequencer"]))}
   export TFSAT_LOGGER_PORT={shlex.quote(str(data["logger"]))}

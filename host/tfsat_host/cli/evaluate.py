@@ -11,6 +11,7 @@ from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import DataLossError, TfsatError, UsageError
 from tfsat_host.json_values import jsonable
+from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, printable, show_rows
@@ -67,7 +68,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         text, path_text = corrected_robot(evaluated_run.found, evaluated_run.recorded), printable(robot_file)
         write_text(robot_file, CORRECTED_MARKER, text, force=args.force)
         out.note(
-            f"Robot written to {path_text}. The next drop by it: tfsat-host simulate 59 70 --robot {path_text}"
+            f"Robot written to {path_text}. The next drop by it: "
+            f"{NextStep('simulate', ('59', '70', '--robot', path_text))}"
         )
     return DataLossError.exit_code if evaluated_run.verdict.level != "good" else 0
 

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.boards import device_option, open_jog_client
+from tfsat_host.cli.boards import open_jog_client
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.cli.usage import JOINT, add_options, device, joint_angle_cdeg, number
 from tfsat_host.errors import Interrupted
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -39,15 +40,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, asks, moves, holds, lets go."""
-    from tfsat_host.devices.jogging import Jog, JogRefused, from_here, jog_details, last_commanded
+    from tfsat_host.devices.jogging import Jog, from_here, jog_details, last_commanded
 
     jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
     with open_jog_client(args, out) as sequencer:
-        try:
-            sequencer.check(jog)
-        except JogRefused as error:
-            error.next_step += device_option(args)
-            raise
+        sequencer.check(jog)
         out.note(jog.explanation(args.hold_s))
         if args.emulated:
             out.note("The emulated robot starts with each command: all its joints are at 0 deg now.")
@@ -73,9 +70,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output) -> None:
-    on = f"tfsat-host jog --joint {jog.joint} --from {jog.to_cdeg / 100:g} --to DEG{device_option(args)}"
+    angles = ("--from", f"{jog.to_cdeg / 100:g}", "--to", "DEG")
+    on: Advice | str = Advice(NextStep("jog", ("--joint", str(jog.joint), *angles)))
     if args.emulated:
-        on = "the emulated robot has ended, and the next command finds it at 0 deg; tfsat-host emulate keeps one."
+        on = f"the emulated robot has ended, and the next command finds it at 0 deg; {NextStep('emulate')} keeps one."
     out.result(
         {
             "joint": jog.joint,
@@ -85,8 +83,11 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
             "state": "safe",
             "device": sequencer.device(),
         },
-        f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
-        f"On from here: {on}",
+        Advice(
+            f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
+            "On from here: ",
+            on,
+        ),
     )
 
 

@@ -6,7 +6,6 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.boards import device_option
 from tfsat_host.cli.usage import add_actions, device, file_name
 from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
@@ -42,13 +41,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.boards import open_logger
-    from tfsat_host.run.logger_recordings import LoggerRecordings, ram_warning
+    from tfsat_host.run.logger_recordings import RAM_WARNING, LoggerRecordings
 
     with open_logger(args, out) as logger:
         recordings = LoggerRecordings.of(logger)
     out.result(recordings.as_dict(), lambda: recordings.show(out))
     if recordings.status.ram_holds_drop:
-        out.warn(ram_warning(device_option(args)))
+        out.warn(RAM_WARNING)
     if recordings.card_error is not None:
         out.warn(f"The card's recordings cannot be listed. {recordings.card_error.what}")
     return 0
@@ -66,7 +65,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         target_of,
     )
     from tfsat_host.run.held_maneuver import ask_sequencer
-    from tfsat_host.run.logger_recordings import ram_warning
+    from tfsat_host.run.logger_recordings import RAM_WARNING
 
     with open_logger(args, out) as logger:
         listing = listing_after_the_drop(logger, out)
@@ -89,7 +88,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
     for copy in copies:
         out.warn_each(copy.warnings)
     if holds_drop:
-        out.warn(ram_warning(device_option(args)))
+        out.warn(RAM_WARNING)
     card_left_out = args.which is None and listing.card_error is not None
     if card_left_out:
         out.warn(f"Nothing of the card was fetched. {listing.card_error}")
@@ -110,7 +109,7 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.logger_recordings import erase
 
     with open_logger(args, out) as logger:
-        out.result(*erase(logger, args.which, out, force=args.force, option=device_option(args)))
+        out.result(*erase(logger, args.which, out, force=args.force))
     return 0
 
 

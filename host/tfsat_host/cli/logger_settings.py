@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
         raise UsageError(
             what="Nothing to set was named.",
             meaning="The logger keeps its settings.",
-            next_step="Such as: tfsat-host logger-settings set --rate 1000",
+            next_step=Advice("Such as: ", NextStep("logger-settings set", ("--rate", "1000"))),
         )
     return asdict(FACTORY) | named if args.factory else named
 

@@ -125,6 +125,9 @@ def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int
 
 def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     """Fills `args` and does the command, which is the first word that is no option."""
+    from functools import partial
+
+    from tfsat_host.cli.next_steps import complete_command
     from tfsat_host.cli.parser import parser_with
     from tfsat_host.cli.suggestions import refuse_command, refuse_unknown_options
 
@@ -138,6 +141,7 @@ def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
         out.line(overview().rstrip())
         return 0
     out.json_mode, out.yes = getattr(args, "json", False), getattr(args, "yes", False)
+    out.complete_command = partial(complete_command, args=args)
     return int(modules[chosen].run(args, out))
 
 

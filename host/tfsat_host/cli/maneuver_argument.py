@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import add_options
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     from tfsat_host.arrays import FloatArray
@@ -88,7 +89,7 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
             raise UsageError(
                 what="--file was given together with angles or --speed: the file has both.",
                 meaning="Nothing was done.",
-                next_step=f"tfsat-host {args.command} --file {args.file}",
+                next_step=Advice(NextStep(args.command, ("--file", str(args.file)))),
             )
         with _refusals(args):
             return read_maneuver(args.file)
@@ -96,7 +97,7 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
         raise UsageError(
             what="Two angles are needed: A of joint 1 and B of joint 2.",
             meaning="Nothing was done.",
-            next_step=f"tfsat-host {args.command} 59 70   or   tfsat-host {args.command} --file maneuver.toml",
+            next_step=Advice(_by_angles(args), "   or   ", _by_file(args)),
         )
     servos = (
         [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]] if robot is not None else []
@@ -130,10 +131,17 @@ def _refusals(args: argparse.Namespace) -> Iterator[None]:
     try:
         yield
     except ManeuverError as error:
-        error.meaning = f"{error.meaning} {args.nothing_done}"
+        next_step = error.next_step
         if error.code == Defect.FILE_UNREADABLE:
-            error.next_step = (
-                "Give the path of a maneuver file, "
-                f"tfsat-host {args.command} --file maneuver.toml, or two angles: tfsat-host {args.command} 59 70"
+            next_step = Advice(
+                "Give the path of a maneuver file, ", _by_file(args), ", or two angles: ", _by_angles(args)
             )
-        raise
+        raise error.with_words(meaning=f"{error.meaning} {args.nothing_done}", next_step=next_step) from None
+
+
+def _by_file(args: argparse.Namespace) -> NextStep:
+    return NextStep(args.command, ("--file", "maneuver.toml"))
+
+
+def _by_angles(args: argparse.Namespace) -> NextStep:
+    return NextStep(args.command, ("59", "70"))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tfsat_host.cli.usage import OUTPUT, add_options, number, seed, whole_number
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
@@ -67,7 +68,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise UsageError(
             what=f"--out and --history both name {args.out}.",
             meaning="Nothing was planned.",
-            next_step="tfsat-host plan --target z:90 --out plan.json --history plan.csv",
+            next_step=Advice(
+                NextStep("plan", ("--target", "z:90", "--out", "plan.json", "--history", "plan.csv"))
+            ),
         )
     for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER)):
         if path is not None:

@@ -43,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
-    from tfsat_host.cli.preflight_report import evidence_of, show, typed_here
+    from tfsat_host.cli.preflight_report import complete_steps, evidence_of, show
     from tfsat_host.preflight import judge, may_drop
     from tfsat_host.run.preflight import PreparedRun, result_of, runs_natively, write_result
 
@@ -58,7 +58,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     )
     evidence, leftovers = evidence_of(args, files, out)
     emulated = runs_natively(evidence)
-    checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
+    checks = complete_steps(
+        judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated
+    )
     result = result_of(evidence, checks, files.hashes(evidence.calibration_file), leftovers)
     written = write_result(files.folder, result, evidence.now)
     document = {**result, "file": str(written.file), "signed": written.sha256}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
-import shlex
 import signal
 import textwrap
 import time
@@ -16,16 +14,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.boards import device_option
+from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
 from tfsat_host.preflight.check import SEE
 from tfsat_host.preflight.evidence import Missing, RunningRecording
 from tfsat_host.present.output import Output
 from tfsat_host.run.certificate import command_options
-from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -114,7 +113,9 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
         raise Interrupted(
             what="Interrupted.",
             meaning=f"{trace.left or _NOTHING_LEFT} There is no result, and none was written.",
-            next_step="tfsat-host record stop, then tfsat-host log list shows what to erase."
+            next_step=Advice(
+                NextStep("record stop"), ", then ", NextStep("log list"), " shows what to erase."
+            )
             if trace.left
             else "Run the same command again when ready.",
         ) from None
@@ -123,13 +124,6 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
 
 _WORDS = {GoNoGo.GO: "GO", GoNoGo.NO_GO: "NO-GO", GoNoGo.NOT_MADE: "NOT MADE"}
 _WIDTH = 110
-_MANEUVER = "--file maneuver.toml"
-_SEQUENCER = re.compile(rf"tfsat-host (?:disarm|jog|upload-servos|upload-sequence {_MANEUVER})")
-_LOGGER = re.compile(
-    r"tfsat-host (?:logger-settings set(?: --(?:rate \d+|clock|factory))?|"
-    r"log (?:list|(?:fetch|erase)(?: (?:ram|all))?)|record (?:start|stop))"
-)
-_CALIBRATE = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+(?: (?:[\dN]+|[xyz] \d+))?)*")
 
 
 def show(
@@ -161,12 +155,11 @@ def show(
         without = f" Not looked at, by design: {', '.join(optional)}." if optional else ""
         out.line(f"GO: {len(checks) - len(optional)} checks.{without}{no_real}")
         if not args.emulated:
-            out.line(f"Next: {_next(evidence, args)}")
+            out.line(Advice("Next: ", *_next(evidence)))
         return
     waiting_text = f" {waiting} more could not be made for that reason." if waiting else ""
     out.line(f"NO-GO: {', '.join(check.name for check in wrong)}.{waiting_text}{no_real}")
-    devices = f"{device_option(args)}{logger_port(args, '--logger-port')}"
-    out.line(f"Then again: tfsat-host preflight {shlex.quote(str(args.run))}{devices}")
+    out.line(Advice("Then again: ", NextStep("preflight", (str(args.run),))))
 
 
 def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, str]]:
@@ -181,12 +174,9 @@ def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, st
         yield check, f"{check.sentence} {see}".strip() if name == check.name else see or f"{SEE}{name}."
 
 
-def _next(evidence: Evidence, args: argparse.Namespace) -> str:
-    arm = f"tfsat-host arm{device_option(args)}"
+def _next(evidence: Evidence) -> tuple[NextStep | str, ...]:
     runs = not isinstance(evidence.logger, Missing) and isinstance(evidence.logger.card, RunningRecording)
-    if runs:
-        return arm
-    return f"tfsat-host record start{logger_port(args, '--port')}, then {arm}"
+    return (NextStep("arm"),) if runs else (NextStep("record start"), ", then ", NextStep("arm"))
 
 
 def _word(check: PreflightCheck) -> Text:
@@ -196,7 +186,7 @@ def _word(check: PreflightCheck) -> Text:
     return Text(_WORDS[check.verdict], style=style)
 
 
-def typed_here(
+def complete_steps(
     checks: Iterable[PreflightCheck],
     args: argparse.Namespace,
     maneuver: Path,
@@ -213,24 +203,18 @@ def typed_here(
         certificate: The run's certificate; empty: there is none.
         emulated: Whether the robot is an emulated one.
     """
-    at_sequencer = device_option(args)
-    at_logger = at_sequencer if args.emulated else logger_port(args, "--port")
     file = Path(certificate or (EMULATED_CERTIFICATE if emulated else CERTIFICATE))
     of_certificate = command_options(file, emulated=args.emulated)
 
-    def calibrating(match: re.Match[str]) -> str:
-        port = "" if args.emulated or match["quantity"] == "show" else at_logger
-        return match[0] + of_certificate + port
+    def complete(step: NextStep) -> NextStep:
+        arguments = tuple(str(maneuver) if word == MANEUVER else word for word in step.arguments)
+        if step.command.startswith("calibrate "):
+            arguments += of_certificate
+        return complete_command(NextStep(step.command, arguments), args)
 
-    def here(step: str) -> str:
-        step = _CALIBRATE.sub(calibrating, step)
-        step = _LOGGER.sub(lambda match: match[0] + at_logger, step)
-        step = _SEQUENCER.sub(lambda match: match[0] + at_sequencer, step)
-        return step.replace(_MANEUVER, f"--file {shlex.quote(str(maneuver))}")
-
-    return tuple(replace(check, next_step=here(check.next_step)) for check in checks)
-
-
-def logger_port(args: argparse.Namespace, option: str) -> str:
-    """Return the logger's port under that option, with a leading space; empty if none was given."""
-    return "" if args.logger_port is None else f" {option} {shlex.quote(args.logger_port)}"
+    return tuple(
+        replace(check, next_step=check.next_step.with_commands(complete))
+        if isinstance(check.next_step, Advice)
+        else check
+        for check in checks
+    )

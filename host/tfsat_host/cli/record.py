@@ -6,9 +6,10 @@ import argparse
 import time
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.boards import device_option, open_logger, refuse_emulated
+from tfsat_host.cli.boards import open_logger, refuse_emulated
 from tfsat_host.cli.usage import add_actions, device
 from tfsat_host.errors import DataLossError, RefusedError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
@@ -39,7 +40,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.run.held_maneuver import ask_sequencer, note_held
 
     with open_logger(args, out) as logger:
-        started = _begin(logger, args)
+        started = _begin(logger)
         with out.progress("waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
@@ -64,14 +65,16 @@ def _start(args: argparse.Namespace, out: Output) -> int:
                 "maneuver_crc": crc,
                 "device": logger.device(),
             },
-            f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks.{holds} Pulling the cable does "
-            "not stop it; it closes automatically after the landing.\n"
-            f"After the drop: tfsat-host record stop{device_option(args)}",
+            Advice(
+                f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks.{holds} "
+                "Pulling the cable does not stop it; it closes automatically after the landing.\nAfter the drop: ",
+                NextStep("record stop"),
+            ),
         )
     return 0
 
 
-def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
+def _begin(logger: LoggerClient) -> RecordStartReply:
     """Start a recording.
 
     Raises BoardError, and RefusedError if one is running already: a good recording is not to be ended.
@@ -91,9 +94,12 @@ def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
         what=f"It is recording already: session {status.session:08x}, {status.samples} samples, "
         f"{status.samples_dropped} dropped.",
         meaning="That recording goes on, and nothing was changed: the robot may be dropped.",
-        next_step=f"Nothing, or see it: tfsat-host status{device_option(args)}\n"
-        "Only to have a file of its own for the next drop, end this one first: "
-        f"tfsat-host record stop{device_option(args)}",
+        next_step=Advice(
+            "Nothing, or see it: ",
+            NextStep("status"),
+            "\nOnly to have a file of its own for the next drop, end this one first: ",
+            NextStep("record stop"),
+        ),
         code=ErrorCode.WRONG_STATE,
     )
 
@@ -119,14 +125,19 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "file_full": file_full,
                 "device": logger.device(),
             },
-            f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
-            f"Copy it to this computer: tfsat-host log fetch {number or 'all'}{device_option(args)}",
+            Advice(
+                f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
+                "Copy it to this computer: ",
+                NextStep("log fetch", (str(number or "all"),)),
+            ),
         )
         if lost:
             out.warn(f"{lost} samples were dropped because the card was too slow; decode says where.")
         if file_full:
             out.warn(
-                "It ended automatically, before it was stopped: its file was full. "
-                "More room for the next one: tfsat-host logger-settings set --file-mib 64"
+                Advice(
+                    "It ended automatically, before it was stopped: its file was full. More room for the next one: ",
+                    NextStep("logger-settings set", ("--file-mib", "64")),
+                )
             )
     return DataLossError.exit_code if lost or file_full else 0

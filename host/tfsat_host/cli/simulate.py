@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, duration_s
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
 
@@ -91,7 +92,7 @@ def _motion(
         if any(option is not None for option in (args.a_deg, args.file, args.speed)):
             raise _refusal(
                 "--history was given together with a maneuver: both are motions of the joints.",
-                f"tfsat-host simulate --history {args.history}",
+                Advice(NextStep("simulate", ("--history", str(args.history)))),
             )
         history = read_history(args.history, robot.n_joints, between=args.between)
         joints_end_s = float(history.breaks_s[-1]) if args.until is None else 0.0
@@ -99,7 +100,7 @@ def _motion(
     if robot.n_joints == 0 and (args.a_deg is not None or args.speed is not None):
         raise _refusal(
             f"{robot.path} has no joints that a maneuver could move.",
-            f"tfsat-host simulate --robot {args.robot} --initial-rate 0 0 10",
+            Advice(NextStep("simulate", ("--robot", str(args.robot), "--initial-rate", "0", "0", "10"))),
         )
     # A single rigid body flies, too, but no maneuver moves it.
     alone = robot.n_joints == 0 and args.file is None

@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.boards import PLACE, Place, absent, device_option, interruptible, most_telling, places
+from tfsat_host.cli.boards import PLACE, Place, absent, interruptible, most_telling, places
 from tfsat_host.cli.usage import add_options
 from tfsat_host.devices.ports import BOARDS, BoardName
 from tfsat_host.errors import Interrupted, TfsatError
@@ -50,19 +50,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
     board_states |= {board: state for board, (state, _) in answers.items()}
     _stand_against_arming(board_states, answers)
     out.result(board_states, lambda: _show([row for _, rows in answers.values() for row in rows], out))
-    _warn(board_states["logger"], args, out)
+    _warn(board_states["logger"], out)
     return 0
 
 
-def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) -> None:
+def _warn(logger: dict[str, Any] | None, out: Output) -> None:
     if logger is None:
         return
     for text in logger.get("attention", ()):
         out.warn(text)
     if logger.get("ram_holds_drop"):
-        from tfsat_host.run.logger_recordings import ram_warning
+        from tfsat_host.run.logger_recordings import RAM_WARNING
 
-        out.warn(ram_warning(device_option(args)))
+        out.warn(RAM_WARNING)
 
 
 def _stand_against_arming(

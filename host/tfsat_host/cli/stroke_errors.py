@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def _named_servo_maps(path: Path, *, dry_run: bool) -> ServoMaps:
         raise UsageError(
             what=f"There is no calibration {path}.",
             meaning="Nothing was sent to the robot.",
-            next_step="Give the path of the file that tfsat-host calibrate wrote, or leave out --calibration.",
+            next_step="Give the path of the file that `calibrate` wrote, or leave out --calibration.",
         )
     return ServoMaps(path, read_servo_maps(path))
 
@@ -118,8 +119,11 @@ def expect(schedule: Schedule, servo_maps: ServoMaps | None, settings: ServoSett
 def _without_map(joints: Sequence[int], servo_maps: ServoMaps) -> list[str]:
     mapped = {servo_map.joint for servo_map in servo_maps.maps}
     return [
-        f"{servo_maps.path} has no servo map of joint {joint}: how far its strokes will miss is not known. "
-        f"To measure it: tfsat-host calibrate servo --joint {joint}"
+        Advice(
+            f"{servo_maps.path} has no servo map of joint {joint}: how far its strokes will miss is not known. "
+            "To measure it: ",
+            NextStep("calibrate servo", ("--joint", str(joint))),
+        )
         for joint in joints
         if joint not in mapped
     ]
@@ -139,6 +143,6 @@ def _off(joints: Sequence[int], servo_maps: ServoMaps, settings: ServoSettings) 
                 f"The servo settings on the board are not those of {servo_maps.path} for joint {servo_map.joint}: they "
                 f"are up to {abs(degrees(off_rad)):.1f} deg off, and the errors that are shown are those with them. "
                 f"By the calibration: {servo_words(matching_setting(servo_map, setting))}. "
-                "tfsat-host upload-servos FILE stores them; the maneuver stays as it is."
+                f"{NextStep('upload-servos', ('FILE',))} stores them; the maneuver stays as it is."
             )
     return notices

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
-from tfsat_host.cli.boards import device_option, offering_emulated
+from tfsat_host.cli.boards import offering_emulated
 from tfsat_host.cli.usage import device, refuse_existing
-from tfsat_host.errors import RefusedError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.run.files import MANEUVER, schedule_in
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
@@ -78,11 +77,7 @@ def _upload(
 
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
-        try:
-            insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
-        except RefusedError as error:
-            error.next_step += device_option(args)
-            raise
+        insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
         with out.progress(f"uploading to {sequencer.port}"):
             upload = sequencer.upload(schedule)
         keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)
@@ -112,13 +107,16 @@ def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Outpu
         out.warn(f"{error.what} Preflight and evaluate read it in this folder.")
         return
     if args.file is not None:
-        again = f"--file {shlex.quote(str(args.file))} "
+        maneuver_words = ("--file", str(args.file))
     else:
-        speed = "" if args.speed is None else f"--speed {args.speed} "
-        again = f"{args.a_deg} {args.b_deg} {speed}".replace(".0 ", " ")
+        speed = () if args.speed is None else ("--speed", f"{args.speed:g}")
+        maneuver_words = (f"{args.a_deg:g}", f"{args.b_deg:g}", *speed)
     out.warn(
-        f"{here} in this folder is another maneuver: preflight will refuse it, and evaluate will not compare with "
-        f"it. To replace it: tfsat-host upload-sequence {again}--out {here} --force{device_option(args)}"
+        Advice(
+            f"{here} in this folder is another maneuver: preflight will refuse it, and evaluate will not compare "
+            "with it. To replace it: ",
+            NextStep("upload-sequence", (*maneuver_words, "--out", str(here), "--force")),
+        )
     )
 
 

@@ -6,10 +6,11 @@ import argparse
 from typing import Any
 
 from tfsat_host import servo_settings
-from tfsat_host.cli.boards import device_option, offering_emulated, open_sequencer, warn_of_misfit
+from tfsat_host.cli.boards import offering_emulated, open_sequencer, warn_of_misfit
 from tfsat_host.cli.usage import add_options, device, refuse_existing
 from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.stored_settings import comparison, origin_words, settings_as_dict
 from tfsat_host.whole_file import write_whole
@@ -27,6 +28,8 @@ settings:
 --force     let --out overwrite a file
 --dry-run   check and show the new settings; touch no board
 {device("sequencer")}"""
+
+_SHOW = NextStep("upload-servos", ("--show",))
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -61,13 +64,14 @@ def _show_table(settings: servo_settings.ServoSettings, line: str, out: Output) 
 def _check_usage(args: argparse.Namespace) -> None:
     if sum((args.file is not None, args.factory, args.show)) != 1:
         what = "One of FILE, --factory and --show is needed, and only one."
-        next_step = "tfsat-host upload-servos servos.toml   or   tfsat-host upload-servos --show"
+        next_step = Advice(NextStep("upload-servos", ("servos.toml",)), "   or   ", _SHOW)
     elif args.out is not None and not args.show:
         what = "--out writes what is on the board: it goes with --show only."
-        next_step = f"First tfsat-host upload-servos --show --out {args.out}, then the upload without --out."
+        show = NextStep("upload-servos", ("--show", "--out", str(args.out)))
+        next_step = Advice("First ", show, ", then the upload without --out.")
     elif args.dry_run and args.show:
         what = "--dry-run touches no board, and --show asks one."
-        next_step = "tfsat-host upload-servos --show   or   tfsat-host upload-servos FILE --dry-run"
+        next_step = Advice(_SHOW, "   or   ", NextStep("upload-servos", ("FILE", "--dry-run")))
     else:
         if args.out is not None:
             refuse_existing(args.out, force=args.force)
@@ -100,7 +104,7 @@ def _upload(
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
             upload = sequencer.write_settings(settings)
-        fits = warn_of_misfit(sequencer, settings, device_option(args), out)
+        fits = warn_of_misfit(sequencer, settings, out)
         result = {
             **_as_dict(upload.stored),
             "before": settings_as_dict(before.settings),

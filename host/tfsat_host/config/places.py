@@ -58,13 +58,17 @@ def places_of(text: str) -> dict[Path, Place]:
     for line, start, end in _statements(text):
         statement = text[start:end]
         is_header = statement.lstrip().startswith("[")
+        # Parsed alone, a statement gives its path as nested keys, dots and quotes resolved.
         names, is_list = _names(tomllib.loads(statement))
+        # Headers are absolute, entries relative to the header above them.
         place = () if is_header else table
         for number, name in enumerate(names, 1):
             place = (*place, name)
             places.setdefault(place, Place(line, start, end, not is_header and number == len(names)))
             if is_header and is_list and number == len(names):
+                # Each [[header]] begins the next element of its list.
                 counts[place] = counts.get(place, -1) + 1
+            # What lies inside a list of tables belongs to its latest element, as TOML has it.
             if place in counts:
                 place = (*place, counts[place])
                 places.setdefault(place, Place(line, start, end, False))
@@ -77,9 +81,11 @@ def _statements(text: str) -> Iterator[tuple[int, int, int]]:
     """Line, first character and end of each header or entry; neither rows of an array nor lines of a text are any."""
     depth, start, line = 0, 0, 1
     for token in _TOKEN.finditer(text + "\n"):
+        # Strings and comments are tokens as a whole, so every bracket seen here is one.
         depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)
         if token[0] == "\n" and depth == 0:
             yield line, start, token.start()
+            # Arrays and texts of several lines hold line feeds of their own.
             line += text.count("\n", start, token.start()) + 1
             start = token.end()
 

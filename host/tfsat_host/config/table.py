@@ -94,6 +94,7 @@ class Table:
     def fail(self, key: str, problem: str, cure: str = "", code: StrEnum = Fault.WRONG_TYPE) -> NoReturn:
         """Raises the error of `key`, which may have dots for what lies inside; no cure: the kind's."""
         path = (*self._path, *key.split("."))
+        # Call a numbered table by its number; only what lies inside it is spelled out as a path.
         parts, words = self._known_as
         place = ", ".join(filter(None, (words, _in_words(path[parts:]))))
         where = f"{self.source}:{line_of(self.file_text, path)}: {place}"
@@ -155,6 +156,7 @@ class Table:
             requirement or f"a whole number{'' if math.isinf(least) else f' from {least} to {most}'}"
         )
         value = self.value(key, requirement)
+        # Python's bool is an int: true must not pass for 1.
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             self._wrong(key, requirement)
         return value
@@ -163,6 +165,7 @@ class Table:
         """Return the entry if it is one of `choices`, else raise the kind's error."""
         requirement = " or ".join(shorten_value(choice) for choice in choices) or "one of none"
         value = self.value(key, requirement)
+        # Compare types too: 1.0 and true equal 1 in Python.
         if not any(type(value) is type(choice) and value == choice for choice in choices):
             self._wrong(key, requirement)
         return cast(_Choice, value)
@@ -254,6 +257,7 @@ class Table:
             if number in tables:
                 table.fail(of, f"{of} {number} is described twice", "Keep one of them.", code)
             tables[number] = table
+            # From here on its errors name it by this number.
             table._known_as = (len(table._path), f"{'' if key == of else f'{key} of '}{of} {number}")
         missing = [str(number) for number in range(1, count + 1) if require_all and number not in tables]
         if missing:
@@ -303,6 +307,7 @@ def _number(value: object) -> float | None:
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
+    # NaN, unequal to itself, and infinities pass: the caller decides about them.
     return float(value) if abs(value) <= MAX_NUMBER or value != value or abs(value) == math.inf else None
 
 
@@ -311,6 +316,7 @@ def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:
     if not shape:
         number = _number(value)
         return None if number is None or not math.isfinite(number) else [number]
+    # A size below 0 takes rows of any number but zero.
     if not isinstance(value, list) or not value or len(value) != (shape[0] if shape[0] >= 0 else len(value)):
         return None
     numbers: list[float] = []

@@ -48,6 +48,7 @@ def read_config(path: Path, kind: ConfigKind) -> Table:
         TfsatError: the kind's: the file cannot be read, is not valid TOML, or is of another format.
     """
     try:
+        # By size first: a recording given by mistake is not read into memory.
         if path.stat().st_size > kind.bytes_max:
             raise kind.refusal(f"{path}: this is no {kind.name}: it is too large.", Fault.SYNTAX)
         text = path.read_text(encoding="utf-8-sig")
@@ -66,6 +67,7 @@ def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
     Raises the kind's error as `read_config` does.
     """
     text = text.replace("\r\n", "\n")
+    # Before the parser sees them: it would be busy with such keys for minutes.
     if _DEEP_KEY.search(text):
         raise kind.refusal(
             f"{source}: is nested too deeply: a key has more than {_MAX_DOTS} dots.", Fault.SYNTAX
@@ -76,12 +78,14 @@ def parse_config(text: str, source: str, kind: ConfigKind) -> Table:
         what = _other_kind(Path(source), kind) or f"{source}: {_problem(text, error)}."
         raise kind.refusal(what, Fault.SYNTAX) from error
     top = Table(kind, source, text, (), values)
+    # An entry that only one kind has tells which file was given by mistake.
     for mark, name in _MARKS.items():
         if mark in values and name != kind.name:
             raise kind.refusal(f"{source} is a {name}, no {kind.name}.", Fault.FORMAT)
     if kind.format is not None:
         key, number = kind.format
         format_number = top.value(key, str(number))
+        # By type: true and 1.0 equal 1 as well.
         if type(format_number) is not int or format_number != number:
             cure = f"Use the tfsat-host that made the file; this one reads the line `{key} = {number}`."
             top.fail(key, f"{shorten_value(format_number)} is not {number}", cure, Fault.FORMAT)
@@ -128,12 +132,14 @@ def with_entry(text: str, path: Entry, value: object, comment: str) -> str:
     """
     place = places_of(text).get(path)
     if (place is None or not place.whole) and isinstance(value, Mapping):
+        # The table has no statement of its own. Each replacement moves what follows: find places anew.
         for key, item in value.items():
             text = with_entry(text, (*path, key), item, comment)
         return text
     if place is None or not place.whole:
         raise KeyError(path)
     old = text[place.start : place.end]
+    # The old statement stays as a comment; the new one keeps its key and indentation.
     rows = [
         f"# {comment}",
         *(f"# {row}" for row in old.splitlines()),
@@ -148,12 +154,14 @@ def _blocks(name: str, values: Mapping[str, object], comments: _Comments) -> Ite
     lines = []
     for key, value in values.items():
         inner = f"{name}.{key}" if name else key
+        # Two levels of headers; tables below them are written in braces.
         if name.count(".") == 0 and isinstance(value, Mapping):
             tables[f"[{inner}]"] = [value]
         elif not name and isinstance(value, list) and value and isinstance(value[0], Mapping):
             tables[f"[[{inner}]]"] = value
         elif value is not None:
             lines.append(f"{key} = {_text(value)}" + (f"  # {comments[key]}" if key in comments else ""))
+    # Entries first: behind a header they would belong to its table.
     yield lines
     for header, items in tables.items():
         for item in items:

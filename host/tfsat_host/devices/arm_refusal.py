@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from tfsat_host.devices.client import BoardError, board_error
 from tfsat_host.devices.sequencer import StoredManeuver
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import ArmRequest, ErrorReply, SequencerStatusReply
@@ -36,6 +37,7 @@ def arm_refusal(
         joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg, if they were measured. A report that
             the board has from another host is not known here.
     """
+    # The board's own order of checks, so that host and board give the same reason.
     if status.state == SequencerState.FAULT:
         return _fault_latched(status.fault)
     if status.state not in (SequencerState.SAFE, SequencerState.DONE):
@@ -49,6 +51,7 @@ def arm_refusal(
         return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit}.")
     if status.switches_open:
         return _refusal(ErrorCode.SWITCH_OPEN, detail=status.switches_open)
+    # After a run the servos hold their last angles: no hand moves a joint before they are let go.
     held_joints = (
         joints_off_start_pose(status.joint_angle_cdeg) if status.state == SequencerState.DONE else []
     )
@@ -56,8 +59,12 @@ def arm_refusal(
         return _not_at_start_pose(
             held_joints,
             "is held",
-            "tfsat-host disarm lets the servos go. Then bring the joint to 0 deg by hand or with tfsat-host jog, "
-            "and arm again.",
+            Advice(
+                NextStep("disarm"),
+                " lets the servos go. Then bring the joint to 0 deg by hand or with ",
+                NextStep("jog"),
+                ", and arm again.",
+            ),
         )
     away = joints_off_start_pose(joints_cdeg or ())
     return _not_at_start_pose(away, "is") if away else None
@@ -95,13 +102,14 @@ def _fault_latched(fault: ErrorCode) -> BoardError:
     return _refusal(
         ErrorCode.FAULT_LATCHED,
         f"A fault is latched: {what[:1].lower()}{what[1:]}",
-        f"{cure} Only tfsat-host disarm clears the fault.",
+        Advice(cure, " Only ", NextStep("disarm"), " clears the fault."),
     )
 
 
 def store_defects(stores_damaged: int) -> dict[str, ErrorCode]:
     """Return why ARM is refused for each store, by its name in STORES; NONE for a sound store."""
     defects = dict.fromkeys(STORES, ErrorCode.NONE)
+    # Two bits a kind of defect, one for each store; of several kinds the last in _WORDS is told.
     for pair, code in enumerate(_WORDS):
         for index, store in enumerate(STORES):
             if stores_damaged >> (2 * pair + index) & 1:

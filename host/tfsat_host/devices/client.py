@@ -10,6 +10,7 @@ from typing import ClassVar, Self, TypeVar
 from tfsat_host.devices.ports import PortProblem
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
@@ -30,6 +31,7 @@ BUSY_POLL_S = 0.25
 MAX_BACKLOG = 4096
 """Live samples kept until they are taken: 15 s at 280 Hz, 4 s at 1 kHz."""
 
+# Refusals by which the board protects the robot, which is as it was.
 _INTERLOCKS = (
     ErrorCode.WRONG_STATE,
     ErrorCode.SWITCH_OPEN,
@@ -44,6 +46,7 @@ _INTERLOCKS = (
     ErrorCode.STORE_OLD_LAYOUT,
     ErrorCode.RAM_HOLDS_DROP,
 )
+# Refusals whose detail is the index of a stroke.
 _ABOUT_STROKES = (
     ErrorCode.STEP_MISSING,
     ErrorCode.JOINT_UNKNOWN,
@@ -131,6 +134,7 @@ def _where(reply: msg.ErrorReply) -> str:
     """Describe in words what the reply's detail refers to, which depends on the request."""
     if reply.detail < 0:
         return ""
+    # JOG counts joints from 1; switches are bits, and settings and strokes are counted from 0.
     if reply.request == msg.JogRequest.TYPE:
         return f" (joint {reply.detail})"
     if reply.code == ErrorCode.SWITCH_OPEN:
@@ -162,7 +166,9 @@ class NoAnswer(TfsatError):
         super().__init__(
             what=f"No answer from {port}.",
             meaning="There is no tfsat board at this port, or it hangs. Nothing is known of its state.",
-            next_step="Unplug and plug the board, check that the sketch is flashed, then: tfsat-host ports",
+            next_step=Advice(
+                "Unplug and plug the board, check that the sketch is flashed, then: ", NextStep("ports")
+            ),
             code=PortProblem.NO_ANSWER,
         )
 
@@ -188,20 +194,24 @@ def _other_protocol(port: str, identity: BoardIdentity) -> WrongBoard:
     ours = ".".join(str(part) for part in FIRMWARE_VERSION)
     theirs = tuple(int(part) for part in identity.firmware.split("."))
     if identity.board is Board.SEQUENCER:
-        flash = f"flash this checkout's firmware:\nmake firmware && tfsat-host flash sequencer --port {port}"
+        flash: str = Advice(
+            "flash this checkout's firmware:\nmake firmware && ",
+            NextStep("flash sequencer", ("--port", port)),
+        )
     else:
         flash = (
             f"flash the sketch of this checkout, {_LOGGER_SKETCH}: open it in the Arduino IDE and upload it, or type\n"
             f"arduino-cli compile --upload --fqbn teensy:avr:teensy41 --port {port} {_LOGGER_SKETCH}"
         )
     if theirs == FIRMWARE_VERSION:
-        update = f"Update the {name}: {flash}"
+        update = Advice(f"Update the {name}: ", flash)
     elif theirs < FIRMWARE_VERSION:
-        update = f"The {name} is the older side ({identity.firmware}): {flash}"
+        update = Advice(f"The {name} is the older side ({identity.firmware}): ", flash)
     else:
-        update = (
+        update = Advice(
             f"This program is the older side ({ours}): check out tfsat {identity.firmware} and install its "
-            f"host package there: python -m pip install .\nOr take the {name} back to {ours}: {flash}"
+            f"host package there: python -m pip install .\nOr take the {name} back to {ours}: ",
+            flash,
         )
     return WrongBoard(
         what=f"The {name} at {port} runs firmware {identity.firmware} with protocol {identity.protocol_hash}; "
@@ -242,6 +252,7 @@ class Client:
             try:
                 return reply_type.decode(self._exchange(message, attempts))
             except BoardError as error:
+                # BUSY is no refusal: ask on, for as long as the board may take from the first such answer.
                 if error.code != ErrorCode.BUSY or (
                     deadline is not None and self.transport.now_s() > deadline
                 ):
@@ -253,6 +264,7 @@ class Client:
 
     def _exchange(self, message: Payload, attempts: int) -> bytes:
         request_type = message.TYPE
+        # One number for all repetitions of a request: whichever copy is answered, the reply fits.
         self._sequence = (self._sequence + 1) & 0xFF
         frame = encode_frame(Frame(request_type, self._sequence, message.encode()))
         for _ in range(attempts):
@@ -269,11 +281,13 @@ class Client:
         while (remaining_s := deadline - self.transport.now_s()) > 0:
             for frame in self._receive(remaining_s):
                 if frame.sequence != self._sequence:
+                    # A late answer to an earlier request.
                     continue
                 if frame.type == request_type | REPLY_BIT:
                     return frame.payload
                 if frame.type == msg.ErrorReply.TYPE:
                     error = msg.ErrorReply.decode(frame.payload)
+                    # An error names the request that it refuses; one about another request is stale.
                     if error.request == request_type:
                         raise board_error(error)
         return None
@@ -281,6 +295,7 @@ class Client:
     def _receive(self, timeout_s: float) -> list[Frame]:
         """Frames that have arrived, what was sent unasked set apart."""
         frames = []
+        # Streams come unasked between replies: queue them for their own readers.
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
             if frame.type == msg.LiveSampleStream.TYPE:
                 self._live.append(LiveSample.from_payload(frame.payload))
@@ -314,6 +329,7 @@ class Client:
     def wait(self, duration_s: float) -> None:
         """Lets time pass on the transport's clock; live samples are kept. Raises PortError."""
         deadline = self.transport.now_s() + duration_s
+        # Read on while time passes: what the board sends meanwhile must not wait in the port's buffer.
         while (remaining_s := deadline - self.transport.now_s()) > 0:
             self._receive(remaining_s)
 
@@ -332,7 +348,9 @@ class Client:
             raise WrongBoard(
                 what=f"The board at {self.transport.name} is the {name}; this command is for the {expected_name}.",
                 meaning="Nothing was sent to it but the question who it is.",
-                next_step=f"Give the {expected_name}'s port with --port; tfsat-host ports lists them.",
+                next_step=Advice(
+                    f"Give the {expected_name}'s port with --port; ", NextStep("ports"), " lists them."
+                ),
                 code=PortProblem.OTHER_BOARD,
             )
         return identity

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +11,7 @@ from typing import Protocol
 from tfsat_host.devices.client import BoardRefusal, NoAnswer
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
@@ -172,6 +172,7 @@ class JogClient(SequencerClient):
         Each angle, 0.01 deg, comes with its name in a refusal.
         """
         self.insist_on_safe(msg.JogRequest)
+        # The limits are those that the board holds and enforces itself, not a file's.
         limits = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply).servo[joint - 1]
         for angle_cdeg, what in angles:
             if not limits.min_cdeg <= angle_cdeg <= limits.max_cdeg:
@@ -179,8 +180,10 @@ class JogClient(SequencerClient):
                     what=f"{what} is outside joint {joint}'s limits, "
                     f"{limits.min_cdeg / 100:g} to {limits.max_cdeg / 100:g} deg.",
                     meaning="Nothing was moved; the servo would have been driven against its stop.",
-                    next_step="Name angles within the limits, which are part of the board's servo settings: "
-                    "tfsat-host upload-servos --show",
+                    next_step=Advice(
+                        "Name angles within the limits, which are part of the board's servo settings: ",
+                        NextStep("upload-servos", ("--show",)),
+                    ),
                 )
 
     def run(
@@ -220,12 +223,14 @@ class JogClient(SequencerClient):
             BoardRefusal, JogError, NoAnswer: see `run`.
         """
         start_cdeg = tour.stops_cdeg[0]
+        # A jog from the start to the start: the first order only holds the joint where it is.
         motion = _Motion(
             self, Jog(tour.joint, start_cdeg, start_cdeg), watch.pause, from_the_start(start_cdeg)
         )
 
         def moves() -> bool:
             motion.begin()
+            # The first pair is the start twice: the joint rests at the first stop as at the others.
             for stop, (from_cdeg, to_cdeg) in enumerate(pairwise((start_cdeg, *tour.stops_cdeg))):
                 if stop > 0:
                     motion.go_on(Jog(tour.joint, from_cdeg, to_cdeg))
@@ -253,8 +258,10 @@ class JogClient(SequencerClient):
         except BoardRefusal:  # the board does not jog: there is nothing to let go
             raise
         except KeyboardInterrupt:
+            # Ctrl-C is a way to end a jog: let go in order, and tell that it was not held.
             self._let_go(motion)
         except BaseException:
+            # Whatever went wrong, no joint stays driven; the error goes on after that.
             self._let_go(motion)
             raise
         else:
@@ -300,6 +307,7 @@ class _Motion:
 
     def begin(self) -> None:
         """Sends the first order, which holds the joint where it is. Raises what requests raise."""
+        # The uptime before the first order tells a restart of the board later on.
         self._uptime_ms = self._board.status().uptime_ms
         self.angle_cdeg = self._board.order(self.jog, self.jog.from_cdeg)
         self._ordered_s = self._board.now_s()
@@ -324,6 +332,7 @@ class _Motion:
         while not stopped():
             show_angle(self.angle_cdeg)
             if arrived_s is None and self.angle_cdeg == self.jog.to_cdeg:
+                # The hold counts from the first answer that gives the end as the commanded angle.
                 arrived_s = now_s()
             if arrived_s is not None and now_s() - arrived_s >= hold_s:
                 return True
@@ -333,8 +342,9 @@ class _Motion:
                     f"Joint {self.jog.joint} was commanded to {self.angle_cdeg / 100:g} deg only after "
                     f"{longest_s:.0f} s; {self.jog.to_cdeg / 100:g} deg was asked for.",
                     "The joint was let go.",
-                    f"Once more: {self._again(self.angle_cdeg)} If it recurs, report it.",
+                    Advice("Once more: ", self._again(self.angle_cdeg), " If it recurs, report it."),
                 )
+            # Sleep no longer than until the next order is due: the board lets go without orders.
             self._pause(max(0.0, min(POLL_S, self._ordered_s + ORDER_S - now_s())))
             self._look()
             if now_s() - self._ordered_s >= ORDER_S:
@@ -347,6 +357,7 @@ class _Motion:
         status = self._board.status()
         if status.state != SequencerState.JOGGING:
             raise self._ended_by_board(status)
+        # Kept from look to look, to tell a restart from a host that was away.
         self._uptime_ms = status.uptime_ms
         self.angle_cdeg = status.joint_angle_cdeg[self.jog.joint - 1]
 
@@ -369,6 +380,7 @@ class _Motion:
 
         The board's uptimes tell a restart from a host that was away.
         """
+        # The difference modulo the counter's range bridges its wrap-around; half of it or more is negative.
         passed_ms = (status.uptime_ms - self._uptime_ms) % _UPTIME_RANGE_MS
         if passed_ms >= _UPTIME_RANGE_MS // 2:  # its clock went back
             cause = status.reset_cause.name.lower().replace("_", " ")
@@ -393,16 +405,21 @@ class _Motion:
         return self._error(
             f"{what} It is {status.state.name.lower()}.{fault}",
             f"{last_commanded(self.jog.joint, self.angle_cdeg)} and was let go. {why}",
-            f"Look at the joint and its servo; then {self._again(self.angle_cdeg)}",
+            Advice("Look at the joint and its servo; then ", self._again(self.angle_cdeg)),
         )
 
     def not_let_go(self, reason: str) -> JogError:
         """It is not known whether the joint is limp."""
-        named = shlex.quote(self._board.port)
+        port = ("--port", self._board.port)
         return self._error(
             f"The sequencer did not confirm that it let joint {self.jog.joint} go. {reason}",
             f"{last_commanded(self.jog.joint, self.angle_cdeg)}. The sequencer lets it go when it notices the closed "
             f"port, or {IDLE_S:g} s after the last order; until then the servo may hold or move the joint.",
-            f"Keep hands off. tfsat-host status --port {named} shows whether it is safe; if not, "
-            f"tfsat-host disarm --port {named}, or cut the sequencer's power.",
+            Advice(
+                "Keep hands off. ",
+                NextStep("status", port),
+                " shows whether it is safe; if not, ",
+                NextStep("disarm", port),
+                ", or cut the sequencer's power.",
+            ),
         )

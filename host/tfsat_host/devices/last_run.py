@@ -11,7 +11,9 @@ from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import SCHEDULE_GRID_US, STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
 from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
+# After a reset the board is in neither: a run reported in them is of the present start.
 _OF_THIS_START = (SequencerState.RUNNING, SequencerState.DONE)
+# Faults that end a run and hold until a disarm, so that nothing was uploaded since.
 _FAULTS_OF_A_RUN = (
     ErrorCode.STROKE_MISSED,
     ErrorCode.RESET_WHILE_RUNNING,
@@ -99,6 +101,7 @@ def last_run(
         return None
     reported_us = report.start_us[: report.stroke_count]
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
+    # Scheduled times belong to the report only where the maneuver on the board is the one that flew.
     has_flown = holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
@@ -125,6 +128,7 @@ def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[
     to_the_end = status.fault == ErrorCode.STROKE_MISSED
     bookings = []
     for index, start_us in enumerate(reported_us):
+        # A stroke is missed only if its time has come: the run's end, or a later onset, shows that.
         came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in reported_us[index + 1 :])
         if start_us == STROKE_NOT_BEGUN_US:
             bookings.append(StrokeStatus.MISSED if came_by else StrokeStatus.NOT_BEGUN)
@@ -144,6 +148,7 @@ def holds_what_flew(status: SequencerStatusReply) -> bool:
 
 
 def _began_on_schedule(reported_us: Sequence[int], scheduled_us: Sequence[int]) -> bool:
+    # Stroke times lie on the grid: within half a step, no other time of the schedule is meant.
     timed = [
         abs(start_us - wanted_us) < SCHEDULE_GRID_US / 2
         for start_us, wanted_us in zip(reported_us, scheduled_us, strict=False)

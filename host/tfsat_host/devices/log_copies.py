@@ -45,7 +45,9 @@ def _unproven_spans(file: FileIO, entry: LogEntry) -> Iterator[Span]:
         block = chunk[at : at + BLOCK_BYTES]
         is_intact = is_whole(block)
         if index == 0 and is_intact and session_of(block) != entry.session:
+            # The listed session was read from this very block: here lies another recording.
             raise _OtherSession(session_of(block))
+        # A block that proves itself ends a span of doubtful ones; empty and torn blocks extend it.
         if is_intact and session_of(block) == entry.session:
             if count:
                 yield first, count
@@ -116,11 +118,13 @@ class PartialLog:
         """Puts a block in its place. Raises OSError when the disk is full."""
         self._file.seek(index * BLOCK_BYTES)
         written = 0
+        # An unbuffered write may take less than it is given.
         while written < len(block):
             written += self._file.write(block[written:])
 
     def finish(self) -> str:
         """Flush the complete file to disk, give it its final name, and return its SHA-256."""
+        # On disk before it gets its name: after a power cut, the final name never holds missing blocks.
         flush_to_disk(self._file.fileno())
         self._file.seek(0)
         digest = hashlib.file_digest(self._file, "sha256").hexdigest()
@@ -129,6 +133,7 @@ class PartialLog:
         return digest
 
     def _begin(self, entry: LogEntry) -> list[Span]:
+        # Empty it first: what is added then reads as zeros, which never prove themselves.
         self._file.truncate(0)
         self._file.truncate(self._size)
         return [(0, entry.blocks)] if entry.blocks else []
@@ -176,6 +181,7 @@ def sha256_if_same(logger: LoggerClient, entry: LogEntry, path: Path) -> str | N
             if file.read(BLOCK_BYTES) != block:
                 differing.append(index)
 
+        # Doubtful blocks are compared with the logger's own, byte by byte.
         outcome = logger.fetch_blocks(entry, doubtful, compare)
         if differing or outcome.unreadable:
             return None
@@ -226,6 +232,7 @@ class FetchedLogs:
         file = self.path or state_folder() / "fetched.json"
         notes = self._read()
         place = str(path.absolute())
+        # A place holds one recording: what was noted about it before is void.
         for key, copies in notes.items():
             notes[key] = [note for note in copies if note["path"] != place]
         note = {"path": place, "sha256": sha256, "fetched_unix_s": int(time.time())}
@@ -241,6 +248,7 @@ class FetchedLogs:
         except FileNotFoundError:
             return {}
         except ValueError:
+            # Broken JSON and a wrong structure are the same damage, reported once below.
             notes = None
         if not isinstance(notes, dict) or not all(_are_copies(copies) for copies in notes.values()):
             raise TfsatError(

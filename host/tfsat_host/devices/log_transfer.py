@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 from tfsat_host.devices.client import BoardError, Client
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC, LOG_PART_BYTES, LOG_READ_BLOCKS
@@ -36,6 +37,7 @@ _CARD_ERRORS = (
 )
 _PARTS = BLOCK_BYTES // LOG_PART_BYTES
 _CRC_OFFSET = BLOCK_BYTES - 4
+# Magic at 0, version, kind and counts passed over, session at 8 (log format, BlockHeader).
 _MAGIC_VERSION_SESSION = struct.Struct("<I4xI")
 _ZEROS = bytes(BLOCK_BYTES)
 
@@ -104,6 +106,7 @@ def list_logs(client: Client) -> Listing:
         for entry in _walk(client):
             entries.append(entry)  # noqa: PERF402  what came before an error stays
     except BoardError as error:
+        # A bad card must not hide what RAM holds: keep the entries that came before its error.
         if error.code not in _CARD_ERRORS:
             raise
         return Listing(entries, error)
@@ -130,6 +133,7 @@ def erase_log(client: Client, entry: msg.LogEntry) -> None:
     try:
         client.request(msg.LogEraseRequest(entry.number, entry.session), msg.LogEraseReply)
     except BoardError as error:
+        # A repeated request finds the recording gone: that is what was asked for.
         if error.code != ErrorCode.NO_SUCH_LOG:
             raise
 
@@ -162,6 +166,7 @@ def fetch_blocks(client: Client, entry: msg.LogEntry, spans: Iterable[Span], put
     """
     outcome = Outcome()
     for first, count in spans:
+        # In windows of what a single request may send; losses are repaired within each.
         for start in range(first, first + count, LOG_READ_BLOCKS):
             end = min(start + LOG_READ_BLOCKS, first + count)
             _Window(client, entry, range(start, end), put, outcome).fetch()
@@ -185,10 +190,12 @@ class _Window:
     def fetch(self) -> None:
         silent = fruitless = 0
         while self._missing:
+            # Ask for the first run that is still missing: after a loss, only the holes are sent again.
             first, count = self._first_run()
             n_pieces, arrived = self._read(first, count)
             for index, block in arrived.items():
                 self._take(index, block)
+            # No pieces at all: the card does not read. Pieces but no whole block: the cable.
             silent = 0 if n_pieces else silent + 1
             fruitless = 0 if arrived else fruitless + 1
             if silent == SILENT_WINDOWS:
@@ -202,10 +209,12 @@ class _Window:
         request = msg.LogReadRequest(self._entry.number, self._entry.session, first, count)
         coming = self._client.request(request, msg.LogReadReply).count
         n_pieces, blocks = 0, dict[int, bytes]()
+        # Collect until all have come, or a silence shows that the rest is lost.
         while len(blocks) < coming and (pieces := self._client.log_pieces(SILENCE_S)):
             n_pieces += len(pieces)
             for piece in pieces:
                 if isinstance(piece, msg.LogZerosStream):
+                    # Blocks of zeros travel as a count.
                     run = range(piece.first_block, piece.first_block + piece.count)
                     blocks.update(dict.fromkeys(run, _ZEROS))
                 elif block := self._join(piece):
@@ -234,6 +243,7 @@ class _Window:
     def _take(self, index: int, block: bytes) -> None:
         if index not in self._missing:
             return
+        # Count the readings: a wrong CRC that stays is the card's, one that goes was the cable's.
         self._readings[index] = self._readings.get(index, 0) + 1
         if not _can_be_right(block):
             if self._readings[index] < READINGS:
@@ -245,12 +255,17 @@ class _Window:
     def _give_up(self, index: int) -> None:
         unreadable = self._outcome.unreadable
         unreadable.append(index)
+        # So many consecutive blocks are no single bad sectors: the card as a whole has failed.
         if unreadable[-UNREADABLE_LIMIT:] == list(range(index - UNREADABLE_LIMIT + 1, index + 1)):
             raise TransferError(
                 what=f"The logger answers but sends none of the blocks {unreadable[-UNREADABLE_LIMIT]} to {index}.",
                 meaning="Its card does not read them, or the cable loses everything that is long.",
-                next_step="Try another cable or port. If it stays so, take the card out and copy it: "
-                "ddrescue reads around bad sectors; tfsat-host decode reads what it makes.",
+                next_step=Advice(
+                    "Try another cable or port. If it stays so, take the card out and copy it: "
+                    "ddrescue reads around bad sectors; ",
+                    NextStep("decode"),
+                    " reads what it makes.",
+                ),
             )
         self._missing.discard(index)
         self._put(index, _ZEROS)

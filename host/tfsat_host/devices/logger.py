@@ -19,6 +19,7 @@ from tfsat_host.devices.log_transfer import (
 )
 from tfsat_host.devices.logger_settings import StoredLoggerSettings
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, CardState, DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
@@ -32,7 +33,8 @@ START_TIMEOUT_S = 25.0
 POLL_S = 0.1
 BLOCKS_TIMEOUT_S = 3.0
 """A block is begun every 0.1 s at the latest, and a slow card takes nothing for 0.5 s."""
-_NEW_FILE = "tfsat-host record stop, then tfsat-host record start"
+_NEW_FILE = Advice(NextStep("record stop"), ", then ", NextStep("record start"))
+_FETCH_RAM = Advice("Keep the power on. ", NextStep("log fetch", ("ram",)))
 SAMPLES_WAIT_S = 0.5
 """Five samples at the lowest rate."""
 LIVE_TIMEOUT_S = 1.0
@@ -40,6 +42,7 @@ LIVE_TIMEOUT_S = 1.0
 
 def ram_seconds(rate_hz: int) -> float:
     """Compute how many seconds of recording RAM keeps when no card takes anything."""
+    # A block is closed when it is full or has waited for its time limit, whichever comes first.
     block_s = min(SAMPLES_PER_BLOCK / rate_hz, PARTIAL_BLOCK_MS / 1000)
     return RING_BLOCKS * block_s
 
@@ -52,7 +55,7 @@ class CardError(BoardError):
         seconds = f"{ram_seconds(status.rate_hz):.0f} s"
         if status.ram_holds_drop:
             self.meaning = f"The drop is in the logger's RAM only ({seconds} of it), until its power goes."
-            self.next_step = "Keep the power on. tfsat-host log fetch ram"
+            self.next_step = _FETCH_RAM
         elif request == msg.RecordStartRequest.TYPE:
             self.meaning = (
                 f"Do not drop: there is no recording on the card. RAM keeps the newest {seconds}, "
@@ -62,7 +65,7 @@ class CardError(BoardError):
             self.meaning = (
                 f"The card has no end of it. RAM keeps the newest {seconds}, until the logger's power goes."
             )
-            self.next_step = "Keep the power on. tfsat-host log fetch ram"
+            self.next_step = _FETCH_RAM
 
 
 class LoggerClient(BoardClient):
@@ -102,6 +105,7 @@ class LoggerClient(BoardClient):
                     meaning="Its power was cut, or somebody stopped the recording. A drop now would not be recorded.",
                     next_step="Check the logger's supply, then run the same command again.",
                 )
+            # Only a block on the medium proves the card; the state RECORDING does not.
             if status.blocks_written > 0:
                 return status
             if self.now_s() > deadline:
@@ -140,6 +144,7 @@ class LoggerClient(BoardClient):
         """
         deadline = self.now_s() + STOP_TIMEOUT_S
         while True:
+            # The same request again is harmless, and its answer tells how far the logger has got.
             reply = self._client.request(msg.RecordStopRequest(), msg.RecordStopReply)
             if reply.state == LoggerState.STOPPED:
                 return reply
@@ -149,7 +154,11 @@ class LoggerClient(BoardClient):
                 raise TfsatError(
                     what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after the request to stop.",
                     meaning="The card stalls or has failed; what reached it can be decoded.",
-                    next_step="Keep the power on, run tfsat-host status; copy the card before using it again.",
+                    next_step=Advice(
+                        "Keep the power on, run ",
+                        NextStep("status"),
+                        "; copy the card before using it again.",
+                    ),
                 )
 
     def set_clock(self, unix_us: int) -> None:
@@ -199,6 +208,7 @@ class LoggerClient(BoardClient):
             try:
                 return self.listing()
             except BoardError as error:
+                # WRONG_STATE: RAM still takes the drop. Any other error will not pass with time.
                 if error.code != ErrorCode.WRONG_STATE or self.now_s() > deadline:
                     raise
             self.wait(POLL_S)
@@ -253,7 +263,7 @@ class LoggerClient(BoardClient):
             raise TfsatError(
                 what=f"No live sample within {timeout_s:g} s.",
                 meaning="The logger has stopped sampling, or the cable is loose.",
-                next_step="tfsat-host status",
+                next_step=Advice(NextStep("status")),
             )
         return samples
 
@@ -299,6 +309,7 @@ def drop_in_danger(status: msg.LoggerStatusReply) -> DropInDanger | None:
 
     Until the logger gives the card up, 15 s later, its state alone does not tell.
     """
+    # Only between the release and the file's end, and only with a card that was found bad.
     in_use = status.state in (LoggerState.RECORDING, LoggerState.STOPPING)
     if not in_use or status.phase == DropPhase.WAITING or not card_is_bad(status):
         return None
@@ -310,8 +321,12 @@ def drop_in_danger(status: msg.LoggerStatusReply) -> DropInDanger | None:
     return DropInDanger(
         f"THE CARD IS {_card(status).upper()} AND THE DROP IS IN RAM ONLY, or a part of it. It is gone with the "
         "logger's power: keep it on.",
-        f"{landed}The card is tried on and gets everything if it comes back; if it does not: "
-        "tfsat-host record stop, then tfsat-host log fetch ram",
+        Advice(
+            f"{landed}The card is tried on and gets everything if it comes back; if it does not: ",
+            NextStep("record stop"),
+            ", then ",
+            NextStep("log fetch", ("ram",)),
+        ),
     )
 
 
@@ -322,12 +337,15 @@ def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
     """
     if status.state == LoggerState.FAILED:
         what = f"The recording has failed: {_lower_first_letter(REMEDIES[status.error][0])}"
-        return _not_on_card(
-            what, status, "Put in a card that tfsat-host status calls ready, then: tfsat-host record start"
+        ready = Advice(
+            "Put in a card that ", NextStep("status"), " calls ready, then: ", NextStep("record start")
         )
+        return _not_on_card(what, status, ready)
     if status.state == LoggerState.RECORDING and card_is_bad(status):
         what = f"The logger records, but its card is {_card(status)}."
-        return _not_on_card(what, status, f"Bring the card back: it is tried on. If it stays so: {_NEW_FILE}")
+        return _not_on_card(
+            what, status, Advice("Bring the card back: it is tried on. If it stays so: ", _NEW_FILE)
+        )
     return None
 
 
@@ -340,6 +358,7 @@ def stalled_recording(logger: LoggerClient, status: msg.LoggerStatusReply) -> No
         TfsatError: the logger does not answer any more.
     """
     refusal = recording_in_danger(status)
+    # A failed recording goes on in RAM at best; a count of samples that stands still shows not even that.
     if (
         status.state == LoggerState.FAILED
         and refusal is not None
@@ -348,12 +367,13 @@ def stalled_recording(logger: LoggerClient, status: msg.LoggerStatusReply) -> No
         refusal.meaning = "It takes no samples any more, not even into RAM: a drop now would leave no data."
     if refusal is not None or status.state != LoggerState.RECORDING:
         return refusal
+    # A card that is called ready proves itself by taking one more block.
     later = logger.after_more_blocks(status.blocks_written, BLOCKS_TIMEOUT_S)
     refusal = recording_in_danger(later)
     if refusal is not None or later.blocks_written > status.blocks_written:
         return refusal
     what = f"The logger records, but its card has taken nothing for {BLOCKS_TIMEOUT_S:g} s."
-    return _not_on_card(what, later, f"Wait, and try again. If it stays so: {_NEW_FILE}")
+    return _not_on_card(what, later, Advice("Wait, and try again. If it stays so: ", _NEW_FILE))
 
 
 def _not_on_card(what: str, status: msg.LoggerStatusReply, next_step: str) -> NotOnCard:
@@ -361,13 +381,13 @@ def _not_on_card(what: str, status: msg.LoggerStatusReply, next_step: str) -> No
         return NotOnCard(
             what=what,
             meaning="RAM holds an earlier drop and takes no other: a drop now would leave no data.",
-            next_step="Keep the power on. tfsat-host log fetch ram",
+            next_step=_FETCH_RAM,
         )
     return NotOnCard(
         what=what,
         meaning="A drop now would not be on the card: RAM keeps the newest "
         f"{ram_seconds(status.rate_hz):.0f} s at best, until the logger's power goes, "
-        "and it must be fetched right after the drop (tfsat-host log fetch ram).",
+        f"and it must be fetched right after the drop ({NextStep('log fetch', ('ram',))}).",
         next_step=next_step,
     )
 

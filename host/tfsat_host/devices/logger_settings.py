@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.messages import LoggerSettings
@@ -56,6 +57,7 @@ def rate_max_hz(bus_khz: int) -> int:
 
 def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
     """Compute the least file size for a drop, what follows it, and its second copy (file_budget.h)."""
+    # From the release to the recording's own end, and the ring, from which a drop is written again.
     blocks = (
         _blocks_per_s(rate_hz) * (limits.LANDING_LATEST_US // 1_000_000 + after_landing_s + 1)
         + limits.RING_BLOCKS
@@ -91,8 +93,9 @@ def check(settings: LoggerSettings) -> None:
             raise UsageError(
                 what=f"The {what} cannot be {value}{unit}: {allowed}{unit}.",
                 meaning="Nothing was sent; the logger keeps its settings.",
-                next_step="tfsat-host logger-settings set --help",
+                next_step=Advice(NextStep("logger-settings set", ("--help",))),
             )
+    # A file that is full ends its recording: it must hold the longest drop with its second copy.
     least_mib = file_min_mib(settings.rate_hz, settings.after_landing_s)
     if settings.file_mib < least_mib:
         raise UsageError(
@@ -102,6 +105,7 @@ def check(settings: LoggerSettings) -> None:
             next_step=f"Ask for --file-mib {least_mib} or more, or for a shorter --after-landing.",
         )
     if settings.rate_hz > rate_max_hz(settings.bus_khz):
+        # A faster bus may carry the rate: offer the slowest clock that does.
         faster = [khz for khz in BUS_CLOCKS_KHZ if rate_max_hz(khz) >= settings.rate_hz]
         raise UsageError(
             what=f"{bus_arithmetic(settings.rate_hz, settings.bus_khz)}.",
@@ -112,6 +116,7 @@ def check(settings: LoggerSettings) -> None:
 
 
 def _blocks_per_s(rate_hz: int) -> int:
+    # Filled by samples or closed by the time limit, and the header now and then.
     return max(-(-rate_hz // limits.SAMPLES_PER_BLOCK), 1000 // limits.PARTIAL_BLOCK_MS) + 1
 
 

@@ -94,8 +94,10 @@ def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[Angle
     ]
     angles = []
     for index, (count, sensor) in enumerate(zip(sample.sample.angle, sensors, strict=True)):
+        # The middle of the count: the converter truncates.
         sensor_deg = (count + 0.5) * _TURN_DEG / scales.angle_counts_per_turn
         turned_deg = sensor.direction * (sensor_deg - math.degrees(sensor.zero_offset_rad))
+        # To within half a turn of the joint's zero, wherever in the sensor's turn that lies.
         joint_deg = math.remainder(turned_deg, _TURN_DEG)
         angles.append(JointReading(sensor.joint + 1, sensor_deg, joint_deg, flag(ANGLE_VALID_BIT + index)))
     return Reading(tuple(bodies), tuple(angles))
@@ -125,6 +127,7 @@ class StreamMeter:
                     self.missed += lost
                     self.gaps += 1
             self._recent.append((sample.index, sample.time_us))
+            # A window on the logger's clock: the host's own delays do not change the rate.
             while self._recent[-1][1] - self._recent[0][1] > WINDOW_US:
                 self._recent.popleft()
 
@@ -246,6 +249,7 @@ class WatchedBoards:
 
     def update(self, until_s: float) -> None:
         """Brings both up to date; a board that does not answer any more is given up, its port closed."""
+        # With a logger, its samples take up the time until then; the sequencer is only asked.
         if self.sequencer is not None and not self._update_board(
             self.sequencer, self.clock() if self.logger is not None else until_s
         ):

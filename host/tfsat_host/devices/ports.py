@@ -14,6 +14,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     import serial
@@ -143,21 +144,30 @@ def find_port(
             what=f"{len(candidates)} ports look like a {board}: {', '.join(map(_describe_port, candidates))}.",
             next_step=f"Name the one you mean with --port PORT (or {variable}=PORT), or unplug the others.",
         )
+    # In its bootloader a board has other USB ids: tell it from one that is not plugged in.
     for port in ports:
         if identify(port) == Identity(board, "bootloader"):
-            how = f": tfsat-host flash sequencer --port {port.device} --force" if board == "sequencer" else ""
+            how: str = ""
+            if board == "sequencer":
+                how = Advice(": ", NextStep("flash sequencer", ("--port", port.device, "--force")))
             raise PortError(
                 PortProblem.BOOTLOADER,
                 what=f"The {board} on {port.device} waits in its bootloader: it runs no firmware.",
                 meaning="It was just reset, or it holds no sketch. Nothing was sent.",
-                next_step=f"Wait 10 s and run the same command again; if it stays so, flash it once more{how}.",
+                next_step=Advice(
+                    "Wait 10 s and run the same command again; if it stays so, flash it once more", how, "."
+                ),
             )
     others = f" Other ports: {', '.join(map(_describe_port, ports))}." if ports else ""
     raise PortError(
         PortProblem.NONE_FOUND,
         what=f"No {board} found: no serial port looks like one.{others}",
-        next_step=f"{_PLUG[board]} with a cable that carries data, or name its port with --port PORT "
-        f"(or {variable}=PORT); tfsat-host ports lists them.",
+        next_step=Advice(
+            f"{_PLUG[board]} with a cable that carries data, or name its port with --port PORT "
+            f"(or {variable}=PORT); ",
+            NextStep("ports"),
+            " lists them.",
+        ),
     )
 
 
@@ -178,6 +188,7 @@ def open_serial(path: str, *, read_timeout_s: float = 0.05, write_timeout_s: flo
     """
     import serial
 
+    # For this program alone: two readers of a link would take bytes from each other.
     try:
         return serial.Serial(
             path, BAUDRATE, timeout=read_timeout_s, write_timeout=write_timeout_s, exclusive=True
@@ -194,6 +205,7 @@ def _errno(error: Exception) -> int | None:
     cause: BaseException | None = error
     while cause is not None:
         number = getattr(cause, "errno", None)
+        # An error of termios has no errno attribute: its first argument is the number.
         if number is None and cause.args and type(cause).__module__ == "termios":
             number = cause.args[0]
         if isinstance(number, int):
@@ -220,7 +232,7 @@ _WINDOWS = {"FileNotFoundError": PortProblem.MISSING, "PermissionError": PortPro
 _OPENING = {
     PortProblem.MISSING: (
         "The port {path} does not exist.",
-        "tfsat-host ports lists the ports there are; plug the board in, or correct --port.",
+        Advice(NextStep("ports"), " lists the ports there are; plug the board in, or correct --port."),
     ),
     PortProblem.BUSY: (
         "The port {path} is in use by another program.",
@@ -233,7 +245,7 @@ _OPENING = {
     ),
     PortProblem.NO_SERIAL_PORT: (
         "{path} is no serial port.",
-        "tfsat-host ports lists the serial ports there are; correct --port.",
+        Advice(NextStep("ports"), " lists the serial ports there are; correct --port."),
     ),
     PortProblem.OTHER: (
         "The port {path} could not be opened: {text}.",

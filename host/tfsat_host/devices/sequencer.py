@@ -100,13 +100,16 @@ class SequencerClient(BoardClient):
         ask = self._client.request
         rows = _rows(schedule)
         ask(msg.ManeuverBeginRequest(len(rows), schedule.speed_cdeg_s), msg.ManeuverBeginReply)
+        # Each stroke carries its index, so a request may be repeated; the commit refuses if one is missing.
         for index, (joint, angle_cdeg, start_us) in enumerate(rows):
             ask(msg.ManeuverStrokeRequest(index, joint, angle_cdeg, start_us), msg.ManeuverStrokeReply)
+        # The CRC covers the canonical form, so the board stores this whole maneuver or none.
         commit = msg.ManeuverCommitRequest(maneuver_crc(schedule))
         written = self._until_stored(
             lambda: ask(commit, msg.ManeuverCommitReply),
             "The maneuver from before is still stored, and not armed.",
         )
+        # What flies is what is stored: read it back and compare it with what was meant.
         stored = self.read_back()
         if stored.strokes != rows or stored.speed_cdeg_s != schedule.speed_cdeg_s:
             raise _differs(stored.strokes, rows, "It would fly something else than you asked for.")
@@ -146,6 +149,7 @@ class SequencerClient(BoardClient):
             VerifyError: the board holds something else than was sent.
         """
         request = msg.SettingsWriteRequest(settings.frame_us, settings.servos)
+        # The generation counts what was stored and so tells whether this upload wrote.
         before = self.settings()
         self._until_stored(
             lambda: self._client.request(request, msg.SettingsWriteReply),
@@ -190,6 +194,7 @@ class SequencerClient(BoardClient):
 
     def arm(self) -> SequencerState:
         """Arms: from now on the release starts the maneuver. Raises BoardRefusal with the reason."""
+        # The token binds ARM to the state just seen: a copy that arrives late arms nothing.
         token = self.status().arm_token
         return self._client.request(msg.ArmRequest(token), msg.ArmReply).state
 
@@ -219,6 +224,7 @@ def _rows(schedule: Schedule) -> tuple[tuple[int, int, int], ...]:
 
 
 def _crc(speed_cdeg_s: int, strokes: tuple[tuple[int, int, int], ...]) -> int:
+    # Packed little endian: count and speed, then joint, angle and start of each stroke.
     canonical = struct.pack("<BH", len(strokes), speed_cdeg_s)
     canonical += b"".join(struct.pack("<BhI", *stroke) for stroke in strokes)
     return crc16(canonical)

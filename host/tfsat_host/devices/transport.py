@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.devices.ports import PortError, PortProblem, open_serial
+from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     import serial
@@ -74,6 +75,7 @@ class SerialTransport:
         deadline = time.monotonic() + timeout_s
         try:
             while True:
+                # Take all that waits; with nothing there, block for a byte up to the poll time.
                 data: bytes = self._port.read(max(1, self._port.in_waiting))
                 if data or time.monotonic() >= deadline:
                     return data
@@ -93,5 +95,7 @@ class SerialTransport:
             PortProblem.LOST,
             what=f"The connection on {self._path} was lost: {how}.",
             meaning="The last command may or may not have reached the board; nothing is half done there.",
-            next_step="Check the cable, then run tfsat-host status and the same command again.",
+            next_step=Advice(
+                "Check the cable, then run ", NextStep("status"), " and the same command again."
+            ),
         )

@@ -46,6 +46,7 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def matmul(a: FloatArray, b: FloatArray) -> FloatArray:
     """Compute the matrix product A B: (3, 3, ...)."""
+    # Three outer products, each one pass over the whole batch.
     product = a[:, 0, None] * b[None, 0]
     product += a[:, 1, None] * b[None, 1]
     product += a[:, 2, None] * b[None, 2]
@@ -70,6 +71,7 @@ def rotated_tensor(rotation: FloatArray, tensor: FloatArray) -> FloatArray:
 def rotation_about(axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Rotation (3, 3, ...) by `angle` (...) about the unit vector `axis` (3, ...): Rodrigues' formula."""
     sine, cosine = np.sin(angle), np.cos(angle)
+    # (1 - cos) a a^T, then cos on the diagonal and sin off it, with the signs of the cross product.
     out = axis[:, None] * ((1.0 - cosine) * axis)[None, :]
     turn = sine * axis
     for i in range(3):
@@ -95,6 +97,7 @@ def solve_symmetric(
     """x (3, ...) of A x = v for a regular A, given as xx, xy, xz, yy, yz, zz: an inertia is never near singular."""
     xx, xy, xz, yy, yz, zz = tensor
     x, y, z = vector
+    # Cramer's rule: a symmetric adjugate has six cofactors, and three of them give the determinant.
     cxx, cxy, cxz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     scale = 1.0 / (xx * cxx + xy * cxy + xz * cxz)
     cyy, cyz, czz = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy

@@ -19,6 +19,7 @@ def euler_zyx_rad(rotation: FloatArray) -> FloatArray:
     r = np.asarray(rotation, dtype=np.float64)
     cosine = np.hypot(r[..., 0, 0], r[..., 1, 0])
     y = np.arctan2(-r[..., 2, 0], cosine)
+    # In gimbal lock z takes all of the sum that is still defined.
     locked = cosine < _LOCKED
     z = np.where(locked, np.arctan2(-r[..., 0, 1], r[..., 1, 1]), np.arctan2(r[..., 1, 0], r[..., 0, 0]))
     x = np.where(locked, 0.0, np.arctan2(r[..., 2, 1], r[..., 2, 2]))
@@ -36,6 +37,7 @@ def euler_zyx_by_turn(rotation: FloatArray) -> FloatArray:
     locked = cosine < _LOCKED
     z = euler_zyx_rad(r)[..., 0]
     sin_z, cos_z = np.sin(z), np.cos(z)
+    # In gimbal lock z and x would grow without bounds: what divides by the cosine is left out.
     per_cosine = np.where(locked, 0.0, 1.0 / np.where(locked, 1.0, cosine))
     sine = -r[..., 2, 0]
     zero, ones = np.zeros_like(z), np.ones_like(z)

@@ -43,6 +43,7 @@ def shortest_s(
 ) -> FloatArray:
     """(...) time that servos need to turn joints from rest to rest."""
     rate, acceleration = max_rate_rad_s, acceleration_rad_s2
+    # A stroke that reaches the greatest rate cruises between its ramps; a shorter one has ramps alone.
     cruising = size_rad * acceleration > rate * rate
     return np.where(cruising, size_rad / rate + rate / acceleration, 2.0 * np.sqrt(size_rad / acceleration))
 
@@ -82,13 +83,17 @@ class ServoMotion(NamedTuple):
         """
         size, acceleration = np.abs(delta_rad), acceleration_rad_s2
         shortest = shortest_s(size, max_rate_rad_s, acceleration)
+        # No servo beats its own limits, and a move of no size takes an instant.
         duration = np.maximum(np.maximum(duration_s, shortest), SAME_INSTANT_S)
+        # 1 where ramps fill the whole duration; the less, the shorter they are.
         fullness = np.minimum(1.0, 4.0 * size / (acceleration * duration * duration))
         start, end = np.broadcast_to(start_s, duration.shape).copy(), np.empty_like(duration)
         at_rest: dict[int, FloatArray] = {}
+        # A joint still under way delays its own next move; the others run open loop.
         for k, joint in enumerate(joints):
             start[k] = np.maximum(start[k], at_rest.get(joint, start[k]))
             at_rest[joint] = end[k] = start[k] + duration[k]
+        # The smaller root of a r (T - r) = size, without the cancellation of 1 - sqrt(1 - f).
         ramp = 0.5 * duration * fullness / (1.0 + np.sqrt(1.0 - fullness))
         return cls(tuple(joints), delta_rad, start, end, ramp, np.sign(delta_rad) * acceleration)
 
@@ -106,7 +111,9 @@ class ServoMotion(NamedTuple):
         start, end, ramp = self.start_s[move], self.end_s[move], self.ramp_s[move]
         delta, half = self.delta_rad[move], 0.5 * self.push_rad_s2[move]
         since, remaining_s = edges_s[:-1] - start, end - edges_s[:-1]
+        # No piece straddles a change of acceleration: its middle tells the phase, without ties.
         middle = 0.5 * (edges_s[1:] + edges_s[:-1])
+        # Before, speeding up, at constant rate, slowing down; whatever is later takes the default.
         phase = [middle < start, middle < start + ramp, middle <= end - ramp, middle < end]
         rate = 2.0 * half * ramp
         return np.stack(
@@ -138,6 +145,7 @@ def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
     latest: dict[int, TimedMove] = {}
     for move in ordered:
         _check(move, robot.n_joints)
+        # Only scheduled times must not overlap: a servo that arrives late delays what follows.
         if move.joint in latest and move.start_s < latest[move.joint].end_s - SAME_INSTANT_S:
             raise ValueError(f"two moves of joint {move.joint + 1} overlap")
         latest[move.joint] = move
@@ -164,6 +172,7 @@ def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[TimedMove
     motion = servo_motion(robot, moves)
     columns = (values.tolist() for values in (motion.delta_rad, motion.start_s, motion.end_s))
     carried = [TimedMove(*row) for row in zip(motion.joints, *columns, strict=True)]
+    # Undo the sort by starts: results come in the caller's order.
     numbers = sorted(range(len(moves)), key=lambda number: moves[number].start_s)
     return [carried[numbers.index(number)] for number in range(len(moves))]
 
@@ -218,8 +227,10 @@ class JointHistory:
 
     def in_piece(self, piece: IntArray, since_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angles and rates (n - 1, m, q, ...), times (m, q, ...) after the start of pieces (m,)."""
+        # (d, n - 1, m, 1, ...): a joint's polynomial in each piece, to be broadcast over the times.
         chosen = np.moveaxis(self.coefficients[:, piece], 2, 1)[:, :, :, None]
         angles, rates = chosen[0], np.zeros_like(chosen[0])
+        # Horner's scheme, for the derivative one line ahead.
         for coefficient in chosen[1:]:
             rates = rates * since_s + angles
             angles = angles * since_s + coefficient
@@ -249,11 +260,13 @@ def overshoots(history: JointHistory) -> list[Overshoot]:
     Args:
         history: A history through samples.
     """
+    # A spline leaves its samples farthest where its rate is zero.
     breaks, turning = history.breaks_s, history.polynomial().derivative().roots(extrapolate=False)
     joint_overshoots = []
     for joint, roots in enumerate(turning):
         # An interval without motion has no single root: scipy says NaN.
         t_s = np.append(breaks[0], roots[np.isfinite(roots)])
+        # Compare each turning point with the samples at both ends of its interval.
         piece = np.clip(np.searchsorted(breaks, t_s, side="right") - 1, 0, len(breaks) - 2)
         values, ends = history.angles_rad(t_s)[:, joint], history.angles_rad(breaks)[:, joint]
         low, high = np.sort([ends[piece], ends[piece + 1]], axis=0)
@@ -284,6 +297,7 @@ def history_from_samples(
     if between == "cubic" and angles.shape[1] > 0:
         spline = CubicSpline(t, angles)
         return JointHistory(t, np.asarray(spline.c))
+    # Straight lines, and whatever a robot without joints needs: it has no spline.
     slope = np.diff(angles, axis=0) / np.diff(t)[:, None]
     return JointHistory(t, np.stack([slope, angles[:-1]]))
 
@@ -316,9 +330,12 @@ def history_from_moves(
     if start.shape != (robot.n_joints,):
         raise ValueError(f"start angles of shape {start.shape} do not fit {robot.n_joints} joints")
     motion = servo_motion(robot, moves)
+    # A break wherever an acceleration changes: each piece is one polynomial.
     instants = np.sort(np.append(motion.changes_s, [0.0, end_s or 0.0]))
+    # Nothing moves, and no end was given: one piece of a second at rest.
     if instants[0] == instants[-1]:
         instants[-1] += 1.0
+    # Instants that no clock tells apart would make pieces without length.
     apart = np.append(np.diff(instants) > SAME_INSTANT_S, True)
     return history_of(motion, instants[apart], start)
 

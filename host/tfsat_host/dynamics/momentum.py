@@ -130,6 +130,7 @@ def kinetic_energy_j(
     angles, joint_rates, base_rate = (pad(batch_last(v), 1, len(shape)) for v in arrays)
     placed = place(body, columns, angles)
     com = [p.at(columns.com[i]) for i, p in enumerate(placed)]
+    # Every body turns as the base; each joint then adds its turn to the bodies that it moves.
     rate, velocity = [base_rate] * body.n_bodies, [cross(base_rate, c) for c in com]
     for step in body.steps:
         turn, point = _hinge(step, columns, placed)
@@ -138,6 +139,7 @@ def kinetic_energy_j(
             rate[i] = rate[i] + turn
             velocity[i] = velocity[i] + cross(turn, com[i] - point)
     mass = columns.mass
+    # Take off the velocity of the center of mass: only motion about it counts.
     mean = sum(m * v for m, v in zip(mass, velocity, strict=True)) / mass.sum(axis=0)
     energy = sum(
         dot(rate[i], matvec(rotated_tensor(placed[i].rotation, columns.inertia[i]), rate[i]))
@@ -166,12 +168,14 @@ def compose_bodies(
     attached = [
         [Composite(m, c, i)] for m, c, i in zip(columns.mass, columns.com, columns.inertia, strict=True)
     ]
+    # Composite rigid bodies, leaves first: a branch is whole before its joint joins it to the parent.
     for step in reversed(steps):
         branch, axis, point = join(attached[step.child]), columns.axis[step.joint], columns.point[step.joint]
         turn = rotation_about(axis, step.sign * angles[step.joint])
         lever = matvec(turn, branch.com - point)
         inertia = rotated_tensor(turn, branch.inertia)
         velocity, momentum = (v if v is None else matvec(turn, v) for v in (branch.velocity, branch.momentum))
+        # The joint's own spin, on top of what the joints inside the branch do.
         if rates is not None and (rate := rates[step.joint]) is not None:
             spin = step.sign * axis * rate
             velocity = _or_zero(velocity) + cross(spin, lever)
@@ -188,6 +192,7 @@ def join(bodies: Sequence[Composite]) -> Composite:
 def _join_composites(a: Composite, b: Composite) -> Composite:
     mass, gap = a.mass + b.mass, b.com - a.com
     share = b.mass / mass
+    # Parallel axis theorem about the common center of mass, with the reduced mass.
     reduced = a.mass * share
     composite = Composite(
         mass, a.com + share * gap, a.inertia + b.inertia + reduced * point_tensor(gap), a.velocity, a.momentum
@@ -195,6 +200,7 @@ def _join_composites(a: Composite, b: Composite) -> Composite:
     if a.velocity is None and b.velocity is None:
         return composite
     velocity, momentum = _or_zero(a.velocity), _or_zero(a.momentum) + _or_zero(b.momentum)
+    # The centers' relative motion carries angular momentum of the reduced mass.
     apart = _or_zero(b.velocity) - velocity
     return composite._replace(
         velocity=velocity + share * apart, momentum=momentum + reduced * cross(gap, apart)
@@ -221,6 +227,7 @@ def _split_batch(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ..
 def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
     """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
     shape, posed = _split_batch(body, angles_rad)
+    # Along the added axis joint k alone turns in sample k: one pass gives all columns of A.
     rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
     composite = compose_bodies(
         body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates)

@@ -56,6 +56,7 @@ def read_history(
         HistoryFileError: the file cannot be read or understood; names file, line and cure.
     """
     try:
+        # Spreadsheets may begin a file with a byte order mark.
         with path.open(encoding="utf-8-sig", newline="") as file:
             t_s, angles_deg = _samples(path, file, joint_count)
     except (OSError, UnicodeDecodeError) as error:
@@ -69,15 +70,18 @@ def read_history(
 def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatArray, FloatArray]:
     rows = csv.reader(file, strict=True)
     required_names = _header(joint_count).split(",")
+    # A rehearsal's truth names the same columns otherwise.
     names = [_OF_TRUTH.sub(r"theta\1_deg", name.strip()) for name in next(rows, [])]
     missing = [name for name in required_names if name not in names]
     if missing:
         what = f"{path}:1: there is no column {missing[0]}."
         _fail(what, f"Begin the file with the line {_header(joint_count)}; separate columns by commas.")
+    # Of two columns with one name it is unknown which one is meant.
     for name in required_names:
         if names.count(name) > 1:
             what = f"{path}:1: the column {name} is there {names.count(name)} times."
             _fail(what, "Keep the one that is meant, and rename or remove the other.")
+    # A joint more is another robot's motion: refuse it, while unrelated columns are ignored.
     for name in names:
         if name.lower().startswith("theta") and _ANGLE.fullmatch(name) and name not in required_names:
             what = f"{path}:1: the column {name} is one too many: the robot has {joint_count} joints."
@@ -107,6 +111,7 @@ def _from_release(table: FloatArray) -> FloatArray:
     later = table[table[:, 0] >= 0.0]
     if len(later) == len(table) or len(later) == 0 or later[0, 0] == 0.0:
         return later
+    # The release lies between two rows: interpolate, so that the history begins at t = 0.
     before, after = table[len(table) - len(later) - 1], later[0]
     at_release = before + (after - before) * (0.0 - before[0]) / (after[0] - before[0])
     at_release[0] = 0.0
@@ -115,6 +120,7 @@ def _from_release(table: FloatArray) -> FloatArray:
 
 def _number(path: Path, line: int, row: list[str], column: int, names: list[str]) -> float:
     text = row[column].strip() if column < len(row) else ""
+    # Stricter than `float`, which takes nan, inf and underscores.
     if not _NUMBER.fullmatch(text):
         quoted_text = repr(text) if text else "missing"
         cure = "Write a number there, with a point for the decimals, or leave out the whole row."
@@ -175,6 +181,7 @@ def flight_path(out: Path, history: Path | None, *, force: bool) -> Path:
             f"--out {out} ends neither in .csv nor in .npz.",
             "Name a file with one of them, or a folder.",
         )
+    # The output would overwrite the measurement that is being read.
     elif history is not None and path.exists() and history.exists() and path.samefile(history):
         what = f"--out {path} is the file that the joint history is read from."
     if what:
@@ -247,6 +254,7 @@ def _write_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
         "body_rate_rad_s": body_rates_rad_s(flight),
         "metadata": np.array(json.dumps(metadata)),
     }
+    # As `numpy.savez` does it, but with a comment by which such a file is known as our own.
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w") as member:
@@ -265,9 +273,11 @@ def body_rates_rad_s(flight: Flight) -> FloatArray:
     body = flight.body
     rotation, _ = poses(body, flight.angles_rad)
     in_base = [flight.rate_rad_s] * body.n_bodies
+    # Rates add up outwards, each joint's about its axis, in base axes.
     for step in body.steps:
         axis = rotation[:, step.parent] @ (step.sign * body.joint_axis[step.joint])
         in_base[step.child] = in_base[step.parent] + axis * flight.angle_rates_rad_s[:, step.joint, None]
+    # R^T w: from base axes to those of each body.
     return np.asarray(np.einsum("mnji,mnj->mni", rotation, np.stack(in_base, axis=1)))
 
 

@@ -86,6 +86,7 @@ class Multibody:
     def tilt_hinges(self, tilt_rad: FloatArray) -> Multibody:
         """Tilt the hinge axes by (..., n - 1, 2) about the two directions `across` each axis."""
         sides = np.array([across(axis) for axis in self.joint_axis])
+        # j: joints, k: the two tilts, i: components.
         return self.replace(
             joint_axis=tilt_axes(self.joint_axis, np.einsum("...jk,jki->...ji", tilt_rad, sides))
         )
@@ -93,6 +94,7 @@ class Multibody:
     def moved_by(self, joint: int) -> tuple[int, ...]:
         """Return the bodies on the far side of `joint`, seen from the base."""
         moved: list[int] = []
+        # Joints run outwards: one pass finds the whole branch.
         for step in self.steps:
             if step.joint == joint or step.parent in moved:
                 moved.append(step.child)
@@ -121,6 +123,7 @@ class Columns(NamedTuple):
 
 def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:
     reached, steps = [base], list[Step]()
+    # Outwards from the base; a joint crossed from outer to inner turns the other way.
     while len(reached) < robot.n_bodies:
         for joint, (inner, outer) in enumerate(zip(robot.joint_inner, robot.joint_outer, strict=True)):
             if inner in reached and outer not in reached:
@@ -137,6 +140,7 @@ def across(axis: FloatArray) -> FloatArray:
 
     They are near to the coordinate axes that name them.
     """
+    # The two coordinate axes across the nearest one, made square to the axis by Gram-Schmidt.
     along = int(np.argmax(np.abs(axis)))
     first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
     first = first - (first @ axis) * axis
@@ -148,4 +152,5 @@ def across(axis: FloatArray) -> FloatArray:
 def tilt_axes(axis: FloatArray, tilt: FloatArray) -> FloatArray:
     """`axis` (n - 1, 3) turned by rotation vectors `tilt` (..., n - 1, 3) square to it."""
     angle = np.sqrt((tilt * tilt).sum(axis=-1, keepdims=True))
+    # Rodrigues' formula for a turn square to the axis; sinc takes care of no tilt at all.
     return np.asarray(np.cos(angle) * axis + np.sinc(angle / np.pi) * np.cross(tilt, axis))

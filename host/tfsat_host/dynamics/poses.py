@@ -46,9 +46,11 @@ def place(body: Multibody, columns: Columns, angles: FloatArray) -> list[BodyPla
     ones = (1,) * (angles.ndim - 1)
     base = BodyPlacement(np.eye(3).reshape(3, 3, *ones), np.zeros((3, *ones)))
     placed = [base] * body.n_bodies
+    # Outwards: a parent is placed before its children.
     for step in body.steps:
         parent, axis, point = placed[step.parent], columns.axis[step.joint], columns.point[step.joint]
         turn = rotation_about(axis, step.sign * angles[step.joint])
+        # A turn about a line through `point`, carried along by the parent.
         placed[step.child] = BodyPlacement(
             matmul(parent.rotation, turn), parent.at(point - matvec(turn, point))
         )

@@ -54,6 +54,7 @@ def _tableau(stages: list[list[float]], weights: list[float]) -> Tableau:
     square = np.zeros((len(weights), len(weights)))
     for i, row in enumerate(stages, start=1):
         square[i, : len(row)] = row
+    # A row's sum is its node; stages at the same instant share one evaluation of the inertia.
     nodes, node_of_stage = np.unique(square.sum(axis=1).round(15), return_inverse=True)
     return Tableau(nodes, node_of_stage, np.array(weights), square)
 
@@ -178,13 +179,17 @@ class Propagation:
             raise ValueError(f"there is no order {order}: choose from {', '.join(map(str, TABLEAUS))}")
         self._body, self._history, self._tableau = body, history, TABLEAUS[order]
         batch = history.breaks_s.shape[1:]
+        # To be broadcast against steps, nodes and the batch.
         self._columns = body.columns(2 + len(batch))
         self._start = np.multiply.outer(_unit(attitude_xyzw), np.ones(batch))
         self._momentum = None if rate_rad_s is None else self._initial_momentum(np.asarray(rate_rad_s))
+        # Without momentum the rate does not depend on the attitude: three nodes a step are enough.
         self._by_magnus = self._momentum is None and order == 6
         self._nodes = GAUSS if self._by_magnus else self._tableau.nodes
         self._spans_s = np.diff(history.breaks_s, axis=0)
+        # One number of steps for the whole batch in each piece, by the longest of them.
         longest_s = self._spans_s.reshape(len(self._spans_s), -1).max(axis=1)
+        # The tolerance keeps rounding from adding a step where the span is a multiple of it.
         self._counts = np.maximum(1, np.ceil(longest_s / step_s - 1e-9).astype(np.int64))
 
     @property
@@ -196,6 +201,7 @@ class Propagation:
         """(m, 4, ...) at the start and after every `keep`-th step, with every step divided into `parts`."""
         piece, since, length = self._divide_steps(parts)
         latest, attitudes = self._start, [self._start]
+        # Inertia and drive are evaluated for a block of steps at once, as many as fit the cache.
         size = max(1, _BLOCK // (latest[0].size * len(self._nodes)))
         for first in range(0, len(piece), size):
             block = slice(first, first + size)
@@ -224,6 +230,7 @@ class Propagation:
         start = np.zeros((1, 1, *self._start.shape[1:]))
         angles, rates = (v[:, 0, 0].T for v in self._history.in_piece(np.zeros(1, dtype=np.int64), start))
         inertia, joints = inertia_and_joint_momentum(self._body, angles)
+        # The base's part and the joints' in base axes; in inertial axes their sum is conserved.
         own = inertia @ rate + np.einsum("...ij,...j->...i", joints, rates)
         return matvec(quaternion.to_matrix(self._start), batch_last(own))
 
@@ -231,6 +238,7 @@ class Propagation:
         """Piece (m,), start within the piece (m, ...) and length (m, ...) of each step."""
         counts = self._counts * parts
         piece: IntArray = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+        # Index of a step within its piece: a running count less that of the piece's first step.
         number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
         length = (self._spans_s.T / counts).T[piece]
         return piece, (number * length.T).T, length
@@ -241,9 +249,11 @@ class Propagation:
         """(4, ...) after each of m steps, from `since` (m, ...) after the start of pieces (m,) on."""
         at = since[:, None] + self._nodes.reshape(-1, *(1,) * (attitude.ndim - 1)) * length[:, None]
         angles, rates = self._history.in_piece(piece, at)
+        # Without momentum and with resting joints nothing turns.
         if self._momentum is None and not rates.any():
             return [attitude] * len(piece)
         inertia, drive = self._inertia_and_drive(angles, rates)
+        # With momentum a rate depends on the attitude reached: step by step.
         if self._momentum is not None:
             return self._stepwise(attitude, length, inertia, drive, self._momentum)
         w = _base_rate(inertia, drive)  # no step depends on the one before
@@ -265,7 +275,7 @@ class Propagation:
         """(4, ...) after each of m steps with momentum (3, ...); I (6, m, nodes, ...), A q' (3, m, nodes, ...)."""
         attitudes = []
         for i, h in enumerate(length):
-
+            # Index and attitude are bound as defaults: the function is of this step alone.
             def rate(node: int, turn: FloatArray, i: int = i, start: FloatArray = attitude) -> FloatArray:
                 here = quaternion.product(start, quaternion.exponential(turn))
                 return _base_rate(inertia[:, i, node], drive[:, i, node], _in_base(here, momentum))
@@ -278,6 +288,7 @@ class Propagation:
         """Rotation vector (3, ...) of a step of length h (...); `rate` is of a node and of the turn until then."""
         weights, stages = self._tableau.weights, self._tableau.stages
         slopes = np.empty((len(weights), 3, *np.shape(h)))
+        # Stages lie in the Lie algebra: each rate passes the inverse differential of the exponential.
         for stage, node in enumerate(self._tableau.node_of_stage):
             turn = h * np.tensordot(stages[stage, :stage], slopes[:stage], axes=1)
             slopes[stage] = quaternion.inverse_differential(turn, rate(int(node), turn))
@@ -285,6 +296,7 @@ class Propagation:
 
     def _inertia_and_drive(self, angles: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """I as xx, xy, xz, yy, yz, zz, (6, m, q, ...), and A q', (3, m, q, ...), of joints (n - 1, m, q, ...)."""
+        # A joint that rests throughout the block has no momentum of its own.
         moving = [rate if rate.any() else None for rate in rates]
         # A joint that rests is turned only once.
         posed = [
@@ -305,6 +317,7 @@ def _base_rate(inertia: FloatArray, drive: FloatArray, momentum: FloatArray | No
 def _turn_attitude(attitude: FloatArray, turn: FloatArray) -> FloatArray:
     """Rotate the attitude (4, ...) by a rotation vector (3, ...) in its own axes, and normalize it."""
     after = quaternion.product(attitude, quaternion.exponential(turn))
+    # Rounding would let the length drift over many steps.
     return np.asarray(after / np.sqrt((after * after).sum(axis=0)))
 
 
@@ -381,6 +394,7 @@ def propagate_within(
     if not tolerance_rad > 0.0:
         raise ValueError(f"a tolerance of {tolerance_rad} rad cannot be kept")
     duration_s = float(history.breaks_s[-1] - history.breaks_s[0])
+    # Begin with twice the default: the halving that gives the error then leads to it.
     longest_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS) if step_s is None else step_s
     course = Propagation(
         body, history, initial_attitude_xyzw, initial_rate_rad_s, step_s=longest_s, order=order
@@ -388,6 +402,7 @@ def propagate_within(
     if step_s is None:
         parts, attitudes, error = _halve_steps(course, tolerance_rad, steps_max)
     else:
+        # A stated step stands: half of it serves for the estimate alone.
         parts, attitudes, fine = 1, course.attitudes(), course.attitudes(2)
         error = _apart_rad(attitudes, fine[::2])
     return EstimatedFlight(course.flight(parts, attitudes), error, error <= tolerance_rad)
@@ -413,9 +428,11 @@ def final_attitudes(
         tolerance_rad: Greatest error of an attitude after any of the first, longest steps.
         steps_max: Most steps of a flight. If they are not enough, the error is above the tolerance.
     """
+    # A spinning base limits the first steps by its turn; without momentum one may span a whole piece.
     turning = 0.0 if initial_rate_rad_s is None else float(np.linalg.norm(initial_rate_rad_s))
     step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf
     course = Propagation(body, history, None, initial_rate_rad_s, step_s=step_s, order=6)
+    # The last halving may change GAIN times the tolerance: at most a 16th of that is left.
     _, attitudes, change = _halve_steps(course, GAIN * tolerance_rad, steps_max, every_instant=False)
     return FinalAttitudes(attitudes[-1], change / GAIN)
 
@@ -428,9 +445,11 @@ def _halve_steps(
     Attitudes of every instant, or of those alone that the undivided steps have.
     """
     parts, error, fine = 1, math.inf, course.attitudes()
+    # Halve once at least, for there is no estimate before.
     while error > tolerance_rad and (parts == 1 or 2 * parts * course.steps <= steps_max):
         parts, coarse = 2 * parts, fine
         fine = course.attitudes(parts, keep=1 if every_instant else parts)
+        # Compare at the instants that both have.
         error = _apart_rad(coarse, fine[:: 2 if every_instant else 1])
     return parts, fine, error
 

@@ -43,6 +43,7 @@ def exponential(vector: FloatArray) -> FloatArray:
     squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
     half = 0.5 * np.sqrt(squared)
     small = half < _SMALL_RAD
+    # Both branches are computed everywhere; where the quotient is not taken, it may divide by zero.
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(
             small, 0.5 - squared / 48.0 + squared * squared / 3840.0, np.sin(half) / (2.0 * half)
@@ -55,8 +56,10 @@ def exponential(vector: FloatArray) -> FloatArray:
 
 def logarithm(q: FloatArray) -> FloatArray:
     """Rotation vector (3, ...) of the shorter way round, rad, at most pi long."""
+    # q and -q are one rotation: the one with w >= 0 goes the shorter way round.
     sign = np.where(q[3] < 0.0, -1.0, 1.0)
     sine = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    # arctan2 keeps all digits near zero and near half a turn, where arccos and arcsin lose some.
     half = np.arctan2(sine, np.abs(q[3]))
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(sine < 1e-8, 2.0, 2.0 * half / sine)
@@ -65,6 +68,7 @@ def logarithm(q: FloatArray) -> FloatArray:
 
 def inverse_differential(turn: FloatArray, rate: FloatArray) -> FloatArray:
     """Derivatives (3, ...) of rotation vectors `turn` (3, ...) of R0 exp(turn) that turn at body rates (3, ...)."""
+    # The coefficient (1 - x/2 cot(x/2)) / x^2, for small turns by its series, where digits cancel.
     squared = dot(turn, turn)
     small = squared < 1e-4
     half = 0.5 * np.sqrt(np.where(small, 1.0, squared))

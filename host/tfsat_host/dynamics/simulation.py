@@ -67,6 +67,7 @@ class Simulation:
 
     def rotations(self) -> FloatArray:
         """(n, 3, 3): how each body has turned from the release to the end, in inertial axes."""
+        # A body's attitude is the base's times its pose; the turn is that at the end against the start's.
         pose, _ = poses(self.flight.body, self.flight.angles_rad[[0, -1]])
         return np.asarray(quaternion.to_matrix(self.quaternion_xyzw) @ pose[1] @ pose[0].swapaxes(1, 2))
 
@@ -108,6 +109,7 @@ def fly(
     estimated = propagate_within(
         body, history, initial_rate_rad_s=initial_rate_rad_s, order=order, step_s=step_s
     )
+    # Strokes end at breaks of the history, which steps never cross: the flight has these instants.
     ends = [int(np.abs(estimated.flight.t_s - move.end_s).argmin()) for move in carried]
     arrivals = tuple(move.end_s for move in carried)
     attitudes = estimated.flight.quaternion_xyzw[ends]
@@ -152,6 +154,7 @@ def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | 
     """
     until_s = float(max(s_from_us(FALL_US), joints_end_s) if asked_s is None else asked_s)
     what = cure = ""
+    # An end before the joints rest would cut a stroke off.
     if not (math.isfinite(until_s) and until_s > 0.0 and until_s >= joints_end_s):
         what = (
             f"--until {until_s:g} ends before the joints have come to rest, {joints_end_s:g} s after release."
@@ -178,11 +181,13 @@ def clip_history(history: JointHistory, from_s: float, until_s: float) -> JointH
 
     The joints rest before it begins and after it ends. `from_s` is no later than its beginning.
     """
+    # Pieces that begin before the end; the last of them is cut there.
     before_end = int(np.searchsorted(history.breaks_s[:-1], until_s))
     breaks = np.append(history.breaks_s[:before_end], min(until_s, history.breaks_s[before_end]))
     pieces = history.coefficients[:, : len(breaks) - 1]
     rest = np.zeros((len(pieces), 2, pieces.shape[2]))  # a piece before and one after
     rest[-1] = history.angles_rad(history.breaks_s[[0, -1]])
+    # Constant pieces hold the joints outside of what was measured.
     if from_s < breaks[0]:
         breaks, pieces = np.append(from_s, breaks), np.concatenate([rest[:, :1], pieces], axis=1)
     if until_s > breaks[-1]:

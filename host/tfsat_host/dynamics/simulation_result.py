@@ -75,6 +75,7 @@ def _end_s(simulation: Simulation) -> float:
     if isinstance(simulation.motion, Schedule):
         return round(max(simulation.arrivals_s, default=0.0), 2)
     flight = simulation.flight
+    # At a jump the flight shows the rate before it: the last moving instant is the end of the motion.
     return float(flight.t_s[flight.angle_rates_rad_s.any(axis=1)].max(initial=0.0))
 
 
@@ -195,6 +196,7 @@ def _history_notices(robot: RobotModel, history: JointHistory) -> list[str]:
     """Return notices where a history exceeds the joint limits, or its spline the samples."""
     angles_rad = history.angles_rad(history.breaks_s)
     low_rad, high_rad = robot.joint_limits_rad.T
+    # Greatest excursion of each joint beyond its range at the samples; 0 inside.
     beyond_deg = np.degrees(np.maximum(low_rad - angles_rad, angles_rad - high_rad).max(axis=0, initial=0.0))
     messages = [
         f"The history takes {name} {excess_deg:.2f} deg beyond the limits of {robot.path.name}."

@@ -67,6 +67,7 @@ class Hinge(NamedTuple):
             raise ValueError(f"there is no joint {joint}: the robot has {body.n_joints}, counted from 0")
         step = next(step for step in body.steps if step.joint == joint)
         columns = body.columns(batch_ndim)
+        # With the joint's axis along x a turn of the hinge mixes y and z alone.
         to_global = _align_with_x(step.sign * columns.axis[joint])
         back = transpose(to_global)
         return cls(
@@ -111,7 +112,9 @@ def divide(hinge: Hinge, angles: FloatArray) -> Halves:
 def to_base(hinge: Hinge, angles: FloatArray) -> FloatArray:
     """Rotation (3, 3, ...) from hinge coordinates to base axes at joint angles (n - 1, ...)."""
     rotation = hinge.to_global
+    # The axes are kept in hinge coordinates: take them to global ones.
     axis = [matvec(hinge.to_global, a) for a in hinge.columns.axis]
+    # From the hinge back to the base, joint by joint.
     for step in reversed(hinge.path):
         rotation = matmul(rotation_about(axis[step.joint], step.sign * angles[step.joint]), rotation)
     return rotation
@@ -125,18 +128,22 @@ def base_rate(halves: Halves, angle: FloatArray) -> FloatArray:
     """
     fixed, moving = halves.fixed, halves.moving
     cosine, sine = np.cos(angle), np.sin(angle)
+    # Lever from the axis to the moving side's center of mass, turned by the hinge's angle.
     x, y, z = moving.com - halves.point
     lever_y, lever_z = cosine * y - sine * z, sine * y + cosine * z
+    # Distance of the two centers of mass: with the reduced mass it couples both sides.
     gap = halves.point - fixed.com
     dx, dy, dz = x + gap[0], lever_y + gap[1], lever_z + gap[2]
     reduced = fixed.mass * moving.mass / (fixed.mass + moving.mass)
 
     own, other = moving.inertia, fixed.inertia
+    # Turned about x, yy, zz and yz take the double angle, xy and xz the single, xx none.
     mean, half = 0.5 * (own[1, 1] + own[2, 2]), 0.5 * (own[1, 1] - own[2, 2])
     cosine2, sine2 = cosine * cosine - sine * sine, 2.0 * sine * cosine
     xy, xz = cosine * own[0, 1] - sine * own[0, 2], sine * own[0, 1] + cosine * own[0, 2]
     bulge, yz = cosine2 * half - sine2 * own[1, 2], sine2 * half + cosine2 * own[1, 2]
 
+    # I w = -A for unit rate of the hinge, by the parallel axis theorem with the reduced mass.
     mx, my, mz = reduced * dx, reduced * dy, reduced * dz
     return solve_symmetric(
         (
@@ -156,6 +163,7 @@ def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
     reached, steps = [root], list[Step]()
     joints = [step for step in body.steps if step.joint != without]
     grown = True
+    # Until no joint leads to a new body; a joint crossed from outside in turns the other way.
     while grown:
         grown = False
         for step in joints:
@@ -170,6 +178,7 @@ def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
 def _path(body: Multibody, target: int) -> tuple[Step, ...]:
     """Return the joints from the base to body `target`."""
     path: list[Step] = []
+    # Inwards from the target: one joint of each body leads to the base.
     while target != body.base:
         step = next(step for step in body.steps if step.child == target)
         path.insert(0, step)
@@ -179,6 +188,7 @@ def _path(body: Multibody, target: int) -> tuple[Step, ...]:
 
 def _align_with_x(axis: FloatArray) -> FloatArray:
     """Return a rotation (3, 3, ...) whose first column is the unit vector `axis` (3, ...)."""
+    # The coordinate axis least along it is safe for the cross product.
     least = np.argmin(np.abs(axis), axis=0)
     across = np.moveaxis(_SIDEWAYS[least], -1, 0)
     second = cross(axis, across)
@@ -191,8 +201,10 @@ STEPS = 2
 TOLERANCE_RAD = math.radians(1e-4)
 # Half as long a step leaves a 64th of the error, once steps are short; until then it may be a 16th.
 GAIN = 16.0
+# The first try has no step longer than 45 deg.
 _MAX_STEP_RAD = math.pi / 4.0
 _STEPS_MAX = 4096
+# Nodes of Gauss-Legendre quadrature of order 6, on a step of length 1.
 _ROOT15 = 15.0**0.5
 GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
 
@@ -269,6 +281,7 @@ def path_rotation(
     angles = np.array(np.broadcast_to(start, (*shape, body.n_joints)))
     rotation = quaternion.identity(shape)
     for stroke, joint in enumerate(joints):
+        # Errors of strokes at most add up: each gets an equal share of the tolerance.
         turned = stroke_rotation(
             body,
             joint,
@@ -288,6 +301,7 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
     Raises:
         ValueError: a number is not finite, or no number of steps is enough.
     """
+    # A NaN would never meet the tolerance, and halve the steps to the last.
     if not (np.isfinite(angles).all() and np.isfinite(delta).all()):
         raise ValueError("joint angles and strokes must be finite")
     if delta.size == 0:
@@ -295,6 +309,7 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
     longest = float(np.abs(delta).max())
     steps = max(STEPS, math.ceil(min(longest / _MAX_STEP_RAD, _STEPS_MAX)))
     rotation = rotate_base(hinge, angles, delta, steps)
+    # Halve until the change is small: what is still wrong is a 16th of it at most.
     while steps < _STEPS_MAX:
         steps *= 2
         coarse, rotation = rotation, rotate_base(hinge, angles, delta, steps)
@@ -311,15 +326,18 @@ def rotate_base(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int 
 
     `delta` has the whole batch shape; angles may have axes of length 1.
     """
+    # Two rigid bodies for the whole stroke: only the hinge's own angle changes.
     halves = divide(hinge, angles)
     start = angles[hinge.step.joint]
     # A step's nodes are one more axis before the batch: (steps, 3 nodes, ...).
     nodes = ((np.arange(steps)[:, None] + GAUSS) / steps).reshape(steps, 3, *(1,) * np.ndim(delta))
     rates = base_rate(_with_axes(halves, 2), start + nodes * delta)
     increments = magnus6(rates, delta / steps)
+    # Rotations do not commute: multiply the steps in their order.
     rotation = quaternion.exponential(increments[:, 0])
     for step in range(1, steps):
         rotation = quaternion.product(rotation, quaternion.exponential(increments[:, step]))
+    # A change of axes turns a quaternion's vector part, and leaves its scalar.
     rotation[:3] = matvec(to_base(hinge, angles), rotation[:3])
     return rotation
 
@@ -337,10 +355,12 @@ def _with_axes(halves: Halves, count: int) -> Halves:
 def magnus6(rates: FloatArray, length: FloatArray) -> FloatArray:
     """Rotation vectors (3, s, ...) of steps of `length` (...) from the rates (3, s, 3, ...) at the Gauss nodes."""
     first, middle, last = rates[:, :, 0], rates[:, :, 1], rates[:, :, 2]
+    # Value, slope and curvature of the rate in the middle of the step, times its length.
     b1 = length * middle
     b2 = (_ROOT15 / 3.0) * length * (last - first)
     b3 = (10.0 / 3.0) * length * (last - 2.0 * middle + first)
     # For dR = R [w] the bracket of the series is minus the cross product.
     inner = -cross(b1, b2)
     outer = b2 + cross(b1, 2.0 * b3 + inner) / 60.0
+    # The series to order 6, with three commutators.
     return b1 + b3 / 12.0 - cross(-20.0 * b1 - b3 + inner, outer) / 240.0

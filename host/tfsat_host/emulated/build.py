@@ -51,6 +51,7 @@ def native_root() -> Path:
         BuildError: neither is there.
     """
     package = Path(__file__).resolve().parents[1]
+    # A checkout goes before the wheel's copy: its sources are those that are being worked on.
     for root in (package.parents[1], package / "data" / "native"):
         if (root / "tools" / "emulator" / "src" / "api.cpp").is_file():
             return root
@@ -71,6 +72,7 @@ def ensure_built(variant: Variant | None = None, progress: Progress = lambda _: 
     root = native_root()
     sources = _sources(root, chosen)
     compiler = _compiler()
+    # The digest is a part of the name: a change of sources, flags or compiler never finds an older library.
     library = cache_folder() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{_suffix()}"
     if not _is_whole(library):
         progress(f"building the emulated robot ({len(sources)} files, once)")
@@ -107,7 +109,9 @@ def _unwritable(folder: Path, error: OSError) -> BuildError:
 
 def _sources(root: Path, variant: Variant) -> list[Path]:
     emulator = root / "tools" / "emulator" / "src"
+    # Files avr_*.cpp need simavr; a native build works without it.
     paths = [path for path in emulator.rglob("*.cpp") if variant.avr or not path.name.startswith("avr_")]
+    # Both boards' cores are the firmware's own sources, compiled for this computer.
     for sketch in ("arduino_sequencer", "teensy_logger"):
         paths += (root / "firmware" / sketch / "src" / "core").rglob("*.cpp")
     return sorted(paths)
@@ -117,6 +121,7 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
     digest = hashlib.sha256(repr((variant, compiler, _FLAGS, sys.platform)).encode())
     folders = [root / "tools" / "emulator" / "src"]
     folders += [root / "firmware" / sketch / "src" for sketch in ("arduino_sequencer", "teensy_logger")]
+    # Headers count as well, and each file with its name, in an order that is the same on every disk.
     for path in sorted(
         path for folder in folders for path in folder.rglob("*") if path.suffix in (".h", ".cpp")
     ):
@@ -146,6 +151,7 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
 
     library.parent.mkdir(parents=True, exist_ok=True)
     defines = ("-DTFSAT_WITH_SIMAVR",) if variant.avr else ()
+    # Scratch beside the target, hence on the same file system: only there is the final rename atomic.
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
 
         def compile_one(numbered: tuple[int, Path]) -> Path:
@@ -154,6 +160,7 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
             _run([compiler, *_FLAGS, *variant.flags, *defines, "-c", str(source), "-o", str(target)], variant)
             return target
 
+        # Threads suffice: each only waits for a compiler's process.
         with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
             objects = list(pool.map(compile_one, enumerate(sources)))
         linked = Path(scratch) / library.name
@@ -163,6 +170,7 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
         )
         stamp = Path(scratch) / _stamp(library).name
         stamp.write_text(_hash_of(linked), encoding="ascii")
+        # The stamp last: if this ends in between, the library does not match it and is built again.
         linked.replace(library)
         stamp.replace(_stamp(library))
 
@@ -173,6 +181,7 @@ def _run(command: list[str], variant: Variant) -> None:
     process = subprocess.run(command, capture_output=True, text=True, check=False)
     if process.returncode == 0:
         return
+    # A missing libsimavr is the usual cause, and has a cure: say so instead of showing compiler output.
     if variant.avr and "simavr" in process.stderr:
         raise BuildError(
             what="libsimavr is not installed.",
@@ -212,6 +221,7 @@ def sequencer_hex(progress: Progress = lambda _: None) -> Path:
     hex_path = root / _BUILD / _HEX
     if not hex_path.exists():
         progress("building the sequencer's firmware")
+    # Always run make: it knows what is out of date, and does nothing when nothing is.
     command = [
         make,
         "--no-print-directory",
@@ -229,6 +239,7 @@ def sequencer_hex(progress: Progress = lambda _: None) -> Path:
 
 
 def _build_refusal(printed: str) -> BuildError:
+    # The makefile names a missing tool between *** and a colon.
     if "install-toolchain.sh" in printed:
         missing = printed.partition("***")[2].partition(":")[0].removesuffix(" is missing").strip()
         return _toolchain_missing(missing or "a part of the toolchain")

@@ -52,6 +52,7 @@ def careful_certificate(
         seed: For what the certificate is off by.
         measured: When the day would have been.
     """
+    # The second number makes a stream of its own: what is drawn here shifts no other draw of the seed.
     random = np.random.default_rng([seed, 5])
     gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
@@ -69,6 +70,7 @@ def worse_certificate(calibration: Calibration, times: float, random: np.random.
     """
 
     def off(covariance: FloatArray) -> FloatArray:
+        # Draw jointly: errors are correlated as the certificate states.
         return np.asarray(times * random.multivariate_normal(np.zeros(len(covariance)), covariance))
 
     gyros = tuple(gyro.add_errors(off(gyro.covariance)) for gyro in calibration.gyros)
@@ -86,17 +88,21 @@ def worse_certificate(calibration: Calibration, times: float, random: np.random.
 def _gyro(
     model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator, measured: datetime
 ) -> GyroCalibration:
+    # Order of the gyro's nine parameters: bias, mounting, scale, each for x, y, z.
     std = np.repeat([_BIAS_STD_RAD_S, _MOUNTING_STD_RAD, _SCALE_STD], 3)
     off = std * random.standard_normal(9)
     mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
     return GyroCalibration(
         body=body + 1,
         bias_rad_s=_bias_on_the_bench(truth, body, mounted) + off[:3],
+        # A small rotation on the right: the calibration's error is in sensor axes.
         rotation=mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
         scale=truth.gyro_scale[body] + off[6:],
         covariance=np.diag(std**2),
         noise_rad_s=np.full(
-            3, max(truth.gyro_noise_rad_s_rthz * np.sqrt(_NOISE_BANDWIDTH_HZ), _RESOLUTION_STD_RAD_S)
+            # Density times the root of the bandwidth, but no less than the quantization noise q / sqrt(12).
+            3,
+            max(truth.gyro_noise_rad_s_rthz * np.sqrt(_NOISE_BANDWIDTH_HZ), _RESOLUTION_STD_RAD_S),
         ),
         temperature_c=TEMPERATURE_C,
         axes={"x": measured, "y": measured},
@@ -108,6 +114,7 @@ def _gyro(
 def _bias_on_the_bench(truth: Imperfections, body: int, mounted: FloatArray) -> FloatArray:
     """(3,) what a gyro shows of a robot that stands still and cold: what gravity makes it show is in it."""
     return np.asarray(
+        # At rest the specific force is 1 g upwards: turn it into sensor axes, where the sensitivity holds.
         truth.gyro_bias_rad_s[body] + truth.gyro_g_sensitivity_rad_s_g[body] @ (mounted.T @ _UP)
     )
 
@@ -118,10 +125,12 @@ def _sensors(
     columns = [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint]
     straight = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
     bend = truth.angle_nonlinearity_rad[columns]
+    # (2, 4) harmonics by (2, 4) coefficients, summed per sensor: the bend at joint angle zero.
     zero_reading_rad = straight + np.einsum("ij,ij->i", harmonics(straight), bend)
     return JointSensors(
         joint=joint + 1,
         direction=np.array([float(model.angle_sensors[c].direction) for c in columns]),
+        # A sensor reads within one turn.
         zero_rad=np.mod(zero_reading_rad + _ZERO_STD_RAD * random.standard_normal(2), 2.0 * np.pi),
         zero_covariance=_ZERO_STD_RAD**2 * np.eye(2),
         bend=bend + _BEND_STD_RAD * random.standard_normal((2, 4)),
@@ -171,12 +180,15 @@ def _visits(
     noise = _REST_STD_RAD * random.standard_normal(len(plan))
     points = []
     for number, (angle_cdeg, direction) in enumerate(zip(plan, arrivals(plan), strict=True)):
+        # At the ends the joint lies against its stops; before it moves the side of the play is unknown.
         if direction and setting.min_cdeg < angle_cdeg < setting.max_cdeg:
             pulse_us = board_pulse_us(setting, angle_cdeg)
+            # Invert the robot file's linear map: the angle that an exact servo takes for this pulse.
             nominal = (
                 pulses.reference_angle_rad + (pulse_us - pulses.reference_pulse_us) / pulses.pulse_us_per_rad
             )
             centred = truth.servo_offset_rad[index] + truth.servo_gain[index] * nominal
+            # Play leaves the joint half of it short of its target, on the side where it came from.
             reached = centred - direction * truth.servo_backlash_rad[index] / 2.0
             points.append(
                 ServoPoint(pulse_us, direction, reached + scatter[number] + noise[number], _REST_STD_RAD)

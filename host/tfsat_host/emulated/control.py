@@ -24,6 +24,7 @@ STALL_EVERY_S = 2.0
 WIDEST_TURN_DEG = 720.0
 MAX_LINE_BYTES = 4096
 """Bytes of one line; more is no line of this protocol."""
+# ASCII digits only: float() and int() would also take those of other scripts.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
 _UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
@@ -69,10 +70,12 @@ class _Verb:
 
     def execute(self, name: str, words: list[str], server: RobotServer) -> str | Reply | None:
         """Raises ControlError: it is not understood."""
+        # The help text is the grammar: [X] may be left out, a last X... takes one word or more.
         parameters = self.words.split()
         needed = sum(not parameter.startswith("[") for parameter in parameters)
         if self.words.endswith("...") and len(words) > len(parameters):
             parameters += parameters[-1:] * (len(words) - len(parameters))
+        # Count the words first, so that a method is never called with too few or too many values.
         if not needed <= len(words) <= len(parameters):
             raise ControlError(f"Write: {name} {self.words}".rstrip() + ".")
         return self.do(server, *map(_value, parameters, words))
@@ -84,10 +87,12 @@ def execute(line: str, server: RobotServer) -> Reply | None:
     The reply is `ok`, perhaps with values after it, or `error` and a reason. Never raises for what the line says.
     """
     try:
+        # Split as a shell does: quotes allow spaces in a path, # begins a comment.
         words = shlex.split(line, comments=True)
         if not words:
             return None
         name = words[0].lower()
+        # A fault's part belongs to the verb: `fault imu` and `fault card` take different values.
         if name == "fault" and len(words) > 1:
             name += f" {words[1].lower()}"
         if name == "fault":
@@ -98,6 +103,7 @@ def execute(line: str, server: RobotServer) -> Reply | None:
         reply = _VERBS[name].execute(name, words[len(name.split()) :], server)
         return reply if isinstance(reply, Reply) else Reply(f"ok {reply or ''}".rstrip())
     except ValueError as error:
+        # A quote that is not closed, or a value that the robot's method refuses.
         return _refusal(ControlError(f"{line.strip()}: {str(error).lower()}."))
     except TfsatError as error:
         return _refusal(error)
@@ -121,16 +127,20 @@ def _value(parameter: str, word: str) -> Any:
         ControlError: the word does not fit or is out of range.
     """
     parameter = parameter.strip("[].")
+    # Alternatives in small letters are taken literally; one in capitals stands for a value.
     *choices, value = parameter.split("|")
     if not value.isupper():
         choices.append(value)
+    # Words come before values: a file named like one of them is to be written with its folder (./fill).
     if word.lower() in choices:
         return {"none": None}.get(word.lower(), int(word) if word.isdigit() else word.lower())
+    # Five digits hold every body, sensor and count, and overflow no int of the C interface.
     if value in _WHOLE and word.isascii() and word.isdigit() and len(word) < 6:
         return int(word)
     if value in _DECIMAL and _NUMBER.fullmatch(word):
         return float(word)
     if value in _MAX_DURATION_S and (match := _DURATION.fullmatch(word.lower())):
+        # Virtual time has whole microseconds: anything shorter would be rounded to none.
         seconds = float(match[1]) * _UNITS_S[match[2]]
         if not 1e-6 <= seconds <= _MAX_DURATION_S[value]:
             raise ControlError(
@@ -166,6 +176,7 @@ def _sweep(server: RobotServer, joint: int) -> str:
     ranges = robot.model.joint_limits_rad
     if not 1 <= joint <= len(ranges):
         raise ControlError(f"There is no joint {joint}.")
+    # A steady operator varies nothing, so the generator's seed decides nothing.
     motion = sweep_motion(ranges[joint - 1], Operator.steady(), np.random.default_rng(0))
     robot.operator.move_joint(joint, motion)
     return f"for {motion.duration_s:g} s"
@@ -179,6 +190,7 @@ def _turn(server: RobotServer, axis: Axis, angle_deg: float, rounds: int = TURN_
         raise ControlError("Turn 1 to 100 rounds.")
     random = np.random.default_rng(0)
     motion = turn_motion(angle_deg, rounds, Operator.steady(), random)
+    # Hold every body: the robot then turns as one rigid body, its joints at rest.
     robot.hold(range(1, robot.model.n_bodies + 1))
     robot.operator.turn(turn_axis(axis, Operator.steady(), random), motion)
     return f"for {motion.duration_s:g} s"
@@ -223,6 +235,7 @@ def _wait(server: RobotServer, until: float | str) -> Reply:
     robot = server.robot
     if isinstance(until, str):
         return Reply("ok", lambda: not robot.falling and not robot.swinging)
+    # By virtual time: a script gives the same run on a slow computer.
     end_us = robot.now_us + round(until * US_PER_S)
     return Reply("ok", lambda: robot.now_us >= end_us)
 
@@ -305,7 +318,9 @@ class ControlLines:
 
     def feed(self, data: bytes) -> None:
         """Takes what has arrived, in pieces of any size. Raises LineTooLong."""
+        # What follows the last line feed is the start of a line whose rest has not arrived yet.
         *lines, self._partial = (self._partial + data).split(b"\n")
+        # Bound the buffer: a sender that never ends its line must not fill the memory.
         if len(self._partial) > MAX_LINE_BYTES:
             raise LineTooLong
         self._lines.extend(line.decode(errors="replace") for line in lines)
@@ -325,6 +340,7 @@ class ControlLines:
         """Does what can be done now; the replies that are due."""
         due: list[str] = []
         while True:
+            # At most one reply is outstanding: a `wait` that is not due yet holds back the lines behind it.
             if self._pending is not None:
                 if self._pending.due is not None and not self._pending.due():
                     return due

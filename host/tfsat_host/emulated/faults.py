@@ -51,17 +51,20 @@ class Faults:
         """
         _require("body", body, IMU_COUNT)
         _require_kind("IMUs", kind, get_args(ImuFault))
+        # A swap takes another body, every other kind none.
         if (kind == "swapped") != (other is not None) or other == body:
             raise _refusal(
                 "An IMU is swapped with that of another body, and nothing else takes a second body"
             )
         if other is not None:
             _require("body", other, IMU_COUNT)
+        # One fault at a time: undo an earlier swap, then set the new number, of which 0 heals.
         self._plug_back(body)
         self._library.tfsat_fault_imu(
             self._robot, body - 1, 1 + _IMU_KINDS.index(kind) if kind in _IMU_KINDS else 0
         )
         if other is not None:
+            # The other plug may be swapped with a third: start from plugs in their own places.
             self._plug_back(other)
             self._library.tfsat_swap_imus(self._robot, body - 1, other - 1)
             self._swapped |= {body: other, other: body}
@@ -93,6 +96,7 @@ class Faults:
         _require_kind("angle sensors", kind, get_args(AngleSensorFault))
         if (kind == "turned") != (turned_deg is not None) or not math.isfinite(turned_deg or 0.0):
             raise _refusal("A turned magnet has an angle, and nothing else takes one")
+        # Set both number and slip each time, so that one kind of fault clears the other.
         number = 1 + _ANGLE_SENSOR_KINDS.index(kind) if kind in _ANGLE_SENSOR_KINDS else 0
         self._library.tfsat_fault_angle_sensor(self._robot, index - 1, number)
         self._library.tfsat_slip_magnet(self._robot, index - 1, math.radians(turned_deg or 0.0))
@@ -165,6 +169,7 @@ class Faults:
         other = self._swapped.pop(body, None)
         if other is not None:
             del self._swapped[other]
+            # Exchange twice and each plug is back in its place.
             self._library.tfsat_swap_imus(self._robot, body - 1, other - 1)
 
 
@@ -190,6 +195,7 @@ def _refusal(what: str) -> EmulationError:
     )
 
 
+# The greatest uint32, more free blocks than any card has: the card's own room is what limits.
 NO_FOREIGN_FILES = 2**32 - 1
 
 
@@ -213,6 +219,7 @@ class CardSlot:
         """Return the card's recordings by number, as a reader would find them now, even on a defective card."""
         files = {}
         number = 0
+        # Gives the first number from there on; 0 ends the list.
         while number := self._library.tfsat_card_next_file(self._robot, number + 1):
             size = self._library.tfsat_card_file_size(self._robot, number)
             data = (ctypes.c_uint8 * size)()

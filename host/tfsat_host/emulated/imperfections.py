@@ -128,6 +128,7 @@ def draw_as_built(seed: int) -> Imperfections:
     """
     random = np.random.default_rng(seed)
     towards = random.standard_normal((4, 3))
+    # Normalized Gaussians point in all directions alike; the angle about them is drawn apart.
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
     return Imperfections(
         mounting=_rotations(np.deg2rad(random.uniform(0.0, 5.0, (4, 1))) * towards),
@@ -154,6 +155,7 @@ def _rotations(vectors_rad: FloatArray) -> FloatArray:
     As scipy's `Rotation` to the last bit, whose import takes twice as long as `status --emulated` otherwise.
     """
     angle = np.sqrt((vectors_rad**2).sum(axis=1))
+    # (4, n) unit quaternions, and with (4, 4, n) the products of their components.
     xyzw = np.vstack([np.sin(angle / 2) / angle * vectors_rad.T, np.cos(angle / 2)])
     (xx, xy, xz, xw), (_, yy, yz, yw), (*_, zz, zw), (*_, ww) = xyzw[:, None] * xyzw
     rows = (
@@ -161,6 +163,7 @@ def _rotations(vectors_rad: FloatArray) -> FloatArray:
         (2 * (xy + zw), -xx + yy - zz + ww, 2 * (yz - xw)),
         (2 * (xz - yw), 2 * (yz + xw), -xx - yy + zz + ww),
     )
+    # (3, 3, n) to (n, 3, 3).
     return np.moveaxis(np.array(rows), 2, 0)
 
 

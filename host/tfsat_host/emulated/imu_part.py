@@ -94,11 +94,13 @@ def load_imu(name_or_path: str | Path) -> ImuPart:
     figures: dict[str, float] = {}
     sources: dict[str, str] = {}
     for name in _TABLES:
+        # An attribute's prefix names its table: gyro_noise_... stands in [gyro] as noise_...
         keys = [
             field.name.removeprefix(f"{name}_") for field in fields(ImuPart) if field.name.startswith(name)
         ]
         table = top.table(name, " ".join(keys))
         for key in keys:
+            # Each figure must name its source: a data sheet's section can then be checked.
             figure = table.table(key, "value source", '{ value = ..., source = "..." }')
             least, above = (0.0, -math.inf) if _may_be_zero(key) else (-math.inf, 0.0)
             figures[f"{name}_{key}"] = figure.number("value", least=least, above=above)
@@ -119,8 +121,10 @@ def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = N
     """
     as_it_comes = draw(seed) if robot is None else robot
     random = np.random.default_rng([seed, 6])
+    # Unit normals, always as many, each (4 IMUs, 3 axes): two parts of a seed differ by their scales alone.
     bias, slope, scale, axes = random.standard_normal((4, 4, 3))
     sensitivity = random.standard_normal((4, 3, 3))
+    # Small misalignment of the axes in the housing, about a random rotation vector for each IMU.
     turned = Rotation.from_rotvec(np.deg2rad(part.gyro_misalignment_std_deg) * axes).as_matrix()
     return replace(
         as_it_comes,

@@ -57,6 +57,7 @@ _TYPES: dict[str, Any] = {
     "char*": ctypes.c_char_p,
     "const uint8_t*": ctypes.c_char_p,
 }
+# Regular expressions suffice for the plain C of api.h, and keep it the interface's only declaration.
 _STRUCTURE = re.compile(r"typedef struct \{([^}]*)\} (\w+);")
 _FIELD = re.compile(r"(\w+) (\w+)((?:\[\d+\])*);")
 _FUNCTION = re.compile(r"^(?:const )?(\w+\*?) (tfsat_\w+)\(([^)]*)\);", re.MULTILINE)
@@ -66,6 +67,7 @@ _PARAMETER = re.compile(r"((?:const )?\w+\*?) \w+(\[\d+\])?")
 @cache
 def _header() -> str:
     text = (native_root() / "tools" / "emulator" / "src" / "api.h").read_text(encoding="utf-8")
+    # Drop comments first: prose may look like a declaration.
     return re.sub(r"//.*", "", text)
 
 
@@ -77,6 +79,7 @@ def structures() -> dict[str, Any]:
 
 def _structure(name: str, fields: str) -> type[ctypes.Structure]:
     def typed(element: str, sizes: str) -> Any:
+        # An array of several dimensions is one flat array, row-major as in C.
         count = prod(map(int, re.findall(r"\d+", sizes)))
         return _TYPES[element] * count if sizes else _TYPES[element]
 
@@ -87,6 +90,7 @@ def _structure(name: str, fields: str) -> type[ctypes.Structure]:
 def _type(declared: str, array: str = "") -> Any:
     """Return the ctypes type of a declared result or parameter."""
     plain = declared.removeprefix("const ")
+    # Try it with its const first: `const uint8_t*` takes Python bytes, `uint8_t*` a buffer to be filled.
     for name in (declared, plain):
         if name in _TYPES and not array:
             return _TYPES[name]
@@ -100,8 +104,10 @@ def load_library(path: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     for result, name, parameters in _FUNCTION.findall(_header()):
         function = getattr(library, name)
+        # Undeclared results would be C ints, which cut a pointer to 32 bits.
         function.restype = _type(result)
         function.argtypes = [_type(*parameter) for parameter in _PARAMETER.findall(parameters)]
+    # Two compilers lay out the same structure: a difference in padding must fail here, not corrupt memory.
     if library.tfsat_config_bytes() != ctypes.sizeof(structures()["TfsatRobotConfig"]):
         raise RuntimeError("ctypes and the compiler disagree on TfsatRobotConfig")
     if library.tfsat_truth_row_bytes() != ctypes.sizeof(ctypes.c_double) * TRUTH_COLUMNS:
@@ -121,6 +127,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     """
     servos, sensors = model.servos, model.angle_sensors
     pulses = [servo.pulses for servo in servos if servo.pulses is not None]
+    # The mounting error acts in body axes, after the design's rotation from sensor to body.
     mounted = [turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)]
     values: dict[str, Any] = {
         "seed": seed,
@@ -145,6 +152,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "joint_max_rad": model.joint_limits_rad[:, 1],
         "imu_position_m": [imu.position_m for imu in model.imus],
         "imu_sensor_to_body": mounted,
+        # From per g to per m/s^2, the unit of the specific force that it multiplies.
         "gyro_g_sensitivity": wrong.gyro_g_sensitivity_rad_s_g / STANDARD_GRAVITY_M_S2,
         "gyro_wander_s": GYRO_WANDER_S,
         "gyro_shock_limit_m_s2": wrong.gyro_shock_limit_g * STANDARD_GRAVITY_M_S2,
@@ -156,6 +164,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     config: ctypes.Structure = structure()
     for name, kind in structure._fields_:
         value = values[name] if name in values else getattr(wrong, name)  # the others have the error's name
+        # Flatten in C order: api.h declares matrices as flat, row-major arrays.
         if issubclass(kind, ctypes.Array):
             getattr(config, name)[:] = np.ravel(np.asarray(value)).tolist()
         else:

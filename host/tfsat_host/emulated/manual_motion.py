@@ -119,6 +119,7 @@ class OperatorMotion:
         """
         legs = _legs(motion.legs)
         config = _config(motion)
+        # The library decides, for it knows servos and stops, and answers 0 without having moved anything.
         moved = 1 <= joint <= JOINT_COUNT and self._library.tfsat_move_joint(
             self._robot, ctypes.byref(config), joint - 1, legs, len(legs)
         )

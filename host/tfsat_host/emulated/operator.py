@@ -42,9 +42,11 @@ def swing_motion(
         operator: Whose.
         random: Draws what the operator varies.
     """
+    # Each swing's own amplitude: a person does not repeat a motion exactly.
     amplitude = np.deg2rad(SWING_DEG) * (1 + operator.variation * random.standard_normal(SWING_CYCLES))
     short = _stops(np.full(SWING_CYCLES, start_rad), range_rad, operator, random)
     short[-1] = start_rad
+    # Columns out and back, read row by row: out, back, out, back.
     targets = np.column_stack([np.clip(start_rad + amplitude, *range_rad), short]).ravel()
     return _motion(targets, SWING_PERIOD_S / 2, 0.0, operator, random)
 
@@ -59,6 +61,7 @@ def sweep_motion(range_rad: FloatArray, operator: Operator, random: np.random.Ge
         operator: The operator who moves it.
         random: Generator for the operator's variation.
     """
+    # Where the joint is stands in for the first stop, so each round leaves it out.
     rounds = np.tile(np.deg2rad(SWEEP_STOPS_DEG[1:]), SWEEP_ROUNDS)
     return _motion(_stops(rounds, range_rad, operator, random), SWEEP_LEG_S, SWEEP_REST_S, operator, random)
 
@@ -66,6 +69,7 @@ def sweep_motion(range_rad: FloatArray, operator: Operator, random: np.random.Ge
 def turn_motion(angle_deg: float, rounds: int, operator: Operator, random: np.random.Generator) -> Motion:
     """There and back `rounds` times. Where it lies before is as badly placed as where it comes to lie."""
     nominal = np.deg2rad(np.tile([angle_deg, 0.0], rounds))
+    # One placing error for each rest, the one before the motion included; angles count from that one.
     placing = np.deg2rad(operator.placing_deg) * random.standard_normal(2 * rounds + 1)
     return _motion(nominal + placing[1:] - placing[0], turn_leg_s(angle_deg), TURN_REST_S, operator, random)
 
@@ -78,6 +82,7 @@ def turn_leg_s(angle_deg: float) -> float:
 def turn_axis(axis: Axis, operator: Operator, random: np.random.Generator) -> FloatArray:
     """(3,) the body axis as it was meant, tilted by a hand: unit vector in body axes."""
     meant = np.eye(3)[AXES.index(axis)]
+    # Two components across the axis, each 1/sqrt(2) of the RMS tilt; one along it would tilt nothing.
     tilt = np.deg2rad(operator.tilt_deg) / np.sqrt(2) * random.standard_normal(3)
     tilted = meant + np.where(meant == 0.0, tilt, 0.0)
     return np.asarray(tilted / np.linalg.norm(tilted))
@@ -104,6 +109,7 @@ def _motion(
 ) -> Motion:
     """Legs that vary in duration and together take as long as nominal ones at this pace, and `TAIL_S`."""
     n_legs = len(targets_rad)
+    # Normalise by the sum: single legs vary, and the whole takes its nominal time at this pace.
     share = np.clip(1 + operator.variation * random.standard_normal(n_legs), 0.5, 1.5)
     durations_s = leg_s * operator.pace * n_legs * share / share.sum()
     rests_s = np.full(n_legs, rest_s * operator.pace)
@@ -156,6 +162,7 @@ class EmulatedOperator:
             case StepKind.TURN:
                 self._turn(step)
             case StepKind.SERVO:
+                # The servo does the moving; the hands that hold the robot only sway and give way.
                 self._robot.hold(step.held)
                 self._robot.operator.hold_against(
                     step.moving_joint, servo_motion(self._operator, self._random)
@@ -214,6 +221,7 @@ class EmulatedOperator:
     def _turn(self, step: Step) -> None:
         if step.axis is None:
             raise ValueError("a turn needs an axis")
+        # Closed joints make the robot one rigid body: all gyros turn by the same angle.
         self._close(_ALL_JOINTS)
         axis = turn_axis(step.axis, self._operator, self._random)
         motion = turn_motion(step.angle_deg, TURN_ROUNDS, self._operator, self._random)

@@ -31,11 +31,13 @@ class ControlSocket:
             self._listener.listen()
         except OSError as error:
             self._listener.close()
+            # Mostly the path is too long: the address of a unix socket holds about a hundred bytes.
             raise TfsatError(
                 what=f"The control socket {path} cannot be made: {error.strerror or error}.",
                 meaning="The emulated robot was not started.",
                 next_step="Name a folder with a shorter path on a local disk with --dir.",
             ) from error
+        # Never block: one thread steps the robot and serves all connections.
         self._listener.setblocking(False)
         self._connections: list[_Connection] = []
 
@@ -51,6 +53,7 @@ class ControlSocket:
             self._accept()
         for link in self._connections:
             link.service(link.socket.fileno() in ready)
+        # A closed socket's descriptor is -1: its connection is forgotten.
         self._connections = [link for link in self._connections if link.socket.fileno() >= 0]
 
     def close(self) -> None:
@@ -65,6 +68,7 @@ class ControlSocket:
             accepted, _ = self._listener.accept()
         except (BlockingIOError, ConnectionAbortedError):
             return
+        # An accepted socket does not inherit it: a client that reads no replies must not stop the robot.
         accepted.setblocking(False)
         self._connections.append(_Connection(accepted, ControlLines(self._server)))
 
@@ -92,6 +96,7 @@ class _Connection:
         except OSError:  # gone, or it sends lines and reads no reply
             self.socket.close()
         else:
+            # A sender may close its side and still read: close only when it has all its replies.
             if self._ended and self._lines.done:
                 self.socket.close()
 
@@ -157,6 +162,7 @@ def _another_has_terminal(descriptor: int) -> bool:
     try:
         return os.isatty(descriptor) and os.tcgetpgrp(descriptor) != os.getpgrp()
     except OSError:
+        # The terminal is not this session's any more: leave it alone.
         return True
 
 
@@ -180,6 +186,7 @@ def serve(
     """
     pacer = Pacer(clock())
     while not server.stopping:
+        # Catch up with the clock, then sleep until the next step is due or a line comes.
         for _ in range(pacer.steps_due(clock())):
             server.step()
         if pacer.new_lag():
@@ -215,11 +222,13 @@ class Pacer:
     def steps_due(self, now_s: float) -> int:
         """Steps of STEP_US to run now; counted as run."""
         behind_s = now_s - self._time_of(self._steps)
+        # Too far behind, as after a stopped process: move the origin instead of racing through the gap.
         if behind_s > MAX_BACKLOG_S:
             given_up_s = behind_s - MAX_BACKLOG_S
             self._origin_s += given_up_s
             self.lag_s += given_up_s
             behind_s = MAX_BACKLOG_S
+        # Whole steps counted from the origin: fractions fall due later, so the pace does not drift.
         due = max(0, int(behind_s * US_PER_S / STEP_US))
         self._steps += due
         return due

@@ -77,8 +77,10 @@ class EmulatedRobot:
     ) -> None:
         self.model = model or load_robot()
         require_the_boards_numbers(self.model)
+        # Only an image needs the emulated ATmega32U4, and with it libsimavr.
         chosen = variant or Variant(avr=hex_path is not None)
         self._library = load_library(ensure_built(chosen, progress))
+        # Session ids tell recordings apart: repeat them only for a caller who asked for a repeatable run.
         if session_seed is None:
             session_seed = secrets.randbits(64) if seed is None else seed
         drawn_from = DEFAULT_SEED if seed is None else seed
@@ -97,10 +99,12 @@ class EmulatedRobot:
             self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
+        # One buffer for good: reads are short and come with each step of virtual time.
         self._buffer = (ctypes.c_uint8 * _READ_BYTES)()
         self.card_slot = CardSlot(self._library, self._robot)
         self.faults = Faults(self._library, self._robot)
         self.operator = OperatorMotion(self._library, self._robot)
+        # Boards are off until they get power; both have started after SETTLE_US of virtual time.
         for board in BoardIndex:
             self.set_power(board, True)
             self.set_cable(board, True)
@@ -154,6 +158,7 @@ class EmulatedRobot:
         """
         buffer = self._buffer
         size = self._library.tfsat_read_by(self._robot, board, t_us, step_us, buffer, len(buffer))
+        # The library has no exceptions: a negative size says that the processor crashed.
         if size < 0:
             raise self._crash()
         return ctypes.string_at(buffer, size)
@@ -222,6 +227,7 @@ class EmulatedRobot:
                 meaning="Nothing was changed.",
                 next_step="Name at least one of them, such as: hold 2 3 4",
             )
+        # Bit i stands for body i + 1; a body named twice counts once, or its bit would carry into the next.
         self._library.tfsat_hold(self._robot, sum(1 << (body - 1) for body in set(bodies)))
 
     def swing(self, joint: int, amplitude_deg: float, period_s: float, cycles: int) -> None:
@@ -230,6 +236,7 @@ class EmulatedRobot:
         Raises:
             EmulationError: its servo holds the joint, or the joint would leave its range.
         """
+        # Check the number here: the library indexes its arrays with it.
         moved = 1 <= joint <= JOINT_COUNT and self._library.tfsat_swing(
             self._robot, joint - 1, np.deg2rad(amplitude_deg), period_s, cycles
         )
@@ -295,6 +302,7 @@ class EmulatedRobot:
     def truth(self) -> FloatArray:
         """(n, 32): t_s, joint angles (3) rad, attitudes (4 x xyzw, to world), rates (4 x 3) rad/s in body frames."""
         n_rows = self._library.tfsat_truth_rows(self._robot)
+        # C order, as the library copies it: one block of n rows with 32 doubles each.
         rows = np.empty((n_rows, TRUTH_COLUMNS))
         self._library.tfsat_truth_read(
             self._robot, rows.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), n_rows

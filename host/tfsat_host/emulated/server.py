@@ -55,17 +55,20 @@ class PtyPort:
             return
         self._master, slave = os.openpty()
         try:
+            # Raw: a line discipline would echo, translate and buffer the bytes of a binary protocol.
             tty.setraw(slave)
             os.set_blocking(self._master, False)
             self._device = os.ttyname(slave)
             self._replace_link(_while_this_process_lives(self._device))
         finally:
+            # Keep no slave end open: only then does reading the master tell when no client has one.
             os.close(slave)
 
     def pull(self) -> None:
         """Ends the port as pulling a USB cable does: a client's next read or write fails."""
         if self._master is None:
             return
+        # The link goes first, so that no client opens a port that is about to end.
         self.link.unlink(missing_ok=True)
         os.close(self._master)
         self._master = None
@@ -80,6 +83,7 @@ class PtyPort:
         try:
             data = os.read(self._master, _CHUNK_BYTES)
         except BlockingIOError:
+            # Nothing to read, yet no EIO either: a client has the port open and is silent.
             self._client = True
             return b""
         except OSError as error:
@@ -90,18 +94,21 @@ class PtyPort:
             self._client = True
         elif self._client:
             self._client = False
+            # The last client has just gone: clean up once, before another one opens the port.
             self._make_ready_for_next()
         return data
 
     def write(self, data: bytes) -> None:
         """Passes on what the board sent; keeps what a slow client has no room for."""
         if self._master is None or not self._client:
+            # Without a reader the bytes are lost, as on a USB port; kept, they would greet the next client.
             self._unsent = b""
             return
         self._unsent += data
         if not self._unsent:
             return
         try:
+            # The kernel may take a part: what is left goes first the next time.
             self._unsent = self._unsent[os.write(self._master, self._unsent) :]
         except BlockingIOError:
             return
@@ -120,6 +127,7 @@ class PtyPort:
         try:
             slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError:
+            # The client's exclusive claim forbids the open that would lift it: make a new pseudo-terminal.
             self.pull()
             self.plug()
             return
@@ -132,6 +140,7 @@ class PtyPort:
 
     def _replace_link(self, device: str) -> None:
         new = self.link.with_name(f".{self.link.name}.new")
+        # Rename a new link over the old one: at no moment does a client find none.
         new.unlink(missing_ok=True)
         new.symlink_to(device)
         new.replace(self.link)
@@ -191,19 +200,23 @@ class RobotServer:
     def step(self) -> None:
         """STEP_US of virtual time, bytes passed on both ways. Raises EmulationError."""
         for board, port in self._ports.items():
+            # First what the board had no room for: not reading more passes its back pressure on.
             data = self._untaken[board] or port.read()
+            # The sequencer's own USB controller sees by DTR whether a program has its port open.
             if board == BoardIndex.SEQUENCER:
                 self._robot.set_port(port.is_open)
             if data:
                 self._untaken[board] = data[self._robot.write(board, data) :]
         self._robot.advance(STEP_US)
         for board, port in self._ports.items():
+            # While a client is slow, answers stay in the board, whose buffers fill as on a cable.
             answer = self._robot.read(board) if port.has_room else b""
             if answer and board == BoardIndex.SEQUENCER:
                 self._keep_eeprom()  # what a host has read back outlives even a kill -9 of this process
             port.write(answer)
         if self._robot.now_us - self._memory_look_us >= _QUIET_US:
             self._memory_look_us = self._robot.now_us
+            # No write since the last look: no upload is half done, so the image is consistent.
             writes, self._last_writes = self._last_writes, self._robot.eeprom_writes
             if writes == self._last_writes:
                 self._keep_eeprom()
@@ -252,6 +265,7 @@ class RobotServer:
                 meaning="Nothing was written.",
                 next_step="Start one through the logger's port first.",
             )
+        # Overwrite only copies that this server made itself: anything else may be the user's recording.
         if target.exists() and target not in self._copies:
             raise TfsatError(
                 what=f"{target} exists.", meaning="It is as it was.", next_step="Name another file."
@@ -294,8 +308,10 @@ class RobotServer:
             self._kept_memory = memory
 
     def _update_port(self, board: BoardIndex) -> None:
+        # A port is there only with both supply and cable.
         if self._powered[board] and self._cabled[board]:
             self._ports[board].plug()
         else:
             self._ports[board].pull()
+            # Bytes under way are lost with the connection; sent after a restart they would be half a frame.
             self._untaken[board] = b""

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Self
 
 from tfsat_host.devices.log_transfer import recording_name
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.user_folders import state_folder
 from tfsat_host.whole_file import write_whole
@@ -82,14 +83,17 @@ class KeptState:
         if (eeprom := robot.eeprom()) != before.eeprom:
             write_whole(self.eeprom, eeprom)
         memory = robot.logger_memory()
+        # Before the first run the memory counts as erased, so that untouched settings leave no file.
         if memory != (before.logger_memory or _erased_memory(memory)):
             write_whole(self.logger_memory, memory)
         self._save_card(robot.card_slot.files(), before.card)
 
     def _save_card(self, files: dict[int, bytes], before: dict[int, bytes]) -> None:
+        # What was deleted from the card during the run must not come back at the next start.
         for number in before.keys() - files.keys():
             (self.card / recording_name(number)).unlink(missing_ok=True)
         for number, data in files.items():
+            # Recordings are megabytes: rewrite only those that changed.
             if before.get(number) != data:
                 write_whole(self.card / recording_name(number), data)
 
@@ -115,8 +119,10 @@ def load_card(folder: Path) -> dict[int, bytes]:
     files = {}
     for path in sorted(folder.glob("DROP*.BIN")) if folder.is_dir() else []:
         named = _RECORDING.fullmatch(path.name)
+        # Recordings are numbered from 1; whatever else lies in the folder is not the card's.
         if named and int(named[1]) > 0:
             data = path.read_bytes()
+            # The emulated card holds whole blocks only, and a copied file may have been cut within one.
             files[int(named[1])] = data + bytes(-len(data) % BLOCK_BYTES)
     return files
 
@@ -175,9 +181,11 @@ def kept_robot(
         logger_memory=before.logger_memory,
         progress=progress,
     ) as robot:
+        # Fill the card before any time passes: the logger finds the files when it first looks at it.
         before.put_card(robot)
         robot.advance(SETTLE_US)
         yield robot
+        # Not in a `finally`: a command that raised leaves the kept state as it was.
         storage.save(robot, before)
 
 
@@ -207,8 +215,10 @@ class ServedFolder:
         self.control = path / _CONTROL
         self.kept = KeptState.in_folder(path)
         self.card = path / "SD.bin"
+        # Asked before the folder is made: on release only a folder made here may be removed.
         self._made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)
+        # Lock first: without the lock, links in the folder may be those of a process that still serves.
         self._holder = _claim(path / _HOLDER, path)
         try:
             self._remove_stale()
@@ -218,6 +228,7 @@ class ServedFolder:
 
     def release(self) -> None:
         """Lets the next process have the folder. One that was made for nothing goes."""
+        # Unlink while the lock is held: whoever gets it next sees that the path names another file.
         (self.path / _HOLDER).unlink(missing_ok=True)
         os.close(self._holder)
         if self._made:
@@ -232,11 +243,12 @@ class ServedFolder:
                 mode = path.lstat().st_mode
             except FileNotFoundError:
                 continue
+            # The file's type tells: links and a socket are made here, so a regular file is the user's.
             if not is_ours(mode):
                 raise TfsatError(
-                    what=f"{path} is in the way: it was not made by tfsat-host emulate.",
+                    what=f"{path} is in the way: it was not made by {NextStep('emulate')}.",
                     meaning="The emulated robot was not started; the file is as it was.",
-                    next_step="Name another folder: tfsat-host emulate --dir DIR",
+                    next_step=Advice("Name another folder: ", NextStep("emulate", ("--dir", "DIR"))),
                 )
             path.unlink()
 
@@ -269,6 +281,7 @@ def _is_held(folder: Path) -> bool:
     except OSError:
         return False
     try:
+        # A shared lock disturbs no other onlooker, and fails only while the holder has its exclusive one.
         fcntl.flock(holder, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except OSError:  # held; or a file system without locks, which cannot tell
         return True
@@ -280,6 +293,7 @@ def _is_held(folder: Path) -> bool:
 def _claim(holder: Path, folder: Path) -> int:
     """Locks the folder's holder file, which names this process. The lock ends with the process."""
     while True:
+        # Open, lock, compare with the path: in between the former holder may have unlinked the file.
         descriptor = os.open(holder, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         if not _lock(descriptor):
             pid = os.read(descriptor, 32).decode(errors="replace").strip() or "unknown"
@@ -290,6 +304,7 @@ def _claim(holder: Path, folder: Path) -> int:
                 next_step=f"Use it, end it (kill {pid}), or name another folder with --dir.",
             )
         if _is_still(descriptor, holder):
+            # The pid is only for messages; the claim is the lock, which the system frees at death.
             os.truncate(descriptor, 0)
             os.write(descriptor, f"{os.getpid()}\n".encode())
             return descriptor
@@ -306,6 +321,7 @@ def _lock(descriptor: int) -> bool:
         except BlockingIOError:
             continue
         except OSError as error:
+            # A file system without locks is another matter than a lock that is held.
             raise TfsatError(
                 what=f"The folder of the emulated robot cannot be locked: {error.strerror or error}.",
                 meaning="Without a lock two programs could serve it at once. No robot was started.",

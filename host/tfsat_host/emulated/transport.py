@@ -39,6 +39,7 @@ class EmulatedTransport:
         """Sends all of `data`; raises PortError when the board takes nothing for a second."""
         deadline_s = self.now_s() + _WRITE_TIMEOUT_S
         while data:
+            # A board takes what its receive buffer has room for; let time pass until that has drained.
             byte_count = self._robot.write(self._board, data)
             data = data[byte_count:]
             if not byte_count:
@@ -62,5 +63,6 @@ class EmulatedTransport:
         self._on_close()
 
     def _set_port(self, is_open: bool) -> None:
+        # The logger's cable always has a program at its end; only the sequencer's port opens and closes.
         if self._board == BoardIndex.SEQUENCER:
             self._robot.set_port(is_open)

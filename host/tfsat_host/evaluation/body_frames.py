@@ -87,11 +87,14 @@ def _base_track(log: DropLog, model: RobotModel, spans: _Spans, notes: list[str]
         return None
     rates = log.rate_rad_s[:, index]
     spread = float(np.rad2deg(rates[rest].std(axis=0).max()))
+    # Motion at rest spoils the bias, not the picture: note it and go on.
     if spread > STILL_DEG_S:
         notes.append(f"{name} moved before the release (±{spread:.1f} deg/s): its attitude will drift.")
     t_s = log.t_s[fall]
+    # Prepend the release: a hole right after it counts, too.
     holes = np.flatnonzero(np.diff(t_s, prepend=0.0) > max(BRIDGED_S, 1.5 / log.header.rate_hz))
     if len(holes):
+        # Attitude cannot be carried over a hole: keep what comes before the first.
         fall, t_s = fall[: holes[0]], t_s[: holes[0]]
         until_s = t_s[-1] if len(t_s) else 0.0
         notes.append(f"The attitude ends {until_s:.3f} s after the release: {name}'s gyro has a hole there.")
@@ -101,6 +104,7 @@ def _base_track(log: DropLog, model: RobotModel, spans: _Spans, notes: list[str]
     if clipped:
         notes.append(f"{clipped} readings of {name} are clipped: the attitude lags behind the truth.")
     mounting = model.imus[index].sensor_to_body
+    # Take off the bias in sensor axes, where it lives; then turn the rows into body axes.
     attitude = integrate_rates(t_s, (rates[fall] - rates[rest].mean(axis=0)) @ mounting.T)
     return FrameTrack(
         parent=WORLD,
@@ -123,7 +127,9 @@ def _joint_track(
         if sensor.joint != joint or not (spans.rest & valid).any():
             continue
         turned = log.sensor_angle_rad[:, index]
+        # Average on the unit circle: the rest may lie at the sensor's wrap.
         zero = np.angle(np.exp(1j * turned[spans.rest & valid]).mean())
+        # Wrap after the zero is taken off: within half a turn of rest there is no jump.
         change = sensor.direction * wrap_angle(turned - zero)
         total[valid] += change[valid]
         answered += valid
@@ -139,6 +145,7 @@ def _outer_tracks(model: RobotModel, joints: tuple[JointTrack, ...]) -> tuple[Fr
     by_name = {track.name: track for track in joints}
     tracks = []
     reached = [model.base]
+    # Breadth first from the base: the list grows while it is walked.
     for parent in reached:
         for joint in range(model.n_joints):
             inner, outer = int(model.joint_inner[joint]), int(model.joint_outer[joint])
@@ -147,6 +154,7 @@ def _outer_tracks(model: RobotModel, joints: tuple[JointTrack, ...]) -> tuple[Fr
             child = outer if parent == inner else inner
             if child in reached:
                 continue
+            # A joint without a track still leads on to the bodies beyond it.
             reached.append(child)
             track = by_name.get(frame_name(model.joint_names[joint]))
             if track is not None:
@@ -160,6 +168,7 @@ def _hinge_track(
     model: RobotModel, parent: int, child: int, joint: int, sense: float, track: JointTrack
 ) -> FrameTrack:
     turn = Rotation.from_rotvec(sense * track.angle_rad[:, None] * model.joint_axis[joint])
+    # The child turns about the hinge, not about its origin: parent's origin to hinge, then the turned arm.
     hinge = model.joint_point_m[joint] - model.origin_m[parent]
     arm = model.origin_m[child] - model.joint_point_m[joint]
     return FrameTrack(

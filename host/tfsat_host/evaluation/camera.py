@@ -58,6 +58,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.protocol.limits import MAX_STROKES
 
+# Stricter than float(): neither nan nor inf, no underscores, no digits of other scripts.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _SHOWN = 40
 """Characters of a wrong cell that a message shows: a damaged file may hold a line of millions."""
@@ -129,6 +130,7 @@ def read_rows(form: CsvForm) -> list[CsvRow]:
         TfsatError: of the form's kind; the file cannot be read, or a column is missing or duplicated.
     """
     try:
+        # Spreadsheets write a byte-order mark, which would become part of the first column's name.
         with form.path.open(encoding="utf-8-sig", newline="") as file:
             return list(_rows(form, file))
     except (OSError, UnicodeDecodeError) as error:
@@ -139,18 +141,21 @@ def read_rows(form: CsvForm) -> list[CsvRow]:
 
 
 def _rows(form: CsvForm, file: Iterable[str]) -> Iterator[CsvRow]:
+    # Strict: an unclosed quote is an error, not a cell that swallows the rest of the file.
     rows = csv.reader(file, strict=True)
     names = [name.strip() for name in next(rows, [])]
     for name in form.required:
         if name not in names:
             cure = f"Begin the file with the line {','.join(form.required)} and separate columns by commas."
             form.fail(f"there is no column {name}.", cure, 1)
+    # Of two columns with one name the later would silently replace the other in a row's cells.
     for name in names:
         if name and names.count(name) > 1:
             cure = "Keep the one that is meant, and rename or remove the other."
             form.fail(f"the column {name[:_SHOWN]} is there {names.count(name)} times.", cure, 1)
     for row in rows:
         if any(cell.strip() for cell in row):
+            # Short rows lack cells, which read as empty; cells beyond the header are dropped.
             cells = (cell.strip() for cell in row)
             yield CsvRow(form, rows.line_num, dict(zip(names, cells, strict=False)))
 
@@ -208,6 +213,7 @@ def read_video_marks(path: Path) -> tuple[Mark, ...]:
 
 
 def _event(row: CsvRow) -> str:
+    # Ignore case and repeated blanks: the file is written by hand.
     event = " ".join(row.text("event").lower().split())
     number = _STROKE.fullmatch(event)
     is_known = event in ("release", "landing") or (number is not None and int(number[1]) <= MAX_STROKES)
@@ -224,6 +230,7 @@ def _std_s(row: CsvRow, event: str) -> float:
     return STROKE_STD_S if event.startswith("stroke") else FRAME_STD_S
 
 
+# Graph paper with squares of 1 mm is read to half a square.
 READING_STD_M = 0.5e-3
 _MAX_TIME_S = 1e6
 _MAX_MM = 1e4
@@ -281,6 +288,7 @@ class LaserTracks:
                 meaning=_MEANING,
                 next_step="Give the video's events too, or write seconds after the release into a column t_s.",
             )
+        # Relative error of the clock's slope: every velocity by this clock is off by it.
         rate_std = 1e-6 * video.rate_ppm_std * video.slope
         return replace(self, t_s=video.to_logger_s(self.t_s), on_video_clock=False, rate_std=rate_std)
 

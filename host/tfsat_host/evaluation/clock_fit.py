@@ -36,6 +36,7 @@ class SlopePrior(NamedTuple):
     std: float = RATE_PRIOR
 
 
+# A deviation of 1e3 is as good as no prior, and keeps the normal equations regular with one event.
 OF_A_BOARD, UNKNOWN_SLOPE = SlopePrior(), SlopePrior(1.0, 1e3)
 
 
@@ -132,8 +133,10 @@ def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) 
         raise ValueError("a clock needs an event that both have seen")
     pairs = sorted(pairs, key=lambda pair: pair.logger_s)
     clock, logger, std = np.array([(p.clock_s, p.logger_s, p.std_s) for p in pairs]).T
+    # Begin at the largest consensus: least squares over all is bent by a single swapped event.
     agreeing, others = _find_inliers(clock, logger, std, prior)
     judged = _judge(clock, logger, std, agreeing, prior)
+    # Admit and drop events by the gate of the current line, until the set is stable.
     for _ in range(_ROUNDS):
         if not judged.within.any() or (judged.within == judged.used).all():
             break
@@ -152,6 +155,7 @@ def fit_clock(name: str, pairs: Sequence[Pair], prior: SlopePrior = OF_A_BOARD) 
         judged.covariance,
         residuals,
         _findings(residuals),
+        # A board's prior slope decides between sets of equal size; without a prior nothing does.
         ambiguous=others and prior is UNKNOWN_SLOPE,
     )
 
@@ -173,6 +177,7 @@ def _judge(
     line, covariance = _solve(clock[is_used], logger[is_used], std[is_used], prior)
     # Of a used event the fit has taken a part of the error over; of another it adds its own.
     of_line = _line_variance(clock, covariance)
+    # The floor keeps the deviation positive where an event determines the line all by itself.
     residual_std = np.sqrt(np.where(is_used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
     residual = logger - line[0] - line[1] * clock
     return _LineFit(
@@ -185,6 +190,7 @@ def _solve(
 ) -> tuple[FloatArray, FloatArray]:
     """(2,) offset and slope with the slope's prior, and their covariance; about the mean, to lose no digits."""
     weight = std**-2
+    # About the weighted mean, offset and slope are uncorrelated, and large clock readings cancel.
     mean = float(weight @ clock / weight.sum())
     away = clock - mean
     slope_information = float(weight @ away**2) + prior.std**-2
@@ -192,6 +198,7 @@ def _solve(
     slope = max(prior.slope + float(weight @ (away * residual)) / slope_information, MIN_SLOPE)
     at_mean = float(weight @ (logger - slope * away) / weight.sum())
     of_mean, of_slope = 1.0 / float(weight.sum()), 1.0 / slope_information
+    # Carry the uncorrelated pair over to the offset at zero of the clock and the slope.
     covariance = np.array([[of_mean + mean**2 * of_slope, -mean * of_slope], [-mean * of_slope, of_slope]])
     return np.array([at_mean - slope * mean, slope]), covariance
 
@@ -208,7 +215,9 @@ def _find_inliers(
     """(n,) the events that one line explains; whether another line explains others, as many."""
     best, best_score = np.ones(len(clock), bool), (0, -np.inf)
     sets: set[tuple[bool, ...]] = set()
+    # Exhaustive search over minimal sets of one or two events: there are few, no sampling is needed.
     for i, k in [*((i, i) for i in range(len(clock))), *combinations(range(len(clock)), 2)]:
+        # Two events at the same reading define no slope: one of them has to do, with the prior.
         ends = np.array([i, k]) if clock[k] != clock[i] else np.array([i])
         line, covariance = _solve(clock[ends], logger[ends], std[ends], prior)
         agree = _within(line, covariance, clock, logger, std)
@@ -218,6 +227,7 @@ def _find_inliers(
         again, covariance = _solve(clock[agree], logger[agree], std[agree], prior)
         agree &= _within(again, covariance, clock, logger, std)
         scaled_residual = (logger - again[0] - again[1] * clock)[agree] / std[agree]
+        # Most inliers win; of as many, the least cost, that of the slope's prior included.
         score = (
             int(agree.sum()),
             -float(scaled_residual @ scaled_residual) - float(((again[1] - prior.slope) / prior.std) ** 2),
@@ -225,6 +235,7 @@ def _find_inliers(
         sets.add(tuple(agree.tolist()))
         if score > best_score:
             best, best_score = agree, score
+    # A second set of the same size means that the majority is not unique.
     return best, sum(sum(inliers) == best_score[0] for inliers in sets) > 1
 
 
@@ -243,6 +254,7 @@ def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
     findings = []
     while left_out:
         residual = left_out.pop(0)
+        # Two events that each lie where the other is expected were exchanged when they were read off.
         other = next((other for other in left_out if _are_swapped(residual, other)), None)
         if other is not None:
             left_out.remove(other)

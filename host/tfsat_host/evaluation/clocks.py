@@ -69,6 +69,7 @@ def align_clocks(
     release = _release(log)
     scheduled_s = np.array([stroke.t_s for stroke in schedule.strokes])
     notes: list[str] = []
+    # Among so many edges any schedule fits somewhere by chance: use none of them.
     if len(edges_s) > MAX_EDGES:
         notes.append(
             f"The stroke line rose {len(edges_s)} times in the drop: it chatters, and no stroke can be told from it."
@@ -80,11 +81,13 @@ def align_clocks(
         for stroke, edge in matched.edge_of_stroke.items()
     ]
     marks = [*([release] if release else []), *stroke_marks]
+    # The sequencer begins each stroke within half a microsecond of its time: its reading is the schedule.
     pairs = [
         Pair(mark.event, float(scheduled_s[int(mark.event.split()[1]) - 1]), mark.t_s, mark.std_s)
         for mark in stroke_marks
     ]
     if release is not None:
+        # The sequencer counts from the release: there it reads zero.
         pairs.append(Pair("release", 0.0, release.t_s, release.std_s))
     sequencer = None
     if pairs:
@@ -93,6 +96,7 @@ def align_clocks(
         notes.append(
             "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
         )
+    # The landing is no event of the sequencer's, but a video shows it: use it there only.
     video_fit = _video_fit(video, [*marks, *_landing_marks(log)], video_rate, notes) if video else None
     by_stroke = {mark.event: mark.t_s for mark in stroke_marks}
     stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
@@ -113,6 +117,7 @@ def _release(log: DropLog) -> Mark | None:
     """Return the logger's release; if blocks are lost, the middle of its earliest and latest times."""
     if log.release is None:
         return None
+    # With lost blocks the release lies evenly between two times: half the width over sqrt(3).
     middle_us = (log.release.earliest_us + log.release.latest_us) / 2
     half_s = (log.release.latest_us - log.release.earliest_us) / 2e6
     return Mark("release", (middle_us - log.release.t_us) / 1e6, float(np.hypot(EDGE_STD_S, half_s / 3**0.5)))
@@ -139,11 +144,13 @@ def _sequencer_fit(pairs: list[Pair], of_matching: list[str]) -> ClockFit:
     off, sure = abs(fit.rate_ppm), abs(fit.rate_ppm) - 2.0 * fit.rate_ppm_std
     last = max(pairs, key=lambda pair: pair.clock_s)
     how = "fast" if fit.rate_ppm > 0.0 else "slow"
+    # No oscillator is off so far: it is the schedule that does not belong to the recording.
     if sure > RESONATOR_PPM:
         findings.append(
             f"The sequencer's clock seems to run {off / 1e4:.2f} % {how}, as no oscillator does: "
             "the schedule is not the one that was flown."
         )
+    # More than two sound crystals differ: say what it makes at the last stroke, where it is greatest.
     elif sure > CRYSTAL_PPM:
         findings.append(
             f"The sequencer's clock runs {off / 1e4:.3f} % {how} against the logger's, "
@@ -173,12 +180,14 @@ def _video_fit(
     if not pairs:
         notes.append("The video's clock is unknown: it shares no event with the log.")
         return None
+    # One event fixes an offset only, and slow motion leaves the rate free.
     if rate is None and len(pairs) == 1:
         notes.append(
             f"The video's clock is unknown: of one event, {pairs[0].event}, no rate follows, and it may be slow "
             "motion. Read off another event, or say how fast its times run: --video-rate 1 in real time."
         )
         return None
+    # Fit without a prior even where a rate is stated, to hold the statement against the events.
     by_events = fit_clock("video", pairs, UNKNOWN_SLOPE)
     if rate is None:
         if not by_events.ambiguous:
@@ -188,6 +197,7 @@ def _video_fit(
             "them. Read them off again, or say how fast its times run: --video-rate 1 in real time."
         )
         return None
+    # Relative deviation of the slope: that of the events' fit, and that of the statement.
     sure = GATE_STDS * np.hypot(1e-6 * by_events.rate_ppm_std * by_events.slope, STATED_RATE_STD)
     if len(pairs) > 1 and not by_events.ambiguous and abs(np.log(by_events.slope * rate)) > sure:
         notes.append(
@@ -230,6 +240,7 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
         edge_s: (k,) ascending, `MAX_EDGES` at most, on the logger's clock.
         release_s: The release on the logger's clock; None if unknown, then two edges suffice without it.
     """
+    # Exhaustive consensus: try each line through two events and count what else lies on it.
     lines = _lines(scheduled_s, edge_s, release_s)
     assignments = [_near(slope, start, scheduled_s, edge_s, NEAR_S) for start, slope in lines]
     if not assignments:
@@ -237,6 +248,7 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
 
     def merit(index: int) -> tuple[int, float]:
         start, slope = lines[index]
+        # The release counts as one more inlier; of as many, the clock nearest to the logger's rate wins.
         at_release = release_s is not None and abs(start - release_s) <= NEAR_S
         return len(assignments[index]) + at_release, -abs(slope - 1.0)
 
@@ -256,12 +268,15 @@ def _lines(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None)
     """Start and slope of every line worth a try."""
     lines = []
     if release_s is not None:
+        # (m, k) slope of the line from the release to stroke i at edge j.
         slopes = (edge_s[None, :] - release_s) / scheduled_s[:, None]
         lines = [(release_s, 1.0)] + [
             (release_s, float(slope)) for slope in slopes[np.abs(slopes - 1.0) <= _STEEPEST]
         ]
+    # Lines through two strokes need no release: it may be lost, or wrong itself.
     for i, k in combinations(range(len(scheduled_s)), 2):
         planned = float(scheduled_s[k] - scheduled_s[i])
+        # (k, k) slope if the row's edge is the earlier stroke and the column's the later one.
         slopes = (edge_s[None, :] - edge_s[:, None]) / planned
         for first, last in np.argwhere(np.abs(slopes - 1.0) <= _STEEPEST).tolist():
             slope = float(slopes[first, last])
@@ -288,13 +303,16 @@ def _astray(expected_s: FloatArray, edge_s: FloatArray, chosen: dict[int, int]) 
     """Match the remaining strokes and edges, nearest pair first, as long as the strokes' order is kept."""
     edge_of_stroke: dict[int, int] = {}
     apart = np.abs(expected_s[:, None] - edge_s[None, :])
+    # All pairs of stroke and edge, the nearest first; a stable sort makes ties reproducible.
     nearest = np.column_stack(np.unravel_index(np.argsort(apart, axis=None, kind="stable"), apart.shape))
     for stroke, edge in nearest.tolist():
         assigned_edges = {**chosen, **edge_of_stroke}
+        # Sorted by distance: all that follow are farther still.
         if apart[stroke, edge] > ASTRAY_S:
             break
         if stroke in assigned_edges or edge in assigned_edges.values():
             continue
+        # The sequencer flies its strokes in order: a pair that would cross another is wrong.
         if all((stroke < other) == (edge < at) for other, at in assigned_edges.items()):
             edge_of_stroke[stroke] = edge
     return edge_of_stroke

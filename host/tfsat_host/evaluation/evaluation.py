@@ -54,6 +54,7 @@ from tfsat_host.evaluation.motion.samples import EvaluationError, end_of_fall_s,
 from tfsat_host.evaluation.rest import Rest, rest_before_release
 from tfsat_host.evaluation.strokes import FlownStroke, JointRest, standing_joints, strokes_flown
 from tfsat_host.maneuver import Schedule
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
 from tfsat_host.sdlog import DropLog
 
@@ -185,10 +186,12 @@ class Evaluation:
             initial_rates=tuple(
                 InitialRate.withheld() if "rates" in withheld else rate for rate in self.initial_rates
             ),
+            # Strokes come of gyros and angle sensors together: any result of either withholds them.
             strokes=tuple(
                 stroke.withheld() if SENSED & withheld.keys() else stroke for stroke in self.strokes
             ),
             standing=() if SENSED & withheld.keys() else self.standing,
+            # Body 2's turning, by its gyro, was taken off the spots: without rates no velocity.
             release_velocity=None if "rates" in withheld else self.release_velocity,
         )
 
@@ -254,9 +257,11 @@ def evaluate(
         log, model, schedule, rest, fallback.notes, witnesses or ExternalObservations(), offsets, swarm
     )
     evaluation = drop.evaluate(fallback.calibration)
+    # If the sensors contradict each other, try greater errors than stated before anything is withheld.
     widened_evaluation, widest = drop.with_less_stated(fallback.calibration, evaluation)
     if widened_evaluation is None:
         return replace(evaluation.with_withheld(withheld_by(evaluation.checks)), widest=widest)
+    # What the greater errors explain need not be withheld any more.
     withheld = withheld_by(widened_evaluation.checks)
     return replace(
         widened_evaluation, model=model, calibration=fallback.calibration, checks=evaluation.checks
@@ -284,12 +289,17 @@ class _Drop:
         try:
             return self._evaluate(calibration, diagnosed)
         except np.linalg.LinAlgError as error:
+            # A wrong file or certificate makes the system singular: the input is at fault, not the program.
             raise EvaluationError(
                 what=f"{self.log.path}: no motion explains the readings with this calibration, not even roughly "
                 f"({error}).",
                 meaning="There are no numbers of this drop; the recording is as it was.",
-                next_step="Check that calibration, robot file and maneuver are those of this drop, and compare the "
-                "logger's settings in the recording with yours: tfsat-host decode.",
+                next_step=Advice(
+                    "Check that calibration, robot file and maneuver are those of this drop, and compare the "
+                    "logger's settings in the recording with yours: ",
+                    NextStep("decode"),
+                    ".",
+                ),
             ) from error
 
     def with_less_stated(
@@ -300,20 +310,25 @@ class _Drop:
         The evaluation is None if the sensors agree anyhow, if no such ± reconcile them, or if the kind of cause is
         not one that greater ± describe. The second result is the greatest factor that was tried.
         """
+        # Greater errors describe a badly stated certificate or axis, but no step or slip at one moment.
         kind = evaluation.causes[0].kind if evaluation.causes else UNKNOWN
         if kind not in NO_SENSORS | STATED_TOO_WELL:
             return None, 1.0
         leaning = kind == AXIS
+        # A leaning joint axis spoils the offsets as well: the checks that protect them must agree, too.
         results = SENSED | {"offsets"} if leaning else SENSED
         widening, excess = 1.0, _excess(evaluation.checks, results)
+        # The excess is a factor of errors: widen by it, by three at least, until the sensors agree.
         while excess > 1.0 and (widening := widening * max(excess, MIN_WIDENING)) <= MAX_WIDENING:
             drop = replace(self, model=_with_leaning_axes(self.model, widening)) if leaning else self
             calibration = certificate if leaning else certificate.widen(widening)
+            # Search by the sensors' checks alone; the whole evaluation runs once, with the factor found.
             excess = drop.contradiction(calibration, results)
             if not excess:
                 widened_evaluation = drop.evaluate(calibration, diagnosed=False)
                 kind_widened = AXES_FILED if leaning else CERTIFICATE
                 return replace(widened_evaluation, widening=widening, widened=kind_widened), widening
+            # Some check still failed, however little: keep the loop going.
             excess = max(excess, 1.0 + 1e-9)
         return None, min(widening, MAX_WIDENING)
 
@@ -327,6 +342,7 @@ class _Drop:
                 self._motion(calibration), None, self.log, calibration, self.model, diagnosed=False
             )
         except np.linalg.LinAlgError:
+            # No motion explains the readings at all: worse than any contradiction.
             return np.inf
         return _excess(checks, results)
 
@@ -338,8 +354,10 @@ class _Drop:
 
     def _evaluate(self, calibration: Calibration, diagnosed: bool) -> Evaluation:
         log, model, schedule, witnesses = self.log, self.model, self.schedule, self.seen
+        # By sensors alone: what the robot did must not depend on the masses that are to be judged.
         motion = self._motion(calibration)
         samples = motion.samples
+        # Clocks before strokes: each is looked for where the logger saw its line rise.
         clocks = (
             None if schedule is None else align_clocks(log, schedule, witnesses.video, witnesses.video_rate)
         )
@@ -347,7 +365,9 @@ class _Drop:
             () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
         )
         first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
+        # The momentum is taken before the first stroke and then drives the model's prediction.
         explained = compare_model(motion, self.offsets or model_offsets(model), first_stroke_s)
+        # All of the recording: rest and landing lie outside the samples of the motion.
         calibrated_samples = apply_calibration(Counts.from_log(log), calibration, model)
         velocity, against = _release_velocity(witnesses, motion, model, first_stroke_s, clocks)
         return Evaluation(
@@ -403,6 +423,7 @@ def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | No
             logged if np.isfinite(logged) else plan
             for logged, plan in zip(clocks.stroke_s, planned, strict=True)
         )
+    # Without a schedule the line's first rise in the fall ends the time before the strokes.
     edges = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
     return min((t_s for t_s in edges if t_s > 0.0), default=until_s)
 
@@ -420,6 +441,7 @@ def _micro_gravity(
     last_end_s = max(ends) if ends else landing_s - LEFT_TO_SETTLE_S
     if any(stroke.unfinished or stroke.scheduled_s > landing_s - SETTLE_S for stroke in strokes):
         last_end_s = landing_s  # the recording ends among the strokes: nothing came after the last
+    # The CoM shifts with the joints: the arms at the release hold before, the last ones after the strokes.
     at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
     windows = quiet_windows(
         first_stroke_s,
@@ -449,6 +471,7 @@ def _release_velocity(
     angles_rad = np.column_stack(
         [np.interp(body.t_s, motion.t_s, angle_rad) for angle_rad in motion.angles_rad.T]
     )
+    # (n, 3) posture by posture: the robot's CoM wanders through body 2 as the joints move.
     com_m = np.array([com_in_bodies_m(model, angles)[BODY_2] for angles in angles_rad])
     turning = BodyRotation(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
     try:
@@ -458,6 +481,7 @@ def _release_velocity(
             first_stroke_s=first_stroke_s,
             turning=turning,
         )
+    # The spots are a side witness: report why they give nothing, and keep the drop.
     except (LaserError, LaserFileError) as error:
-        return None, (f"No release velocity. {error.what} {error.meaning} {error.next_step}",)
+        return None, (Advice(f"No release velocity. {error.what} {error.meaning} ", error.next_step),)
     return velocity, ()

@@ -23,6 +23,7 @@ AROUND_RELEASE_S = 0.5
 """The fall begins this near to the switches' release, or it is another event."""
 HELD_S = 0.05
 """The magnet may hold the robot so long after the fall began; and the logger's landing may lie so far from the felt."""
+# The level at rest is read clear of the time in which the fall may have begun.
 _AT_REST_S = (-1.5, -0.6)
 _IN_FALL_S = (0.1, 0.6)
 _MIN_FORCE_DROP = 0.5
@@ -78,12 +79,14 @@ def fall_instants(log: DropLog, samples: CalibratedSamples) -> FallInstants:
     landing = landing_felt(log.t_s, force, samples.clipped, low_pass)
     logged = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
     logged_s = next((t_s for t_s in logged if t_s > 0.0), None)
+    # The stated uncertainty is the greatest error: a uniform distribution's deviation is that over sqrt(3).
     release_std_s = (log.release_uncertainty_us or 0) / 1e6 / 3**0.5
     findings = []
     if release is None:
         findings.append(
             "The accelerometers felt no fall begin near the release: the robot was not let go into one."
         )
+    # The magnet may hold on for HELD_S after the capsule fell: beyond that the two disagree.
     elif abs(release.t_s) > HELD_S + 3.0 * float(np.hypot(release.std_s, release_std_s)):
         findings.append(
             f"The accelerometers felt the fall begin {1e3 * abs(release.t_s):.0f} ms "
@@ -136,7 +139,9 @@ def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
     before, after = (magnitude[(t_s >= a) & (t_s < b)] for a, b in (_AT_REST_S, _IN_FALL_S))
     if not len(before) or not len(after):
         return float("nan")
+    # Medians: neither a knock at rest nor a stroke in the fall moves a level.
     high, low = float(np.median(before)), float(np.median(after))
+    # The force stayed: this body felt no fall begin.
     if low > (1.0 - _MIN_FORCE_DROP) * high:
         return float("nan")
     middle = (high + low) / 2.0
@@ -149,11 +154,13 @@ def _find_shock(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> f
     is_finite = np.isfinite(magnitude)
     t_s, magnitude, clipped = t_s[is_finite], magnitude[is_finite], clipped[is_finite]
     level = SHOCK_G * STANDARD_GRAVITY_M_S2
+    # A clipped axis is at full scale or beyond: it counts as a shock, whatever the magnitude says.
     hard = clipped | (magnitude >= level)
     first = np.flatnonzero(hard & (t_s >= LANDING_EARLIEST_US / 1e6) & (t_s <= _LATEST_S))
     if not len(first):
         return float("nan")
     row = int(first[0])
+    # Without a sample below the level just before, there is no edge to interpolate on.
     if row == 0 or not magnitude[row - 1] < level <= magnitude[row]:
         return float(t_s[row])
     return _crossing_time(t_s, magnitude, row - 1, level)
@@ -167,12 +174,16 @@ def _crossing_time(t_s: FloatArray, magnitude: FloatArray, row: int, level: floa
 
 def _median(felt_s: list[float], t_s: FloatArray, low_pass: LowPass) -> Instant | None:
     delay_s = low_pass.accel_delay_s
+    # The low-pass shows every step late by its delay: take that off.
     by_body_s = np.array(felt_s) - delay_s
     if np.isnan(by_body_s).all():
         return None
+    # The median of the bodies: one that was touched, or did not feel it, does not move it.
     middle_s = float(np.nanmedian(by_body_s))
     nearby = np.abs(t_s - middle_s) <= AROUND_RELEASE_S
+    # The longest step about the raw moment, as seen before the delay came off: a sample may be lost there.
     step_s = float(np.max(np.diff(t_s[nearby]), initial=0.0, where=_around(t_s[nearby], middle_s + delay_s)))
+    # Uniform within a sampling step, and a low-pass whose shape is not known.
     std_s = float(np.hypot(step_s / 12**0.5, _UNKNOWN_SHAPE * delay_s))
     return Instant(middle_s, std_s, tuple(by_body_s.tolist()))
 

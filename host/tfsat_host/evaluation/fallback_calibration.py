@@ -18,6 +18,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.rest import GUARD_S, Rest
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
@@ -61,9 +62,12 @@ def with_fallbacks(
     gyros, rested = [], np.zeros(len(initial_calibration.gyros), bool)
     for index, gyro in enumerate(initial_calibration.gyros):
         why = lacking.get(f"bias of body {gyro.body}")
+        # Only a bias that is missing or stale is replaced, and only if this gyro rested on all axes.
         rested[index] = why is not None and bool(np.isfinite(rest.rate_rad_s[index]).all())
+        # A gyro without any sample in the fall needs no bias: it is bridged anyhow.
         if why is not None and not rested[index] and log.imu_valid[log.t_s >= 0.0, index].any():
             notes.append(_require_some_bias(gyro, why))
+        # Widen what a landing may have changed first: a bias from the rest then replaces the widened one.
         since = gyro_since(gyro, lacking)
         gyros.append(_with_bias(since, rest, index) if rested[index] else since)
     if rested.any():
@@ -91,6 +95,7 @@ def _design_calibration(log: DropLog, model: RobotModel) -> Calibration:
 
 def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration:
     covariance = gyro.covariance.copy()
+    # A bias from this rest shares no error with the certificate's mounting and scale.
     covariance[:3, :] = covariance[:, :3] = 0.0
     covariance[:3, :3] = np.diag(rest.rate_std_rad_s[index] ** 2)
     # It was taken at the temperature of the fall.
@@ -98,6 +103,7 @@ def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration
 
 
 def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
+    # An old bias, with what a landing may have done to it, is better than none.
     if why.reason == "stale":
         return (
             f"The bias of body {gyro.body} was measured before a landing that may have changed it, and the robot did "
@@ -106,8 +112,10 @@ def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
     raise EvaluationError(
         what=f"The bias of body {gyro.body} was never measured, and the robot did not hang still before the release.",
         meaning="Its gyro may show 20 deg/s of nothing: no attitude follows from it.",
-        next_step="Evaluate with a calibration (--calibration FILE); measure the bias before the next drop: "
-        "tfsat-host calibrate bias",
+        next_step=Advice(
+            "Evaluate with a calibration (--calibration FILE); measure the bias before the next drop: ",
+            NextStep("calibrate bias"),
+        ),
     )
 
 
@@ -121,10 +129,12 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
     for k, column in enumerate(columns):
         rows = before & log.angle_valid[:, column]
         if rows.any():
+            # Average on the unit circle: about the wrap, a mean of angles may be half a turn off.
             mean = float(np.angle(np.exp(1j * readings_rad[rows, k]).mean()))
             zeros[k] = mean - sensors.direction[k] * model.servos[sensors.joint - 1].start_rad
     # Both sensors sit on one joint: what it sags, both are off by, each in its own direction.
     shared = HUNG_STD_RAD * sensors.direction
+    # A share of each sensor's own; the shared part alone has rank one.
     own = np.deg2rad(0.05) ** 2 * np.eye(2)
     return replace(sensors, zero_rad=wrap_angle(zeros), zero_covariance=np.outer(shared, shared) + own)
 
@@ -175,9 +185,11 @@ Lacking = Mapping[str, Shortcoming]
 
 def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
     """Return the gyro with the covariance of its stale part widened by the possible effect of a landing."""
+    # Parameters 0 to 2 are the bias, 3 to 5 the mounting's rotation vector, 6 to 8 the scales.
     covariance = gyro.covariance.copy()
     if _is_stale(lacking, f"bias of body {gyro.body}"):
         covariance[:3, :3] += LANDING_BIAS_STD_RAD_S**2 * np.eye(3)
+    # A shock tilts a sensor about any axis: one stale angle widens all three.
     if any(_is_stale(lacking, f"misalignment of body {gyro.body} about {axis}") for axis in "xyz"):
         covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
     return replace(gyro, covariance=covariance)

@@ -39,6 +39,7 @@ _FREEDOM = 4.0
 _ROUNDS = 20
 _ZERO_STD_S = 0.01
 """Of the video's zero."""
+# Steps of the differences by which the nuisances enter the design matrix.
 _STEP_M, _STEP_S, _STEP_RAD_S = 1e-3, 1e-3, 1e-4
 _MIN_RATE_STD_RAD_S = 1e-6
 
@@ -52,6 +53,7 @@ class Reading(NamedTuple):
     def of(self, tracks: LaserTracks) -> LaserTracks:
         """Return the tracks as this reading interprets them."""
         spot = 3 - tracks.spot if self.exchanged else tracks.spot
+        # Mirrored are the file's spots: index by its numbers, before the exchange.
         sign = np.where(np.array(self.mirrored)[tracks.spot - 1], -1.0, 1.0)
         return replace(tracks, spot=spot, along_m=sign * tracks.along_m)
 
@@ -83,17 +85,22 @@ def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Id
     usable_tracks = usable_tracks.only(
         np.interp(usable_tracks.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD
     )
+    # Mirroring a spot without places changes nothing: such readings would tie with others.
     there = set(np.unique(usable_tracks.spot).tolist())
     readings = [AS_FILED, *(variant for variant in _others() if _means_something(variant, there))]
+    # First with the errors as stated; the best reading's residuals tell how good the places really are.
     costs, scales = np.array([_cost(variant.of(usable_tracks), turning, 1.0) for variant in readings]).T
     scale = float(scales[int(np.argmin(costs))])
+    # No reading fits: the turning neither accuses the file nor vouches for it.
     if scale > _MAX_SCATTER:
         return Identity(None, ())
+    # With places worse than stated, the likelihoods would overstate the evidence: compare again, scaled.
     if scale > 1.0:
         costs = np.array([_cost(variant.of(usable_tracks), turning, scale)[0] for variant in readings])
     best = int(np.argmin(costs))
     if costs[best] < costs[0] - EVIDENCE:
         return Identity(readings[best], ())
+    # Readings that the turning does not exclude: the file is believed, but the caller says so.
     near = costs < costs[0] + EVIDENCE
     return Identity(
         None, tuple(variant for variant, is_near in zip(readings[1:], near[1:], strict=True) if is_near)
@@ -114,11 +121,13 @@ def _cost(tracks: LaserTracks, turning: BodyRotation, scale: float) -> tuple[flo
     """Twice the negative log-likelihood, but for a constant; the residuals' scale in units of what was stated."""
     plain = equations_of(tracks, turning, LASERS)
     nuisances = list(_nuisances(tracks, turning))
+    # Linearised nuisances: how far each place moves with one step of walls, time and rates.
     columns = [plain.place_m - equations_of(*moved).place_m for _, moved in nuisances]
     zeros = (plain.series[:, None] == np.arange(4)).astype(np.float64)
     falling = (plain.toward @ UP) * plain.t_s**2 / 2.0
     design = np.column_stack([plain.toward * plain.t_s[:, None], zeros, falling, *columns])
     of_nuisances = [share for share, _ in nuisances]
+    # Path and zeros get a numerical prior only; acceleration and nuisances are held by their deviations.
     prior = np.array([*np.full(7, 1e-6), 1.0 / ACCELERATION_STD_M_S2, *of_nuisances])
     std = scale * plain.std_m
     design, target, weight = design / std[:, None], plain.place_m / std, np.ones(len(std))
@@ -127,7 +136,9 @@ def _cost(tracks: LaserTracks, turning: BodyRotation, scale: float) -> tuple[flo
         normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
         solution = np.linalg.lstsq(normal, design.T @ (weight * target), rcond=None)[0]
         residual = target - design @ solution
+        # Student's likelihood by iteratively reweighted least squares.
         weight = (_FREEDOM + 1.0) / (_FREEDOM + residual**2)
+    # The priors of acceleration and nuisances count; the first seven are there for the solver alone.
     return _minus_twice_log(residual) + float(((prior * solution)[7:] ** 2).sum()), 1.4826 * float(
         np.median(np.abs(residual))
     )
@@ -141,9 +152,11 @@ def _nuisances(
         lasers = list(LASERS)
         lasers[number] = laser._replace(wall_m=laser.wall_m + _STEP_M)
         yield _STEP_M / laser.wall_std_m, (tracks, turning, lasers)
+    # Keep within the gyro's times: its rotation is not extrapolated.
     later = np.clip(tracks.t_s + _STEP_S, turning.t_s[0], turning.t_s[-1])
     yield _STEP_S / _ZERO_STD_S, (replace(tracks, t_s=later), turning, list(LASERS))
     for axis, std in enumerate(turning.rate_std_rad_s):
+        # A constant error of the rate is an angle that grows with time.
         error = Rotation.from_rotvec(np.outer(turning.t_s, _STEP_RAD_S * np.eye(3)[axis])).as_matrix()
         yield (
             _STEP_RAD_S / max(float(std), _MIN_RATE_STD_RAD_S),

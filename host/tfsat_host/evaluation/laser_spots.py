@@ -74,6 +74,7 @@ class BodyRotation(NamedTuple):
 
     def at(self, t_s: FloatArray) -> FloatArray:
         """(m, 3, 3) rotations at times between the first and the last."""
+        # Interpolate along the arc: a blend of matrices is no rotation.
         return np.asarray(Slerp(self.t_s, Rotation.from_matrix(self.rotation))(t_s).as_matrix())
 
     def com_at(self, t_s: FloatArray) -> FloatArray:
@@ -117,14 +118,20 @@ def equations_of(tracks: LaserTracks, turning: BodyRotation, lasers: Sequence[La
     for number, laser in enumerate(lasers, 1):
         rows = tracks.spot == number
         ray = rotation[rows] @ laser.ray
+        # (m, 3) from the CoM to the laser's exit, in the axes of the release.
         arm = np.einsum("mij,mj->mi", rotation[rows], laser.exit_m - com_m[rows])
+        # Distance of the wall's plane from the CoM at the release, along its normal: D.
         wall = laser.ray @ (laser.exit_m - at_release_m) + laser.wall_m
         for index, axis in enumerate((laser.along, UP)):
+            # How far the spot slides along the wall for each metre that the wall is away: (u axis) / (n u).
             slant = (ray @ axis) / (ray @ laser.ray)
+            # Linear in the path: a step along the normal counts by the slant, one along the wall in full.
             toward[index, rows] = axis - slant[:, None] * laser.ray
+            # What is left is due to the turning alone, which the gyro tells: a known offset of the place.
             turned[index, rows] = np.einsum("mi,mi->m", toward[index, rows], arm) + slant * wall
     return Equations(
         np.tile(tracks.t_s, 2),
+        # Series 0 and 1 are spot 1's along and up, 2 and 3 those of spot 2.
         np.concatenate([2 * (tracks.spot - 1), 2 * (tracks.spot - 1) + 1]),
         np.concatenate([tracks.along_m, tracks.up_m]) - turned.ravel(),
         np.tile(tracks.std_m, 2),

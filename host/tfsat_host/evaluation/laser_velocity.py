@@ -144,9 +144,11 @@ def release_velocity(
         LaserError: too few places in that time, or too many that contradict the others, or body 2's turning
             indicates that the spots are exchanged or mirrored.
     """
+    # Between push and first stroke the CoM moves evenly; use it where the gyro tells body 2's turning.
     usable_tracks = _chosen(
         tracks, max(PUSHED_OFF_S, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1]))
     )
+    # Exchanged or mirrored spots would give another velocity: hold the file against the gyro first.
     identity = identity_of(tracks, turning, PUSHED_OFF_S)
     if identity.better is not None:
         raise LaserError(
@@ -156,6 +158,7 @@ def release_velocity(
             "sketch), and correct the file.",
         )
     path = _straight_path(usable_tracks, turning, LASERS)
+    # A few outliers are misread places; many mean exchanged spots, wrong units or a wrong clock.
     if path.left_out > _MAX_LEFT_OUT * len(usable_tracks.t_s):
         raise LaserError(
             what=f"{tracks.path}: {path.left_out} of {len(usable_tracks.t_s)} places do not lie on one even motion.",
@@ -163,11 +166,15 @@ def release_velocity(
             next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
             "that the times count from the release.",
         )
+    # A component that no spot shows is NaN: as zero it adds nothing to the covariance.
     velocity = np.nan_to_num(path.velocity_m_s)
+    # An error of the clock's rate scales all components alike: they are fully correlated.
     of_clock = np.outer(velocity, velocity) * tracks.rate_std**2
     covariance = path.covariance + _of_parameters(usable_tracks, turning, path) + of_clock
+    # The scatter is estimated from few places: Student's two-sided quantile, not the normal one.
     student = float(stdtrit(path.degrees_of_freedom, 0.5 + CONFIDENCE / 2))
     x, y, up = (_velocity(path.velocity_m_s[axis], covariance[axis, axis], student) for axis in range(3))
+    # Downward is minus z: the ends of the interval change places.
     down = Velocity(-up.value_mm_s, up.std_mm_s, -up.high_mm_s, -up.low_mm_s)
     speed = None
     if np.isfinite(path.velocity_m_s[:2]).all():
@@ -231,15 +238,19 @@ def _velocity(
 def _of_parameters(tracks: LaserTracks, turning: BodyRotation, path: _StraightPath) -> FloatArray:
     """(3, 3) of the velocity, from the gyro's error and that of the distances: each moved by its deviation."""
     moved = []
+    # A constant rate error per axis: the angle that it has grown to tilts the whole rotation history.
     for axis, std in enumerate(turning.rate_std_rad_s):
         angle = np.outer(turning.t_s, std * np.eye(3)[axis])
+        # (n, 3, 3) identity plus the skew matrix of a small angle: column j is angle x e_j.
         error = np.eye(3) + np.cross(np.eye(3)[None], -angle[:, None, :]).transpose(0, 2, 1)
         off = turning._replace(rotation=turning.rotation @ error)
+        # Keep the places of the nominal fit: a shift must not come from another selection.
         moved.append(_straight_path(tracks, off, LASERS, path.kept))
     for number, laser in enumerate(LASERS):
         lasers = list(LASERS)
         lasers[number] = laser._replace(wall_m=laser.wall_m + laser.wall_std_m)
         moved.append(_straight_path(tracks, turning, lasers, path.kept))
+    # Independent errors, each shifting the velocity by one deviation: their outer products add up.
     shifts = np.nan_to_num(np.array([other.velocity_m_s - path.velocity_m_s for other in moved]))
     return np.asarray(shifts.T @ shifts)
 
@@ -279,15 +290,18 @@ def _straight_path(
     # Unit weights where a place is as good as stated; the scatter then scales them all.
     design, target = design / equations.std_m[:, None], equations.place_m / equations.std_m
     prior = np.zeros(design.shape[1])
+    # Over a short time a free acceleration would trade with the velocity: bound it by residual gravity.
     prior[3] = 1.0 / ACCELERATION_STD_M_S2
     if keep is None:
         keep = _good(design, target, prior)
     design, target, unit_weights = design[keep], target[keep], np.ones(int(keep.sum()))
+    # The acceleration is held by its prior and not counted as a fitted parameter.
     free = max(len(unit_weights) - int(is_observable.sum()) + 1, 1)
     scale = 1.0
     solution, inverse = _solve(design, target, unit_weights, prior)
     for _ in range(_ROUNDS):  # what the prior weighs depends on the scatter, a little
         before, residual = scale, target - design @ solution
+        # The floor keeps a perfect fit from claiming a velocity without error.
         scale = max(float(np.sqrt(residual @ residual / free)), _FLOOR_M / float(equations.std_m.max()))
         solution, inverse = _solve(design, target, unit_weights, scale * prior)
         if abs(scale - before) <= _SETTLED * before:
@@ -296,6 +310,7 @@ def _straight_path(
     covariance[~is_observable[:3]] = covariance[:, ~is_observable[:3]] = 0.0
     residual = (target - design @ solution) * equations.std_m[keep]
     velocity = np.where(is_observable[:3], solution[:3], np.nan)
+    # Rows hold all along, then all up: the first half has one row for each place.
     out = int((~keep[: len(keep) // 2]).sum())
     return _StraightPath(velocity, covariance, free, float(np.sqrt(np.mean(residual**2))), keep, out)
 
@@ -305,6 +320,7 @@ def _design(equations: Equations) -> tuple[FloatArray, BoolArray]:
     time = equations.t_s[:, None]
     zeros = (equations.series[:, None] == np.arange(4)).astype(np.float64)
     falling = (equations.toward @ UP)[:, None] * time**2 / 2.0
+    # Each spot and coordinate has a zero of its own: the graph paper's origin is free.
     design = np.hstack([equations.toward * time, falling, zeros])
     # Spot 1's places move with x only by the slant of its ray: of x, nothing that is worth a number.
     first, second = np.isin(np.arange(2), equations.series // 2)
@@ -321,6 +337,7 @@ def _solve(
     A column of zeros gets the solution zero.
     """
     normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
+    # The pseudo-inverse, for the columns of what no spot shows are zero.
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64)
     return inverse @ (design.T @ (weight * target)), inverse
 
@@ -332,8 +349,10 @@ def _good(design: FloatArray, target: FloatArray, prior: FloatArray) -> BoolArra
         solution, _ = _solve(design, target, weight, scale * prior)
         residual = np.abs(target - design @ solution)
         before, scale = scale, max(_NORMAL_MAD * float(np.median(residual)), 1e-9)
+        # Huber's weights: full within the bound, falling as 1 / |residual| beyond.
         weight = np.minimum(1.0, _HUBER * scale / np.maximum(residual, 1e-12))
         if abs(scale - before) <= _SETTLED * before:
             break
+    # Drop a place as a whole: both coordinates come of the same reading.
     off = (residual > _LEFT_OUT * scale).reshape(2, -1).any(axis=0)
     return np.tile(~off, 2)

@@ -120,6 +120,7 @@ def expected_specific_force(
         acceleration_rad_s2: (..., 3) of it.
         arm_m: (..., 3) from the center of mass of all that falls to the point, body axes.
     """
+    # In free fall gravity is not felt: only the centripetal and the tangential term are left.
     centripetal = np.cross(rate_rad_s, np.cross(rate_rad_s, arm_m))
     force: FloatArray = np.cross(acceleration_rad_s2, arm_m) + centripetal
     return force
@@ -158,6 +159,7 @@ def micro_gravity(
     at_rest = [AtRest.of(samples, rest, index) for index in range(samples.clipped.shape[1])]
     notes: list[str] = []
     qualities = tuple(_quality(samples, t_s, window, at_rest, notes) for window in windows)
+    # The zero-g output dominates each mean but is the same in all windows: differences cancel it.
     changes, changes_std = _changes(qualities, len(at_rest))
     gravity = tuple(
         _gravity(body, before, qualities) for body, before in enumerate(at_rest, 1) if before is not None
@@ -186,11 +188,13 @@ def _quality(
             continue
         # A reading at full scale is a lower bound, and a straight line through it is none.
         rates = np.where(samples.clipped[rows, index, None], np.nan, samples.rate_rad_s[rows, index])
+        # The IMUs sit off the robot's CoM: what its turning makes them feel is no residual gravity.
         turning = _turning_g(rates, t_s[rows], window.arms_m[index])
         if np.isnan(turning).any():
             notes.append(
                 f"Body {index + 1}'s gyro gave nothing {window.name}: its turning was not taken off."
             )
+        # The low-pass correlates neighbours: divide by the equivalent number of independent samples.
         noise = force.std(axis=0, ddof=1) / _independent(force) ** 0.5
         mean = force.mean(axis=0)
         bodies.append(
@@ -199,7 +203,9 @@ def _quality(
                 samples=len(force),
                 mean_g=mean,
                 rotation_g=turning,
+                # Without a gyro the turning stays in the residual; the note above says so.
                 residual_g=mean - np.nan_to_num(turning),
+                # The data sheet's share is common to all samples and does not average out; noise does.
                 residual_std_g=np.hypot(std.mean(axis=0), noise),
                 noise_std_g=noise,
                 rms_g=rms_g(force),
@@ -214,8 +220,10 @@ def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> Fl
     is_finite = np.isfinite(rate_rad_s).all(axis=1)
     if is_finite.sum() < MIN_SAMPLES:
         return np.full(3, np.nan)
+    # In centred time the line's constant is the mean rate and its slope the angular acceleration.
     since = t_s[is_finite] - t_s[is_finite].mean()
     slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[is_finite], 1)[::-1]
+    # The centripetal term is quadratic in the rate: average the force, not the rate.
     force = expected_specific_force(mean + np.outer(since, slope), slope, arm_m)
     rotation_g: FloatArray = force.mean(axis=0) / STANDARD_GRAVITY_M_S2
     return rotation_g
@@ -228,8 +236,10 @@ def _independent(force: FloatArray) -> float:
     """
     away = force - force.mean(axis=0)
     power = float((away**2).sum())
+    # Lag-1 autocorrelation, pooled over the three axes.
     alike = float((away[1:] * away[:-1]).sum()) / power if power > 0.0 else 0.0
     alike = min(max(alike, 0.0), 0.98)
+    # Equivalent sample size of a first-order autoregressive process.
     return max(len(force) * (1.0 - alike) / (1.0 + alike), 1.0)
 
 
@@ -239,6 +249,7 @@ def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArra
         {body_quality.body: body_quality for body_quality in quality.bodies}
         for quality in (qualities[0], qualities[-1])
     )
+    # A single window has nothing to differ from: all stays NaN.
     for body in first.keys() & last.keys() if len(qualities) > 1 else ():
         turned = last[body].rotation_g - first[body].rotation_g
         changes[body - 1] = last[body].mean_g - first[body].mean_g - turned
@@ -269,6 +280,7 @@ def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck
     for quality in qualities:
         for body_quality in quality.bodies:
             name = f"Body {body_quality.body} {quality.window.name}"
+            # A steady force beyond the zero-g output's tolerance is no free fall, or no sound sensor.
             if (np.abs(body_quality.residual_g) > ALARM_STDS * body_quality.residual_std_g).any():
                 findings.append(
                     f"{name} feels {np.linalg.norm(body_quality.residual_g):.3f} g, more than its "
@@ -345,6 +357,7 @@ class GravityCheck:
     def passes(self) -> bool:
         """1 g within three standard deviations, both ways of looking at it."""
         return (
+            # Negated, so that NaN, for want of a quiet window, does not fail.
             self._as_shown_passes and not abs(self.less_fall_norm_g - 1.0) > ALARM_STDS * self.less_fall_std_g
         )
 
@@ -377,9 +390,11 @@ def check_gravity(
         in_fall_noise_g: (3,) noise of `in_fall_g`.
     """
     norm = float(np.linalg.norm(before.mean_g))
+    # The gradient of a norm is its unit vector: it carries the axes' deviations over.
     direction = before.mean_g / norm if norm > 0.0 else np.zeros(3)
     less_fall, std = float("nan"), float("nan")
     if in_fall_g is not None and in_fall_noise_g is not None:
+        # Less the reading in free fall the zero-g output is gone: what is left to err is the scale.
         less_fall = float(np.linalg.norm(before.mean_g - in_fall_g))
         std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall_noise_g)))
     return GravityCheck(body, norm, float(np.linalg.norm(direction * before.std_g)), less_fall, std)

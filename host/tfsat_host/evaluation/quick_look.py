@@ -13,6 +13,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.motion.attitude import integrate_rates, reorientation_deg
 from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
@@ -57,7 +58,9 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
         raise EvaluationError(
             what="The log holds no release.",
             meaning="Nothing can be said about the maneuver.",
-            next_step="Check that this is the recording of a drop: tfsat-host decode shows its events.",
+            next_step=Advice(
+                "Check that this is the recording of a drop: ", NextStep("decode"), " shows its events."
+            ),
         )
     t_s = log.t_s
     rest = (t_s < -BIAS_GUARD_S) & log.imu_valid[:, 0]
@@ -68,14 +71,16 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
             meaning="Its bias cannot be taken from this log.",
             next_step="Evaluate with a calibration file, or start the recording earlier next time.",
         )
+    # The quick look bridges no gaps; the full evaluation does.
     if not log.imu_valid[fall, 0].all():
         raise EvaluationError(
             what=f"{int((~log.imu_valid[fall, 0]).sum())} samples of body 1's gyro are missing in the fall.",
             meaning="Its attitude cannot be integrated across them.",
-            next_step="Look at the gaps: tfsat-host decode",
+            next_step=Advice("Look at the gaps: ", NextStep("decode")),
         )
     rates = log.rate_rad_s[:, 0]
     bias = rates[rest].mean(axis=0)
+    # In sensor axes: the angle of a rotation does not depend on the mounting.
     attitude = integrate_rates(t_s[fall], rates[fall] - bias)
     return QuickLook(
         stroke_s=np.array([log.seconds(event.t_us) for event in log.events if event.name == "stroke"]),
@@ -88,11 +93,13 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
 
 def _joint_changes(log: DropLog, model: RobotModel, rest: BoolArray, fall: BoolArray) -> FloatArray:
     """(3,) largest excursion of each joint in the fall, by its first angle sensor."""
+    # Unwrap: a passage of the sensor's zero is no excursion of the joint.
     angles = np.unwrap(log.sensor_angle_rad, axis=0)
     changes = np.zeros(model.n_joints)
     for joint in range(model.n_joints):
         index = next(i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint)
         moved = model.angle_sensors[index].direction * (angles[fall, index] - angles[rest, index].mean())
+        # Whole windows only: partial ones at the ends would pull towards zero.
         moved = np.convolve(moved, np.full(SMOOTHING, 1 / SMOOTHING), mode="valid")
         changes[joint] = np.rad2deg(moved[np.argmax(np.abs(moved))])
     return changes
@@ -125,6 +132,7 @@ def disagreements(
     if len(logged_s) != len(scheduled_s):
         sentences.append(f"The log holds {len(logged_s)} strokes, {len(scheduled_s)} were scheduled.")
     for number, (planned_s, seen_s) in enumerate(zip(scheduled_s, logged_s, strict=False), 1):
+        # Negated, so that NaN counts as a difference.
         if not abs(seen_s - planned_s) <= TIME_TOLERANCE_S:
             sentences.append(f"Stroke {number} began at {seen_s:.4f} s instead of {planned_s:.4f} s.")
     for number, (wanted_deg, got_deg) in enumerate(zip(commanded_deg, reached, strict=True), 1):
@@ -157,6 +165,7 @@ def reached_deg(
     for i, (joint, start_s) in enumerate(zip(joints, starts_s, strict=True)):
         again = (starts_s[k] for k in range(i + 1, len(joints)) if joints[k] == joint)
         before, after = (_joint_deg(log, model, joint, t_s) for t_s in (start_s, next(again, end_s)))
+        # Wrap the difference to half a turn: the two ends were unwrapped on their own.
         reached[i] = (after - before + 180.0) % 360.0 - 180.0
     return reached
 
@@ -166,6 +175,7 @@ def _joint_deg(log: DropLog, model: RobotModel, joint: int, t_s: float) -> float
     index = next(i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1)
     window = slice(*(np.searchsorted(log.t_s, t_s) + np.array((-WINDOW, 0))))
     is_complete = window.start >= 0 and log.angle_valid[window, index].all()
+    # Lost samples stretch the window: at twice its length it may reach back into a motion.
     if not is_complete or t_s - log.t_s[window.start] > 2 * WINDOW / log.header.rate_hz:
         return float("nan")
     angles = np.unwrap(log.sensor_angle_rad[window, index])

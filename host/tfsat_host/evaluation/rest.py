@@ -59,18 +59,23 @@ def rest_before_release(log: DropLog) -> Rest:
     if log.release is None or len(rows) < 2:
         rows = np.zeros(0, np.int64)
     t_s, rates = log.t_s[rows], log.rate_rad_s[rows]
+    # Blocks average the noise down, so that slow disturbances stand out of their means.
     means = Blocks.of(t_s - t_s.max(initial=-MAX_DURATION_S), _BLOCK_S).mean(rates)
     still = np.full(rates.shape[1:], np.nan)
     spread = still.copy()
     for gyro in range(means.shape[1]):
+        # A missing reading makes its block's mean NaN: leave the block out for this gyro.
         valid_means = means[np.isfinite(means[:, gyro]).all(axis=1), gyro]
         if len(valid_means) * _BLOCK_S < MIN_DURATION_S:
             continue
+        # Compare with the median, which a knock or a servo being armed does not move.
         still_means = valid_means[
             (np.abs(valid_means - np.median(valid_means, axis=0)) < STILL_RAD_S).all(axis=1)
         ]
+        # A bias only if half of the blocks agree: the median of a swinging robot is none.
         if len(still_means) >= _MIN_SHARE * len(valid_means):
             still[gyro] = still_means.mean(axis=0)
+            # Block means hold the noise; swings slower than the rest show in no scatter and are added.
             spread[gyro] = np.hypot(
                 still_means.std(axis=0, ddof=1) / np.sqrt(len(still_means)), HANGING_STD_RAD_S
             )
@@ -135,12 +140,14 @@ def hanging_before_release(
     valid_counts = np.isfinite(still_means).sum(axis=0)
     enough = valid_counts >= MIN_SAMPLES
     reading = np.where(enough, np.nansum(still_means, axis=0) / np.maximum(valid_counts, 1), np.nan)
+    # Standard error of the mean by the scatter of block means, which allows for correlated noise.
     spread = np.sqrt(
         np.nansum((still_means - reading) ** 2, axis=0)
         / np.maximum(valid_counts - 1, 1)
         / np.maximum(valid_counts, 1)
     )
     calibrated = apply_calibration(Counts.from_log(part), calibration, model)
+    # Carry the blocks' verdict to their samples, for the forces and angles of the same rest.
     rows = np.repeat(still, blocks.counts)
     return RestBeforeRelease(
         float(still.sum() * BLOCK_S),
@@ -154,6 +161,7 @@ def hanging_before_release(
 def _means(rates: FloatArray, edges: IntArray) -> FloatArray:
     """(blocks, 4, 3); NaN where nothing answered."""
     is_finite = np.isfinite(rates)
+    # Sum what answered: here one lost reading must not void its block.
     counts = np.add.reduceat(is_finite.astype(np.int64), edges, axis=0)
     sums = np.add.reduceat(np.where(is_finite, rates, 0.0), edges, axis=0)
     return np.asarray(np.where(counts > 0, sums / np.maximum(counts, 1), np.nan))
@@ -163,6 +171,7 @@ def _still(means: FloatArray) -> BoolArray:
     """(blocks,) all gyros are near their medians."""
     flat = means.reshape(len(means), -1)
     usual = np.array([np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else 0.0 for c in flat.T])
+    # NaN compares false: a silent gyro does not make a block a disturbed one.
     with np.errstate(invalid="ignore"):
         return np.asarray(~(np.abs(flat - usual) > HANGING_STILL_RAD_S).any(axis=1))
 
@@ -172,6 +181,7 @@ def angles_at_rest(log: DropLog, rows: BoolArray, calibration: Calibration, mode
     angles = np.full(len(calibration.joints), np.nan)
     for joint, sensors in enumerate(calibration.joints):
         each = sensors.each(log.sensor_angle_rad[rows][:, sensor_columns(model, joint + 1)]).T
+        # Medians resist single wrong readings; their difference shows a sensor that slipped.
         medians = [
             float(np.median(sensor_angles[np.isfinite(sensor_angles)]))
             for sensor_angles in each

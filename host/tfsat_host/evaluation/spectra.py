@@ -58,6 +58,7 @@ class Spectrum:
         With the rectangular window exact: over all frequencies it is the standard deviation (Parseval).
         """
         inside = (self.frequency_hz > from_hz) & (self.frequency_hz <= until_hz)
+        # A sine of amplitude a has the mean square a^2 / 2; the Nyquist line alternates and has all of a^2.
         power = 0.5 * self.amplitude**2
         if self.even:
             power[-1] = self.amplitude[-1] ** 2
@@ -102,6 +103,7 @@ def evenly(t_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
         raise ValueError("a spectrum needs four samples or more, each later than the one before")
     if not np.isfinite(values).all():
         raise ValueError("a spectrum needs finite values")
+    # The median step is the sampling period even where samples are missing.
     steps = round(float((t_s[-1] - t_s[0]) / np.median(np.diff(t_s))))
     grid = np.linspace(t_s[0], t_s[-1], steps + 1)
     return grid, np.column_stack([np.interp(grid, t_s, column) for column in values.T])
@@ -121,13 +123,17 @@ def amplitude_spectrum(t_s: FloatArray, values: FloatArray, window: Window = "re
     grid, even_values = evenly(t_s, values)
     n = len(grid)
     weights = _weights(n, window)
+    # Take the mean off first: behind a window it would leak into the lowest lines.
     mean = even_values.mean(axis=0)
     raw = np.abs(np.fft.rfft((even_values - mean) * weights[:, None], axis=0))
+    # Over the coherent gain, and twice: half of a real sine lies at its negative frequency.
     amplitude = 2.0 * raw / weights.sum()
+    # The Nyquist line is its own mirror image: it must not be doubled.
     if n % 2 == 0:
         amplitude[-1] /= 2.0
     amplitude[0] = np.abs(mean)
     frequency = np.fft.rfftfreq(n, (grid[-1] - grid[0]) / (n - 1))
+    # Equivalent noise bandwidth in lines, by which powers in a band are too great (Harris 1978).
     bandwidth = n * float((weights**2).sum()) / float(weights.sum()) ** 2
     return Spectrum(frequency, amplitude, window, bandwidth, n % 2 == 0)
 
@@ -146,6 +152,7 @@ def leakage(t_s: FloatArray, window: Window, until_hz: float) -> tuple[FloatArra
     grid, _ = evenly(t_s, np.zeros((len(t_s), 1)))
     n = len(grid)
     weights = _weights(n, window)
+    # Zero padding samples the window's transform between the spectrum's lines.
     shares = np.abs(np.fft.rfft(weights, _FINER * n)) / weights.sum()
     distance = np.fft.rfftfreq(_FINER * n, (grid[-1] - grid[0]) / (n - 1))
     near = distance <= until_hz

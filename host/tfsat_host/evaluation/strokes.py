@@ -121,6 +121,7 @@ def strokes_flown(
     logged_times_s = (
         np.array(logged_s, dtype=np.float64) if len(logged_s) else np.full(len(strokes), _UNKNOWN)
     )
+    # A stroke whose line was not seen to rise is looked for at its scheduled time.
     begins = np.where(np.isfinite(logged_times_s), logged_times_s, [stroke.t_s for stroke in strokes])
     flown_strokes = []
     for i, stroke in enumerate(strokes):
@@ -140,6 +141,7 @@ def _classify_stroke(
 ) -> FlownStroke:
     """Measure a stroke, of which nothing is measured yet, from its command to the same joint's next."""
     t, joint = motion.t_s, motion.joints[flown_stroke.joint - 1]
+    # Due after the data's end: nothing is known, which is no fault of the servo.
     if begin_s >= t[-1] - EARLY_S:
         return replace(
             flown_stroke, remark="Not recorded: it was due after the end of what can be evaluated."
@@ -153,22 +155,28 @@ def _classify_stroke(
     def with_remark(stroke: FlownStroke, *extra_remarks: str) -> FlownStroke:
         return replace(stroke, remark=" ".join([*remarks, *extra_remarks]))
 
+    # The size is between two rests: before this command, and before the same joint's next.
     before, after = at_rest(t, begin_s), at_rest(t, until_s)
     if before is None or after is None or begin_s >= until_s - EARLY_S:
         return with_remark(flown_stroke, "It lies outside the time that can be evaluated.")
     size, size_std = change_of(joint, before, after)
+    # Begin before the command, so that the rate's foot ahead of the rising edge is among the samples.
     own = (t >= begin_s - EARLY_S) & (t < until_s)
+    # Turn every motion positive, so that one edge finder serves both directions.
     way = float(np.sign(size)) or 1.0
     times, rate = t[own], way * motion.fused.joint_rate_rad_s[own, flown_stroke.joint - 1]
     peak = float(average_neighbours(rate).max())
+    # A stroke must stand out of the rate's noise as well as exceed a fixed rate.
     slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, flown_stroke.joint))
     farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
     left_s = float(t[-1]) - begin_s
+    # So soon before the data's end a standing joint proves nothing: it may still start.
     if peak < slowest and left_s < ARRIVED_S:
         return with_remark(
             flown_stroke, f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
         )
     measured = replace(flown_stroke, size_rad=size, size_std_rad=size_std)
+    # Without a peak the joint stood; with one but no net change it came back.
     if peak < slowest or abs(size) < max(3.0 * size_std, CAME_BACK_SHARE * farthest):
         got, commanded_deg = np.rad2deg([size, flown_stroke.commanded_rad])
         how = "did not move" if peak < slowest else "moved and came back"
@@ -177,18 +185,22 @@ def _classify_stroke(
         )
     if size * flown_stroke.commanded_rad < 0.0:
         remarks.append("It went the wrong way.")
+    # These samples lie before the command: the joint should stand in them.
     if abs(rate[:2]).max() > slowest:
         remarks.append("The joint was still moving when it was commanded.")
+    # Extrapolate both edges of the rate to zero, so that no threshold enters the times.
     start, end = rising_edge(times, rate), falling_edge(times, rate)
     measured = replace(
         measured,
         moved=True,
         start_s=start.t_s,
+        # The gyros' delay has been taken off; its uncertainty shifts every start.
         start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
         dead_time_s=start.t_s - flown_stroke.logged_s,
         peak_rate_rad_s=way * peak,
     )
     still_moving = abs(rate[-2:]).max() > slowest
+    # Cut off by the end of the data: neither end, overshoot nor settling time can be given.
     if until_s >= t[-1] and still_moving:
         return with_remark(replace(measured, unfinished=True), _BROKEN_OFF)
     if still_moving or not end.whole:
@@ -210,11 +222,13 @@ def _arrival(
     t_s: FloatArray, angle_rad: FloatArray, start_s: float, end_s: float, size_rad: float
 ) -> tuple[float, float]:
     """Overshoot and settling time of a motion towards larger angles."""
+    # Measure against where the joint came to rest, not the command: a steady error is no overshoot.
     rest = int(np.searchsorted(t_s, end_s + ARRIVED_S))
     window = slice(rest, rest + WINDOW) if rest + WINDOW <= len(t_s) else slice(-WINDOW, None)
     settled = float(angle_rad[window].mean())
     beyond = angle_rad[(t_s >= start_s) & (t_s <= t_s[window].mean())] - settled
     overshoot = max(0.0, float(beyond.max())) if len(beyond) else _UNKNOWN
+    # Settled after the last exit from the band, as usual for step responses.
     outside = np.flatnonzero(np.abs(angle_rad - settled) > SETTLING_BAND * size_rad)
     if not len(outside) or outside[-1] + 1 >= len(t_s):
         return overshoot, _UNKNOWN
@@ -233,6 +247,7 @@ def at_rest(t_s: FloatArray, before_s: float) -> slice | None:
 
 def change_of(joint: JointMotion, before: slice, after: slice) -> tuple[float, float]:
     """Compute the angle's change between the means over two windows, and its standard deviation."""
+    # Difference of the error bases: lasting errors that both windows share, as of a zero point, cancel.
     change = joint.basis[after].mean(axis=0) - joint.basis[before].mean(axis=0)
     variance = float(change @ joint.covariance @ change)
     for window in (before, after):
@@ -247,6 +262,7 @@ def rate_noise(motion: Motion, joint: int) -> float:
     Their median represents the joint while it stands or coasts.
     """
     second = np.diff(motion.fused.joint_rate_rad_s[:, joint - 1], 2)
+    # 0.6745 is the median of |x| for unit normal x; 6 the variance of twice differenced white noise.
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
 
 
@@ -317,10 +333,13 @@ def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Joi
         from_s = 0.0
         for stroke in (s for s in strokes if s.joint == joint):
             begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s
+            # The rest ends with the command or the motion, whichever came first.
             rests.append(_find_rest(motion, joint, from_s, min(begin_s, _started_s(stroke))))
+            # On its way to the end of the data: infinity leaves no samples for the rest behind it.
             if stroke.unfinished:
                 from_s = float("inf")
                 break
+            # Let the servo settle; a stroke that was not flown counts as over at its command.
             from_s = (stroke.end_s if stroke.moved else begin_s) + ARRIVED_S
         rests.append(_find_rest(motion, joint, from_s, float(motion.t_s[-1])))
     return tuple(standing for standing in rests if standing is not None)
@@ -336,6 +355,7 @@ def _find_rest(motion: Motion, joint: int, from_s: float, until_s: float) -> Joi
     t, joint_motion = motion.t_s, motion.joints[joint - 1]
     first = int(np.searchsorted(t, from_s))
     last = at_rest(t, min(until_s, float(t[-1])))
+    # The windows of the two means must not overlap, or they share their noise.
     if last is None or last.start < first + WINDOW:
         return None
     begin = slice(first, first + WINDOW)
@@ -389,12 +409,15 @@ def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
         t_s: (n,) ascending.
         rate: (n,) of the motion, positive at its peak; any unit.
     """
+    # Smooth only to find the edge; the line is fitted to raw samples, whose slope is not flattened.
     calm = average_neighbours(rate)
     peak = calm.max()
     shoulder = int(np.argmax(calm >= SHOULDER * peak))
     below = np.flatnonzero(calm[:shoulder] <= FOOT * peak)
+    # In motion from the first sample on: the edge lies outside the data.
     if not len(below):
         return Edge(float(t_s[0]), float("nan"), whole=False)
+    # Below the foot the low-pass has rounded the corner: those samples are not on the line.
     first = int(below[-1]) + 1
     if shoulder - first < 2:  # steeper than the samples lie: the foot helps
         first = int(below[-1])
@@ -403,6 +426,7 @@ def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
 
 def falling_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
     """Find the last edge of a motion; arguments as in `rising_edge`."""
+    # Reversed in time, a falling edge is a rising one.
     mirrored = rising_edge(-t_s[::-1], rate[::-1])
     return Edge(-mirrored.t_s, mirrored.std_s, mirrored.whole)
 
@@ -418,5 +442,6 @@ def _meets_zero(t_s: FloatArray, rate: FloatArray) -> Edge:
         return Edge(middle + zero, float("nan"), whole=True)
     off = rate - rate.mean() - slope * (t_s - middle)
     scatter = float(off @ off) / (len(t_s) - 2)
+    # Variance of the zero crossing: that of the height, plus that of the slope over the distance.
     std = np.sqrt(scatter * (1.0 / len(t_s) + zero**2 / spread)) / abs(slope)
     return Edge(middle + zero, float(std), whole=True)

@@ -17,6 +17,7 @@ from tfsat_host.evaluation.com_fit.prediction import ModelComparison
 from tfsat_host.evaluation.evaluation import CERTIFICATE, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.summary import grave_warnings
@@ -76,11 +77,13 @@ def verdict_of(
         ("the fall was not as it should be", _of_fall(evaluation)),
         (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.gives() else ()),
     )
+    # Generators give their reasons once, but these are needed twice.
     present = {sentence: list(reasons) for sentence, reasons in groups}
     sentence = "; ".join(clause for clause, reasons in present.items() if reasons)
     kind = "EMULATED robot. " if evaluation.log.is_emulated else ""
     if not sentence:
         return Verdict("good", kind + _good(evaluation), ())
+    # Groups may share a reason: keep the first of each, in order.
     reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
     return Verdict("doubtful", f"{kind}{sentence[:1].upper()}{sentence[1:]}.", reasons)
 
@@ -90,6 +93,7 @@ def _withheld(evaluation: Evaluation) -> Iterator[str]:
     if not names:
         return
     by_name = {check.name: check for check in evaluation.checks}
+    # Several results may fall to one check: name each check once.
     worst = (by_name[name] for name in dict.fromkeys(evaluation.withheld[name] for name in names))
     checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
     why = (
@@ -103,11 +107,15 @@ def _withheld(evaluation: Evaluation) -> Iterator[str]:
 def _widening_reasons(evaluation: Evaluation) -> Iterator[str]:
     if evaluation.widening > 1.0:
         certified = evaluation.widened == CERTIFICATE
-        next_step = "Calibrate again: tfsat-host calibrate show." if certified else "Measure the hinges."
-        yield (
+        next_step = (
+            Advice("Calibrate again: ", NextStep("calibrate show"), ".")
+            if certified
+            else "Measure the hinges."
+        )
+        yield Advice(
             f"The sensors contradict each other with the ± of the {evaluation.widened}, and with "
-            f"{evaluation.widening:.1f} times "
-            f"as great ones they do not: all standard deviations hold those. {next_step}"
+            f"{evaluation.widening:.1f} times as great ones they do not: all standard deviations hold those. ",
+            next_step,
         )
 
 
@@ -131,6 +139,7 @@ def _of_recording(evaluation: Evaluation) -> Iterator[str]:
         yield (
             f"The recording ends {last_s:.2f} s after the release, in the fall: all numbers are of what came before."
         )
+    # Two releases are a matter of the fall, told there; indented lines are details of the one above.
     of_release = two_releases(evaluation.log.release)
     yield from (
         line for line in grave_warnings(evaluation.log) if not line.startswith(" ") and line != of_release
@@ -145,6 +154,7 @@ def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
         elif abs(stroke.short_rad) > max(
             OFF_SHARE * abs(stroke.commanded_rad), CERTAIN_STDS * stroke.size_std_rad
         ):
+            # Beyond a servo's error and the measurement's: the file may be of another maneuver.
             came, commanded = np.rad2deg([stroke.size_rad, stroke.commanded_rad])
             yield (
                 f"{name} went {came:+.1f} deg instead of {commanded:+.1f} deg: if that is no fault of the servo, "
@@ -166,6 +176,7 @@ def _of_fall(evaluation: Evaluation) -> Iterator[str]:
 
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
+    # Only an interval that lies wholly outside speaks against a drop; an uncertain one does not.
     if velocity.downward_judged == "outside":
         speed = velocity.downward
         yield (

@@ -38,6 +38,7 @@ from tfsat_host.flashing.loader import (
     run_teensy_loader,
     teensy_command,
 )
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, LoggerState, SequencerState
 
@@ -144,7 +145,7 @@ class Flasher(ABC):
             raise Interrupted(
                 what="Interrupted.",
                 meaning="The board's image may be incomplete. Its bootloader is intact.",
-                next_step=f"{AGAIN[self.name]}; no drop with this board before that has succeeded.",
+                next_step=Advice(AGAIN[self.name], "; no drop with this board before that has succeeded."),
             ) from None
 
     def find_loader(self) -> str:
@@ -166,8 +167,10 @@ class Flasher(ABC):
             return find_port(self.name, explicit, list_ports=self._computer.ports)
         except PortError as error:
             waiting = sorted(in_bootloader(self._computer))
+            # A board that waits in its bootloader can be written to as it is, if there is only one.
             if error.code == PortProblem.BOOTLOADER and len(waiting) == 1:
                 return waiting[0]
+            # A Teensy's bootloader is a HID device without a port: its loader finds it.
             if self.board == Board.LOGGER and force and explicit is None:
                 return None
             raise
@@ -181,26 +184,33 @@ class Flasher(ABC):
             RefusedError: it must not be interrupted; `code` says why.
         """
         if port is None or port in in_bootloader(self._computer):
+            # A bootloader runs no sketch that could be asked.
             return Target(port, waits=port is not None)
         with closing(self._computer.connect(port)) as transport:
             client = Client(transport)
             try:
                 identity = client.identify(self.board)
             except NoAnswer:
+                # Silence is no error yet: a person, or --force, decides about a silent board.
                 return Target(port)
             if identity.speaks_this_protocol:
+                # Only HELLO and DISARM are frozen: a status in another protocol cannot be read.
                 self._insist_on_idle(client)
         return Target(port, identity=identity)
 
     def refuse_needless(self, target: Target, image: Image, *, force: bool) -> None:
         """Raises RefusedError for an emulated core; unless `force`, where the image runs already or nothing answers."""
         identity = target.identity
+        # Not even --force flashes an emulated core.
         if self.board == Board.SEQUENCER and identity is not None and identity.runs_natively:
             raise _refusal(
                 "emulated",
                 f"The sequencer at {target.port} is the firmware's core on a computer: it has no flash.",
                 _NOT_FLASHED,
-                "Name a real board's port. To run the image itself: tfsat-host emulate --sequencer avr",
+                Advice(
+                    "Name a real board's port. To run the image itself: ",
+                    NextStep("emulate", ("--sequencer", "avr")),
+                ),
             )
         if force:
             return
@@ -259,7 +269,9 @@ class Flasher(ABC):
         """
         deadline_s = self._computer.now_s() + SKETCH_TIMEOUT_S
         reason = f"No port that looks like the {self.name} came back."
+        # A new port needs a moment until it can be opened: try on until the deadline.
         while self._computer.now_s() < deadline_s:
+            # The port's old name first, unless a bootloader has it now, then ports that are new.
             fresh = sorted(self.sketches() - others - {before})
             for port in (
                 fresh if before is None or before in in_bootloader(self._computer) else [before, *fresh]
@@ -273,7 +285,7 @@ class Flasher(ABC):
         raise FlashError(
             what=f"The image was written, but the board did not say who it is. {reason}",
             meaning=f"It may not be a tfsat image, or it crashes at its start. Do not {self.after} this board yet.",
-            next_step="Unplug the board and plug it in again, then: tfsat-host status",
+            next_step=Advice("Unplug the board and plug it in again, then: ", NextStep("status")),
             code="silent",
         )
 
@@ -282,6 +294,7 @@ class Flasher(ABC):
     ) -> tuple[str, BoardIdentity]:
         """Check that the board reports the written image; return its port and identity. Raises FlashError."""
         port, identity = self.ask_again(before, others)
+        # The board computes the CRC over its own flash: this shows what runs, not what was sent.
         if identity.image_crc != image.crc:
             raise FlashError(
                 what=f"The {self.name} at {port} runs image {identity.image_crc}; {image.crc} was written.",
@@ -322,6 +335,7 @@ class SequencerFlasher(Flasher):
         """Disarms a board of another protocol, whose state cannot be read. Raises RefusedError unless it is safe."""
         if target.port is None or target.identity is None or target.identity.speaks_this_protocol:
             return
+        # DISARM is frozen in every revision, so even a board of another protocol is made safe.
         with closing(self._computer.connect(target.port)) as transport:
             state = SequencerClient.connect_any_protocol(transport).disarm()
         _insist_on_safe(target.port, state)
@@ -331,12 +345,13 @@ class SequencerFlasher(Flasher):
         if not target.waits:
             narrator.step(f"waking the bootloader of the board at {at}")
             at = wake(self._computer, at, narrator.step)
+        # Such boards that are there while this one is in its bootloader are other ones.
         others = self.sketches()
         narrator.step(f"writing {len(image.data)} bytes to the bootloader at {at}")
         command = self.command(loader, image, at)
         run_avrdude(self._computer, command, narrator.advance)
         narrator.step("waiting for the new sketch")
-        cure = f"{AGAIN['sequencer']}; if it recurs, replace the Arduino Micro."
+        cure = Advice(AGAIN["sequencer"], "; if it recurs, replace the Arduino Micro.")
         port, identity = self._proof(image, None if target.waits else target.port, others, cure)
         return FlashedBoard(port, command, identity, {"bootloader_port": at})
 
@@ -364,14 +379,19 @@ class LoggerFlasher(Flasher):
                 "ram-holds-drop",
                 f"The RAM of the logger at {port} holds a drop that no card has.",
                 f"Flashing would erase it. {_NOT_FLASHED}",
-                "tfsat-host log fetch ram, then tfsat-host log erase ram, then the same command again.",
+                Advice(
+                    NextStep("log fetch", ("ram",)),
+                    ", then ",
+                    NextStep("log erase", ("ram",)),
+                    ", then the same command again.",
+                ),
             )
         if status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
             raise _refusal(
                 "recording",
                 f"The logger at {port} is {status.state.name.lower()}.",
                 f"Flashing would cut the recording off. {_NOT_FLASHED}",
-                "tfsat-host record stop, then the same command again.",
+                Advice(NextStep("record stop"), ", then the same command again."),
             )
 
     def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
@@ -383,7 +403,7 @@ class LoggerFlasher(Flasher):
         command = self.command(loader, image, "")
         run_teensy_loader(self._computer, command)
         narrator.step("waiting for the new sketch")
-        cure = f"Unplug every other Teensy, then: {AGAIN['logger']}"
+        cure = Advice("Unplug every other Teensy, then: ", AGAIN["logger"])
         port, identity = self._proof(image, target.port, others, cure)
         return FlashedBoard(port, command, identity)
 
@@ -405,12 +425,14 @@ def wake(computer: Computer, port: str, hint: Callable[[str], None]) -> str:
         FlashError: no bootloader, or more than one, appeared in time.
     """
     not_flashed = f"{_NOT_FLASHED[:-1]}; the board goes on with the sketch that it has."
+    # Bootloaders that wait already are other boards': only a new one can be this board's.
     others = in_bootloader(computer)
     computer.touch(port)
     deadline_s = computer.now_s() + BOOTLOADER_TIMEOUT_S
     hint_s = computer.now_s() + HINT_S
     while True:
         new_ports = sorted(in_bootloader(computer).keys() - others.keys())
+        # Never guess between boards: the image might go onto the wrong one.
         if len(new_ports) > 1:
             raise FlashError(
                 what=f"{len(new_ports)} bootloaders appeared at once: {', '.join(new_ports)}.",
@@ -425,12 +447,15 @@ def wake(computer: Computer, port: str, hint: Callable[[str], None]) -> str:
             raise FlashError(
                 what=f"No bootloader appeared within {BOOTLOADER_TIMEOUT_S:g} s after the 1200-baud touch of {port}.",
                 meaning=not_flashed,
-                next_step="Press the board's reset button twice; its LED pulses for 8 s. Within that time type:\n"
-                f"{AGAIN['sequencer']}",
+                next_step=Advice(
+                    "Press the board's reset button twice; its LED pulses for 8 s. Within that time type:\n",
+                    AGAIN["sequencer"],
+                ),
                 code="bootloader-not-seen",
             )
         if computer.now_s() > hint_s:
             hint("The bootloader has not shown up yet: press the board's reset button twice.")
+            # Not again: the next time lies beyond the deadline.
             hint_s = deadline_s + POLL_S
         computer.sleep(POLL_S)
 
@@ -441,7 +466,7 @@ def _insist_on_safe(port: str, state: SequencerState) -> None:
             "not-safe",
             f"The sequencer at {port} is {state.name.lower()}; it is flashed only while it is safe.",
             f"Flashing would end that and let the servos go. {_NOT_FLASHED}",
-            "tfsat-host disarm, then the same command again.",
+            Advice(NextStep("disarm"), ", then the same command again."),
         )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 
 FLASH_BYTES = 28_672
 """ATmega32U4: 32 KiB less the bootloader's 4 KiB."""
@@ -98,8 +99,10 @@ def default_hex(package: Path = PACKAGE) -> Path:
         raise ImageError(
             what="This installation of tfsat-host has no firmware image: it is not a checkout of the repository.",
             meaning=_UNTOUCHED,
-            next_step="In a checkout of the same version type make firmware, then give its image here:\n"
-            f"tfsat-host flash sequencer --hex {HEX.as_posix()}",
+            next_step=Advice(
+                "In a checkout of the same version type make firmware, then give its image here:\n",
+                NextStep("flash sequencer", ("--hex", HEX.as_posix())),
+            ),
         )
     path = root / HEX
     if not path.is_file():
@@ -108,6 +111,7 @@ def default_hex(package: Path = PACKAGE) -> Path:
             meaning=_UNTOUCHED,
             next_step="make firmware, then the same command again; or name another image with --hex FILE.",
         )
+    # An image older than a source would not do what the checkout says.
     built_s = path.stat().st_mtime
     for source in sorted((root / SKETCH).rglob("*")):
         if source.suffix in _SOURCES and source.stat().st_mtime > built_s:
@@ -157,17 +161,21 @@ def read_hex(path: Path, base: int = 0, most_bytes: int = 1 << 16) -> bytes:
         if kind == _END:
             return bytes(image)
         if kind == _DATA:
+            # A record has 16 bits of its address; the last extended record has the rest.
             start = extended + address - base
             end = start + len(data)
             if start < 0 or end > most_bytes:
                 span = f"{most_bytes >> 10} KiB" + (f" from 0x{base:08x} on" if base else "")
                 raise ValueError(f"{path}:{number}: the image reaches beyond {span}")
+            # Fill gaps as erased flash reads, so that the CRC is the one that the board computes.
             image.extend(b"\xff" * (end - len(image)))
             image[start:end] = data
         elif kind in _EXTENDED_SHIFTS:
+            # Segment addresses are shifted by 4 bits, linear ones by 16.
             extended = int.from_bytes(data, "big") << _EXTENDED_SHIFTS[kind]
         elif kind not in _START_ADDRESSES:
             raise ValueError(f"{path}:{number}: unknown Intel HEX record")
+    # Only the end record shows that the file is whole.
     raise ValueError(f"{path}: the file was cut short: it has no end record")
 
 
@@ -177,6 +185,7 @@ def _record(line: str, place: str) -> tuple[int, int, bytes]:
         record = bytes.fromhex(line.removeprefix(":"))
     except ValueError as error:
         raise ValueError(f"{place}: not an Intel HEX record") from error
+    # Length, address, kind, data, checksum: all bytes sum to 0 modulo 256.
     if not line.startswith(":") or len(record) < 5 or len(record) != record[0] + 5 or sum(record) & 0xFF:
         raise ValueError(f"{place}: damaged Intel HEX record")
     return record[3], int.from_bytes(record[1:3], "big"), record[4:-1]

@@ -16,6 +16,7 @@ from pathlib import Path
 from tfsat_host.devices.ports import PortInfo, open_error, open_serial, system_ports
 from tfsat_host.devices.transport import SerialTransport, Transport
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 
 _CHUNK_BYTES = 256
 
@@ -52,6 +53,7 @@ class Computer:
 
         port = open_serial(path)
         try:
+            # The rate itself is the command: no byte is sent.
             port.baudrate = baudrate
             with contextlib.suppress(
                 OSError
@@ -79,17 +81,20 @@ class Computer:
             overdue = threading.Event()
 
             def end() -> None:
+                # The exit code alone does not tell a timeout from a loader that failed.
                 overdue.set()
                 process.kill()
 
             timer = threading.Timer(timeout_s, end)
             timer.start()
+            # A chunk may end inside a character of several bytes.
             decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
             try:
                 while chunk := process.stdout.read(_CHUNK_BYTES):
                     output(decoder.decode(chunk))
                 code = process.wait()
             except BaseException:
+                # After Ctrl-C too: no loader goes on in the background.
                 process.kill()
                 raise
             finally:
@@ -105,7 +110,7 @@ MARKS = 50
 TEENSY_LOADER = "teensy_loader_cli"
 TEENSY_TIMEOUT_S = 60.0
 """Erasing and writing takes some 3 s; it may take a person to press the board's button."""
-AGAIN = {board: f"tfsat-host flash {board} --force" for board in ("sequencer", "logger")}
+AGAIN = {board: NextStep(f"flash {board}", ("--force",)) for board in ("sequencer", "logger")}
 
 _LAST_LINES = 6
 _BAR = re.compile(r"(Reading|Writing|Verifying)\s*\|")
@@ -125,6 +130,7 @@ _MISSING = {
         "Then the same command again; or upload the sketch by the Arduino IDE.",
     ),
 }
+# The first that fits counts: a port that cannot be opened may be denied, which has its own cure.
 _COMPLAINTS = (
     (
         re.compile(r"permission denied|access is denied", re.IGNORECASE),
@@ -207,6 +213,7 @@ def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str,
     if code == 0:
         return
     transcript = _format_command(command, output)
+    # Without a complaint that is known, the command and its last lines must do.
     kind, what, cure = "avrdude-failed", f"avrdude failed with exit code {code}: {transcript}", _REPLUG
     if code is None:
         what = f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: {transcript}"
@@ -215,7 +222,7 @@ def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str,
             if pattern.search("".join(output)):
                 kind, what, cure = complaint_kind, f"{reason} {what}", remedy
                 break
-    next_step = f"{cure}\nThen: {AGAIN['sequencer']}"
+    next_step = Advice(f"{cure}\nThen: ", AGAIN["sequencer"])
     raise FlashError(what=what, meaning=_INTACT, next_step=next_step, code=kind)
 
 
@@ -230,19 +237,23 @@ def run_teensy_loader(computer: Computer, command: list[str]) -> None:
     if code == 0:
         return
     transcript = _format_command(command, output)
+    # The loader waits for a bootloader without limit; it names HalfKay once it has found one.
     if code is None and "Found HalfKay" not in transcript:
         raise FlashError(
             what=f"No Teensy showed its bootloader within {TEENSY_TIMEOUT_S:g} s: {transcript}",
             meaning="Nothing was flashed.",
-            next_step=f"{AGAIN['logger']}\nand press the button on the Teensy while it waits. On Linux first: "
-            "sudo cp tools/udev/60-tfsat.rules /etc/udev/rules.d/",
+            next_step=Advice(
+                AGAIN["logger"],
+                "\nand press the button on the Teensy while it waits. On Linux first: "
+                "sudo cp tools/udev/60-tfsat.rules /etc/udev/rules.d/",
+            ),
             code="bootloader-not-seen",
         )
     ended = f"did not end within {TEENSY_TIMEOUT_S:g} s" if code is None else f"failed with exit code {code}"
     raise FlashError(
         what=f"{TEENSY_LOADER} {ended}: {transcript}",
         meaning="The board's image may be incomplete. Its bootloader cannot be damaged.",
-        next_step=f"Press the button on the Teensy, then: {AGAIN['logger']}",
+        next_step=Advice("Press the button on the Teensy, then: ", AGAIN["logger"]),
         code="loader-failed",
     )
 
@@ -260,9 +271,11 @@ class Bars:
         """Takes avrdude's next output."""
         for character in text:
             if self._bar is not None and character == "#" and self._marks < MARKS:
+                # At most a full bar of marks; any further # is ordinary text.
                 self._marks += 1
                 self._progress(self._bar, 1)
                 continue
+            # The name of the next bar may come in pieces: keep just enough to recognize it.
             self._tail = (self._tail + character)[-20:]
             match = _BAR.search(self._tail)
             if match:
@@ -280,6 +293,6 @@ def _not_started(command: list[str], error: OSError, code: str, meaning: str, bo
     return FlashError(
         what=f"{command[0]} cannot be started: {error.strerror or error}.",
         meaning=meaning,
-        next_step=f"Install it again, then: {AGAIN[board]}",
+        next_step=Advice("Install it again, then: ", AGAIN[board]),
         code=code,
     )

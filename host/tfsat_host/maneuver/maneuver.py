@@ -23,6 +23,7 @@ from pathlib import Path
 
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.units import cdeg_from_deg
 from tfsat_host.whole_file import write_whole
 
@@ -142,8 +143,10 @@ _KIND = ConfigKind(
     name="maneuver file",
     error=ManeuverError,
     meaning=NO_MANEUVER,
-    cure="For a file to start from, without any board: "
-    "tfsat-host upload-sequence 59 70 --dry-run --out maneuver.toml",
+    cure=Advice(
+        "For a file to start from, without any board: ",
+        NextStep("upload-sequence", ("59", "70", "--dry-run", "--out", "maneuver.toml")),
+    ),
     format=("schema", SCHEMA),
     codes={Fault.NOT_TEXT: Defect.FILE_SYNTAX, Fault.FORMAT: Defect.FILE_SCHEMA},
     bytes_max=1_000_000,
@@ -172,6 +175,7 @@ def _maneuver(top: Table) -> Maneuver:
     top.only("schema name speed_deg_s pause_s strokes")
     rows = top.tables("strokes", "joint angle_deg t_s", needed=True)
     strokes = tuple(_stroke(row) for row in rows)
+    # Where strokes have times a pause means nothing: refuse it rather than ignore it.
     if top.has("pause_s") and any(stroke.t_s is not None for stroke in strokes):
         top.fail(
             "pause_s",
@@ -179,6 +183,7 @@ def _maneuver(top: Table) -> Maneuver:
             "Remove pause_s, or t_s from every stroke.",
             Fault.UNKNOWN_KEY,
         )
+    # Infinite numbers pass here: `schedule_maneuver` has errors of its own for them.
     return Maneuver(
         strokes,
         speed_deg_s=top.number("speed_deg_s", DEFAULT_SPEED_DEG_S, finite=False),
@@ -199,6 +204,7 @@ def _stroke(row: Table) -> Stroke:
 
 def format_maneuver(maneuver: Maneuver) -> str:
     """Format a maneuver as the text of a maneuver file; `parse_maneuver` restores the same maneuver."""
+    # A pause beside fixed times would be refused when the file is read.
     timed = any(stroke.t_s is not None for stroke in maneuver.strokes)
     return format_config(
         {

@@ -136,6 +136,7 @@ def _speed_cdeg_s(speed_deg_s: float, limits: Limits, notices: list[str]) -> int
             next_step="Give the average speed that the servos reach; the drop experiment used 170 deg/s.",
         )
     speed_cdeg_s = cdeg_from_deg(speed_deg_s)
+    # Compare decimals exactly: only a speed with more than two of them was rounded.
     if speed_cdeg_s != exact(speed_deg_s) * CDEG_PER_DEG:
         notices.append(
             f"The speed was rounded from {speed_deg_s} to {speed_cdeg_s / CDEG_PER_DEG:.2f} deg/s."
@@ -153,6 +154,7 @@ def _angle_cdeg(number: int, angle_deg: float, notices: list[str]) -> int:
         )
     angle_deg = _readable(angle_deg)
     angle_cdeg = cdeg_from_deg(angle_deg)
+    # What counts is the angle that the board would get, after rounding.
     if angle_cdeg == 0:
         raise ManeuverError(
             Defect.ZERO_STROKE,
@@ -179,6 +181,7 @@ def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int], limits
     Raises:
         ManeuverError: joint-range.
     """
+    # Integers: sums are exact, and a loop is closed or it is not.
     pose_cdeg = list(limits.start_cdeg)
     for number, (joint, angle_cdeg) in enumerate(zip(joints, angles_cdeg, strict=True), 1):
         pose_cdeg[joint - 1] += angle_cdeg
@@ -222,6 +225,7 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
             next_step=f"Start at {_s(limits.pause_min_us)} s or later.",
             stroke=1,
         )
+    # Whatever joints they move: the maneuver is designed for one joint at a time.
     for number in range(2, len(starts_us) + 1):
         start_us, previous_end_us = starts_us[number - 1], ends_us[number - 2]
         if start_us < previous_end_us:
@@ -233,6 +237,7 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
                 next_step="Move the strokes apart, or leave out every t_s: the schedule rule then sets them.",
                 stroke=number,
             )
+    # Strokes do not overlap by now, so the last one ends last.
     if limits.end_max_us is not None and ends_us[-1] > limits.end_max_us:
         raise ManeuverError(
             Defect.OUTLASTS_FALL,
@@ -342,9 +347,11 @@ def schedule_maneuver(maneuver: Maneuver, limits: Limits = SEQUENCER) -> Schedul
     checked = check_strokes(maneuver, limits)
     notices = list(checked.notices)
     notices += check_joint_angles(checked.joints, checked.angles_cdeg, limits)
+    # Only a study permits this: the sequencer demands a stroke.
     if not maneuver.strokes:
         return Schedule((), checked.speed_cdeg_s, 0, tuple(notices))
     starts_us = _starts_us(maneuver, checked, limits, notices)
+    # Ends remain exact fractions while they are compared; only what is stored is rounded up.
     ends_us = [
         t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s)
         for t_us, angle_cdeg in zip(starts_us, checked.angles_cdeg, strict=True)
@@ -369,6 +376,7 @@ def _starts_us(maneuver: Maneuver, checked: CheckedStrokes, limits: Limits, noti
     if not given_times_s:
         t_us = _on_grid(maneuver.pause_s, "The pause", None, limits, notices)
         starts_us = []
+        # The rule: a stroke starts when the one before has ended, at the next point of the grid.
         for angle_cdeg in checked.angles_cdeg:
             starts_us.append(t_us)
             t_us = round_up(t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s), SCHEDULE_GRID_US)
@@ -396,6 +404,7 @@ def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notic
             stroke=number,
         )
     asked_us = exact(t_s) * US_PER_S
+    # Up, never down: no stroke starts before the time that was asked for.
     t_us = round_up(asked_us, SCHEDULE_GRID_US)
     if t_us != asked_us:
         notices.append(
@@ -416,8 +425,10 @@ def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> t
     try:
         joints = read_config(path, ROBOT_FILE).tables("joint")
         servos = [joints[joint - 1].table("servo") for joint in moved]
+        # The slowest servo among those that move counts.
         average = min(servo.number("average_rate_deg_s") for servo in servos)
         greatest = min(servo.number("max_rate_deg_s") for servo in servos)
+    # The maneuver is sound without this comparison: an unreadable robot file is a notice.
     except RobotFileError as error:
         return (f"The speed was not compared with the servos. {error.what}",)
     except IndexError:

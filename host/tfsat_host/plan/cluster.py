@@ -82,6 +82,7 @@ def run_on_cluster(
     _check_address(address)
     with _connect(address, answer_s) as client, client.as_current():
         _wait_for_workers(client, address, answer_s)
+        # Not pure: otherwise Dask would take the result of an equal call for this one.
         futures = client.map(partial(_answer, study), range(study.chunks), pure=False)
         return _collect_outcomes(client, address, futures, progress or (lambda _samples: None), patience_s)
 
@@ -141,12 +142,14 @@ def _collect_outcomes(
 
     chunk_of: dict[Future[_Answer], int] = {future: chunk for chunk, future in enumerate(futures)}
     parts: dict[int, Outcomes] = {}
+    # The patience is for the next chunk, not for the whole: the cluster may be busy.
     while chunk_of:
         try:
             finished = wait(  # type: ignore[no-untyped-call]
                 list(chunk_of), timeout=patience_s, return_when="FIRST_COMPLETED"
             ).done
         except TimeoutError as error:
+            # Take the rest off the cluster, which others use, before giving up.
             client.cancel(list(chunk_of))  # type: ignore[no-untyped-call]
             raise ClusterError(
                 what=f"{len(chunk_of)} of {len(futures)} parts of the study are missing, and none has come from the "
@@ -158,6 +161,7 @@ def _collect_outcomes(
             outcomes = _outcomes(future, address)
             parts[chunk_of.pop(future)] = outcomes
             progress(len(outcomes))
+    # In the order of the chunks, not of their arrival: the same numbers as on one computer.
     return Outcomes.join([parts[chunk] for chunk in range(len(futures))])
 
 
@@ -167,6 +171,7 @@ def _outcomes(future: Future[_Answer], address: str) -> Outcomes:
     Refuses a chunk that failed or that another version of tfsat computed.
     """
     if future.status != "finished":
+        # Only a task that raised has an error to show; a cancelled or lost one has not.
         failed = future.status == "error"
         error = future.exception() if failed else None  # type: ignore[no-untyped-call]
         raise ClusterError(

@@ -107,6 +107,7 @@ class Design:
         """Return the candidate as `maneuver` commands it: displacements in whole hundredths of a degree."""
         problem = self._problem_facing(candidate)
         rounded = np.radians(problem.commanded_deg(np.abs(candidate.alpha_deg)))
+        # From the robot's joint numbers back to those of the problem.
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
         sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
         return _candidate(problem, rounded, sequence)
@@ -143,8 +144,10 @@ def maneuver_of(problem: Problem, sequence: Sequence, alpha_deg: FloatArray, nam
     )
     speed_deg_s = round(math.degrees(problem.speed_rad_s), 9)
     duration_s = dict(zip(numbers, problem.stroke_s(np.radians(alpha_deg)).tolist(), strict=True))
+    # Where no servo needs longer than the average speed says, the schedule rule sets the times.
     if all(duration_s[stroke.joint] <= abs(stroke.angle_deg) / speed_deg_s + 1e-9 for stroke in strokes):
         return Maneuver(strokes, speed_deg_s=speed_deg_s, name=name)
+    # Ramps take longer: fix each start after the arrival of the stroke before.
     return Maneuver(_one_after_another(strokes, duration_s), speed_deg_s=speed_deg_s, name=name)
 
 
@@ -156,6 +159,7 @@ def _one_after_another(strokes: SequenceOf[Stroke], duration_s: Mapping[int, flo
     start_us, timed = round(US_PER_S * DEFAULT_PAUSE_S), list[Stroke]()
     for stroke in strokes:
         timed.append(replace(stroke, t_s=s_from_us(start_us)))
+        # A nanosecond off, so that rounding does not cost a whole step of the grid.
         start_us = round_up(
             start_us + math.ceil(US_PER_S * duration_s[stroke.joint] - 1e-3), SCHEDULE_GRID_US
         )
@@ -179,13 +183,16 @@ def design(
     """
     chosen = settings or DesignSettings()
     problem = Problem.of(robot, chosen)
+    # The paper's search comes first: where it ends, a climb begins, too.
     swarm_optimum, sequence = search(problem, chosen, lambda fraction: progress(0.4 * fraction))
     patterns = list(problem.sign_patterns())
     share, climbed = 0.6 / len(patterns), list[tuple[Summit, Problem]]()
     for pattern in patterns:
         _, ranked = find_optimum(
             pattern,
+            # The swarm searched the first pattern alone: its point, cut to the time, starts a climb there.
             starts=[] if climbed else [(sequence, problem.within_time(swarm_optimum.position))],
+            # What earlier patterns reached is the bar for the next.
             least_rad=max((summit.reorientation_rad for summit, _ in climbed), default=0.0),
             progress=lambda fraction: progress(share * fraction),
         )
@@ -219,6 +226,7 @@ def _robust(robot: RobotModel, k: float, climbed: SequenceOf[tuple[Summit, Probl
     ranked = sorted(climbed, key=lambda climb: -climb[0].reorientation_rad)
     starts: dict[tuple[Sequence, tuple[float, ...]], tuple[Problem, Sequence, FloatArray]] = {}
     for summit, problem in ranked:
+        # One start for each sequence and face of the box, from the highest summit there.
         place = summit.sequence, tuple(np.round(problem.directions * (summit.displacements_rad > 0.0)))
         starts.setdefault(place, (problem, summit.sequence, summit.displacements_rad))
     robust_summit = most_robust(uncertain, k, starts.values())
@@ -238,6 +246,7 @@ def search(
     rng = np.random.default_rng(settings.seed)
     low = np.zeros_like(problem.limit_rad)
     every = problem.loops()
+    # As the paper writes its objective: every particle is worth its best sequence.
     if not settings.alternating:
         swarm_optimum = minimize(
             lambda x: problem.objective(every, x), low, problem.limit_rad, settings.swarm, rng, progress
@@ -255,6 +264,7 @@ def _in_turns(
     even = np.minimum(problem.limit_rad, problem.farthest_rad(0.5 * problem.time_limit_s / len(low)))
     sequence = _best(every.sequences, every.angles_rad(even[:, None]))
     tried: dict[Sequence, SwarmOptimum] = {}
+    # Descend in displacements and sequence by turns; a sequence that comes again ends it.
     while sequence not in tried and len(tried) < _ROUNDS:
         objective = partial(problem.objective, problem.loops((sequence,)))
         tried[sequence] = minimize(objective, low, problem.limit_rad, settings.swarm, rng, progress)
@@ -269,6 +279,7 @@ def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequenc
     Of the sequence and its inverse, the first in lexical order is taken.
     """
     commanded = problem.commanded_deg(np.degrees(displacements_rad))
+    # A stroke that rounds to nothing is not flown.
     moving = tuple(stroke for stroke in sequence if commanded[abs(stroke) - 1] > 0.0)
     return _candidate(problem, displacements_rad, min(moving, backwards(moving)))
 

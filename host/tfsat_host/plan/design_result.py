@@ -10,6 +10,7 @@ from typing import Any
 
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
 from tfsat_host.maneuver.schedule import servo_speed_notices
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.design import Candidate, Design, Robust
 from tfsat_host.plan.envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.facility import load_tower
@@ -55,17 +56,20 @@ def propose(design: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
     candidate = design.round_candidate(chosen)
     name = f"designed: {format_sequence(candidate.sequence)} for {robot.name}, {candidate.reorientation_deg:.3f} deg"
     proposal = Proposal(candidate, design.maneuver(chosen, name))
+    # Without pulses in the robot file no board flies it: neither sequencer nor drop tower matters.
     if not robot.has_sequencer:
         return proposal
     try:
         schedule = schedule_maneuver(proposal.maneuver)
     except ManeuverError as error:
+        # A refused design is still shown and written, with the reason.
         return replace(proposal, refusal=error.what)
     proposal = replace(proposal, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
     tower = load_tower()
     try:
         envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
     except EnvelopeError as error:
+        # Without outlines the reach is unknown: that is a notice, not a failed check.
         return replace(
             proposal, notices=(*proposal.notices, f"Not checked against the drop tower: {error.what}")
         )
@@ -125,6 +129,7 @@ def lines(design: Design, proposal: Proposal, path: Path, robot_option: str) -> 
     yield Table("", columns, rows)
     yield f"Rotation vector of what was written: {vector(proposal.flown.rotation_vector_deg)} deg."
     if design.gap_deg is not None:
+        # The time limit's multiplier, degrees a second, to first order.
         gain = 0.1 * math.degrees(design.summit.gain_rad_s)
         gain_text = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
         yield f"The swarm stays {design.gap_deg:.3f} deg behind the optimum{gain_text}."
@@ -141,7 +146,7 @@ def lines(design: Design, proposal: Proposal, path: Path, robot_option: str) -> 
     if proposal.failed:
         yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
     else:
-        yield f"Next: tfsat-host upload-sequence --file {path}"
+        yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(path))))
 
 
 def _robust(robust: Robust) -> dict[str, Any]:

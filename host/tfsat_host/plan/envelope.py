@@ -130,6 +130,7 @@ def envelope_of(
             stroke would outlast the fall by too many steps to compute.
     """
     _check_described(robot, schedule)
+    # A stroke that would begin after the landing takes no part.
     begun = tuple(stroke for stroke in schedule.strokes if stroke.t_s < until_s)
     rest_s = max(arrivals_s(robot, replace(schedule, strokes=begun)), default=0.0)
     if rest_s > _MAX_STEPS * step_s:
@@ -145,6 +146,7 @@ def envelope_of(
         initial_rate_rad_s=initial_rate_rad_s,
         step_s=step_s,
     ).flight
+    # The flight goes on until the joints rest: what follows the landing is cut off.
     falling = flight.t_s <= until_s
     return envelope_of_motion(
         robot,
@@ -184,13 +186,18 @@ def envelope_of_motion(
     The motion is given by joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at times `t_s`.
     """
     rotation, translation = poses(body, angles_rad)
+    # m: instants, n: bodies, i and j: axes. Centers of mass in base axes.
     com = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
+    # The common center of mass is the origin: in free fall it keeps to a straight line.
     center = np.einsum("n,mni->mi", body.mass_kg, com) / body.mass_kg.sum()
     attitude = Rotation.from_quat(quaternion_xyzw).as_matrix()
     radii, heights = [], []
     for i, (origin, corners) in enumerate(zip(robot.origin_m, robot.shape_m, strict=True)):
+        # Corners k of one body: global at zero angles, then by the body's pose to base axes.
         in_base = np.einsum("mij,kj->mki", rotation[:, i], origin + corners) + translation[:, i, None]
+        # To axes that do not turn, whose z is the line of fall.
         reach_mm = 1e3 * np.einsum("mij,mkj->mki", attitude, in_base - center[:, None])
+        # The hull of the corners holds the body, and its farthest point is a corner.
         radii.append(np.hypot(reach_mm[..., 0], reach_mm[..., 1]).max(axis=1))
         heights.append(reach_mm[..., 2])
     height_mm = np.concatenate(heights, axis=1)
@@ -211,6 +218,7 @@ def permissible_transversal_velocities(
     A point that lies at r on the side that the robot drifts to reaches the wall at r_f when v t = r_f - r(t).
     """
     paper = permissible_transversal_velocity_mm_s(envelope_radius_mm, envelope.max_radius_mm, fall_s)
+    # At the release nothing has drifted yet: no division by zero.
     drifting = (envelope.t_s > 0.0) & (envelope.t_s <= fall_s)
     room_mm = envelope_radius_mm - envelope.radius_mm.max(axis=1)[drifting]
     return TransversalVelocities(paper, float(np.min(room_mm / envelope.t_s[drifting])))

@@ -51,9 +51,11 @@ def switch_energy_mj(switch: LeverSwitch, operating_position_mm: float) -> float
     * from RP to FP the lever follows the pressing line, which rises evenly from 0 at FP to OF at OP:
       over PT - MD, from OF (PT - MD) / PT to 0, with the pre-travel PT = FP - OP.
     """
+    # PT, then the lever's ways from RP to FP and from TTP to RP.
     pre_travel_mm = switch.free_position_mm - operating_position_mm
     last_mm = pre_travel_mm - switch.movement_differential_mm
     first_mm = switch.overtravel_mm + switch.movement_differential_mm
+    # Areas below the force: a trapezoid from OF to RF, then a triangle of the pressing line.
     to_releasing = first_mm * (switch.operating_force_n + switch.releasing_force_n) / 2.0
     to_free = switch.operating_force_n * last_mm**2 / (2.0 * pre_travel_mm)
     return to_releasing + to_free
@@ -225,6 +227,7 @@ def load_tower(path: Path | str | None = None) -> DropTower:
         **{key: top.number(key, least=0) for key in _NOT_NEGATIVE.split()},
         **{key: _range(top, key) for key in _RANGES.split()},
     }
+    # The file gives the switch's figures with a prefix: they become a record of their own.
     switch = {field.name: figures.pop(f"switch_{field.name}") for field in fields(LeverSwitch)}
     tower = DropTower(
         path=file,
@@ -233,6 +236,7 @@ def load_tower(path: Path | str | None = None) -> DropTower:
         switch=LeverSwitch(**switch),
         **figures,
     )
+    # Single figures are in range by now; these may contradict one another.
     _check_together(top, tower)
     return tower
 
@@ -247,6 +251,7 @@ def _range(top: Table, key: str) -> tuple[float, float]:
 
 def _check_together(top: Table, tower: DropTower) -> None:
     """Numbers that contradict one another."""
+    # Free fall from rest over the drop height, h = g t^2 / 2.
     longest_s = math.sqrt(2.0 * tower.drop_height_m / STANDARD_GRAVITY_M_S2)
     if tower.fall_s > longest_s:
         top.fail(
@@ -279,6 +284,7 @@ def _check_together(top: Table, tower: DropTower) -> None:
             "Give the way from the release mechanism to the bottom, less the robot's height.",
         )
     switch = tower.switch
+    # The highest operating position leaves the shortest pre-travel; RP must lie below FP.
     shortest_mm = switch.free_position_mm - switch.operating_position_mm[1]
     if shortest_mm <= switch.movement_differential_mm:
         top.fail(

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.grid import OrbitError
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.planner import Chain, Planner, backwards, remainder
@@ -66,18 +67,23 @@ class Pilot:
 
         At most `primitives_left` primitives may still be flown.
         """
+        # The rotation from the measured attitude to the target, in body axes.
         needed = quaternion.product(quaternion.inverse(measured_xyzw), self._target)
         error = float(quaternion.angle(needed))
+        # Remember the nearest attitude and the loops since: backwards they lead there on any robot.
         if error < self._least_rad:
             self._least_rad, self._since_least = error, ()
+            # A still nearer attitude on the way back ends the return here.
             if self._returning:
                 self._chain = Chain((), error)
         if error <= self._planner.tolerance_rad:
             self.outcome = "within tolerance"
             return None
+        # Coming back with the very last primitive is given up, not used up.
         if primitives_left == 0 and not self._has_returned:
             self.outcome = "primitives used up"
             return None
+        # Keep the chain while it leads where it was planned to; else plan again from what was measured.
         if not self._returning and (not self._chain.primitives or self._astray(needed)):
             self._plan(needed, primitives_left)
         if not self._chain.primitives:
@@ -91,17 +97,21 @@ class Pilot:
         return self._returning and not self._chain.primitives
 
     def _plan(self, needed: FloatArray, primitives_left: int) -> None:
+        # Within the sensor's noise a detour would be flown for measurement errors.
         near = quaternion.angle(needed) <= self._blur_rad
         self._chain, to_go = (
             self._planner.chain(needed, most=primitives_left, detour=not near),
             self._planner.to_go(needed),
         )
+        # Judge progress by the planner's estimate: a chain may lead away in angle before it leads there.
         if to_go < self._nearest_to_go:
             self._nearest_to_go, self._patience = to_go, _MAX_STALLED_PLANS
         else:
             self._patience -= 1
+        # No chain, and already at the nearest attitude: there is nothing to go back to.
         if not self._chain.primitives and not self._since_least:
             self.outcome = "no progress"
+        # Give up without a plan, without patience, or at the last chance to get back.
         elif not self._chain.primitives or self._patience == 0 or self._is_last_chance(primitives_left):
             self.outcome, self._returning = "given up", True
             self._chain = Chain(backwards(self._since_least), self._least_rad)
@@ -118,8 +128,10 @@ class Pilot:
         """Return whether the remaining chain, flown from here, would miss the attitude it was planned for."""
         tolerance = self._planner.tolerance_rad
         has_next = len(self._chain.primitives) > 1
+        # Midway a degree may be missed, to be corrected later; the last loop must meet the tolerance.
         allowed = max(tolerance, _DRIFT_RAD, self._blur_rad) if has_next else tolerance
         remaining = float(quaternion.angle(remainder(self._chain.primitives, needed)))
+        # A chain that was planned to leave more than that is not astray because of it.
         return remaining > max(allowed, self._chain.remaining_rad * (1.0 + 1e-6) + 1e-9)
 
 
@@ -137,6 +149,7 @@ class AttitudeSensor:
 
     def measure(self, attitude: FloatArray) -> FloatArray:
         """Simulate a measurement of an attitude (4,), with normally distributed noise."""
+        # The error is a small rotation about the body axes, hence the factor on the right.
         error = self.noise_rad * self._random.standard_normal(3)
         return quaternion.product(attitude, quaternion.exponential(error))
 
@@ -235,6 +248,7 @@ def fly(
     measured, start_error = sensing.measure(attitude), _error(attitude, target)
     steps = list[Step]()
     while (primitive := pilot.next(measured, planner.most - len(steps))) is not None:
+        # Predict from the measurement, as the robot would; the plant turns the true attitude.
         predicted = quaternion.product(measured, primitive.quaternion_xyzw)
         attitude = quaternion.product(attitude, fly_primitive(robot, planner.table.start_rad, primitive))
         measured = sensing.measure(attitude)
@@ -253,6 +267,7 @@ def open_loop_error_rad(
     """Compute the final attitude error of the planner's first chain flown without feedback."""
     target = _unit(target_xyzw)
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
+    # The chain as planned at the start, with nothing measured in between.
     for primitive in planner.chain(quaternion.product(quaternion.inverse(attitude), target)).primitives:
         attitude = quaternion.product(attitude, fly_primitive(plant, planner.table.start_rad, primitive))
     return _error(attitude, target)
@@ -286,6 +301,7 @@ def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> Floa
     what = ""
     if euler_zyx is not None:
         parts = [_ANGLE.fullmatch(part) for part in euler_zyx.split(",")]
+        # An axis given twice, or a part that is no angle, leaves fewer entries than parts.
         deg = {part[1].lower(): float(part[2]) for part in parts if part}
         if len(deg) == len(parts):
             angles = [deg.get(axis, 0.0) for axis in "zyx"]
@@ -296,7 +312,10 @@ def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> Floa
         raise UsageError(
             what=what or "--target-quaternion is no rotation: its four numbers have no direction.",
             meaning="Nothing was planned.",
-            next_step="tfsat-host plan --target x:30,z:90   or   --target-quaternion 0 0 0.7071 0.7071",
+            next_step=Advice(
+                NextStep("plan", ("--target", "x:30,z:90")),
+                "   or   --target-quaternion 0 0 0.7071 0.7071",
+            ),
         )
     return np.asarray(np.array(xyzw) / length)
 
@@ -321,11 +340,13 @@ def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
             next_step="Add a table [uncertainty] to the robot file (see robots/cubesat_3u.toml), or leave "
             "--model-error out.",
         )
+    # Scale the deviations, then draw the first sample of such a study: the same errors as `sensitivity`.
     stated = Uncertainty.of({key: scale * value for key, value in robot.uncertainty.figures().items()})
     # Parameters come with a maneuver; what it is does not touch the robot.
     plan = Plan.of(robot, [PlannedStroke(joint=0, delta_rad=0.0, start_s=0.0)], 1.0)
     parameters = Parameters.of(robot, plan)
     study = Study(parameters, error_sources(parameters, stated), samples=1, seed=seed)
     true_robot = parameters.robots(study.vectors(study.deviates(0)))
+    # Take the only sample out of its batch axis.
     names = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
     return true_robot.replace(**{name: getattr(true_robot, name)[0] for name in names})

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, TimedMove, history_from_moves, servo_moves
 from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.polish import least_time
@@ -58,6 +59,7 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
     """
     start_deg = math.degrees(flight.start_error_rad)
     rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
+    # With noise, meeting a tolerance is chance: then none is promised.
     possible = (
         None if flight.reached or flight.noise_rad > 0.0 else _possible_tolerance_deg(planner, flight, plant)
     )
@@ -89,6 +91,7 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
 
 def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody | None) -> float | None:
     """Return a tolerance slightly above the smallest error if a simulated flight reaches it, else None."""
+    # Two percent more than the smallest error, so that rounding to three digits cannot miss it.
     possible = float(f"{1.02 * math.degrees(flight.least_error_rad):.3g}")
     easier = replace(planner, tolerance_rad=math.radians(possible))
     return possible if fly(easier, flight.target_xyzw, plant=plant).reached else None
@@ -133,9 +136,9 @@ def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
     if result["file"] is not None:
         yield f"Written to {result['file']}."
     if result["history"] is not None:
-        yield (
-            f"Joint angles written to {result['history']}: tfsat-host simulate --robot {result['robot_file']} "
-            f"--history {result['history']}"
+        yield Advice(
+            f"Joint angles written to {result['history']}: ",
+            NextStep("simulate", ("--robot", result["robot_file"], "--history", str(result["history"]))),
         )
 
 
@@ -180,16 +183,21 @@ def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path:
     moves, times, numbers, now_s = list[TimedMove](), [np.zeros(1)], [np.zeros(1)], 0.0
     for number, primitive in enumerate(primitives, start=1):
         for joint, angle_rad in primitive.strokes:
+            # A primitive has no times of its own: its strokes go at each joint's average rate.
             duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s
             moves.append(TimedMove(joint, angle_rad, now_s, now_s + duration_s))
+            # The servo's acceleration may take longer: the next stroke waits for the joint to arrive.
             (carried,) = servo_moves(robot, moves[-1:])
             count = max(int((carried.end_s - now_s) / _SAMPLE_S) + 1, _MIN_SAMPLES)
+            # Leave out the first instant: it is the end of the stroke before.
             times.append(np.linspace(now_s, carried.end_s, count + 1)[1:])
             numbers.append(np.full(count, number))
             now_s = carried.end_s
+    # Two samples at rest: a history with fewer cannot be read back.
     if not moves:
         times.append(np.ones(1))
         numbers.append(np.zeros(1))
+    # Round the times as the file has them, so that the angles are those of the written instants.
     t_s = np.concatenate(times).round(6)
     history = history_from_moves(
         robot, moves, start_rad=np.array([servo.start_rad for servo in robot.servos])

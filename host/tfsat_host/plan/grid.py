@@ -66,6 +66,7 @@ def grid_axes(limits_rad: FloatArray, start_rad: FloatArray, step_deg: float) ->
             next_step="Give a step such as 5.",
         )
     step = math.radians(step_deg)
+    # (n, 2) in steps, signed; the tolerance keeps a limit that is a multiple of the step.
     room = (limits_rad - start_rad[:, None]) / step
     axes = [
         GridAxis(max(math.floor(above + _ROUNDING), 0), max(math.floor(-below + _ROUNDING), 0), step)
@@ -100,6 +101,7 @@ def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: Float
     """
     others = [other for other in range(body.n_joints) if other != joint]
     shifts = [axes[other].displacements_rad for other in others]
+    # Lines side by side: first from the start pose, then by every displacement of every other joint.
     ends = np.cumsum([1, *(len(shift) for shift in shifts)])
     pose = np.repeat(start_rad[:, None], ends[-1], axis=1)
     for other, shift, begin in zip(others, shifts, ends, strict=False):
@@ -113,15 +115,18 @@ def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: Float
 
 def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
     """(4, lines, N) strokes of the hinge's joint from poses (n, lines)."""
+    # A cell is the last grid step of a stroke: it ends at `to`, and begins one step nearer the start.
     to = axis.displacements_rad
     delta = np.sign(to) * axis.step_rad
     angles = np.repeat(pose[:, :, None], len(to), axis=2)
     angles[hinge.step.joint] += to - delta
     lengths = np.broadcast_to(delta, angles.shape[1:])
+    # Divide long cells, so that one step of order 6 keeps its accuracy.
     steps = math.ceil(math.degrees(axis.step_rad) / _MAX_CELL_DEG)
     cells = rotate_base(hinge, angles.reshape(len(pose), -1), lengths.reshape(-1), steps).reshape(
         4, *lengths.shape
     )
+    # Running products along both half lines: strokes of every length from single cells.
     for first, end in ((1, axis.up), (axis.up + 1, len(to))):
         for index in range(first, end):
             cells[..., index] = quaternion.product(cells[..., index - 1], cells[..., index])
@@ -151,6 +156,7 @@ def room_rad(
             next_step="Give their numbers, such as --joints 1,2, or leave --joints out.",
         )
     start = np.array([servo.start_rad for servo in robot.servos])
+    # Joints that are not chosen get a range without width, and so no displacements.
     room = np.repeat(start[:, None], 2, axis=1)
     room[chosen] = robot.joint_limits_rad[chosen]
     if limit_deg is None:
@@ -163,6 +169,7 @@ def room_rad(
             next_step=f"Give {len(chosen)} angles in deg, such as --limit {','.join(['30'] * len(chosen))}.",
         )
     limit = np.radians(np.array(limit_deg))
+    # What is asked for can only narrow the robot's own limits.
     room[chosen, 0] = np.maximum(room[chosen, 0], start[chosen] - limit)
     room[chosen, 1] = np.minimum(room[chosen, 1], start[chosen] + limit)
     return room
@@ -281,6 +288,7 @@ def distribution(
     start = np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
     axes = grid_axes(np.asarray(limits_rad, dtype=np.float64), start, step_deg)
     _check_size(axes, step_deg)
+    # Integrate every stroke once; all loops are products of these.
     lines = [lines_of(body, joint, axes, start) for joint in range(body.n_joints)]
     loops: dict[tuple[int, int], FloatArray] = {}
     for i, j in combinations(range(body.n_joints), 2):
@@ -289,6 +297,7 @@ def distribution(
         other = quaternion.product(lines[j].alone[:, None, :], lines[i].displaced[j].swapaxes(1, 2))
         loop = quaternion.product(out, quaternion.inverse(other))
         loops[i, j] = loop
+        # The pair j, i is the same loop backwards: its inverse, with alpha and beta exchanged.
         loops[j, i] = quaternion.inverse(loop).swapaxes(1, 2)
     parts = [_samples(i, j, axes, loops[i, j]) for i, j in sorted(loops)]
     joints, displacements, quaternions = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
@@ -306,8 +315,10 @@ def _samples(
 
 def _check_size(axes: list[GridAxis], step_deg: float) -> None:
     counts = [axis.up + axis.down for axis in axes]
+    # Ordered pairs of different joints: all pairs less those of a joint with itself.
     loops = sum(counts) ** 2 - sum(count * count for count in counts)
     if loops > _MAX_MANEUVERS:
+        # The count falls with the square of the step, so its square root scales the advice.
         raise OrbitError(
             what=f"A grid of {step_deg:g} deg has {loops} maneuvers; this works with up to {_MAX_MANEUVERS}.",
             meaning="Nothing was computed.",

@@ -60,6 +60,7 @@ def document(distribution: Distribution, robot: RobotModel, speed_deg_s: float |
     for 90 deg.
     """
     best = distribution.maneuver(distribution.best_by_efficiency)
+    # As fast as the slower of the loop's two servos.
     if speed_deg_s is None:
         speed_deg_s = math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in best.joints))
     return {
@@ -70,6 +71,7 @@ def document(distribution: Distribution, robot: RobotModel, speed_deg_s: float |
         "farthest": _as_json(distribution.maneuver(distribution.best_by_angle)),
         "pairs": [_as_json(distribution.maneuver(index)) for index in distribution.best_of_pairs()],
         "joint_speed_deg_s": speed_deg_s,
+        # Efficiency is turn per joint travel: times the joint speed it is the robot's mean rate.
         "average_rate_deg_s": speed_deg_s * best.efficiency,
         "target_deg": _TARGET_DEG,
         "slew_time_s": _TARGET_DEG / (speed_deg_s * best.efficiency),
@@ -156,6 +158,7 @@ def _draw(distribution: Distribution, title: str, path: Path, file_format: str) 
     angles = np.degrees(distribution.euler_zyx_rad)
     best = angles[distribution.most_efficient()]
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
+    # Without computed order the stars stay in front of the cloud, by their zorder.
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     # Rasterized, a million points are a picture of some kilobytes in a PDF or an SVG, too.
     points = axes.scatter(

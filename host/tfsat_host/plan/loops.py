@@ -32,6 +32,7 @@ def sequences(n_joints: int) -> tuple[Sequence, ...]:
         if len(prefix) == 2 * n_joints:
             closed_sequences.append(prefix)
             return
+        # A joint opens once, then closes once, but not right after its own opening stroke.
         for joint in range(1, n_joints + 1):
             if joint not in prefix:
                 extend((*prefix, joint))
@@ -58,6 +59,7 @@ def format_sequence(sequence: Sequence) -> str:
     return " ".join(f"{stroke:+d}" for stroke in sequence)
 
 
+# Numbers of steps that are tried, each about half as many again.
 _STEPS = (2, 3, 4, 6, 9, 14, 21, 32)
 
 
@@ -91,15 +93,18 @@ class Loops:
         self._directions = np.ones(len(self._joints)) if directions is None else directions
         self._steps = steps
         self._hinges = [Hinge.of(body, joint, 1) for joint in self._joints]
+        # Edges of the box along one joint: one for every open or closed state of the d - 1 others.
         corners = 2 ** (len(self._joints) - 1)
         self._opened = np.array(
             [[corner >> bit & 1 for corner in range(corners)] for bit in range(len(self._joints) - 1)]
         )
+        # (strokes, s) edge numbers: one gather a stroke serves all sequences.
         self._walks = np.array([self._walk(sequence) for sequence in self.sequences]).T
 
     def rotations(self, displacements_rad: FloatArray) -> FloatArray:
         """Quaternions (4, s, b) of s sequences for displacements (d, b), components first."""
         edges = self._edges(displacements_rad)
+        # Multiply in flight order, all sequences and displacements at once.
         rotation = edges[:, self._walks[0]]
         for stroke in self._walks[1:]:
             rotation = quaternion.product(rotation, edges[:, stroke])
@@ -118,11 +123,13 @@ class Loops:
         for moving, hinge in enumerate(self._hinges):
             angles = np.empty((len(self._start), corners, batch))
             angles[:] = self._start[:, None, None]
+            # Pose the other joints at the corner at which the edge begins.
             for bit, other in enumerate(other for other in range(d) if other != moving):
                 angles[self._joints[other]] += self._opened[bit][:, None] * displacements[other]
             delta = np.broadcast_to(displacements[moving], (corners, batch)).reshape(-1)
             rotation = rotate_base(hinge, angles.reshape(len(self._start), -1), delta, self._steps)
             outwards.append(rotation.reshape(4, corners, batch))
+        # Walked back, an edge gives the inverse rotation: no second integral.
         there = np.concatenate(outwards, axis=1)
         return np.concatenate([there, quaternion.inverse(there)], axis=1)
 
@@ -134,7 +141,9 @@ class Loops:
         for stroke in sequence:
             moving = abs(stroke) - 1
             others = [opened[other] for other in range(d) if other != moving]
+            # The others' states as a binary number, in the order in which `_edges` counts corners.
             edge = moving * corners + sum(bit << place for place, bit in enumerate(others))
+            # Closing strokes take their edge from the second half, which holds the inverses.
             walk.append(edge if stroke > 0 else d * corners + edge)
             opened[moving] = int(stroke > 0)
         return walk
@@ -170,6 +179,7 @@ def enough_steps(
             )
             for n in (steps, 4 * steps)
         )
+        # A quaternion's components change by half the angle; four times the steps stand for the exact loop.
         if 2.0 * np.abs(rough - fine).max() < tolerance_rad:
             return steps
     return _STEPS[-1]

@@ -25,6 +25,7 @@ GRID_POINTS = 2500
 """About how many displacements are looked at before the climb: 7 deg apart for three joints of 90 deg."""
 # A summit stands at most this factor above the best grid point near it; what is lower cannot win.
 _WORTH_CLIMBING = 0.85
+# Order 4 leaves about the fourth power of this step, some 1e-11, of a derivative.
 _DIFFERENCE_RAD = 2e-3
 _MAX_RESIDUAL = 1e-6
 """Of a summit, rad/rad: less is rounding."""
@@ -66,10 +67,12 @@ def find_optimum(
         progress: Called with the share of the work that was done.
     """
     sequences = classes(len(problem.joints))
+    # Scan all sequences on one grid, then climb only from maxima that could still win.
     candidates = _grid_maxima(problem, problem.loops(sequences), grid_points)
     progress(0.3)
     summits = [climb(problem, *start) for start in starts]
     best = max([least_rad, candidates[0][0], *(summit.reorientation_rad for summit in summits)])
+    # Best first: early summits raise the bar for the rest.
     for value, sequence, displacements in candidates:
         if value >= _WORTH_CLIMBING * best or not summits:
             summits.append(climb(problem, sequences[sequence], displacements))
@@ -99,6 +102,7 @@ def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> 
         value, gradient = value_and_gradient(loops, x)
         return -value, -gradient
 
+    # Box bounds and one inequality, the time of all strokes, each with its Jacobian.
     result = optimize.minimize(
         falling,
         start_rad,
@@ -106,6 +110,7 @@ def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> 
         method="SLSQP",
         bounds=optimize.Bounds(np.zeros(d), problem.limit_rad),
         constraints=optimize.NonlinearConstraint(
+            # Below zero, where the solver may stray, a stroke has no time.
             lambda x: problem.duration_s(np.maximum(x, 0.0)),
             -np.inf,
             problem.time_limit_s,
@@ -113,6 +118,7 @@ def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> 
         ),
         options={"ftol": 1e-13, "maxiter": 200},
     )
+    # Back into the feasible set: the box, joints that stand still, and the time limit.
     top = np.clip(result.x, 0.0, problem.limit_rad)
     top = np.where(top < 1e-7, 0.0, top)
     top = problem.within_time(top)
@@ -123,6 +129,7 @@ def _climb_once(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> 
 def value_and_gradient(loops: Loops, displacements_rad: FloatArray) -> tuple[float, FloatArray]:
     """Return the rotation angle of the only sequence of `loops`, rad, and its derivatives (d,), by order 4."""
     d, h = len(displacements_rad), _DIFFERENCE_RAD
+    # The stencil's 4 d + 1 points are one batch of the integrator.
     shifts = np.concatenate([np.zeros((d, 1)), *(k * h * np.eye(d) for k in (-2, -1, 1, 2))], axis=1)
     angles = loops.angles_rad(displacements_rad[:, None] + shifts)[0]
     far_below, below, above, far_above = angles[1:].reshape(4, d)
@@ -131,13 +138,16 @@ def value_and_gradient(loops: Loops, displacements_rad: FloatArray) -> tuple[flo
 
 def _held_back(problem: Problem, top: FloatArray, gradient: FloatArray) -> tuple[float, float]:
     """Gain by more time (rad/s), and what of the gradient neither the time limit nor a wall takes up."""
+    # Joints off their walls fix the multiplier; those at a wall are judged by sign.
     free = (top > 0.0) & (top < problem.limit_rad - 1e-9)
     timed = float(problem.duration_s(top)) > problem.time_limit_s - 1e-6
     slower = 2.0 * problem.stroke_s_per_rad(top)
+    # Lagrange multiplier of the time limit, by least squares: what a further second would give.
     multiplier = (
         float(gradient[free] @ slower[free] / (slower[free] @ slower[free])) if timed and free.any() else 0.0
     )
     rest = gradient - multiplier * slower
+    # Karush-Kuhn-Tucker residual: at a wall only a slope that leads back inside counts.
     rest = np.where(free, rest, np.where(top > 0.0, np.minimum(rest, 0.0), np.maximum(rest, 0.0)))
     return max(multiplier, 0.0), float(np.linalg.norm(rest))
 
@@ -151,6 +161,7 @@ def _grid_maxima(problem: Problem, loops: Loops, grid_points: int) -> list[tuple
     axes = [np.linspace(0.0, most, per_joint) for most in reach]
     nodes = np.array(list(itertools.product(range(per_joint), repeat=d)))
     points = np.stack([axis[nodes[:, j]] for j, axis in enumerate(axes)])
+    # Only points within the time limit are feasible.
     inside = problem.keeps_time(points)
     nodes, points = nodes[inside], points[:, inside]
     angles = loops.angles_rad(points)
@@ -165,6 +176,7 @@ def _grid_maxima(problem: Problem, loops: Loops, grid_points: int) -> list[tuple
 def _local_maxima(nodes: IntArray, values: FloatArray, per_joint: int) -> list[int]:
     """Return the indices of nodes (m, d) that no neighbour along an axis exceeds."""
     d = nodes.shape[1]
+    # A border of -inf, and -inf where no point is, spares every test at the edges.
     field = np.full((per_joint + 2,) * d, -np.inf)
     field[tuple((nodes + 1).T)] = values
     top = np.ones(len(nodes), dtype=bool)

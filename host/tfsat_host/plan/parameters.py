@@ -105,6 +105,7 @@ class Plan:
                 for a robot with angular momentum.
         """
         start = np.array([servo.start_rad for servo in robot.servos])
+        # Relative strokes, added up to the absolute angle at which each one ends.
         angles, targets = start.copy(), []
         for stroke in strokes:
             angles[stroke.joint] += stroke.delta_rad
@@ -176,6 +177,7 @@ class Parameters:
         rows = _rows(robot, plan, sides)
         bodies, joints = robot.n_bodies, robot.n_joints
         kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", "speed")
+        # The layout of the parameter vector, in the order of `_rows`.
         sizes = (
             bodies,
             3 * bodies,
@@ -185,6 +187,7 @@ class Parameters:
             len(plan.joints),
             len(plan.moved_joints),
         )
+        # Running sums of the sizes bound each kind's slice.
         edges = itertools.pairwise(itertools.accumulate(sizes, initial=0))
         return cls(
             names=tuple(name for name, _, _, _ in rows),
@@ -202,10 +205,12 @@ class Parameters:
     def robots(self, vectors: FloatArray) -> Multibody:
         """s robots with the parameters `vectors` (s, p)."""
         part, batch = self.part, len(vectors)
+        # Six entries a body make a symmetric tensor; g m^2 become kg m^2.
         inertia = np.empty((batch, self.body.n_bodies, 3, 3))
         entries = 1e-3 * vectors[:, part["inertia"]].reshape(batch, -1, 6)
         for index, (i, k) in enumerate(_ENTRIES):
             inertia[..., i, k] = inertia[..., k, i] = entries[..., index]
+        # Points move across their axis only, by the difference from nominal.
         shift = 1e-3 * (vectors - self.nominal)[:, part["joint_point"]].reshape(batch, -1, 2)
         tilt = vectors[:, part["joint_tilt"]].reshape(batch, -1, 2) / _DEG
         return self.body.replace(
@@ -224,9 +229,11 @@ class Parameters:
         """
         part, plan = self.part, self.plan
         joints = list(plan.joints)
+        # (n - 1, s) relative speeds: they scale a servo's average and greatest rate alike.
         share = np.ones((self.body.n_joints, len(vectors)))
         share[list(plan.moved_joints)] = vectors[:, part["speed"]].T / (_DEG * plan.rate_rad_s)
         reached = vectors[:, part["stroke_end"]].T / _DEG
+        # A stroke begins where its joint really ended before, so the error of an end shifts two strokes.
         angle = dict(enumerate(plan.start_rad))
         delta = np.empty_like(reached)
         for k, joint in enumerate(joints):
@@ -248,6 +255,7 @@ class Parameters:
         """
         begin = np.zeros_like(motion.end_s[:1])
         end = np.maximum(motion.end_s.max(axis=0, keepdims=True), self.plan.until_s)
+        # (m, s): each robot has breaks of its own, in equal number; pieces may have no length.
         breaks = np.sort(np.concatenate([begin, motion.changes_s, end]), axis=0)
         return history_of(motion, breaks, self.plan.start_rad)
 
@@ -261,15 +269,18 @@ class Parameters:
 def _rows(robot: RobotModel, plan: Plan, square: FloatArray) -> list[tuple[str, str, float, float]]:
     """Name, unit, step and nominal value of each parameter, in their order."""
     rows: list[tuple[str, str, float, float]] = []
+    # The third entry is the step that derivatives are taken with, in the parameter's unit.
     for name, mass in zip(robot.body_names, robot.mass_kg, strict=True):
         rows.append((f"{name} mass", "kg", 0.01 * mass, mass))
     for name, com in zip(robot.body_names, robot.com_m, strict=True):
         rows += [(f"{name} CoM {axis}", "mm", 0.5, 1e3 * x) for axis, x in zip("xyz", com, strict=True)]
     for name, tensor in zip(robot.body_names, robot.inertia_kg_m2, strict=True):
+        # Two thousandths of the trace, in g m^2.
         step = 2.0 * np.trace(tensor)
         rows += [
             (f"{name} inertia {'xyz'[i]}{'xyz'[k]}", "g m^2", step, 1e3 * tensor[i, k]) for i, k in _ENTRIES
         ]
+    # Directions across an axis are named by the coordinate axes nearest to them.
     letters = [["xyz"[np.argmax(np.abs(side))] for side in sides] for sides in square]
     joints = list(zip(robot.joint_names, letters, strict=True))
     for (name, pair), sides, point in zip(joints, square, robot.joint_point_m, strict=True):
@@ -310,6 +321,7 @@ class ErrorSources:
         Sums in a fixed order, element by element: the same numbers from every computer, whatever BLAS it has.
         """
         shifts = np.zeros((len(deviates), len(self.matrix)))
+        # The matrix is sparse: only its nonzero entries are summed, in a fixed order.
         for parameter, source in zip(*np.nonzero(self.matrix), strict=True):
             shifts[:, parameter] += self.matrix[parameter, source] * deviates[:, source]
         return shifts
@@ -336,6 +348,7 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
 
     each("mass", "mass", stated.mass_relative, "", share=True)
     each("com", "com", 1e3 * stated.com_m, "mm")
+    # One source scales all six entries of a tensor, which so remains a rigid body's.
     for start in range(part["inertia"].start, part["inertia"].stop, 6):
         name = parameters.names[start].removesuffix(" xx")
         entries = {i: stated.inertia_relative * nominal[i] for i in range(start, start + 6)}
@@ -346,6 +359,7 @@ def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
     first, plan = part["stroke_end"].start, parameters.plan
     for joint, speed in zip(plan.moved_joints, range(part["speed"].start, part["speed"].stop), strict=True):
         name = parameters.names[speed].removesuffix(" speed")
+        # A servo's scale errs in proportion to the way from the start pose: back there it errs by nothing.
         way = _DEG * (plan.target_rad - plan.start_rad[joint])
         scale = {
             first + k: stated.stroke_relative * way[k]
@@ -379,9 +393,11 @@ def uncertainty_of(robot: RobotModel, other: Mapping[str, float]) -> Uncertainty
             problem, cure = f"{key!r} is no uncertainty", f"Known are: {', '.join(UNCERTAIN)}."
         elif not (math.isfinite(value) and value >= 0.0):
             problem, cure = f"{key}={value:g} is no standard deviation", f"Give 0 or more: --sigma {key}=0"
+        # A larger share could leave nothing of a mass or a rate within the deviates that are drawn.
         elif key.endswith("_relative") and value > MAX_RELATIVE:
             problem = f"{key}={value:g} is too large: five of them would leave nothing"
             cure = f"Give a share up to {MAX_RELATIVE:g}, such as --sigma {key}=0.05 for 5 %."
         if problem:
             raise UsageError(what=f"--sigma: {problem}.", meaning="Nothing was computed.", next_step=cure)
+    # Figures that are given replace those of the file, key by key.
     return Uncertainty.of((robot.uncertainty or Uncertainty()).figures() | dict(other))

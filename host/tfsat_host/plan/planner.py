@@ -46,14 +46,19 @@ class TimeToGo:
         A primitive's rotation about faster axes must be undone by those axes, which adds time.
         """
         vectors, duration = quaternion.logarithm(table.rotation), table.duration_s
+        # The fastest axis is that of the primitive with the highest angle per second.
         first, fast = _fastest(vectors, duration)
         first = first / np.linalg.norm(first)
+        # Undoing a component about the fast axis takes time as well: charge it to the primitive.
         repaid = duration + np.abs(first @ vectors) / fast
+        # Take off the component along the first axis: the second is sought perpendicular to it.
         across = vectors - first[:, None] * (first @ vectors)
         second, middle = _fastest(across, repaid)
+        # Where no loop turns about any other axis, take some perpendicular one with a nominal rate.
         if middle < _SLOWEST_RAD_S:
             second, middle = _perpendicular(first), _SLOWEST_RAD_S
         second = second / np.linalg.norm(second)
+        # The third axis completes a right-handed triad; its loops must pay for both other components.
         third = np.cross(first, second)
         repaid = repaid + np.abs(second @ vectors) / middle
         slow = max(float(np.max(np.abs(third @ vectors) / repaid)), _SLOWEST_RAD_S)
@@ -62,8 +67,10 @@ class TimeToGo:
     def seconds(self, needed: FloatArray) -> FloatArray:
         """(...) for rotations (4, ...)."""
         fast, middle, slow = self.rate_rad_s
+        # First estimate: the rotation vector's parts about the three axes, one after another.
         a, b, c = np.abs(np.tensordot(self.axes, quaternion.logarithm(needed), 1))
         in_parts = a / fast + b / middle + c / slow
+        # Second: R_1(a) R_2(b) R_1(c); b is the tilt of the fast axis, whatever a and c are.
         x, y, z = np.tensordot(self.axes, needed[:3], 1)
         tilt = 2.0 * np.arctan2(np.hypot(y, z), np.hypot(needed[3], x))
         # Half the sum and half the difference of the two turns about the fast axis.
@@ -76,6 +83,7 @@ class TimeToGo:
             wrap_angle(half_sum - half_difference + np.pi)
         )
         by_turns = np.minimum(turns, far) / fast + tilt / middle
+        # Both can be flown: the cheaper one counts, element by element.
         return np.asarray(np.minimum(in_parts, by_turns))
 
 
@@ -118,6 +126,7 @@ class Route(NamedTuple):
 def nearest(table: PrimitiveTable, needed: FloatArray, count: int) -> IntArray:
     """Indices of the `count` primitives that leave least of the rotation `needed` (4,), the best first."""
     remaining = _remaining_rotation(table, needed)
+    # Partition first: only the few need sorting, not the whole table.
     few = np.argpartition(remaining, min(count, len(table)) - 1)[:count]
     return np.asarray(few[np.argsort(remaining[few], kind="stable")])
 
@@ -133,6 +142,7 @@ def lookup(table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int
         best = int(nearest(table, needed, 1)[0])
         after = quaternion.product(table.undone[:, best], needed)
         remaining = float(quaternion.angle(after))
+        # Stop where even the best primitive gains no more than rounding would.
         if remaining > to_go_rad - _MIN_GAIN_RAD:
             break
         needed, to_go_rad, duration = after, remaining, duration + float(table.duration_s[best])
@@ -165,20 +175,25 @@ def search(
     Returns:
         The chain; if none reaches the goal, the one that comes nearest.
     """
+    # The greedy chain is the incumbent: once it reaches the goal, its time bounds the search.
     best = lookup(table, needed, goal_rad, most)
     patience_s = _MAX_COST_RATIO * float(time_to_go.seconds(needed)) + _LOOPS_MORE * float(
         table.duration_s.max()
     )
     beam, times, chains = needed[:, None], np.zeros(1), np.empty((1, 0), dtype=np.int64)
     for _level in range(most):
+        # Expand every state of the beam by every primitive: (4, m, width) rotations that are then left.
         after = quaternion.product(table.undone[:, :, None], beam[:, None, :]).reshape(4, -1)
         spent = (table.duration_s[:, None] + times).reshape(-1)
+        # Update the incumbent before pruning, so that a chain found here bounds this very level.
         best = _better(best, after, spent, chains, goal_rad)
         worth = spent + time_to_go.seconds(after)
+        # Without an incumbent a generous multiple of the estimate ends hopeless searches.
         limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
         survivors = _select_promising(after, worth, limit, width)
         if not len(survivors):
             break
+        # The flat index counts parents fastest: remainder and quotient are parent and primitive.
         chains = np.column_stack([chains[survivors % len(chains)], survivors // len(chains)])
         beam, times = after[:, survivors], spent[survivors]
     return best
@@ -187,6 +202,7 @@ def search(
 def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray, goal: float) -> Route:
     """Return the best route of `best` and the new chains."""
     remaining = quaternion.angle(after)
+    # Within the goal the time decides, outside of it the angle that is left.
     reached = np.flatnonzero(remaining <= goal)
     if len(reached):
         index = int(reached[np.argmin(spent[reached])])
@@ -202,12 +218,15 @@ def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray,
 
 def _select_promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -> IntArray:
     """Indices of the `width` best states that are worth less than `limit` and differ from one another."""
+    # Take sixteen candidates a place: many of them fall into the same cell below.
     count = min(16 * width, len(worth))
     few = np.argpartition(worth, count - 1)[:count]
     few = few[np.argsort(worth[few], kind="stable")]
     few = few[worth[few] < limit]
+    # Keep one state a cell of rotation vectors: near-duplicates would crowd the beam.
     cells = np.round(quaternion.logarithm(after[:, few]) / _SAME_RAD).astype(np.int64)
     _, first = np.unique(cells, axis=1, return_index=True)
+    # `unique` orders by cell; sorting its indices restores the order of worth.
     return np.asarray(few[np.sort(first)][:width])
 
 
@@ -219,6 +238,7 @@ def _remaining_rotation(table: PrimitiveTable, needed: FloatArray) -> FloatArray
 # axis. Among so many of the nearest they are looked for.
 _SHAPES = 6
 _CANDIDATES = 200
+# Central differences: truncation near 1e-12 and rounding near 1e-10 are far below any tolerance.
 _DIFFERENCE_RAD = 1e-6
 # The sequencer's resolution is 0.01 deg: what rounds to nothing is not flown.
 _STILL_RAD = np.radians(0.005)
@@ -237,10 +257,12 @@ def trim_primitive(
         needed: (4,) the rotation, body axes.
         tolerance_rad: Of the solutions that leave a quarter of this or less, the shortest is taken.
     """
+    # Several starts, the nearest primitive of each shape: a solution cannot change its order of strokes.
     near = nearest(table, needed, _CANDIDATES)
     _, first = np.unique(table.shape[near], return_index=True)
     starts = near[np.sort(first)[:_SHAPES]]
     tries = [_solve_primitive(table, table.primitive(int(index)), needed) for index in starts]
+    # Solutions well inside the tolerance are equally good by the model: fly the shortest of them.
     enough = max(min(remaining for _, remaining in tries), _SHARE_OF_TOLERANCE * tolerance_rad)
     return min(
         (solution for solution in tries if solution[1] <= enough), key=lambda solution: solution[0].duration_s
@@ -258,9 +280,11 @@ def _solve_primitive(
     loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=table.steps)
     low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
 
+    # One batch of 2 d + 1 columns gives the residual and both sides of its central differences.
     shifts = _DIFFERENCE_RAD * np.hstack(
         [np.zeros((len(joints), 1)), np.eye(len(joints)), -np.eye(len(joints))]
     )
+    # `least_squares` asks for the Jacobian in a call of its own: keep it by the bits of its argument.
     slope_cache: dict[bytes, FloatArray] = {}
 
     def left(displacement: FloatArray) -> FloatArray:
@@ -274,6 +298,7 @@ def _solve_primitive(
     def slopes(displacement: FloatArray) -> FloatArray:
         return slope_cache[displacement.tobytes()]
 
+    # The residual is a rotation vector, its length the angle that is left.
     solution = least_squares(
         left,
         np.clip(primitive.displacement_rad, low, high),
@@ -286,6 +311,7 @@ def _solve_primitive(
     )
     solved = np.clip(solution.x, low, high)
     displacement = np.where(np.abs(solved) < _STILL_RAD, 0.0, solved)
+    # Judge what is flown: the rotation after small strokes were set to zero.
     rotation = loops.rotations(displacement[:, None])[:, 0, 0]
     remaining = float(quaternion.angle(quaternion.product(quaternion.inverse(rotation), needed)))
     return Primitive(shape, displacement, rotation, table.duration_of(shape, displacement)), remaining
@@ -374,9 +400,11 @@ class Planner:
             detour: Whether a primitive may lead away from the target. Within 1 deg of it none does.
         """
         most = self.most if most is None else most
+        # Close to the target only direct steps: a detour would bring in more model error than it mends.
         if self.method == "greedy" or not detour or quaternion.angle(needed) <= _NO_DETOUR_RAD:
             return self._chain(needed, most, direct=True)
         undone = quaternion.inverse(needed)
+        # The beam search is not symmetric in a rotation and its inverse; flying backwards costs the same.
         forth, back = (self._chain(turn, most, direct=False) for turn in (needed, undone))
         # Each is optimized the way it was found: a turn and its inverse then take exactly as long.
         if min(forth, back, key=self._order) is forth:
@@ -400,8 +428,10 @@ class Planner:
     def _chain(self, needed: FloatArray, most: int, *, direct: bool) -> Chain:
         if not self.trim:
             return self._find_chain(needed, self.tolerance_rad, most, direct=direct)
+        # A coarse goal takes fewer primitives; solving the last loop usually mends the rest.
         coarse = max(self.tolerance_rad, _TRIM_REACH_RAD)
         chain = self._trim_chain(self._find_chain(needed, coarse, most, direct=direct), needed)
+        # Where it does not, search down to the tolerance itself, and keep the better chain.
         if chain.remaining_rad > self.tolerance_rad and coarse > self.tolerance_rad:
             finer = self._trim_chain(
                 self._find_chain(needed, self.tolerance_rad, most, direct=direct), needed
@@ -428,6 +458,7 @@ class Planner:
 
     def _trim_chain(self, chain: Chain, needed: FloatArray) -> Chain:
         """Solve for the chain's last primitive; return the chain unchanged if that leaves no less."""
+        # Only the last loop is free: it must give what those before it leave of the rotation.
         before = chain.primitives[:-1]
         last, remaining = trim_primitive(self.table, remainder(before, needed), self.tolerance_rad)
         return Chain((*before, last), remaining) if remaining < chain.remaining_rad else chain

@@ -19,6 +19,7 @@ from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
 from tfsat_host.plan.primitives import Primitive, PrimitiveTable, Shape
 
+# Central differences: truncation near 1e-10 and rounding near 1e-11 are far below any tolerance.
 _DIFFERENCE_RAD = 1e-5
 # What is smaller cannot be commanded.
 _STILL_RAD = np.radians(0.005)
@@ -45,20 +46,24 @@ def shorten_chain(
     chain = _Chain.of(table, primitives)
     if not 0 < len(chain.start) <= _MAX_FREE:
         return None
+    # Count misses in tolerances, so that the constraints are of order one.
     scale = max(allowed_rad, np.radians(0.01))
 
+    # Slacks x[-3:] hold the scaled miss: equality rows tie them to it, a ball bounds their length.
     def missed(x: FloatArray) -> FloatArray:
         return np.asarray(chain.residual_rotation(x[:-3], needed)[0] / scale - x[-3:])
 
     def missed_slopes(x: FloatArray) -> FloatArray:
         return np.hstack([chain.residual_rotation(x[:-3], needed)[1] / scale, -np.eye(3)])
 
+    # Without changes of sign the time is linear in the displacements; slacks take none.
     times: FloatArray = np.append(chain.seconds, np.zeros(3))
 
     def duration(x: FloatArray) -> tuple[float, FloatArray]:
         return float(times @ x), times
 
     room = (_ALMOST * allowed_rad / scale) ** 2
+    # Begin with slacks that fulfil the equality rows.
     first, _ = chain.residual_rotation(chain.start, needed)
     result = optimize.minimize(
         duration,
@@ -77,11 +82,13 @@ def shorten_chain(
         ],
         options={"maxiter": _ITERATIONS, "ftol": 1e-4},
     )
+    # Judge the chain as it is flown, without strokes that are too small to command.
     trimmed_primitives = chain.primitives(np.clip(result.x[:-3], chain.low, chain.high))
     remaining_xyzw = needed
     for primitive in trimmed_primitives:
         remaining_xyzw = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), remaining_xyzw)
     remaining = float(quaternion.angle(remaining_xyzw))
+    # Few iterations need not converge: accept only what is faster and within the tolerance.
     faster = sum(p.duration_s for p in trimmed_primitives) < sum(p.duration_s for p in primitives)
     return (trimmed_primitives, remaining) if faster and remaining <= allowed_rad else None
 
@@ -104,15 +111,19 @@ class _Chain:
         self._parts = [slice(a, b) for a, b in itertools.pairwise(edges)]
         joints = np.concatenate([shape.joints for shape in self._shapes]).astype(int)
         room = table.limits_rad[joints] - table.start_rad[joints, None]
+        # Each displacement stays on its side of zero, where its time has no kink.
         self.low = np.where(start >= 0.0, 0.0, room[:, 0])
         self.high = np.where(start >= 0.0, room[:, 1], 0.0)
+        # A loop that is flown k times takes k times as long for each of its displacements.
         flight_counts = np.repeat(np.bincount(order), np.diff(edges))
+        # The tiny number gives a displacement of zero the sign of its bounds.
         self.seconds = 2.0 * np.sign(start + 1e-300) * flight_counts / table.joint_rate_rad_s[joints]
         self._loops = {shape: _loops(table, shape) for shape in self._shapes}
         self._known: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
 
     @classmethod
     def of(cls, table: PrimitiveTable, primitives: Sequence[Primitive]) -> _Chain:
+        # Loops that are equal to the bit share their variables, and stay equal.
         keys = [(p.shape, p.displacement_rad.tobytes()) for p in primitives]
         numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
         different = [primitives[keys.index(key)] for key in numbers]
@@ -121,11 +132,13 @@ class _Chain:
 
     def residual_rotation(self, x: FloatArray, needed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotation vector (3,) that displacements (f,) leave, and its derivatives (3, f)."""
+        # The solver asks for residual and Jacobian of a point in two calls: compute both in the first.
         if self._known is not None and self._known[0] == x.tobytes():
             return self._known[1]
         turns, slopes = [], []
         for shape, part in zip(self._shapes, self._parts, strict=True):
             shift = _DIFFERENCE_RAD * np.eye(len(shape.joints))
+            # A loop and its central differences in one batch; changes are in the axes after the loop.
             columns = x[part, None] + np.hstack([np.zeros((len(shift), 1)), shift, -shift])
             rotation = self._loops[shape].rotations(columns)[:, 0]
             change = quaternion.logarithm(
@@ -134,6 +147,7 @@ class _Chain:
             forward, backward = np.split(change, 2, axis=1)
             turns.append(rotation[:, 0])
             slopes.append((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+        # From the last loop to the first; `after` is the product of the loops that follow.
         of_each = np.zeros((3, len(x)))
         after = quaternion.identity()
         for number in self._order[::-1]:
@@ -159,6 +173,7 @@ class _Chain:
             displacement = np.where(np.abs(x[part]) < _STILL_RAD, 0.0, x[part])
             rotation = self._loops[shape].rotations(displacement[:, None])[:, 0, 0]
             duration = self._table.duration_of(shape, displacement)
+            # A single joint retraces its path, which turns nothing.
             moves = np.count_nonzero(displacement) > 1
             primitives.append(Primitive(shape, displacement, rotation, duration) if moves else None)
         return tuple(p for p in (primitives[number] for number in self._order) if p is not None)
@@ -209,6 +224,7 @@ def least_time(
     def by_table(angles: tuple[float, FloatArray]) -> float:
         return (angles[0] - tolerance_rad) / max(float((angles[1] / table.duration_s).max()), 1e-12)
 
+    # Angle between a body direction before and after a rotation; by the chord, small angles keep digits.
     def tilts(direction: FloatArray, rotation: FloatArray) -> FloatArray:
         moved = np.tensordot(direction, quaternion.to_matrix(quaternion.inverse(rotation)), 1)
         chord = np.sqrt(((moved.T - direction).T ** 2).sum(axis=0))
@@ -218,6 +234,7 @@ def least_time(
         unit = direction / np.linalg.norm(direction)
         return -by_table((float(tilts(unit, needed)), tilts(unit, turns)))
 
+    # Every direction gives a bound: a search without derivatives finds a good one over the kinks.
     optimum = optimize.minimize(
         shorter, fast_axis, method="Nelder-Mead", options={"maxiter": 200, "xatol": 1e-3}
     )
@@ -228,6 +245,7 @@ def least_time(
 
     def bound(of: Literal["turn", "tilt"], measure: Callable[[FloatArray], FloatArray]) -> LeastTime:
         angle = max(float(measure(needed)) - tolerance_rad, 0.0)
+        # Loops between the grid's may be faster: without climbing the bound would not hold for them.
         rate = _greatest_rate(table, measure) if angle > 0.0 else np.inf
         return LeastTime(angle / rate, of, angle, rate, direction)
 
@@ -242,6 +260,7 @@ def _greatest_rate(table: PrimitiveTable, measure: Callable[[FloatArray], FloatA
     rates = measure(table.rotation) / table.duration_s
     best = float(rates.max())
     ranked = np.argsort(-rates, kind="stable")
+    # The best loop of each shape: starts of one shape would lead to the same maxima.
     _, first = np.unique(table.shape[ranked], return_index=True)
     for index in ranked[np.sort(first)][:_CLIMBS]:
         if rates[index] < _WORTH_CLIMBING * best:
@@ -256,6 +275,7 @@ def _climbed_rate(
     """Compute the rate of the measure at the local maximum reached from a primitive."""
     shape, start = primitive.shape, primitive.displacement_rad
     loops, joints = _loops(table, shape), list(shape.joints)
+    # Signed, so that the product with the displacements is the loop's duration.
     seconds = 2.0 * np.where(start < 0.0, -1.0, 1.0) / table.joint_rate_rad_s[joints]
     room = table.limits_rad[joints] - table.start_rad[joints, None]
     shifts = _DIFFERENCE_RAD * np.hstack([np.zeros((len(start), 1)), np.eye(len(start)), -np.eye(len(start))])

@@ -131,6 +131,7 @@ class PrimitiveTable:
         angle = float(np.linalg.norm(vector))
         if angle < _NO_AXIS_RAD:
             return 0.0
+        # Project every loop's rotation vector on the axis, per second of the loop.
         rates = vector @ quaternion.logarithm(self.rotation) / (angle * self.duration_s)
         return max(float(rates.max()), 0.0)
 
@@ -163,12 +164,14 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
         displacements = _displacements(joints, robot.joint_limits_rad, start, step_deg * coarser)
         orders = sequences(len(joints))
         if displacements.shape[1]:
+            # Integration errors grow with the strokes: judge them at the range's corners and half way.
             ends = np.stack([displacements.min(axis=1), displacements.max(axis=1)])
             far = np.array(list(product(*np.concatenate([ends, 0.5 * ends]).T))).T
             steps = max(steps, enough_steps(body, joints, start, far, _TOLERANCE_RAD))
             rotations = Loops(body, joints, orders, start_rad=start, steps=steps).rotations(displacements)
             for number, order in enumerate(orders):
                 shape = Shape(joints, order)
+                # Pad to three columns, so that loops of two and of three joints share one table.
                 padded = np.zeros((displacements.shape[1], 3))
                 padded[:, : len(joints)] = displacements.T
                 index = np.full(len(padded), len(shapes))
@@ -211,6 +214,7 @@ def _displacements(
     try:
         axes: list[GridAxis] = grid_axes(limits[chosen], start[chosen], step_deg)
     except OrbitError:
+        # No loop of these joints, but no error: others may have room.
         return np.empty((len(joints), 0))
     values = [axis.displacements_rad for axis in axes]
     return np.stack(np.meshgrid(*values, indexing="ij")).reshape(len(joints), -1)
@@ -223,10 +227,12 @@ def _durations(shape: Shape, displacements: FloatArray, rates: FloatArray) -> Fl
 
 def _useful(rotation: FloatArray, duration: FloatArray) -> IntArray:
     """Indices of the primitives to keep, the fastest first."""
+    # Sort by time before cells are formed: the first loop of each cell is then its fastest.
     fastest_first = np.argsort(duration, kind="stable")
     vectors = np.degrees(quaternion.logarithm(rotation[:, fastest_first]))
     turns = np.sqrt((vectors * vectors).sum(axis=0)) >= _MIN_TURN_DEG
     candidates = fastest_first[turns]
     cells = np.round(vectors[:, turns] / _SAME_DEG).astype(np.int64)
+    # Cells quantize the rotation vector; sorting the indices below restores the order of time.
     _, first = np.unique(cells, axis=1, return_index=True)
     return np.asarray(candidates[np.sort(first)])

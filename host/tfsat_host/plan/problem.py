@@ -14,6 +14,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import Multibody
 from tfsat_host.dynamics.history import shortest_s
 from tfsat_host.errors import UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
 from tfsat_host.plan.swarm import Coefficient, SwarmSettings
 from tfsat_host.robot import RobotModel
@@ -24,7 +25,9 @@ MAX_JOINTS = 4  # 864 sequences; five joints have 39480
 _MIN_STROKE_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _EXACT_TIME = 1e-9
+# The time of a short stroke goes with the root of its size: below this its slope is held, to be finite.
 _STEEPEST_RAD = math.radians(0.01)
+# Greatest error of a loop's rotation by the steps of its integration.
 _ENOUGH_RAD = math.radians(5e-4)
 _COEFFICIENT_MOST = 100.0
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
@@ -41,7 +44,7 @@ class DesignError(UsageError):
         super().__init__(
             what=what,
             meaning="Nothing was designed.",
-            next_step=f"Correct the {setting}: tfsat-host design --help",
+            next_step=Advice(f"Correct the {setting}: ", NextStep("design", ("--help",))),
         )
         self.setting = setting
 
@@ -131,11 +134,13 @@ class Problem:
         joints = tuple(range(robot.n_joints)) if settings.joints is None else settings.joints
         _check_joints(robot, joints)
         start = np.array([servo.start_rad for servo in robot.servos])
+        # Room to either side of the start pose; a joint moves out to the wider one.
         below, above = np.abs(robot.joint_limits_rad[list(joints)] - start[list(joints), None]).T
         directions, room = np.where(above >= below, 1.0, -1.0), np.maximum(above, below)
         limit = room if settings.limit_deg is None else np.radians(np.array(settings.limit_deg))
         _check_limits(robot, joints, limit, room)
         speed = settings.speed_deg_s
+        # The slowest servo sets the common speed; rounding takes off the noise of radians.
         if speed is None:
             speed = round(math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in joints)), 9)
         for name, value in (
@@ -147,6 +152,7 @@ class Problem:
                 raise DesignError(name, f"The {name} is {value:g}; it must be above zero.")
         body = Multibody.of(robot)
         sides = np.minimum(np.stack([below, above], axis=1), limit[:, None])
+        # The integration must be good at all corners of the box, and half way there.
         far = np.array(list(itertools.product(*(sides * [-1.0, 1.0])))).T
         reach = np.concatenate([far, 0.5 * far], axis=1)
         return cls(
@@ -183,6 +189,7 @@ class Problem:
         The problem itself comes first.
         """
         yield self
+        # A side without room for one hundredth of a degree gives no pattern.
         room = [[s for s in (1.0, -1.0) if side[int(s > 0.0)] >= _MIN_STROKE_RAD] for side in self.sides_rad]
         for pattern in itertools.product(*room):
             if not np.array_equal(pattern, self.directions):
@@ -192,6 +199,7 @@ class Problem:
         """(d, ...) how long a stroke takes: at the average speed, and longer where its servo needs to speed up and slow
         down."""
         size = np.asarray(displacements_rad)
+        # Append axes of length one, so that figures (d,) go with displacements (d, ...).
         rate, acceleration = (
             per_joint.reshape(-1, *[1] * (size.ndim - 1))
             for per_joint in (self.max_rate_rad_s, self.acceleration_rad_s2)
@@ -202,6 +210,7 @@ class Problem:
         """(d,) its derivative; near zero, where that is without bounds, the one at `_STEEPEST_RAD`."""
         size = np.maximum(displacements_rad, _STEEPEST_RAD)
         rate, acceleration = self.max_rate_rad_s, self.acceleration_rad_s2
+        # With a cruise the slope is 1 / rate; two ramps take 2 sqrt(size / a), of slope 1 / sqrt(size a).
         short = np.where(size * acceleration > rate * rate, 1.0 / rate, 1.0 / np.sqrt(size * acceleration))
         average = size / self.speed_rad_s >= self.stroke_s(size)
         return np.where(average, 1.0 / self.speed_rad_s, short)
@@ -209,6 +218,7 @@ class Problem:
     def farthest_rad(self, stroke_s: float) -> FloatArray:
         """(d,) displacements that take so long."""
         rate, acceleration = self.max_rate_rad_s, self.acceleration_rad_s2
+        # Invert the servo's profile: with a cruise if both ramps fit into the time, else two ramps alone.
         ramps = rate / acceleration
         reach = np.where(
             stroke_s > 2.0 * ramps, rate * (stroke_s - ramps), 0.25 * acceleration * stroke_s * stroke_s
@@ -223,12 +233,14 @@ class Problem:
         """Displacements (d,) shortened in proportion until they keep the time."""
         if self.keeps_time(displacements_rad):
             return displacements_rad
+        # The time grows strictly with the common factor: one root between 0 and 1.
         over = optimize.brentq(
             lambda share: float(self.duration_s(share * displacements_rad)) - self.time_limit_s,
             0.0,
             1.0,
             xtol=1e-15,
         )
+        # The root may lie above the limit by rounding: stay below it by a hair.
         return np.asarray(over * (1.0 - 1e-13) * displacements_rad)
 
     def loops(self, sequences: tuple[Sequence, ...] | None = None) -> Loops:
@@ -249,9 +261,12 @@ class Problem:
         Each is the nearest, unless they would then take too long; then those that gained most lose it again.
         """
         exact = displacements_deg * CDEG_PER_DEG
+        # Round down at the limit, which rounding to the nearest could pass.
         most = np.floor(np.degrees(self.limit_rad) * CDEG_PER_DEG + _EXACT_CDEG)
         angles_cdeg = np.minimum(np.rint(exact), most)
+        # What overran before rounding may keep its time, but not add to it.
         allowed_s = max(self.time_limit_s, float(self.duration_s(np.radians(displacements_deg))))
+        # Take a hundredth back where rounding up has added most.
         for number in np.argsort(exact - angles_cdeg, kind="stable"):
             if self.duration_s(np.radians(angles_cdeg / CDEG_PER_DEG)) <= allowed_s * (1.0 + _EXACT_TIME):
                 break

@@ -28,6 +28,7 @@ from tfsat_host.plan.problem import Problem
 from tfsat_host.robot import RobotModel, Uncertainty
 
 MAX_ROBUST_K = 10.0
+# The sequencer's resolution: a smaller stroke is not flown.
 _MOVES_RAD = math.radians(0.01)
 _DIFFERENCE_RAD = 1e-3
 _STEPS = 3
@@ -62,6 +63,7 @@ class Uncertain:
         The loop has displacements (d,) of the problem's joints in a sequence; one below 0.01 deg is not flown.
         """
         signed = displacements_rad * problem.directions
+        # Start times only give the order: without momentum the path alone turns the robot.
         strokes = [
             PlannedStroke(
                 problem.joints[abs(signed_joint) - 1],
@@ -75,12 +77,14 @@ class Uncertain:
             return Spread(0.0, 0.0)
         parameters = Parameters.of(self.robot, Plan.of(self.robot, strokes, problem.speed_rad_s))
         sources = error_sources(parameters, replace(self.stated, servo_speed_relative=0.0))
+        # The nominal robot, and one deviation to either side along every source that has an effect.
         shifts = sources.matrix[:, sources.matrix.any(axis=0)].T
         vectors = parameters.nominal + np.concatenate(
             [np.zeros((1, len(parameters.nominal))), shifts, -shifts]
         )
         turned = self._reorientations(parameters, vectors)
         above, below = turned[1:].reshape(2, -1)
+        # Second differences: curvature moves the mean, and adds to the variance.
         bend = above + below - 2.0 * turned[0]
         variance = 0.25 * ((above - below) ** 2).sum() + 0.5 * (bend**2).sum()
         return Spread(float(turned[0] + 0.5 * bend.sum()), math.sqrt(variance))
@@ -141,6 +145,7 @@ def _climb(
         start_rad[free],
         jac=slope,
         method="SLSQP",
+        # Two difference steps off zero, so that no stroke of the stencil is too small to be flown.
         bounds=optimize.Bounds(np.full(len(free), 2.0 * _DIFFERENCE_RAD), problem.limit_rad[free]),
         constraints=optimize.NonlinearConstraint(
             lambda x: problem.duration_s(whole(x)),
@@ -150,5 +155,6 @@ def _climb(
         ),
         options={"ftol": 1e-10, "maxiter": 100},
     )
+    # SLSQP keeps constraints to its tolerance only: cut to the limits and to the time.
     top = problem.within_time(np.minimum(whole(optimum.x), problem.limit_rad))
     return RobustSummit(top, sequence, problem, uncertain.spread(problem, sequence, top))

@@ -24,8 +24,10 @@ from tfsat_host.plan.facility import DropTower
 from tfsat_host.plan.parameters import ErrorSources, Parameters
 from tfsat_host.plan.study import Outcomes, Study
 
+# Central difference of order 4: offsets in steps, and weights.
 _OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+# Below this the rotation has no axis, and its angle no gradient.
 _NO_TURN_RAD = 1e-9
 
 
@@ -82,16 +84,21 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
         step_scale: Factor on the parameters' steps, to check that the derivatives do not depend on them.
     """
     count, steps = len(parameters.nominal), step_scale * parameters.steps
+    # One parameter at a time at four offsets, (4 p, p): the whole stencil is one batch.
     changed = parameters.nominal + (_OFFSETS[:, None, None] * np.diag(steps)).reshape(-1, count)
     vectors = np.vstack([parameters.nominal, changed])
+    # All robots share their steps: differences are right to more digits than the attitudes.
     attitude, error_rad = final_attitudes(
         parameters.robots(vectors),
         parameters.history(parameters.motion(vectors)),
         initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
+    # Of the two quaternions of a rotation the one with w >= 0.
     nominal = np.copysign(1.0, attitude[3, 0]) * attitude[:, 0]
+    # Small rotations from the nominal attitude, far from the logarithm's cut at half a turn.
     relative = quaternion.product(quaternion.inverse(nominal)[:, None], attitude[:, 1:])
     turns = np.degrees(quaternion.logarithm(relative)).reshape(3, len(_OFFSETS), count)
+    # o: offsets of the stencil, c: components, p: parameters.
     of_attitude = np.asarray(np.einsum("o,cop->pc", _WEIGHTS, turns) / steps[:, None])
     vector = quaternion.logarithm(nominal)
     size = float(np.linalg.norm(vector))
@@ -99,9 +106,11 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
         reorientation_deg=float(np.degrees(quaternion.angle(nominal))),
         rotation_vector_deg=np.degrees(vector),
         quaternion_xyzw=nominal,
+        # The angle grows by the part of a small turn that lies along the rotation's axis.
         of_reorientation=(
             of_attitude @ (vector / size) if size > _NO_TURN_RAD else np.linalg.norm(of_attitude, axis=1)
         ),
+        # The inverse differential of the exponential takes turns in body axes to the rotation vector.
         of_rotation_vector=quaternion.inverse_differential(
             np.repeat(vector[:, None], count, axis=1), of_attitude.T
         ).T,
@@ -112,6 +121,7 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
 
 def linear_spread(derivatives: Derivatives, sources: ErrorSources) -> LinearSpread:
     """Compute the rotation's spread by independent normal errors from `sources`, to first order."""
+    # Independent unit deviates: their effects add up in squares.
     of_sources = derivatives.of_reorientation @ sources.matrix
     total = float(np.linalg.norm(of_sources))
     shares = (of_sources / total) ** 2 if total > 0.0 else np.zeros_like(of_sources)
@@ -157,6 +167,7 @@ def spread(values: FloatArray) -> Spread:
     squared = (values - mean) ** 2
     std = float(np.sqrt(squared.sum() / (count - 1)))
     fourth = float((squared**2).mean())
+    # Delta method: var(s) = (m4 - s^4) / (4 n s^2), without assuming a normal distribution.
     of_std = np.sqrt(max(fourth - std**4, 0.0) / count) / (2.0 * std) if std > 0.0 else 0.0
     ordered = np.sort(values)
     return Spread(
@@ -173,6 +184,7 @@ def share(hits: BoolArray) -> Estimate:
     succession): it is not 0 even without a single hit.
     """
     count, hit_count = len(hits), int(hits.sum())
+    # Mean and variance of the beta posterior that follows from a uniform prior.
     likely = (hit_count + 1) / (count + 2)
     return Estimate(hit_count / count, float(np.sqrt(likely * (1.0 - likely) / (count + 3))))
 
@@ -207,12 +219,14 @@ def _is_level(values: FloatArray) -> bool:
 def _ranks(values: FloatArray) -> FloatArray:
     """(s,) ranks from 0; equal values share the middle of theirs. `scipy.stats` would take longer to import."""
     _, group, counts = np.unique(values, return_inverse=True, return_counts=True)
+    # Midranks: ties share the mean of the ranks that they take up.
     middle = np.cumsum(counts) - 0.5 * (counts + 1)
     return np.asarray(middle[group])
 
 
 def _percentile(ordered: FloatArray, percent: float) -> Estimate:
     count, part = len(ordered), percent / 100.0
+    # The rank of a percentile scatters binomially: samples one deviation off bound its value.
     away = np.sqrt(count * part * (1.0 - part))
     low, high = (int(np.clip(round(count * part + by), 0, count - 1)) for by in (-away, away))
     value = float(np.interp(part * (count - 1), np.arange(count), ordered))
@@ -296,7 +310,9 @@ def summary(
         bins: Number of bins of the histogram.
     """
     values = outputs_of(outcomes, nominal_xyzw)
+    # Draw the deviates again from the seed: outcomes do not carry them.
     deviates = np.vstack([study.deviates(chunk) for chunk in range(study.chunks)])
+    # A source without deviation is drawn, too: its chance correlation must not show.
     has_effect = study.sources.matrix.any(axis=0)
     turned, end_s = values["reorientation_deg"], values["end_s"]
     counts, edges = np.histogram(turned, bins=bins)

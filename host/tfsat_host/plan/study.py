@@ -55,6 +55,7 @@ class Study:
 
     def draw_chunk(self, chunk: int) -> FloatArray:
         """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
+        # A child of the seed by its key: no chunk depends on what others have drawn.
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
         deviates = np.random.Generator(np.random.PCG64(seeds)).standard_normal(
             (CHUNK, len(self.sources.names))
@@ -159,6 +160,7 @@ def run_locally(
         TfsatError: a process was ended from outside.
     """
     max_workers = usable_cores() if workers is None else workers
+    # No more processes than have chunks enough to be worth their start.
     count = min(max_workers, -(-study.chunks // _WORTH_A_PROCESS))
     report_progress = progress or (lambda _samples: None)
     if count > 1:
@@ -177,6 +179,7 @@ def _by_processes(study: Study, count: int, progress: Callable[[float], None]) -
         for future in as_completed(chunk_of):
             parts[chunk_of[future]] = future.result()
             progress(len(future.result()))
+    # Chunks finish in any order: join them by number, so that samples keep their places.
     return Outcomes.join([parts[chunk] for chunk in range(study.chunks)])
 
 

@@ -139,6 +139,7 @@ def notices(linear: LinearSpread, summed: Summary, samples: int, error_deg: floa
             "--initial-rate, or a maneuver that ends earlier."
         )
     sampled_std = summed.outputs["reorientation_deg"].std
+    # First order fails where it differs by a quarter, and by more than four standard errors of chance.
     apart = abs(linear.reorientation_deg - sampled_std.value)
     if samples >= _ENOUGH and apart > 0.25 * sampled_std.value + 4.0 * sampled_std.standard_error:
         sentences.append(
@@ -209,6 +210,7 @@ def _kinds(sources: list[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for kind, words in _KINDS.items():
         alike = [row for row in sources if row["kind"] == kind]
+        # A kind that does nothing to this rotation has no row.
         if any(row["linear_deg"] or row["share"] for row in alike):
             rows.append(
                 {
@@ -216,6 +218,7 @@ def _kinds(sources: list[dict[str, Any]]) -> list[dict[str, Any]]:
                     "linear_deg": math.hypot(*(row["linear_deg"] for row in alike)),
                     "linear_share": sum(row["linear_share"] for row in alike),
                     "share": sum(row["share"] for row in alike),
+                    # Sources come sorted by their share: the first of a kind gives most.
                     "most": f"{alike[0]['source']} ± {alike[0]['std']}",
                     "rank_correlation": alike[0]["rank_correlation"],
                 }
@@ -244,12 +247,14 @@ def write_samples(
     def write(target: Path) -> None:
         outputs = outputs_of(outcomes, nominal_xyzw)
         named = zip(study.parameters.names, study.parameters.units, strict=True)
+        # Draw the parameters again from the seed, as the chunks did.
         vectors = np.vstack([study.vectors(study.deviates(chunk)) for chunk in range(study.chunks)])
         rows = np.column_stack([*outputs.values(), vectors]).tolist()
         with target.open("w", encoding="utf-8", newline="\n") as file:
             file.write(
                 ",".join(["sample", *outputs, *(_column(f"{name} {unit}") for name, unit in named)]) + "\n"
             )
+            # `repr` is the shortest decimal that reads back to the same bits.
             file.writelines(f"{sample},{','.join(map(repr, row))}\n" for sample, row in enumerate(rows, 1))
 
     write_all([OutputFile(path, _MARKER, write)], force=force)

@@ -74,6 +74,7 @@ def minimize(
     """
     shape = (len(low), settings.particles)
     floor, ceiling = low[:, None], high[:, None]
+    # Uniform in the box; start velocities reach over its whole range, to both sides.
     position = rng.uniform(floor, ceiling, shape)
     velocity = rng.uniform(floor - ceiling, ceiling - floor, shape)
     own, own_value = position, objective(position)
@@ -81,14 +82,17 @@ def minimize(
     best_values = [own_value[leader]]
     for k in range(settings.iterations):
         fraction = k / settings.iterations
+        # Drawn for every component: a particle is not bound to the lines towards the two best.
         r1, r2 = rng.uniform(size=(2, *shape))
         velocity = at(settings.inertia, fraction) * velocity
         velocity += at(settings.own_best, fraction) * r1 * (own - position)
         velocity += at(settings.best_of_all, fraction) * r2 * (own[:, leader, None] - position)
+        # A wall stops a particle: the component that was clipped loses its velocity.
         free = position + velocity
         position = np.clip(free, floor, ceiling)
         velocity = np.where(free == position, velocity, 0.0)
         value = objective(position)
+        # Each particle keeps its own best; the leader is the best of these.
         better = value < own_value
         own, own_value = np.where(better, position, own), np.where(better, value, own_value)
         leader = int(np.argmin(own_value))

@@ -78,12 +78,14 @@ def release_velocities_mm_s(tower: DropTower, mass_kg: float) -> tuple[float, fl
     expected = [
         release_velocity_mm_s(e, mass_kg) for e in push_off_energy_mj(tower.switch, tower.switch_count)
     ]
+    # Trust neither datasheet nor earlier drops alone: the wider range of both.
     return min(*expected, tower.slowest_release_mm_s), max(*expected, tower.fastest_release_mm_s)
 
 
 def _check(name: str, value: float, needed: str, limit: float, unit: str, sentence: str) -> Check:
     """`needed` is how the value must compare: at most, at least, more than."""
     at_most, beyond = needed == "at most", needed == "more than"
+    # What is left to the limit; equality passes unless the value must be beyond it.
     room = limit - value if at_most else value - limit
     passed = room > _EXACT if beyond else room >= -_EXACT
     return Check(name, passed, value, limit, at_most, unit, sentence, beyond)
@@ -119,8 +121,10 @@ def _strokes(
         f"{slowest * start_s:.1f} mm away; {tower.clearance_mm:g} mm are needed."
     )
     yield _check("pause", start_s, "at least", pause_s(tower.clearance_mm, slowest), "s", away)
+    # Before the first stroke the robot keeps its shape, and only falls away.
     moving = envelope.t_s >= start_s - _EXACT
     t_s, rise_mm = envelope.t_s[moving], envelope.rise_mm[moving]
+    # The worst moment of the slowest release against the robot's own opening upwards.
     least = int(np.argmin(slowest * t_s - rise_mm))
     gap = (
         f"The robot's highest point comes closest to where it was held {t_s[least]:.2f} s after release: it opens "
@@ -134,6 +138,7 @@ def _strokes(
         f"{tower.margin_s:g} s leaves {planned_s:g} s, with a tolerance of {tolerance_s:g} s."
     )
     yield _check("stroke-time", moving_s, "at most", planned_s + tolerance_s, "s", together)
+    # Servos that need longer than scheduled count, too.
     end_s = max(s_from_us(schedule.end_us), *arrivals_s(robot, schedule))
     landing = f"The last stroke ends {end_s:.2f} s after release, the fall at {tower.fall_s:g} s."
     yield _check("landing", end_s, "at most", tower.fall_s, "s", landing)
@@ -154,6 +159,7 @@ def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Che
     yield _check("transversal-velocity", permissible.paper, "at least", observed, "mm/s", drift)
     falling = envelope.t_s <= tower.fall_s + _EXACT
     g = tower.residual_acceleration_g
+    # The worst case downwards: fastest release, residual acceleration, and the robot's own reach below.
     travel_mm = np.array([vertical_travel_mm(fastest, t_s, g) for t_s in envelope.t_s[falling]])
     lowest_mm = float(np.max(travel_mm + envelope.sink_mm[falling]))
     bottom = (

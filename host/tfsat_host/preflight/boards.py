@@ -14,6 +14,7 @@ from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.evidence import (
     Clock,
     Evidence,
@@ -62,15 +63,18 @@ def ask_boards(
     Raises:
         NotNow: the sequencer is armed or moves.
     """
+    # The sequencer first: if it is armed or moves, the logger is not touched.
     at_sequencer = _identify_board(SequencerClient, opened["sequencer"])
     begun = _ask_board("sequencer", at_sequencer, _begin)
     at_logger = _identify_board(LoggerClient, opened["logger"])
     who = {"sequencer": _identity(at_sequencer), "logger": _identity(at_logger)}
     emulated = any(not isinstance(identity, Missing) and identity.runs_natively for identity in who.values())
+    # Real and emulated robots have different certificates, and only HELLO tells which this is.
     calibration, name = certificate(emulated)
     logger = _ask_board(
         "logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance)
     )
+    # Once more after the logger's seconds, so that both statuses span the whole preflight.
     sequencer = begun
     if not isinstance(begun, Missing):
         sequencer = _ask_board("sequencer", at_sequencer, partial(_end_answers, begun))
@@ -106,13 +110,15 @@ def _begin(sequencer: SequencerClient) -> SequencerAnswers:
         raise NotNow(
             what=f"The sequencer is {_MOVING[first.status.state]}.",
             meaning="A preflight comes before the arming. Neither board was asked for anything more.",
-            next_step="tfsat-host disarm, then run this preflight again.",
+            next_step=Advice(NextStep("disarm"), ", then run this preflight again."),
         )
     maneuver: StoredManeuver | Missing
     try:
         maneuver = sequencer.read_back()
     except VerifyError as error:
+        # A read-back that contradicts its own CRC is a finding, and does not end the preflight.
         maneuver = Missing(f"{error.what} {error.meaning}", error.next_step)
+    # The first status stands in for the last until _end_answers() puts that in.
     return SequencerAnswers(first, first, maneuver, sequencer.settings())
 
 
@@ -141,6 +147,7 @@ def _logger_image(
     """Return the image that the logger should run: the named one, else that of its calibration."""
     if not isinstance(named, Missing) or isinstance(calibration, Missing):
         return named
+    # The certificate of another logger says nothing of what this one should run.
     if calibration.subject.logger_serial != identity.serial or calibration.logger_image is None:
         return named
     return Reference(calibration.logger_image, certificate, calibrated=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
+
+from tfsat_host.next_step import Advice, NextStep
 
 SEE = "See "
 """Begins the next step of a check that waits for another one, whose name follows."""
@@ -77,6 +79,12 @@ def no_go(sentence: str, next_step: str, /, **evidence: Any) -> PreflightCheck:
 def not_made(reason: str, next_step: str, /, **evidence: Any) -> PreflightCheck:
     """It could not be looked at; `reason` is a sentence."""
     return PreflightCheck("", GoNoGo.NOT_MADE, reason, evidence, next_step)
+
+
+def join_steps(separator: str, steps: Iterable[str | NextStep]) -> Advice:
+    """Join next steps, each once; their commands stay commands."""
+    parts = [part for step in dict.fromkeys(steps) for part in (separator, step)]
+    return Advice(*parts[1:])
 
 
 def judge(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> PreflightCheck:

@@ -21,6 +21,7 @@ from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.devices.client import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.maneuver import Schedule
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.protocol.limits import RING_BLOCKS
 from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
@@ -124,8 +125,10 @@ class Answers(Generic[Status]):
         """How fast the board's clock ran; None: it restarted meanwhile."""
         first, last = self.first, self.last
         board_s = (last.status.uptime_ms - first.status.uptime_ms) / 1000
+        # Uptime went backwards: the board restarted in between.
         if board_s < 0.0:
             return None
+        # Between the midpoints of the two exchanges; half of each round trip and one tick remain as doubt.
         middle = (last.asked_s + last.had_s - first.asked_s - first.had_s) / 2
         doubt_s = (last.had_s - last.asked_s + first.had_s - first.asked_s) / 2 + _TICK_S
         return Pace(board_s, middle, doubt_s)
@@ -339,7 +342,9 @@ def certificate_of_these(evidence: Evidence) -> Calibration:
     if isinstance(calibration, Missing):
         raise Unreached(Missing("It takes a calibration of these sensors.", "See calibration."))
     if origin is None:
-        raise Unreached(Missing("Whose sensors these are the logger did not answer.", "tfsat-host status"))
+        raise Unreached(
+            Missing("Whose sensors these are the logger did not answer.", Advice(NextStep("status")))
+        )
     subject = calibration.subject
     if (subject.logger_serial, subject.emulated) != (origin.logger_serial, origin.emulated):
         what = "It takes a calibration of these sensors; this one is of others."
@@ -353,9 +358,12 @@ def merge_sensor_angles(angles_rad: FloatArray) -> FloatArray:
     Their mean. Of two that contradict each other the one that is nearer to the start pose counts, for nothing here
     shows which is right; the contradiction itself is found by a check.
     """
+    # (3,); NaN where a sensor is silent, which no threshold exceeds.
     apart = np.abs(wrap_angle(angles_rad[:, 0] - angles_rad[:, 1]))
     is_finite = np.isfinite(angles_rad)
+    # Mean over the sensors that answered; the maximum avoids 0/0 where none did.
     mean = np.where(is_finite, angles_rad, 0.0).sum(axis=1) / np.maximum(is_finite.sum(axis=1), 1)
+    # A silent sensor counts as infinitely far, so that argmin passes it over.
     nearest = np.argmin(np.where(is_finite, np.abs(angles_rad), np.inf), axis=1)
     nearer = np.take_along_axis(angles_rad, nearest[:, None], axis=1)[:, 0]
     chosen = np.where(apart > MAX_DISAGREEMENT_RAD, nearer, mean)
@@ -373,7 +381,8 @@ def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:
     for row, joint in enumerate(calibration.joints):
         if joint.zero_taken is None:
             what = f"The zero point of joint {joint.joint} was never measured."
-            raise Unreached(Missing(what, f"tfsat-host calibrate zero --joint {joint.joint}"))
+            command = NextStep("calibrate zero", ("--joint", str(joint.joint)))
+            raise Unreached(Missing(what, Advice(command)))
         columns = sensor_columns(evidence.robot, joint.joint)
         valid = sensors.live.counts.angle_valid[:, columns]
         each = joint.each(sensors.si.sensor_angle_rad[:, columns])

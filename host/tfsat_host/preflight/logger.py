@@ -20,6 +20,7 @@ from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import PortError
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.checks.calibration import landed_unnoted
 from tfsat_host.preflight.evidence import (
     Clock,
@@ -75,10 +76,12 @@ def ask_logger(
         BoardError, NoAnswer, PortError: of the requests; the recording was removed, or `trace` says that not.
     """
     first = Moment.of(logger.status, logger.now_s)
+    # Half a round trip back: the status is of some moment between request and answer.
     computer_unix_s = unix_s() - (first.had_s - first.asked_s) / 2
     status, settings = first.status, logger.settings().settings
     since = _recording_since(logger, status)
     card: Trial | RunningRecording | Missing
+    # A recording that runs already is watched and never ended.
     if status.state == LoggerState.RECORDING:
         live = _live(logger, advance)
         card = _running_logger(status, logger.status(), settings)
@@ -86,6 +89,7 @@ def ask_logger(
         card, live = reason, _live(logger, advance)
     else:
         card, live = trial_recording(logger, status, trace, lambda: _live(logger, advance))
+    # After the trial: late ticks and clock pace then cover the whole preflight.
     last = Moment.of(logger.status, logger.now_s)
     return LoggerAnswers(first, last, computer_unix_s, settings, live, card, since, trace.left)
 
@@ -93,19 +97,27 @@ def ask_logger(
 def _no_trial(status: msg.LoggerStatusReply, unnoted_landing: bool) -> Missing | None:
     """Why no recording may be made now; None: one may."""
     if status.ram_holds_drop:
-        return Missing("No recording was made: it would cost the drop in RAM.", "tfsat-host log fetch ram")
+        return Missing(
+            "No recording was made: it would cost the drop in RAM.", Advice(NextStep("log fetch", ("ram",)))
+        )
     if status.state == LoggerState.FAILED:
         return Missing(
             "No recording was made: the last one failed, and RAM still has its newest seconds.",
-            "tfsat-host log fetch ram if they matter; then switch the logger off and on.",
+            Advice(NextStep("log fetch", ("ram",)), " if they matter; then switch the logger off and on."),
         )
     if status.state == LoggerState.STOPPING:
         return Missing("The logger still closes its last recording.", "Wait, then run this preflight again.")
+    # The logger remembers the landing of its last recording only.
     if unnoted_landing:
         return Missing(
             "No recording was made: the logger would forget the landing of its last one, which is not in the "
             "certificate yet.",
-            "tfsat-host log fetch all, then tfsat-host decode of it next to the certificate.",
+            Advice(
+                NextStep("log fetch", ("all",)),
+                ", then ",
+                NextStep("decode"),
+                " of it next to the certificate.",
+            ),
         )
     if status.card != CardState.READY:
         return Missing("No recording was made: the card takes none.", "See card and card-room.")
@@ -122,6 +134,7 @@ def _recording_since(logger: LoggerClient, status: msg.LoggerStatusReply) -> dat
     try:
         entries = logger.logs()
     except BoardError:
+        # No list, no date: the caller then assumes any time since the power came on.
         return None
     began_us = [
         entry.wall_clock_us for entry in entries if entry.session == status.session and entry.wall_clock_us
@@ -142,7 +155,7 @@ def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
     if not samples:
         return Missing(
             f"The logger sent no live sample in {WATCH_S:g} s.",
-            "tfsat-host status; switch the logger off and on, then run this preflight again.",
+            Advice(NextStep("status"), "; switch the logger off and on, then run this preflight again."),
         )
     return LiveSamples(
         Counts.from_live(samples, reply), np.array([sample.index for sample in samples], dtype=np.int64)
@@ -157,7 +170,7 @@ def _running_logger(
     if after.phase != DropPhase.WAITING:
         return Missing(
             "The recording that runs holds a drop already, and closes automatically.",
-            "tfsat-host record stop, then run this preflight again.",
+            Advice(NextStep("record stop"), ", then run this preflight again."),
         )
     return RunningRecording(
         after.session,
@@ -194,6 +207,7 @@ def trial_recording(
     try:
         try:
             logger.start_recording()
+            # Fails where the card takes no block at all, before seconds of samples are waited for.
             logger.wait_for_card()
             live = meanwhile()
             trial = _judge_trial(logger, logger.stop_recording())
@@ -202,10 +216,12 @@ def trial_recording(
         except TfsatError as error:
             trial = Failed(f"A recording failed. {error.what} {error.meaning}".strip(), error.next_step)
     finally:
+        # Assume the worst first: this stays if the removal itself raises.
         trace.left = (
             "A recording of this preflight is still on the logger: the link broke before it was removed."
         )
         trace.left = _remove(logger, before.session)
+    # The recording failed before any live samples: take them now, as other checks need them.
     return trial, meanwhile() if live is None else live
 
 
@@ -221,6 +237,7 @@ def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
             meaning="The card forgets what it was given.",
             next_step="Put in another card.",
         )
+    # Read back from the card: a counterfeit one acknowledges blocks that it does not keep.
     image = logger.fetch_whole(entry)
     with tempfile.TemporaryDirectory(prefix="tfsat-preflight-") as folder:
         file = Path(folder) / "trial.bin"
@@ -228,6 +245,7 @@ def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
         try:
             log = load(file)
         except LogError:
+            # Nothing can be decoded: every sample and every block counts as lost.
             return Trial(
                 UNREADABLE,
                 stopped.samples,
@@ -244,6 +262,7 @@ def _judge_trial(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
         log.blocks_lost,
         log.duration_s,
     )
+    # Stalls and the ring's peak stand in the footer only.
     if (footer := log.footer) is None:
         return trial
     return replace(
@@ -264,6 +283,7 @@ def _remove(logger: LoggerClient, session_before: int) -> str:
         if status.session == session_before:
             return ""  # it never began
         if status.state == LoggerState.FAILED:
+            # The card has failed and RAM goes on: end that without waiting for the card.
             logger.end_capture()
         elif status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
             logger.stop_recording()

@@ -37,6 +37,7 @@ def show_evaluation(
     write_labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
     bullets(reasons_of(evaluation, verdict), out)
     out.line()
+    # Strokes have a table of their own below.
     show_quantities((quantity for quantity in key_numbers_of(evaluation) if quantity.group != "Strokes"), out)
     turn = evaluation.reorientation
     axes = {"Rotation vector x, y, z": turn.rotation_vector_rad, "Euler angles z, y, x": turn.euler_zyx_rad}

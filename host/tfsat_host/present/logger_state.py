@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.devices.logger import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.sequencer_state import Rows, switch_words, switches_closed
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
@@ -24,7 +25,9 @@ _PHASES = {
     DropPhase.FALLING: "RELEASED",
     DropPhase.LANDED: "landed",
 }
-RAM_HOLDS_DROP = "HOLDS A DROP THAT NO CARD HAS: keep the power on, and: tfsat-host log fetch ram"
+RAM_HOLDS_DROP = Advice(
+    "HOLDS A DROP THAT NO CARD HAS: keep the power on, and: ", NextStep("log fetch", ("ram",))
+)
 
 
 def _present(status: LoggerStatusReply) -> list[bool]:
@@ -34,6 +37,7 @@ def _present(status: LoggerStatusReply) -> list[bool]:
 def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
     """State, card, sensors, switches, the recording, the clock. Raises what its requests raise."""
     status = board.status()
+    # A clock that was never set reads 0: that is no error of decades.
     clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
     refusal = recording_in_danger(status)
     state = {
@@ -58,6 +62,7 @@ def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
         ("  clock", _clock_words(status.unix_us, clock_error_s)),
     ]
     if status.ram_holds_drop:
+        # Right below the state: with the power this drop is lost.
         rows.insert(1, ("  RAM", RAM_HOLDS_DROP))
     return rows
 
@@ -67,9 +72,10 @@ def attention(status: LoggerStatusReply) -> list[str]:
 
     RAM_HOLDS_DROP is another.
     """
+    # What was dropped comes before what might be recorded next.
     drop = drop_in_danger(status)
     if drop is not None:
-        return [" ".join(drop)]
+        return [Advice(f"{drop.meaning} ", drop.next_step)]
     refusal = None if status.ram_holds_drop else recording_in_danger(status)
     return [] if refusal is None else [" ".join((refusal.what, refusal.meaning))]
 
@@ -93,9 +99,11 @@ def idle_part(status: LoggerStatusReply, index: int) -> str | None:
 def _imu_words(status: LoggerStatusReply) -> str:
     words = []
     for body, who_am_i in enumerate(status.who_am_i, 1):
+        # Bit by body: the logger has found the part and measures with it.
         if status.imu_present >> (body - 1) & 1:
             words.append(f"{body} {IMU_PARTS[who_am_i].name}" if who_am_i in IMU_PARTS else f"{body} ok")
         elif who_am_i and who_am_i not in IMU_PARTS:
+            # Something answers at this address, with an identity that is none of the known parts'.
             words.append(f"{body} FOREIGN (WHO_AM_I 0x{who_am_i:02x}: no part that the logger knows)")
         elif part := idle_part(status, body - 1):
             words.append(f"{body} NOT MEASURING ({part})")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.devices.logger import card_is_bad, file_was_full, state_words
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice
 from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
 from tfsat_host.present.sequencer_state import SEQUENCER, explain_code, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
@@ -79,13 +80,14 @@ def one_line(t_s: float, watched: WatchedBoards) -> str:
     if (logger := watched.logger) is not None:
         parts += [_join_rows(_logger(logger)), *attention(logger.status)]
         if logger.status.ram_holds_drop:
-            parts.append(f"RAM {RAM_HOLDS_DROP}")
+            parts.append(Advice("RAM ", RAM_HOLDS_DROP))
         if (reading := logger.reading) is not None:
             bodies = enumerate(reading.bodies)
             rates = "; ".join(f"{i + 1} {_rates(body, idle_part(logger.status, i))}" for i, body in bodies)
             parts.append(f"rates/(deg/s) {rates}")
             parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
-    return " | ".join(parts)
+    first, *others = parts
+    return Advice(first, *(piece for part in others for piece in (" | ", part)))
 
 
 def _join_rows(rows: list[Row]) -> str:
@@ -100,6 +102,7 @@ def _rates(body: BodyRate, idle: str | None) -> str:
 
 def _joints(angles: tuple[JointReading, ...]) -> str:
     words = []
+    # Groupby joins neighbours: the sensors come joint by joint.
     for joint, sensors in groupby(angles, key=lambda sensor: sensor.joint):
         angle_texts = (f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING" for sensor in sensors)
         words.append(f"{joint} {' / '.join(angle_texts)}")
@@ -173,7 +176,7 @@ def _alarms(watched: WatchedBoards) -> list[str]:
         if not file_was_full(status):
             texts += _error("LOGGER ERROR", status.error)
         if status.ram_holds_drop:
-            texts.append(f"RAM {RAM_HOLDS_DROP}")
+            texts.append(Advice("RAM ", RAM_HOLDS_DROP))
         if card_is_bad(status):
             texts.append(f"CARD {card_words(status)}")
         if status.samples_dropped:
@@ -190,11 +193,13 @@ def fit_blocks(blocks: list[Block], height: int) -> list[Block]:
     """
     lines_left = height
     chosen_indices: set[int] = set()
+    # By rank; the sort is stable, so that among equals the upper ones win.
     for index in sorted(range(len(blocks)), key=lambda index: blocks[index].rank):
         if blocks[index].rank == ALWAYS or len(blocks[index].lines) <= lines_left:
             chosen_indices.add(index)
             lines_left -= len(blocks[index].lines)
     chosen_blocks = [blocks[index] for index in sorted(chosen_indices)]
+    # What is always shown may have overdrawn the height: then cut it from below, but for its last line.
     if lines_left >= 0:
         return chosen_blocks
     lines = [Block(ALWAYS, (line,), block.style) for block in chosen_blocks for line in block.lines]
@@ -267,6 +272,7 @@ def _error(name: str, code: ErrorCode) -> list[str]:
 
 
 def _sensor_alarms(reading: Reading, status: LoggerStatusReply) -> list[str]:
+    # A body is silent in two ways: nothing answers, or a part answers and does not measure.
     silent = {i: idle_part(status, i) for i, body in enumerate(reading.bodies) if not body.valid}
     missing = [f"gyro {i + 1}" for i, part in silent.items() if part is None]
     idle = [f"gyro {i + 1} ({part})" for i, part in silent.items() if part is not None]
@@ -284,6 +290,7 @@ def _table(reading: Reading, status: LoggerStatusReply) -> tuple[str, ...]:
     right = [_sensor(sensor) for sensor in reading.angles]
     head = _BODY.format("body", "x / deg/s", "y / deg/s", "z / deg/s", "gyro")
     head += _JOINT.format("joint", "angle/deg", "read/deg", "sensor")
+    # Fewer bodies than sensors: fill up the shorter side.
     rows = zip_longest(body_lines, right, fillvalue="")
     return (head, *(body.ljust(len(_NO_BODY)) + sensor for body, sensor in rows))
 

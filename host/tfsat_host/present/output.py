@@ -14,6 +14,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TextIO
 
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import printable
 from tfsat_host.present.wrapping import stream_columns, wrap_line
 
@@ -41,6 +42,7 @@ class Output:
         stdin: Where answers come from.
 
     Attributes:
+        complete_command: Adds what the running command was given to a command that is shown as advice.
         stdout_error: Why a part of the result could not be written; None: all of it was.
         stderr_error: Likewise, of the diagnostics.
     """
@@ -60,6 +62,7 @@ class Output:
         self._stderr = stderr or sys.stderr
         self._stdin = stdin or sys.stdin
         self._result_given = False
+        self.complete_command: Callable[[NextStep], NextStep] = lambda step: step
         self.stdout_error: OSError | None = None
         self.stderr_error: OSError | None = None
 
@@ -95,7 +98,7 @@ class Output:
         if not self.json_mode:
             columns = None if no_wrap else stream_columns(self._stdout)
             with self._writing_stdout():
-                print("\n".join(_rows(_visible(text), columns)), file=self._stdout)
+                print("\n".join(_rows(_visible(self._complete(text)), columns)), file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
         """Write a table of the result for people; nothing with `--json`. Numbers are aligned right.
@@ -111,6 +114,7 @@ class Output:
 
         listed = list(rows)
         cells = [[_cell(value) for value in row] for row in listed]
+        # A column is aligned right if all of its cells are numbers.
         numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]
         texts = [
             [
@@ -122,6 +126,7 @@ class Output:
         heads = [Text(_visible(name)) for name in columns]
         console = self._console(self._stdout)
         with self._writing_stdout():
+            # Rich pads lines to its width: capture them, to write them without spaces at the end.
             with console.capture() as captured:
                 console.print(table_of(heads, texts, numeric, _visible(title), console.width))
             print("\n".join(map(str.rstrip, captured.get().splitlines())), file=self._stdout)
@@ -162,6 +167,7 @@ class Output:
 
     def error(self, error: TfsatError) -> int:
         """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
+        # One JSON object for each command: an error after the result goes to stderr as text.
         if self.json_mode and not self._result_given:
             self._result_given = True
             from tfsat_host.json_values import error_as_dict
@@ -169,7 +175,7 @@ class Output:
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
         self._tell(f"{error.what}{_code_text(error)}", "Error: ", "1;31")
-        for text in filter(None, (error.meaning, error.next_step)):
+        for text in filter(None, (error.meaning, self._complete(error.next_step))):
             self._tell("  " + text.replace("\n", "\n  "))
         return error.exit_code
 
@@ -193,6 +199,7 @@ class Output:
                 next_step="Run it in a terminal, or add --yes.",
             )
         print(_visible(prompt), end="", file=self._stderr, flush=True)
+        # The end of input reads as an empty line, which accepts nothing.
         if self._stdin.readline().strip().lower() not in accept:
             raise NotConfirmed(
                 what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
@@ -208,6 +215,7 @@ class Output:
             yield lambda _amount: None
             return
         if not self._stderr.isatty():
+            # No terminal: a bar's control sequences would litter a log file.
             self.note(f"{description} …")
             yield lambda _amount: None
             return
@@ -232,7 +240,8 @@ class Output:
         from tfsat_host.json_values import jsonable
 
         with self._writing_stdout():
-            print(json.dumps(jsonable(data), allow_nan=False), file=self._stdout)
+            # NaN is null by now; should one be left, fail rather than write what is no JSON.
+            print(json.dumps(jsonable(data, self._complete), allow_nan=False), file=self._stdout)
 
     def _console(self, stream: TextIO) -> Console:
         from rich.console import Console
@@ -242,7 +251,7 @@ class Output:
 
     def _tell(self, text: str, mark: str = "", sgr: str = "") -> None:
         """Print to stderr, wrapped on a terminal."""
-        rows = _rows(f"{mark}{_visible(text)}", stream_columns(self._stderr))
+        rows = _rows(f"{mark}{_visible(self._complete(text))}", stream_columns(self._stderr))
         if mark and _has_color(self._stderr):
             rows[0] = rows[0].replace(mark.rstrip(), f"\x1b[{sgr}m{mark.rstrip()}\x1b[0m", 1)
         try:
@@ -250,7 +259,11 @@ class Output:
         except BrokenPipeError:
             raise
         except OSError as error:
+            # A full disk under stderr must not end the command: keep the first error for its end.
             self.stderr_error = self.stderr_error or error
+
+    def _complete(self, text: str) -> str:
+        return text.with_commands(self.complete_command) if isinstance(text, Advice) else text
 
     @contextlib.contextmanager
     def _writing_stdout(self) -> Iterator[None]:
@@ -261,6 +274,7 @@ class Output:
         try:
             yield
         except BrokenPipeError:
+            # The reader has gone, as with `| head`: nobody wants the rest.
             raise
         except OSError as error:
             self.stdout_error = self.stdout_error or error
@@ -294,6 +308,7 @@ def _visible(text: str) -> str:
 
 def _cell(value: object) -> tuple[str, bool]:
     """Return a cell's text and whether it is a number."""
+    # Before int, which bool is a kind of.
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "–"}[value], False
     if isinstance(value, int | float):

@@ -103,6 +103,7 @@ def _verdict_words(facts: Facts) -> str:
         return "complete: nothing is missing"
     if facts["verdict"] == "damaged":
         return "damaged: something inside is missing or contradictory; every value that is given is right"
+    # A recording may lack its beginning, its end (which its footer marks), or both.
     starts_late = any(gap["late_start"] for gap in facts["gaps"])
     missing = [word for word, is_so in (("before", starts_late), ("after", facts["footer"] is None)) if is_so]
     return (
@@ -118,9 +119,11 @@ def event_words(event: Facts) -> str:
         return "RELEASE" if arg else "both switches closed again: that release was none"
     if name == "landing":
         return f"LANDING, a shock of {value / 1000:.1f} g" if arg else "landed, by the time since the release"
+    # A code that this release does not know, of newer firmware, is shown by its number.
     cause = REMEDIES[ErrorCode(arg)][0].rstrip(".") if arg in set(ErrorCode) else f"error {arg}"
     if arg == ErrorCode.SENSOR_FOREIGN and value:
         cause += f" (WHO_AM_I 0x{value:02x})"
     number, state = event["index"] + 1, "opened" if arg else "closed"
     text = _EVENTS.get(name, name)
+    # Each text takes the fields that it names.
     return text.format(number=number, state=state, fill=_FILLS.get(arg, "all"), value=value, cause=cause)

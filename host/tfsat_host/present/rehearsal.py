@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
 from tfsat_host.quantity import Column, Columns, plus_minus
@@ -64,6 +64,7 @@ def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
     imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
     robot = f"seed {result['seed']} of {printable(result['robot']['file'])}, {imu}."
     _lines([("The robot:", robot), *_faults(result["faults"]), *_preflight(result)], out)
+    # One of three days: nothing was dropped, it fell without a recorded release, or it flew.
     if result["refused"]:
         _lines(_refusal_lines(result), out)
     elif result["no_release"]:
@@ -81,7 +82,7 @@ def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
 
 def _lines(lines: Iterable[Line], out: Output) -> None:
     for label, text in lines:
-        out.line(f"{label:<{_WIDTH}}{text}")
+        out.line(Advice(f"{label:<{_WIDTH}}", text))
 
 
 def _faults(faults: Sequence[Json]) -> Iterator[Line]:
@@ -113,6 +114,7 @@ def _came_of(fault: Json) -> str:
         return " It was not." if did else " It WAS."
     if did:
         return " It did."
+    # A fault that lets the robot do less overruled this one: judge the day by that.
     if fault["outcome"] != fault["outcome_of_all"] and fault["all_came_of_it"]:
         return f" It did not, for another fault: with that it {fault['outcome_of_all']}, and it did."
     moved = ", ".join(f"{moved:.1f}" for moved in fault["joints_moved_true_deg"])
@@ -181,7 +183,7 @@ def _no_release(facts: Json, folder: Path, still_deg: float) -> Iterator[Line]:
             "Next:",
             "find out why nothing more was kept: card and supply of the logger, robot disarmed:",
         )
-        yield "", "tfsat-host status, tfsat-host log list"
+        yield "", Advice(NextStep("status"), ", ", NextStep("log list"))
         return
     for switch in facts["switches"]:
         edges = switch["edges_s"]
@@ -189,8 +191,8 @@ def _no_release(facts: Json, folder: Path, still_deg: float) -> Iterator[Line]:
         end = "open" if switch["open_at_the_end"] else "closed"
         yield "What the logger saw:", f"switch {switch['switch']} {times}, and was {end} at the end."
     yield "Next:", "both switches must be open for 5 ms. Press and let go of each, robot disarmed,"
-    yield "", "and watch them: tfsat-host monitor. Their edges in this recording:"
-    yield "", f"tfsat-host decode {shlex.quote(str(folder / 'SD.bin'))}"
+    yield "", Advice("and watch them: ", NextStep("monitor"), ". Their edges in this recording:")
+    yield "", Advice(NextStep("decode", (str(folder / "SD.bin"),)))
 
 
 def _moved_text(moved_deg: Sequence[float], still_deg: float) -> str:
@@ -245,6 +247,7 @@ def _show_quick_look(result: Json, out: Output) -> None:
     rows = [
         {
             "scheduled_s": stroke["t_s"],
+            # A run that ended early has fewer strokes in the log than in the schedule.
             "logged_s": logged[i] if i < len(logged) else None,
             "joint": stroke["joint"],
             "commanded_deg": stroke["angle_deg"],
@@ -285,9 +288,10 @@ def _after(result: Json) -> Iterator[Line]:
             "",
             f"Both switches opened and closed again for good {times}: no release, and nothing moved for it.",
         )
+    # An armed robot moves as soon as both switches open: whoever takes it out of the tower must know.
     if state == "armed":
         yield "", "STILL ARMED: its servos would move when both switches open. First of all:"
-        yield "", "tfsat-host disarm"
+        yield "", Advice(NextStep("disarm"))
 
 
 def _evaluation(result: Json) -> Iterator[Line]:
@@ -351,6 +355,7 @@ def show_series(result: Json, spread: Sequence[Any], table: Path, again: str, ou
         )
     for name, times in result["no_go"].items():
         out.line(f"Preflight said NO-GO by {name} {times} times.")
+    # Three show the pattern; the table has all.
     for refusal in result["refused"][:3]:
         out.line(f"Drop {refusal['number']} was not let go: {refusal['why']}")
     out.line(f"Each drop: {table}; one of them again, with its seed from there:")

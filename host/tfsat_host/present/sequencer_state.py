@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
 from tfsat_host.devices.last_run import LastRun, Onset, StrokeStatus, last_run
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import refusal_name
 from tfsat_host.present.stored_settings import (
     maneuver_as_dict,
@@ -42,13 +42,12 @@ RUN: Columns = (
 """For JSON: the release, and each stroke with its schedule; null where that is not known."""
 MAX_RESETS = 255
 """As many as the board counts."""
+# Typical levels of the ATmega32U4's BODLEVEL fuses, from 000 on.
 BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
 """By the brown_out_level of the board's status; None: the detector is off."""
 NOTHING_AGAINST_IT = "nothing stands against it"
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
 _ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
-_SENDS_TO_STATUS = re.compile(r" \(tfsat-host status[^)]*\)")
-"""An aside of the remedies for other commands' readers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,26 +70,28 @@ class SelfReport:
             board.settings(),
         )
         refusal = None
+        # Foretell by the board's own rules what ARM would refuse; an armed board has passed them.
         if status.state not in _ARMED_ALREADY:
             refusal = arm_refusal(status, maneuver, settings.settings)
-            if refusal is not None:
-                refusal.next_step = _here(refusal.next_step)
         return cls(status, maneuver, settings, last_run(report, status, maneuver), refusal)
 
 
 def _attention(status: SequencerStatusReply) -> Iterator[str]:
     """Yield the urgent warnings, one text each."""
     armed = status.state == SequencerState.ARMED
+    # One open switch is half of a release.
     if armed and status.switches_open:
-        yield (
+        yield Advice(
             f"It is ARMED with {open_switches(status.switches_open)} open: the maneuver starts when both are. "
-            "Stand clear and close it, or: tfsat-host disarm"
+            "Stand clear and close it, or: ",
+            NextStep("disarm"),
         )
     if armed and status.false_releases:
         yield (
             f"Since it was armed both switches opened and closed again for good {_times(status.false_releases)}: "
             "no release, nothing moved, and the next one flies all strokes. Find out what jolts the robot."
         )
+    # A board that is armed again after a reset hides it: its count is all that shows.
     if status.resets_while_armed:
         most = f"{MAX_RESETS} times or more"
         count = most if status.resets_while_armed >= MAX_RESETS else _times(status.resets_while_armed)
@@ -98,6 +99,7 @@ def _attention(status: SequencerStatusReply) -> Iterator[str]:
             f"It restarted {count} while armed{' and is ARMED again' if armed else ''}; the last cause: "
             f"{_cause(status)}. Find out why before the drop: a restart during the fall ends the maneuver."
         )
+    # Only the highest level comes near the 4.5 V that 16 MHz needs.
     level_v = BROWN_OUT_V[status.brown_out_level]
     if level_v != BROWN_OUT_V[0]:
         resets = "never resets" if level_v is None else f"resets below {level_v} V only"
@@ -120,6 +122,7 @@ def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
 
 def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     status = report.status
+    # Natively run, the core has no image, no stack of its own and no fuses: null below.
     stores = store_defects(status.stores_damaged)
     return {
         **record(_STATE, status),
@@ -144,12 +147,7 @@ def explain_code(code: ErrorCode) -> dict[str, str | int] | None:
     if code == ErrorCode.NONE:
         return None
     what, meaning, next_step = REMEDIES[code]
-    return {"number": int(code), "what": what, "meaning": meaning, "next_step": _here(next_step)}
-
-
-def _here(next_step: str) -> str:
-    """Adapt a remedy to a reader of `status`: drop the advice to run `status`."""
-    return _SENDS_TO_STATUS.sub("", next_step)
+    return {"number": int(code), "what": what, "meaning": meaning, "next_step": next_step}
 
 
 def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
@@ -166,7 +164,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     rows += [("  ATTENTION", text) for text in _attention(status)]
     if status.fault != ErrorCode.NONE:
         what, meaning, cure = REMEDIES[status.fault]
-        rows += [("  fault", what), ("    means", meaning), ("    cure", _here(cure))]
+        rows += [("  fault", what), ("    means", meaning), ("    cure", cure)]
     if status.state in _MAY_BE_ARMED:
         rows.append(("  arming", _arming_text(report.refusal)))
     if status.last_refusal != ErrorCode.NONE:
@@ -189,10 +187,11 @@ def _arming_text(refusal: BoardError | None) -> str:
     if refusal is None:
         return NOTHING_AGAINST_IT
     if refusal.code == ErrorCode.FAULT_LATCHED:
-        return (
-            f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: tfsat-host disarm"
+        return Advice(
+            f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: ",
+            NextStep("disarm"),
         )
-    return f"would be refused ({refusal_name(refusal.code)}). {refusal.what} {refusal.next_step}"
+    return Advice(f"would be refused ({refusal_name(refusal.code)}). {refusal.what} ", refusal.next_step)
 
 
 def _refused_then(code: ErrorCode) -> str:
@@ -212,6 +211,7 @@ def _commanded_text(status: SequencerStatusReply) -> str:
     angles_deg = _joint_angles_deg(status)
     if not status.servos_driven:
         return "limp"
+    # A jog drives the servos that it moves, and no others.
     if status.state == SequencerState.JOGGING:
         moved = ", ".join(
             f"joint {joint} is moved, commanded to {angle_deg:g}°"
@@ -277,6 +277,7 @@ def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
             "; ".join([_release_text(run), *_extent(run, state), f"{run.bounces} edges of bounce"]),
         )
     ]
+    # Bounce may be read as two releases: say how far off the origin of all times may be.
     if run.earlier_us or run.later_us:
         rows.append(
             (
@@ -318,6 +319,7 @@ def _extent(run: LastRun, state: SequencerState) -> list[str]:
     missed = [f"{run.missed} of {planned} strokes MISSED"] if run.missed else []
     if state == SequencerState.RUNNING:
         return [f"{begun} of {planned} strokes so far", *missed]
+    # Every stroke is accounted for: the run came to its end.
     if begun + run.missed == planned:
         return missed
     if begun == 0:

@@ -22,6 +22,7 @@ _STROKES: Columns = (
 _MANEUVER: Columns = (
     Column("origin"),
     Column("strokes", columns=_STROKES),
+    # Round an exact fraction: a binary quotient may fall on the wrong side of a half.
     Column("end_s", of=lambda stored: round(Fraction(stored.end_us, US_PER_S) * 100) / 100),
     Column("end_us"),
     Column("crc", of=lambda stored: f"{stored.crc:04x}"),

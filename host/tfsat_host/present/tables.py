@@ -28,6 +28,7 @@ def table_of(
     room = width - _TABLE_EDGES - _TABLE_GAP * (len(columns) - 1)
     widths = _widths([columns, *rows], room)
     if widths is None:
+        # Too wide: standard deviations on lines of their own make columns narrower.
         rows = [[_std_below(cell) for cell in row] for row in rows]
         widths = _widths([columns, *rows], room)
     if widths is None:
@@ -49,6 +50,7 @@ def _blocks(columns: Sequence[Text], rows: Sequence[Sequence[Text]], title: str,
         table.add_column(overflow="fold", width=fitting)
     for number, (name, cell) in enumerate(pairs, 1):
         table.add_row(name, cell)
+        # An empty line after each row's block.
         if number % len(columns) == 0:
             table.add_row()
     return table
@@ -74,6 +76,7 @@ def _widths(rows: Sequence[Sequence[Text]], room: int) -> list[int] | None:
     if sum(least) > room:
         return None
     while sum(widths) > room:
+        # Take from the widest; first from columns that only their head makes wide.
         narrower = (i for i, width in enumerate(widths) if width > least[i])
         widths[max(narrower, key=lambda i: (widths[i] > below[i], widths[i]))] -= 1
     return widths

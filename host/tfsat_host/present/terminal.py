@@ -74,6 +74,7 @@ def write_labelled(label: str, text: str, out: Output) -> None:
     Further lines begin below its text, or below the label if that leaves no room.
     """
     width = _width()
+    # A narrow terminal leaves no column beside the label: go on below it.
     indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
     first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
     for line in _wrap_text(text, width, first, " " * indent):
@@ -134,6 +135,7 @@ class Narration:
         """Advance the bar of this name by so many marks."""
         if bar != self._bar:
             self._end()
+            # One bar at a time: entering the next one's context takes the place of the last.
             progress = self._out.progress(f"{self._program}: {bar}", total=self._marks)
             self._bar, self._advance = bar, self._stack.enter_context(progress)
         self._advance(marks)

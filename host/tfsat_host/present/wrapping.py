@@ -45,6 +45,7 @@ def wrap_line(line: str, columns: int) -> list[str]:
         return [line]
     label = _LABEL.match(line)
     first = label[0] if label is not None else ""
+    # Beside a long label hardly a word would fit: hang from the line's own indentation.
     if columns - len(first) < _MIN_TEXT_COLUMNS:
         first = line[: len(line) - len(line.lstrip())]
     hang = len(first) if first.strip() else len(first) + 2
@@ -62,6 +63,7 @@ def fill_lines(text: str, columns: int, first: str = "", others: str = "") -> li
     """
     lines, line = [], first
     is_empty = True
+    # Greedy: as many chunks to a line as fit; one that is too long has its own.
     for chunk in unbreakable_chunks(text.split()):
         if not is_empty and len(line) + 1 + len(chunk) > columns:
             lines.append(line.rstrip())
@@ -76,6 +78,7 @@ def unbreakable_chunks(words: Iterable[str]) -> list[str]:
     chunks: list[str] = []
     is_command = is_value = False
     listed = list(words)
+    # Two states: within a command until a word ends it by punctuation, and just behind a ±.
     for word, following in zip(listed, [*listed[1:], ""], strict=False):
         if chunks and (
             _continues_command(chunks[-1], word, following) if is_command else word == "±" or is_value
@@ -96,6 +99,7 @@ def _continues_command(command: str, word: str, following: str) -> bool:
     """
     before = command.split()
     is_action = len(before) <= 2 and _ACTION.match(word.rstrip(".,;:)")) is not None
+    # `tfsat-host status` is whole, `tfsat-host log` wants another word.
     if len(before) == 2 and not _takes_action(before[1]):
         is_action = False
     return (

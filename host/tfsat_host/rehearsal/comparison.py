@@ -63,6 +63,7 @@ def compare_with_truth(
     if drop.released_s is None:
         return ()
     truth_rows = drop.truth.copy()
+    # From the rehearsal's clock to times after the release, as the evaluation has them.
     truth_rows[:, _T] -= drop.released_s
     return (
         _reorientation(evaluation, truth_rows),
@@ -74,8 +75,10 @@ def compare_with_truth(
 
 def turned_rad(truth_rows: FloatArray, first_s: float, last_s: float) -> float:
     """Angle by which body 1 turned between two times of rows of truth."""
+    # Nearest rows: the truth has one each millisecond.
     rows = [int(np.abs(truth_rows[:, _T] - t_s).argmin()) for t_s in (first_s, last_s)]
     start, end = Rotation.from_quat(truth_rows[rows, 4:8])
+    # Rotation from one attitude to the other, whatever its axis.
     return float((start.inv() * end).magnitude())
 
 
@@ -91,6 +94,7 @@ def _reorientation(evaluation: Evaluation, truth_rows: FloatArray) -> EstimateAn
 
 def _rates(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[EstimateAndTruth]:
     first_s = min((stroke.scheduled_s for stroke in evaluation.strokes), default=float(truth_rows[-1, _T]))
+    # Between the release and the first stroke no joint moves: the mean is the rate that is evaluated.
     quiet = (truth_rows[:, _T] > _AFTER_RELEASE_S) & (truth_rows[:, _T] < first_s - _BEFORE_STROKE_S)
     initial = evaluation.initial_rates[0]
     numbers = np.rad2deg(
@@ -101,13 +105,16 @@ def _rates(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[EstimateA
 
 
 def _strokes(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[EstimateAndTruth]:
+    # The log's time if it has one: that is when the sequencer began the stroke.
     begins = [
         (stroke, stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s)
         for stroke in evaluation.strokes
     ]
     for stroke, begin_s in begins:
+        # A stroke is over at the latest when the same joint begins its next one.
         later = [other_s for other, other_s in begins if other.joint == stroke.joint and other_s > begin_s]
         until_s = min([*later, float(evaluation.motion.t_s[-1])])
+        # Without a size and its standard deviation there is nothing to compare.
         if not stroke.moved or stroke.unfinished or not np.isfinite(stroke.size_std_rad):
             continue
         angle = truth_rows[:, _JOINTS][:, stroke.joint - 1]
@@ -123,6 +130,7 @@ def _offsets(evaluation: Evaluation, truth: Truth, filed: RobotModel) -> Iterato
     if not evaluation.gives("offsets") or not evaluation.gives():
         return
     fit = evaluation.explained.fit
+    # In mm, as the fit's parameters; each is a direction onto which the true offset is projected.
     true = 1e3 * (truth.model.com_m - filed.com_m)
     for parameter, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
         if parameter.kind == "com":

@@ -149,20 +149,24 @@ def begin_day(
     Raises:
         CalibrationError: the robot did not rest.
     """
+    # The bench takes only the logger; without power the sequencer gives its servos no pulses.
     robot.set_power(BoardIndex.SEQUENCER, False)
     robot.advance(SETTLE_US)
+    # A certificate of the sensors as they were then: a change since the calibration is not in it.
     calibration = careful_certificate(filed, truth.calibrated or truth.imperfections, truth.seed, CALIBRATED)
     recordings: dict[str, bytes] = {}
     if bench:
         rested = _record_rest(robot)
         data, file = to_bytes(rested), file_name(rested)
         recordings[file] = data
+        # Measured biases take the place of the drawn ones, with their raw data, and are drawn no longer.
         calibration = replace(
             with_measured(calibration, [rested], filed),
             papers=(Paper(rested.step.key, rested.taken, file, sha256(data)),),
             written=_clock(robot),
             drawn=tuple(name for name in calibration.drawn if name != "bias"),
         )
+    # Hang it up before power comes: both switches are closed when the sequencer starts.
     robot.seat()
     robot.set_power(BoardIndex.SEQUENCER, True)
     robot.advance(SETTLE_US)
@@ -176,6 +180,7 @@ def _record_rest(robot: EmulatedRobot) -> Rest:
     origin = origin_of_logger(logger.identity, logger.status().who_am_i)
 
     def fresh() -> Sequence[LiveSample]:
+        # Time passes only when samples are asked for, in pieces that the cable's buffer can hold.
         robot.advance(_PIECE_US)
         return logger.live_samples()
 
@@ -223,6 +228,7 @@ class Preflight:
         Raises:
             TfsatError: the sequencer is armed or moves.
         """
+        # The native core has no image whose CRC could be compared.
         none_named = Missing("no image was named.", "Name it with --logger-image.")
         image = none_named if self.image is None else Reference(load_image(self.image).crc, str(self.image))
         expected = Evidence(

@@ -21,6 +21,7 @@ from tfsat_host.devices.sequencer import StoredManeuver, Upload
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import day as days
@@ -122,6 +123,7 @@ def rehearse(
         TfsatError: without a fault and a preflight, whatever a board refuses.
     """
     for fault in faults:
+        # Hidden mismatches change the robot itself, so they come before it is made.
         truth = fault.apply(truth)
     with EmulatedRobot(
         truth.model,
@@ -136,6 +138,7 @@ def rehearse(
         def at(moment: Moment) -> None:
             for fault in faults:
                 if fault.moment is moment:
+                    # Take the time first: a strike may let time pass, or raise.
                     day.struck_s[fault.name] = robot.now_us / US_PER_S
                     fault.struck(day)
 
@@ -143,6 +146,7 @@ def rehearse(
         try:
             _made_ready(day, preflight, at, progress)
         except TfsatError as error:
+            # Only faults and a NO-GO explain a refusal: any other is an error of the caller or a bug.
             if not faults and not isinstance(error, NoGo):
                 raise
             refused = error
@@ -161,22 +165,27 @@ def _made_ready(
     """
     robot = day.robot
     at(Moment.POWERED)
+    # Five minutes of warming and wandering biases, at no cost of computing.
     robot.wait(PREPARING_S)
     progress("uploading, reading back")
     day.upload = day.sequencer.upload(day.schedule)
     at(Moment.UPLOADED)
     if preflight is not None:
         progress("preflight")
+        # The preflight dates the logger's recordings, for which the logger needs the time of day.
         day.logger.set_clock(round(day.unix_s() * US_PER_S))
         day.checked = preflight.run(day)
         if not day.checked.go and not preflight.despite:
             raise NoGo(day.checked.wrong)
     at(Moment.CHECKED)
     progress("recording in the releaser")
+    # The truth starts with the recording, so that every sample has one to be compared with.
     robot.record_truth(TRUTH_PERIOD_US)
     day.logger.start_recording(unix_us=round(day.unix_s() * US_PER_S))
+    # A recording that the card does not take would show only after the landing.
     day.logger.wait_for_card()
     at(Moment.RECORDING)
+    # A rest before the lift, against which the evaluation checks the biases.
     robot.advance(HANG_US)
     if day.arming:
         day.sequencer.arm()
@@ -186,11 +195,14 @@ def _made_ready(
 def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Progress) -> None:
     robot = day.robot
     progress("armed; cables pulled; the crane lifts, one switch is knocked")
+    # From here on no host can help: the boards fly by what they store.
     for board in BoardIndex:
         robot.set_cable(board, False)
+    # One switch alone is a knock: the sequencer must wait for both.
     robot.knock(1, KNOCK_US)
     robot.advance(HOOK_US // 2)
     at(Moment.LIFTED)
+    # The hook's minutes are compressed; in the seconds on either side both firmwares run.
     robot.wait(HOOK_S)
     robot.advance(HOOK_US - HOOK_US // 2)
     at(Moment.RELEASE)
@@ -198,6 +210,7 @@ def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Prog
     fall_us = round(FALL_S * US_PER_S)
     day.landed_us = landed_us = robot.now_us + fall_us
     robot.drop(truth.rate_rad_s.tolist())
+    # Step through the fall, stopping where faults may strike; one that took time itself is not waited for.
     for moment, t_us in (
         (Moment.FALLING, landed_us - fall_us + fall_us // 2),
         (Moment.BEFORE_LANDING, landed_us - GUARD_US),
@@ -217,6 +230,7 @@ def _until(robot: EmulatedRobot, t_us: int) -> None:
 def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
     """Cables plugged, power on, the recording closed, the card taken out."""
     robot, fell = day.robot, refused is None
+    # Undo what faults and the crane did: every board has its supply and its cable again.
     for board in BoardIndex:
         robot.set_power(board, True)
         robot.set_cable(board, True)
@@ -238,6 +252,7 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
             closed = isinstance(error, BoardError) and error.code is ErrorCode.NOT_RECORDING
             meaning = f"{error.meaning} {_LOST}" if closed else error.meaning
             day.setbacks.append(f"{error.what} {meaning}")
+            # A card that failed may have left the drop in the logger's RAM, as long as it keeps its power.
             ram = _fetched_ram(day)
     return Drop(
         card=ram or robot.card(),
@@ -271,7 +286,8 @@ def _fetched_ram(day: Day) -> bytes:
     entries = day.logger.wait_for_listing(RAM_TIMEOUT_S).entries
     entry = next(log_entry for log_entry in entries if log_entry.number == RAM)
     image = day.logger.fetch_whole(entry)
-    day.setbacks.append("The drop was fetched from the logger's RAM: tfsat-host log fetch ram.")
+    fetched = NextStep("log fetch", ("ram",))
+    day.setbacks.append(Advice("The drop was fetched from the logger's RAM: ", fetched, "."))
     return image
 
 
@@ -281,7 +297,9 @@ def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults
     It differs with whatever makes another drop, and repeats for the same drop.
     """
     image = b"" if hex_path is None else hex_path.read_bytes()
+    # A fault of size 0 changes nothing, so it must not change the ids either.
     names = tuple(fault.name for fault in faults if not fault.vain)
     rate = tuple(map(float, truth.rate_rad_s))
+    # Hash all that makes another drop; Python's own hash would differ from process to process.
     drop = repr((truth.seed, schedule.strokes, schedule.speed_cdeg_s, rate, truth.imu, names))
     return int.from_bytes(hashlib.sha256(drop.encode() + b"\0" + image).digest()[:8], "little")

@@ -57,6 +57,7 @@ def moments_of(words: str) -> tuple[Moment, ...]:
     if words == "any moment":
         return tuple(Moment)
     names = words.replace(" to ", ", ").split(", ") if words else []
+    # `a to b` gives both ends of a span of the day, a list each moment itself.
     ends = [Moment[name.upper().replace("-", "_")] for name in names]
     return between(*ends) if " to " in words else tuple(ends)
 
@@ -176,6 +177,7 @@ class Fault:
 
         Directions, signs and bodies are then the same whatever other faults there are.
         """
+        # CRC-32 instead of hash(), which differs from process to process.
         return np.random.default_rng([seed, 13, crc32(self.kind.encode())])
 
     @property

@@ -19,6 +19,7 @@ from tfsat_host.emulated.robot import US_PER_S, BoardIndex, Reset
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.quantity import Column, fields, records
 from tfsat_host.rehearsal.day import CALIBRATED, Day
 from tfsat_host.rehearsal.fault import AT, FAULT, OF, SIZE, Fault, Moment, Outcome, Size, moments_of, words_of
@@ -59,12 +60,14 @@ def _host_crash(day: Day) -> None:
         dying.upload(day.schedule)
     except PortError as error:
         day.setbacks.append(f"The upload broke off and was begun again: {error.what}")
+    # A new program connects; the day's own upload, which follows, begins again from the start.
     dying.close()
     day.reconnect()
 
 
 def _gone_on_the_hook(day: Day) -> None:
     day.robot.faults.card_stalls(FOREVER_US, 0)
+    # Longer than the ring buffer bridges: samples that follow find no room.
     day.robot.advance(BEYOND_THE_RING_S * US_PER_S)
 
 
@@ -135,6 +138,7 @@ def _do_nothing(*_: object) -> None:
 
 def _declare_fault(values: Mapping[str, Any]) -> Fault:
     name, (moment,) = values["name"], moments_of(values["moment"])
+    # A fault's table gives moments by outcome; turn that around.
     outcomes = {at: outcome for outcome in Outcome for at in moments_of(values.get(outcome.typed, ""))}
     return Fault(
         name,
@@ -171,6 +175,7 @@ def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:
             what="A fault is named twice.", meaning="Nothing was flown.", next_step="Name each fault once."
         )
     faults = tuple(map(fault_named, names))
+    # The emulator keeps one fault of each part: a second would silently replace the first.
     of_part: dict[str, Fault] = {}
     for fault in faults:
         part = fault.part or fault.kind
@@ -194,6 +199,7 @@ def fault_named(fault_text: str) -> Fault:
     Raises:
         UsageError: there is no such fault, size or moment, or the fault cannot be at that moment.
     """
+    # NAME=SIZE@MOMENT: split off the moment first, then the size; either may be missing.
     kind, at, when = fault_text.partition(AT)
     name, of, size = kind.partition(OF)
     fault = next((candidate for candidate in FAULTS if candidate.name == name), None)
@@ -201,7 +207,7 @@ def fault_named(fault_text: str) -> Fault:
         raise UsageError(
             what=f"There is no fault {name!r}.",
             meaning="Nothing was flown.",
-            next_step="See them all: tfsat-host rehearse --list-faults",
+            next_step=Advice("See them all: ", NextStep("rehearse", ("--list-faults",))),
         )
     if of:
         fault = _fault_of_size(fault, size)
@@ -228,11 +234,15 @@ def _fault_of_size(fault: Fault, size_text: str) -> Fault:
         raise UsageError(
             what=f"{fault.name} has no size: {fault.what}",
             meaning="Nothing was flown.",
-            next_step=f"Write {fault.name} alone; which faults have a size: tfsat-host rehearse --list-faults",
+            next_step=Advice(
+                f"Write {fault.name} alone; which faults have a size: ",
+                NextStep("rehearse", ("--list-faults",)),
+            ),
         )
     try:
         value = float(size_text)
     except ValueError:
+        # NaN is in no range, so it is refused below with the numbers that are not.
         value = nan
     if not 0.0 <= value <= own.most:
         raise UsageError(

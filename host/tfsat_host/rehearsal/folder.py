@@ -41,9 +41,11 @@ class Before:
 
         From here on `put_back` restores the mark and whatever is set or copied aside. Raises OSError.
         """
+        # Leftovers of a replacement that was whole and not cleaned up before the program ended.
         shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
         self._folder.mkdir(parents=True, exist_ok=True)
         self.waiting.mkdir()
+        # The mark goes first: with no hashes in place nothing in the folder passes for whole.
         self.set_aside(self._mark)
 
     def set_aside(self, path: Path) -> None:
@@ -59,6 +61,7 @@ class Before:
         place = self._place(path)
         if path.is_file() and not place.exists() and self.waiting.is_dir():
             place.parent.mkdir(parents=True, exist_ok=True)
+            # Rename when it is whole: a torn copy must never be put back over the original.
             half = place.with_name(f"{place.name}{_HALF}")
             shutil.copy2(path, half)
             half.replace(place)
@@ -85,6 +88,7 @@ class Before:
         Nothing is put back from here on.
         """
         if self.waiting.is_dir():
+            # One rename decides: before it everything can be put back, after it nothing.
             self.waiting.replace(self._folder / _REPLACED)
         shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
 
@@ -120,6 +124,7 @@ class ResultFolder:
             raise _refusal(
                 f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
             )
+        # Recover before the checks, which must see the folder as it was before a killed program came.
         self._recover()
         self._check()
         check_may_write(path / REHEARSED, marker=_FIRST_LINE.encode(), force=True)
@@ -127,6 +132,7 @@ class ResultFolder:
     def _check(self) -> None:
         """Refuse a folder in which files that no rehearsal made would be overwritten."""
         path = self.path
+        # A campaign's files are of real drops: not even --force overwrites those.
         if (path / DROP).exists():
             raise _refusal(
                 f"{path} is a drop of a campaign: it holds {DROP}.", "Give another folder with --out."
@@ -173,6 +179,7 @@ class ResultFolder:
         Raises:
             UsageError: a file was replaced during the rehearsal.
         """
+        # Once more, for minutes may have passed since the folder was checked.
         self._check()
         try:
             ours = [
@@ -188,6 +195,7 @@ class ResultFolder:
             yield
             self._before.forget()
         except BaseException:
+            # Ctrl-C as well: the folder is left as all new or all old.
             self._settle(self.written_paths())
             raise
 
@@ -225,6 +233,7 @@ class ResultFolder:
 
         A file that is replaced from now on is not a rehearsal's.
         """
+        # Announced files need not exist: only what is there can be told from a later change.
         there = [path for path in self.files if path.is_file()]
         lines = (f"{sha256_of(path)}  {self._name(path)}" for path in there)
         write_whole(self.path / REHEARSED, _text(lines).encode())

@@ -41,6 +41,7 @@ def draw_hidden(
     """
     stated = replace(filed, uncertainty=uncertainty or filed.uncertainty)
     truth = drawn_truth(stated, seed)
+    # The file's uncertainty first, mismatches on top of it.
     for fault in (fault_named("robot-file-uncertain"), *mismatches):
         truth = fault.apply(truth)
     return replace(truth, model=replace(truth.model, uncertainty=filed.uncertainty))
@@ -78,6 +79,7 @@ class HiddenDrop:
                 for later_stroke in strokes[number + 1 :]
                 if later_stroke.joint == stroke.joint
             ]
+            # Joint j is in column j of the truth, for column 0 is the time.
             times_s = [stroke.t_s, min([*later, self.landed_s - _BEFORE_LANDING_S])]
             sizes.append(np.diff(np.interp(times_s, self.rows[:, 0], self.rows[:, stroke.joint])).item())
         return np.array(sizes)

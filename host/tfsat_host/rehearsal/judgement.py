@@ -13,6 +13,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.quantity import fields, record, records
 from tfsat_host.rehearsal.day import NoGo
@@ -46,6 +47,7 @@ def moves_at_the_end(drop: Drop) -> bool:
     if drop.landed_s is None:
         return False
     t = drop.truth[:, 0]
+    # Peak to peak over the last half second: true angles without noise, so that any motion shows.
     angles = drop.truth[(t > drop.landed_s - LAST_S) & (t < drop.landed_s), 1:4]
     return bool(len(angles)) and bool(np.rad2deg(np.ptp(angles, axis=0).max()) > AT_REST_DEG)
 
@@ -61,12 +63,14 @@ def came_of(outcome: Outcome, drop: Drop) -> bool | None:
         return moved < STILL_DEG
     if outcome is Outcome.FLIES:
         return moved > FLOWN_DEG
+    # It stops by a latched fault, after a stroke at least, and is at rest when it lands.
     stopped = drop.sequencer is not None and drop.sequencer.state is SequencerState.FAULT
     return stopped and moved > FLOWN_DEG and not moves_at_the_end(drop)
 
 
 def designed_for(drop: Drop) -> Outcome:
     """Return the outcome designed for all faults that struck; with none, that the robot flies."""
+    # Of several faults the one that lets the robot do least decides.
     outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.struck_s]
     return next((outcome for outcome in _STRONGEST_FIRST if outcome in outcomes), Outcome.FLIES)
 
@@ -147,6 +151,7 @@ class JudgedDay:
             own = [sentence for sentence in sentences if fault.noticed and fault.noticed in sentence]
             if own:
                 noticed.append(Notice(who, max(own, key=len), True))
+        # With one fault alone, whatever is complained of is taken for its doing, though not by its name.
         if not noticed and alone and not self.good:
             noticed = [
                 Notice(who, statements[0], False) for who, statements in self.sentences.items() if statements
@@ -187,4 +192,5 @@ def _false_releases(drop: Drop) -> list[str]:
     count = 0 if drop.sequencer is None else drop.sequencer.false_releases
     if not count:
         return []
-    return [f"The sequencer counted {count} false release{'s' if count > 1 else ''}: tfsat-host status"]
+    counted = f"The sequencer counted {count} false release{'s' if count > 1 else ''}: "
+    return [Advice(counted, NextStep("status"))]

@@ -106,6 +106,7 @@ def learn(
         )
     candidates = [USUAL, *_candidates(robot)]
     lessons = []
+    # The order of candidates is kept, whichever process is done first: the usual maneuver stays in front.
     with worker_pool(usable_cores(), end_at_interrupt) as pool:
         fits = pool.map(partial(_fit_of, robot), [schedule_maneuver(maneuver) for _, maneuver in candidates])
         for (name, maneuver), fit in zip(candidates, fits, strict=True):
@@ -117,7 +118,9 @@ def learn(
         raise _refusal(
             f"{robot.path} takes the {quantity} for exact.", "State their [uncertainty], or want another one."
         )
+    # A-optimality: the smallest trace of the wanted part of the covariance.
     ranked = sorted(lessons, key=lambda lesson: float(np.sum(_std([lesson.fit], quantity) ** 2)))
+    # With replacement: to fly one maneuver twice may tell more than two different ones.
     pairs = itertools.combinations_with_replacement(ranked, 2)
     pair = min(pairs, key=lambda two: float(np.sum(_std([lesson.fit for lesson in two], quantity) ** 2)))
     names = tuple(offsets.names[k] for k in rows)
@@ -141,12 +144,14 @@ def _rows(offsets: Offsets, quantity: str) -> list[int]:
 def _std(fits: Sequence[ModelFit], quantity: str) -> FloatArray:
     """(k,) by the information of all drops and the priors, which count once."""
     offsets = fits[0].offsets
+    # Information of independent drops adds up; the prior is the same knowledge in all and counts once.
     information = np.diag(offsets.prior_std**-2.0) + sum(fit.information for fit in fits)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[_rows(offsets, quantity)]))
 
 
 def _candidates(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
     """Closed loops of two and of three joints that use the time of the fall, as far as the sequencer takes them."""
+    # What the fall leaves after the pause, less the grid that each stroke's start may be rounded up by.
     room_s = (FALL_US - PAUSE_MIN_US - _MAX_STROKES * SCHEDULE_GRID_US) / 1e6
     joints = range(robot.n_joints)
     for count, shares in _SHARES.items():
@@ -167,10 +172,13 @@ def _loops(joints: int) -> tuple[Loop, ...]:
 
 
 def _maneuver(problem: Problem, loop: Loop, share: FloatArray) -> Maneuver:
+    # Each joint goes out and back, so half the time is for its way out, within its range.
     far = np.minimum(share * problem.farthest_rad(0.5 * problem.time_limit_s), problem.limit_rad)
     alpha_deg = problem.commanded_deg(np.degrees(problem.within_time(far)))
     joints = tuple(
-        int(math.copysign(problem.joints[abs(signed_joint) - 1] + 1, signed_joint)) for signed_joint in loop
+        # A loop numbers the joints that move, signed by their sense: give them the robot's numbers.
+        int(math.copysign(problem.joints[abs(signed_joint) - 1] + 1, signed_joint))
+        for signed_joint in loop
     )
     sizes = "/".join(f"{size_deg:.0f}" for size_deg in alpha_deg)
     return maneuver_of(problem, joints, alpha_deg, f"to learn: {format_sequence(joints)} by {sizes}")

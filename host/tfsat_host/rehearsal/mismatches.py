@@ -38,11 +38,13 @@ def _sensors(truth: Truth, **fields: Any) -> Truth:
 
 def _masses(truth: Truth, percent: float, random: Random) -> Truth:
     mass = truth.model.mass_kg
+    # Log-normal: no draw makes a mass negative.
     return _model(truth, mass_kg=mass * np.exp(PERCENT * percent * random.standard_normal(mass.shape)))
 
 
 def _inertias(truth: Truth, percent: float, random: Random) -> Truth:
     strain = PERCENT * percent * random.standard_normal((truth.model.n_bodies, 3, 3))
+    # (E + E^T) / sqrt 2 of independent normals: symmetric, with a distribution that favours no axes.
     pairs = zip(truth.model.inertia_kg_m2, (strain + strain.swapaxes(1, 2)) / 2.0**0.5, strict=True)
     return _model(truth, inertia_kg_m2=np.array([strained_inertia(*pair) for pair in pairs]))
 
@@ -60,10 +62,12 @@ def strained_inertia(inertia_kg_m2: FloatArray, strain: FloatArray) -> FloatArra
     Raises:
         numpy.linalg.LinAlgError: no body has `inertia_kg_m2`.
     """
+    # L of the second moments S = L L^T; fails for a tensor that no distribution of mass has.
     root = np.linalg.cholesky(_complement(inertia_kg_m2))
     values, axes = np.linalg.eigh(strain)
     # e^E - 1, so that no strain leaves the tensor as it was to the last bit.
     change = root @ (axes * np.expm1(values)) @ axes.T @ root.T
+    # From second moments to inertia: I = tr(S) 1 - S, which is linear, so it holds for the change.
     return np.asarray(inertia_kg_m2 + np.trace(change) * np.eye(3) - change)
 
 
@@ -73,6 +77,7 @@ def _complement(inertia: FloatArray) -> FloatArray:
 
 def _square_to_axes(model: RobotModel, std: float, random: Random) -> FloatArray:
     """(n - 1, 3) normal in both directions across each joint's axis."""
+    # Take out the component along the axis: to shift or scale a hinge along itself changes no motion.
     deviations = std * random.standard_normal(model.joint_axis.shape)
     return np.asarray(
         deviations - np.sum(deviations * model.joint_axis, axis=1, keepdims=True) * model.joint_axis
@@ -101,7 +106,9 @@ def _centers(first: int, end: int) -> Callable[[Truth, float, Random], Truth]:
 def _gyro_scale(truth: Truth, percent: float, random: Random) -> Truth:
     was = truth.imperfections
     scale = was.gyro_scale.copy()
+    # The same magnitude on all axes of one gyro, with a sign for each.
     scale[random.integers(IMU_COUNT)] *= 1.0 + PERCENT * percent * random.choice([-1.0, 1.0], 3)
+    # It changed after the calibration: the certificate is of the sensors before.
     return replace(_sensors(truth, gyro_scale=scale), calibrated=truth.calibrated or was)
 
 
@@ -113,6 +120,7 @@ def _g_sensitivity(truth: Truth, deg_s_g: float, random: Random) -> Truth:
 def _cross_axis(truth: Truth, percent: float, random: Random) -> Truth:
     was = truth.imperfections.gyro_cross_axis
     deviations = PERCENT * percent * random.standard_normal(was.shape)
+    # Off the diagonal only: on it would be the scale factor, which calibration finds.
     return _sensors(truth, gyro_cross_axis=was + deviations * (1.0 - np.eye(3)))
 
 
@@ -122,6 +130,7 @@ def _late(truth: Truth, ms: float, random: Random) -> Truth:
 
 def _own_clocks(truth: Truth, percent: float, random: Random) -> Truth:
     was = truth.imperfections.imu_clock_ppm
+    # 1 % is 1e4 ppm; every IMU has an oscillator of its own.
     return _sensors(truth, imu_clock_ppm=was + 1e4 * percent * random.uniform(-1.0, 1.0, was.shape))
 
 
@@ -163,6 +172,7 @@ _SHOWN = {key: 1.0 / PERCENT if key.endswith("_relative") else 1.0 for key in UN
 def _bias_step(day: Day, deg_s: float, random: Random) -> None:
     towards = random.standard_normal(3)
     body = int(random.integers(IMU_COUNT)) + 1
+    # A normalized Gaussian vector: the step's size is as asked for, its direction anywhere.
     day.robot.faults.gyro_bias_step(body, DEG * deg_s * towards / np.linalg.norm(towards))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from tfsat_host.emulated.imu_part import ImuPart, load_imu
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -66,8 +66,11 @@ class RehearsalOptions:
                 f"and {len(robot.imus)} IMUs, and the boards drop a robot of {IMU_COUNT} bodies with an IMU each and "
                 f"{JOINT_COUNT} joints.",
                 meaning="Nothing was flown.",
-                next_step="Name a file like robots/drop_tower.toml with --robot, or leave it out. What such a robot "
-                f"would do is computed by tfsat-host simulate --robot {self.robot}",
+                next_step=Advice(
+                    "Name a file like robots/drop_tower.toml with --robot, or leave it out. What such a robot would do "
+                    "is computed by ",
+                    NextStep("simulate", ("--robot", str(self.robot))),
+                ),
             )
         return robot
 
@@ -165,15 +168,18 @@ class Rehearsal:
             UsageError: the folder holds something else.
             TfsatError: the robot cannot be emulated, or the folder cannot be written.
         """
+        # First of all: a folder that may not be overwritten is refused before anything is built or flown.
         run_folder = RunFolder(folder, force=force)
         series = self.series(seed, self.options.image(notices.note))
         truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
             drop = series.rehearse(truth, lambda _: advance(1))
+        # Faults may have made another robot of it: from here on the truth is the one that flew.
         truth = drop.robot
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with run_folder.replace_files():
             log = run_folder.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
+            # Evaluate from the files that were just written, so that they are rehearsed, too.
             evaluated, refusal = _evaluate_folder(run_folder, drop, log)
             judged = (
                 JudgedDay(drop, log, refusal=refusal)
@@ -187,6 +193,7 @@ class Rehearsal:
                 "files": [str(path) for path in run_folder.files],
             }
             result = jsonable(result)
+            # The summary comes last: writing it seals the folder with the hashes of all files.
             run_folder.write_summary(result)
         for stale in run_folder.removed:
             notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
@@ -223,6 +230,7 @@ class Rehearsal:
         result_folder = ResultFolder(folder, force=force)
         with notices.progress("rehearsing", total=runs) as advance:
             outcomes = many.fly_many(series, runs, progress=lambda: advance(1), stop=stop)
+        # Stopped before the first drop: a folder of nothing would replace one of something.
         if not outcomes:
             return None
         spread = many.distributions(outcomes)
@@ -233,14 +241,13 @@ class Rehearsal:
     def _again(self, folder: Path) -> str:
         """Return the command that flies one drop of a series alone, with seed and folder to be filled in."""
         options = self.options
-        words = ["tfsat-host rehearse", f"--file {shlex.quote(str(folder / MANEUVER))}"]
-        words += [f"--robot {shlex.quote(str(folder / ROBOT))}"]
-        words += [f"--fault {fault.name}" for fault in self.faults]
-        words += [f"--imu {shlex.quote(options.imu)}"] if options.imu else []
+        words = ["--file", str(folder / MANEUVER), "--robot", str(folder / ROBOT)]
+        words += [word for fault in self.faults for word in ("--fault", fault.name)]
+        words += ["--imu", options.imu] if options.imu else []
         words += ["--as-filed"] if options.as_filed else []
         words += ["--despite-preflight"] if options.despite_preflight else []
-        words += [f"--sequencer {options.sequencer}"] if options.sequencer != "native" else []
-        return " ".join((*words, "--seed SEED --out DIR"))
+        words += ["--sequencer", options.sequencer] if options.sequencer != "native" else []
+        return Advice(NextStep("rehearse", (*words, "--seed", "SEED", "--out", "DIR")))
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +298,7 @@ class FinishedRehearsal:
         drop, log = self.judged.drop, self.judged.log
         if drop.checked is not None and drop.refused is not None and not drop.checked.go:
             return RefusedError.exit_code
+        # What the evaluation finds good may still be wrong by the truth, or by the strokes commanded.
         by_design = not self.result["warnings"] and not broke_design(drop)
         as_planned = self.judged.good and log is not None and log.verdict == "complete" and by_design
         return 0 if as_planned else DataLossError.exit_code
@@ -305,8 +313,10 @@ def _evaluate_folder(
     """
     if log is None or drop.refused is not None:
         return None, None
+    # Announced before it is written, so that an interruption removes half a page.
     folder.announce(reporting.PAGE)
     try:
+        # Dated by the rehearsal's clock: the same rehearsal gives the same bytes.
         report = reporting.report([folder.path], made_at=folder.collected)
     except TfsatError as error:
         return None, error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from math import isfinite, nan
 from pathlib import Path
@@ -14,6 +13,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.quick_look import disagreements, quick_look, reached_deg
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.maneuver import Schedule
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import records
@@ -83,6 +83,7 @@ def result_of(
         else records(COMPARED, compare_with_truth(judged.found, drop, truth, filed)),
         "quick_look": None,
     }
+    # Without an evaluation, at least what the log shows without calibration.
     if evaluated is None and log is not None and log.release_us is not None and drop.refused is None:
         try:
             result["quick_look"] = _quick_look(schedule, drop, log, filed)
@@ -138,6 +139,7 @@ def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, f
         return flight
     if log is None or log.release_us is None:
         return flight | {"no_release": _no_release(drop, log)}
+    # Stop short of the landing, whose shock would count as rotation.
     until_s = drop.landed_s - drop.released_s - LOOK_MARGIN_S
     turned = turned_rad(drop.truth, drop.released_s, drop.released_s + until_s)
     return flight | {
@@ -153,12 +155,11 @@ def _simulate_command(schedule: Schedule, until_s: float, folder: Path, rate_deg
 
     It ends at the moment at which the truth is taken.
     """
-    rates = " ".join(f"{rate:g}" for rate in rate_deg_s)
+    rates = [f"{rate:g}" for rate in rate_deg_s]
     until_s = max(until_s, s_from_us(schedule.end_us))  # `simulate` follows the joints to their rest
-    maneuver, robot = (shlex.quote(str(folder / name)) for name in (MANEUVER, ROBOT))
-    return (
-        f"tfsat-host simulate --file {maneuver} --initial-rate {rates} --until {until_s:.3f} --robot {robot}"
-    )
+    maneuver, robot = (str(folder / name) for name in (MANEUVER, ROBOT))
+    start = ("--file", maneuver, "--initial-rate", *rates)
+    return Advice(NextStep("simulate", (*start, "--until", f"{until_s:.3f}", "--robot", robot)))
 
 
 def _no_release(drop: Drop, log: DropLog | None) -> Json:
@@ -192,6 +193,7 @@ def _strokes_started(drop: Drop) -> int | None:
         return None
     started = drop.sequencer.strokes_started
     now_s = (drop.collected - DROPPED).total_seconds()
+    # Up for a shorter time than since the release: its counter of strokes began again at 0.
     restarted = drop.sequencer.uptime_ms / 1000.0 < now_s - drop.released_s
     return None if restarted and started == 0 else started
 
@@ -210,6 +212,7 @@ def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
     ):
         return None
     length_s = float(log.t_us[-1] - log.t_us[0]) / 1e6
+    # Truth and recording begin together: the first time of one plus the length of the other is its end.
     before_s = drop.released_s - (float(drop.truth[0, 0]) + length_s)
     return before_s if before_s > 0.0 else None
 

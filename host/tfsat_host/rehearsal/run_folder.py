@@ -66,6 +66,7 @@ class RunFolder(ResultFolder):
 
     def stale(self) -> Iterable[Path]:
         """Find the files that `evaluate` and `report` derived from the recording being replaced."""
+        # Copies that were there before are not this rehearsal's to mark or remove.
         self._copies = set(self._certificates())
         rehearsed_names = rehearsed_files(self.path)
         self.removed = tuple(
@@ -114,6 +115,7 @@ class RunFolder(ResultFolder):
         folder_name = recordings_folder(certificate).name
         for paper in drop.calibration.papers:
             write_whole(self.file(f"{folder_name}/{paper.file}"), drop.recordings[paper.file])
+        # Writing the certificate makes this copy, too: note it first, so that an interruption removes it.
         self.file(f"{folder_name}/{kept_copy(certificate, drop.calibration).name}")
         write_certificate(certificate, drop.calibration)
         return certificate
@@ -123,10 +125,12 @@ class RunFolder(ResultFolder):
 
         The evaluation then finds it there.
         """
+        # Another robot's certificate, a fault that can be rehearsed, must not get this one's landing.
         if not is_of_robot(drop.calibration, origin_of_log(log.header)):
             return
         note_landing_of(log, certificate, drop.calibration, now=drop.collected)
         copy = kept_copy(certificate, read_calibration(certificate))
+        # With the landing it is another certificate, which has a permanent copy of its own.
         if copy not in self.files:
             self.files.append(copy)
             self.mark()
@@ -168,6 +172,7 @@ def _derived_in(folder: Path) -> tuple[Path, ...]:
 
     In subfolders `report` puts figures; one that is a run of its own, or a campaign's, is not looked into.
     """
+    # By the marks in them, not by names: a person's file that is named alike stays.
     files = [path for path in folder.glob("*") if path.is_file() and _is_derived(path)]
     figures = [
         path

@@ -38,6 +38,7 @@ from tfsat_host.sdlog import DropLog, load
 from tfsat_host.worker_processes import worker_pool
 
 TABLE, SUMMARY = "runs.csv", "runs.json"
+# Each of the libraries of linear algebra that numpy may be built with has a variable of its own.
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 _ASKED_EVERY_S = 0.2
 
@@ -146,17 +147,22 @@ def fly_many(
         numbers = iter(range(1, runs + 1))
         flying: set[Future[RehearsedDrop]] = set()
         while True:
+            # Hand out no more than can fly at once: a stop then leaves nothing in a queue.
             while len(flying) < workers and not stop() and (number := next(numbers, None)) is not None:
+                # Submitting may start a process, which inherits the signal mask.
                 with _interrupts_blocked():
                     flying.add(pool.submit(fly, series, number))
             if stop():
+                # Drops that have not begun are given up; those in the air land first.
                 flying = {future for future in flying if not future.cancel()}
             if not flying:
                 break
+            # Time out now and then, to ask `stop` again.
             landed, flying = wait(flying, timeout=_ASKED_EVERY_S, return_when=FIRST_COMPLETED)
             for future in landed:
                 outcomes.append(future.result())
                 progress()
+    # Drops land in any order, which depends on the load: sort, so that results repeat.
     return tuple(sorted(outcomes, key=lambda outcome: outcome.number))
 
 
@@ -205,6 +211,7 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
         () if drop.checked is None else tuple(check.name for check in drop.checked.wrong),
         **numbers,
+        # Each who noticed once, in the order of the day; a dict keeps that, a set would not.
         noticed={
             fault.name: tuple(dict.fromkeys(by.who for by in judged.notices(fault))) for fault in struck
         },
@@ -219,6 +226,7 @@ def _judge_drop(drop: Drop, series: Series) -> JudgedDay:
     try:
         evaluation = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError as error:
+        # That the evaluation refuses is a result, too: it may be how a fault is noticed.
         return JudgedDay(drop, log, refusal=error)
     return JudgedDay(drop, log, evaluation, verdict_of(evaluation))
 
@@ -227,6 +235,7 @@ def decode_drop(drop: Drop) -> DropLog:
     """Decode the recording of a drop that has one."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "SD.bin"
+        # The decoder reads files: take the same way as a team's card.
         path.write_bytes(drop.card)
         return load(path)
 
@@ -268,6 +277,7 @@ def distributions(outcomes: Sequence[RehearsedDrop]) -> tuple[Distribution, ...]
 
 
 def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
+    # (m, 3) rows to three columns.
     estimate, std, true = np.array(
         [(comparison.found, comparison.std, comparison.true) for comparison in ones]
     ).T
@@ -280,6 +290,7 @@ def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
         float(np.sqrt((error**2).mean())),
         float(np.abs(error).max()),
         float(np.median(std)),
+        # Coverage of the 95 % intervals: whether the standard deviations that are stated are honest.
         float((np.abs(error) <= 1.96 * std).mean()),
         len(ones),
     )
@@ -290,6 +301,7 @@ def series_result(
 ) -> dict[str, Any]:
     """Build the result of a series, for `--json` and for the folder."""
     verdicts = [outcome.verdict for outcome in outcomes]
+    # A stroke that the log lacks is NaN, the only number that differs from itself.
     timing = [abs(off) for outcome in outcomes for off in outcome.strokes_off_us if off == off]
     return {
         "runs": len(outcomes),
@@ -304,6 +316,7 @@ def series_result(
         "dropped": sum(not outcome.refused for outcome in outcomes),
         "no_go": dict(Counter(name for outcome in outcomes for name in outcome.no_go)),
         **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
+        # Drops without a recording have -1, which must not make up for another's loss.
         "samples_lost": sum(max(0, outcome.samples_lost) for outcome in outcomes),
         "stroke_timing_us": {
             "rms": (sum(off**2 for off in timing) / len(timing)) ** 0.5 if timing else None,
@@ -346,6 +359,7 @@ def write_series(
 
 def _table(outcomes: Sequence[RehearsedDrop]) -> str:
     """CSV: a row for each drop, with the seed that flies it again alone."""
+    # Columns of all that any drop gave: one that lacks a number has NaN there.
     names = list(dict.fromkeys(comparison.name for outcome in outcomes for comparison in outcome.compared))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

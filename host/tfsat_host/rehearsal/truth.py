@@ -63,13 +63,16 @@ def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Tr
         seed: The seed of the robot and of its release.
         part: Its IMUs; None: the robot's own, `ROBOTS_IMU`.
     """
+    # Draws come in a fixed order: new ones get a stream of their own, so that a seed's robot stays itself.
     random = np.random.default_rng([seed, 11])
     std_m = _COM_STD_M if filed.uncertainty is None else filed.uncertainty.com_m
     com_m = filed.com_m.copy()
+    # Only the bodies that the evaluation corrects are off; the last one's CoM stays as filed.
     com_m[:CORRECTED_BODIES] += std_m * random.standard_normal((CORRECTED_BODIES, 3))
     model = replace(filed, com_m=com_m)
     joints = filed.n_joints
     imu = part or load_imu(ROBOTS_IMU)
+    # Sensors as built, servos as their calibration leaves them: the maneuver flies on calibrated settings.
     imperfections = replace(
         imperfections_with(imu, seed, draw_as_built(seed)),
         servo_gain=1.0 + _SERVO_GAIN_STD * random.standard_normal(joints),

@@ -49,6 +49,7 @@ def _plot(plot: Mapping[str, Any]) -> dict[str, Any]:
 
 def _series(series: Mapping[str, Any], *, log: bool) -> dict[str, Any]:
     values, std = series["values"], series["std"]
+    # A logarithmic axis shows ratios: significant digits instead of decimals.
     if log:
         return {
             **series,
@@ -59,6 +60,7 @@ def _series(series: Mapping[str, Any], *, log: bool) -> dict[str, Any]:
     return {
         **series,
         "values": _round_values(values, digits),
+        # A band is resolved as its line, or to a thousandth of its own range if that is finer.
         "std": None if std is None else _round_values(std, max(digits, _digits(std) - 2)),
     }
 
@@ -84,6 +86,7 @@ def _poses_to_keep(t_s: Sequence[float]) -> list[int]:
         if (
             not pose_indices
             or last
+            # Without this pose the next one would be more than a step away: near side of a gap.
             or t_s[i + 1] - t_s[pose_indices[-1]] > _REPLAY_STEP_S
             or t - t_s[pose_indices[-1]] >= _REPLAY_STEP_S
         ):
@@ -100,6 +103,7 @@ def _digits(values: Sequence[float | None]) -> int:
     finite = [value for value in values if value is not None and math.isfinite(value)]
     span = max(finite, default=0.0) - min(finite, default=0.0)
     largest = max((abs(value) for value in finite), default=0.0)
+    # A constant line has no range: resolve its value instead.
     step = (span or largest) / _STEPS_PER_SPAN
     return math.ceil(-math.log10(step)) if step > 0 else 0
 
@@ -126,6 +130,7 @@ def _clean(part: Any) -> Any:
     if isinstance(part, Mapping):
         return {str(key): _clean(value) for key, value in part.items()}
     if isinstance(part, str):
+        # Strings of a damaged log may be of any length.
         clipped_text = part[:_MAX_STRING_CHARACTERS]
         return part if clipped_text == part else f"{clipped_text}… ({len(part)} characters)"
     if isinstance(part, Sequence):

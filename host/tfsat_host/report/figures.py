@@ -202,6 +202,7 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
     from matplotlib.figure import Figure
 
     size = (inches(width_mm), inches(height_mm))
+    # A bare Figure, without pyplot: no backend and no global state.
     figure = Figure(figsize=size, layout="constrained")
     panels = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
     if len(panels) > 1:
@@ -301,11 +302,13 @@ def draw_raw(axes: Axes, x: FloatArray, lines: Sequence[Line]) -> None:
     """Draw every sample as a thin line behind the data derived from it."""
     for line in lines:
         color = COLORS[line.component]
+        # Order 1.5 is above matplotlib's patches (1) and below its lines (2).
         axes.plot(x, line.values, color=color, lw=RAW.width, alpha=RAW.alpha, zorder=1.5)
 
 
 def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple[float, float]) -> None:
     """Format the time axis and shade the strokes."""
+    # Spans lie below the lines and their bands.
     for event in events:
         if event["kind"] == "stroke" and event["until_s"] is not None:
             axes.axvspan(

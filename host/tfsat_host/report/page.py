@@ -16,6 +16,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from tfsat_host.next_step import NextStep
 from tfsat_host.quantity import number, plus_minus
 from tfsat_host.report.document_rounding import shorten_document
 
@@ -73,7 +74,7 @@ _PAGE = """<!doctype html>
 <noscript>
 {results}
 <p>Plots and replay draw themselves with JavaScript, which is switched off here. All results as text:
-tfsat-host evaluate.</p>
+{as_text}.</p>
 </noscript>
 <script type="application/json" id="document">{document}</script>
 <script type="application/json" id="licences">{licences}</script>
@@ -99,6 +100,7 @@ def render(document: Mapping[str, Any]) -> str:
         policy=_policy(js, css),
         style=css,
         results=without_script(cut),
+        as_text=NextStep("evaluate"),
         document=embeddable(cut),
         licences=embeddable(dict(licences())),
         script=js,
@@ -121,6 +123,7 @@ def _policy(js: str, css: str) -> str:
 
 
 def _hash_source(text: str) -> str:
+    # A hash source of the policy: base64 of the SHA-256 of exactly what stands between the tags.
     digest = hashlib.sha256(text.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
@@ -128,6 +131,7 @@ def _hash_source(text: str) -> str:
 @cache
 def script() -> str:
     """Return all JavaScript: the libraries, then our own as one strict function."""
+    # The libraries define globals; our own code sees them from inside one function and leaves none.
     libraries = "\n".join(_read("vendor", name) for name in _LIBRARIES)
     own = "\n".join(_read("assets", "script", f"{name}.js") for name in _SCRIPTS)
     return f'{libraries}\n(() => {{\n"use strict";\n{own}\n}})();\n'
@@ -157,6 +161,7 @@ def embeddable(document: Mapping[str, Any]) -> str:
         ValueError: A number is not finite.
         TypeError: Something that JSON cannot hold.
     """
+    # NaN would be no JSON: a browser refuses the whole document for one.
     text = json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.translate(_HARMLESS)
 
@@ -189,6 +194,7 @@ def _figure(key_number: Mapping[str, Any]) -> str:
     if value is None:
         return "–"
     unit = _text(key_number["unit"])
+    # Without a standard deviation no decimals are known to mean anything: four digits.
     number_text = number(value, ".4g") if std is None or std <= 0.0 else plus_minus(value, std)
     return f"{number_text} {unit}"
 

@@ -76,6 +76,7 @@ def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Chann
         return Channel.of(stamp, name, kinds[kind], partial(_rows, evaluation, t_s, rows), **fixed)
 
     moved, angles, kinematics = body_poses(evaluation), euler_angles(evaluation), explained.driven.flown
+    # Two trees of frames under one world: the robot as it was measured, and the model as filed.
     for place, prefix, poses in (("evaluated", "", moved.measured), (FILED, f"{FILED}/", moved.predicted)):
         for body, frame in enumerate(map(frame_name, evaluation.model.body_names)):
             named = {"parent_frame_id": WORLD, "child_frame_id": f"{prefix}{frame}"}
@@ -104,6 +105,7 @@ def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Chann
 
 def _rows(evaluation: Evaluation, t_s: FloatArray, rows: FloatArray) -> Rows:
     """Yield time and values of each row, skipping rows that are not finite: Protobuf would show 0."""
+    # (n, k) to (n,): a row with one gap in it is left out as a whole.
     finite_rows = np.isfinite(rows).all(axis=1)
     yield from zip(_t_us(evaluation, t_s[finite_rows]), rows[finite_rows].tolist(), strict=True)
 
@@ -126,6 +128,7 @@ def _scene(evaluation: Evaluation, stamp: Stamp) -> Channel:
         for prefix, alpha in (("", 1.0), (f"{FILED}/", _GHOST_ALPHA)):
             for body, name in enumerate(evaluation.model.body_names):
                 frame = f"{prefix}{frame_name(name)}"
+                # Locked to its frame, the box moves with it: one message draws the whole drop.
                 entity = update.entities.add(frame_id=frame, id=frame, frame_locked=True)
                 stamp(entity, release_us)
                 color = (*BODY_COLORS[body % len(BODY_COLORS)], alpha)
@@ -155,6 +158,7 @@ def _words(drop: ReportedDrop, stamp: Stamp) -> Channel:
         lines.append((event["t_s"], severity, event["label"]))
         if event["until_s"] is not None:
             lines.append((event["until_s"], severity, f"{event['label']}: ends"))
+    # A stable sort: the verdict stays above the release, which is at the same time.
     lines.sort(key=lambda line: line[0])
     t_us = _t_us(drop.evaluation, np.array([t_s for t_s, _, _ in lines]))
 

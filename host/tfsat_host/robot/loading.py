@@ -55,9 +55,12 @@ def _inertia_kg_m2(body: Table, *, negated: bool) -> FloatArray:
     """
     entries = body.table("inertia_g_m2", " ".join(_ENTRIES))
     upper = np.zeros((3, 3))
+    # The keys are in row order of the upper triangle.
     upper[np.triu_indices(3)] = [entries.number(key) * 1e-3 for key in _ENTRIES]
+    # A product of inertia is the tensor's entry with the opposite sign.
     diagonal, products = np.diag(np.diag(upper)), np.triu(upper, 1) * (-1.0 if negated else 1.0)
     tensor = diagonal + products + products.T
+    # Ascending principal moments; conditions on them hold in any axes.
     principal = np.linalg.eigvalsh(tensor)
     moments_text = ", ".join(f"{1e3 * p:.4g}" for p in principal)
     if not principal[0] > 0.0:
@@ -90,6 +93,7 @@ def _shape_m(body: Table) -> FloatArray:
     boxes = body.array("boxes_mm", -1, 2, 3, requirement=expected_format)
     if not (boxes[:, 0] < boxes[:, 1]).all():
         body.fail("boxes_mm", "a box has no volume", "Write each box's lowest corner first.")
+    # A center of mass lies inside of what holds the mass: otherwise two frames were mixed up.
     com_mm = body.array("com_mm", 3)
     if (com_mm < boxes.min(axis=(0, 1))).any() or (com_mm > boxes.max(axis=(0, 1))).any():
         body.fail(
@@ -112,6 +116,7 @@ def _check_sizes(bodies: Sequence[Table], robot: RobotModel) -> None:
     marks = np.concatenate([com_m, robot.joint_point_m, robot.origin_m])
     if not robot.n_joints:
         return  # nothing to compare with
+    # The diagonal around all joints and centers of mass is the scale to judge units by.
     size_m = float(np.linalg.norm(marks.max(axis=0) - marks.min(axis=0)))
     offsets_m = float(np.abs(robot.com_m).max())
     if _IN_METERS[0] * size_m < offsets_m < _IN_METERS[1] * size_m:
@@ -123,9 +128,11 @@ def _check_sizes(bodies: Sequence[Table], robot: RobotModel) -> None:
         )
     for b, (entry, corners) in enumerate(zip(bodies, robot.shape_m, strict=True)):
         at_joints = robot.joint_point_m[(robot.joint_inner == b) | (robot.joint_outer == b)]
+        # A body reaches from its center of mass to its joints and corners.
         ends = np.concatenate([at_joints - com_m[b], corners - robot.com_m[b]])
         reach_m = float(np.linalg.norm(ends, axis=1).max(initial=0.0))
         inertia = robot.inertia_kg_m2[b]
+        # The radius of gyration is a length made of inertia and mass: a wrong unit of either shows.
         gyration_m = math.sqrt(np.linalg.eigvalsh(inertia)[-1] / robot.mass_kg[b])
         if gyration_m < _MIN_GYRATION * reach_m or 0.0 < _MAX_GYRATION * max(size_m, reach_m) < gyration_m:
             entry.fail(
@@ -165,6 +172,7 @@ def _check_spread(
     A mass between two walls with its mean at a < x < b has a variance of at most (x - a)(b - x).
     R. Bhatia, C. Davis, A Better Bound on the Variance, American Mathematical Monthly 107, 2000.
     """
+    # Along each axis the second moment is half the trace less the moment about it.
     variance = (moments.sum() / 2.0 - moments) / mass_kg
     room = (com_m - corners.min(axis=0)) * (corners.max(axis=0) - com_m)
     wide = np.flatnonzero(mass_kg * (variance - _WIDER**2 * room) > _ROUNDED * moments.max())
@@ -234,6 +242,7 @@ def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
 
 def _pulses(entry: Table) -> PulseMap | None:
     missing = [key for key in _PULSE_KEYS if not entry.has(key)]
+    # No pulses at all is a study without boards; some of them are a mistake.
     if len(missing) == len(_PULSE_KEYS):
         return None
     if missing:
@@ -257,6 +266,7 @@ def _pulses(entry: Table) -> PulseMap | None:
 
 
 def _check_reach(entry: Table, pulses: PulseMap, limits: tuple[float, float]) -> None:
+    # Pulses are linear in the angle: the ends of the range bound them all.
     for angle in limits:
         pulse = pulses.pulse_us(angle)
         if not pulses.range_us[0] - 1e-6 <= pulse <= pulses.range_us[1] + 1e-6:
@@ -303,6 +313,7 @@ def _imu(entry: Table, body_names: tuple[str, ...]) -> Imu:
 def _is_rotation(matrix: FloatArray) -> bool:
     if np.abs(matrix).max() > 1.0 + _ROUNDING:  # first: products of huge numbers leave the range of floats
         return False
+    # Orthonormal with a positive determinant; a mirrored frame has a negative one.
     orthonormal = np.allclose(matrix @ matrix.T, np.eye(3), atol=_ROUNDING)
     return orthonormal and bool(np.linalg.det(matrix) > 0.0)
 
@@ -349,6 +360,7 @@ def _check_tree(
     Raises:
         RobotFileError: a joint closes a loop or joins a body to itself, or a body is not connected.
     """
+    # Merge groups joint by joint: a joint within a group closes a loop, two groups left are apart.
     group = list(range(len(body_names)))
     for joint, a, b in zip(joints, inner, outer, strict=True):
         if a == b:
@@ -425,6 +437,7 @@ def _robot(file: Path, top: Table) -> RobotModel:
         angle_sensors=_angle_sensors(top, joint_names),
         uncertainty=_uncertainty(top),
     )
+    # Every entry is sound by now; these checks look at all of them together.
     _check_tree(body, joint, inner, outer, body_names)
     _check_sizes(body, robot)
     _check_imu_places(top.tables("imu", _IMU), robot)

@@ -234,6 +234,7 @@ class RobotModel:
             UsageError: there is no such body.
         """
         names = self.body_names
+        # Names before numbers: a body may be called "2".
         if body in names:
             return names.index(body)
         if body.isascii() and body.isdigit() and 1 <= int(body) <= len(names):

@@ -45,6 +45,7 @@ def find_robot(name_or_path: str | Path | None = None) -> Path:
     if name_or_path is None:
         return default_robot_path()
     path = Path(name_or_path)
+    # A file comes first: a shipped robot of that name must not hide it.
     if path.is_file():
         return path
     if len(path.parts) == 1 and path.name.removesuffix(".toml") in shipped_robots():
@@ -62,6 +63,7 @@ def find_robot(name_or_path: str | Path | None = None) -> Path:
 
 def _shipped_folder() -> Path:
     package = Path(__file__).resolve().parents[1]
+    # Installed, robots are data of the package; in a checkout they lie beside the host's folder.
     packaged = package / "data" / "robots"
     return packaged if packaged.is_dir() else package.parents[1] / "robots"
 

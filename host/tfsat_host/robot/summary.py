@@ -80,6 +80,7 @@ def totals(robot: RobotModel) -> tuple[float, FloatArray, FloatArray]:
     mass = float(robot.mass_kg.sum())
     center = robot.mass_kg @ com / mass
     arm = com - center
+    # Steiner's terms per mass, |r|^2 1 - r r^T: (n, 3, 3).
     squared = np.einsum("ni,ni->n", arm, arm)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
     return mass, center, (robot.inertia_kg_m2 + robot.mass_kg[:, None, None] * squared).sum(axis=0)
 
@@ -165,6 +166,7 @@ def _pulses(pulses: PulseMap) -> Json:
         "range_us": list(pulses.range_us),
         "reference_pulse_us": pulses.reference_pulse_us,
         "reference_angle_deg": _degrees(pulses.reference_angle_rad),
+        # Per radian to per degree is the factor of degrees to radians.
         "pulse_us_per_deg": _round_values(np.radians(pulses.pulse_us_per_rad)),
     }
 
@@ -178,6 +180,7 @@ def lines(facts: Json) -> Iterator[str | Table]:
     yield f"Mass     {facts['mass_kg']:.6g} kg"
     yield f"CoM      {vector(facts['com_mm'], form='.5g')} mm, global, at zero joint angles"
     yield Table("Bodies", _BODIES, facts["bodies"])
+    # The whole robot is one more row among the tensors.
     robot_facts = {**facts, "name": "all, joints at zero"}
     tensors = [
         {**body_facts, **{entry: body_facts["inertia_g_m2"][i][k] for entry, (i, k) in _ENTRIES.items()}}

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.ports import PortError, find_port, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
@@ -95,9 +96,11 @@ def arm(
         TfsatError: the operator did not give the word; or the board took it, and is not armed now.
     """
     maneuver, status = sequencer.read_back(), sequencer.status()
+    # Predict the board's refusal, so that nobody types the word in vain.
     refusal = arm_refusal(status, maneuver, sequencer.settings().settings, joints_cdeg)
     if refusal is not None:
         raise refusal
+    # While the sequencer is still safe: a drop that is not recorded leaves no data.
     recording, origin, session = _logger(operator, sequencer_named=sequencer_named, unrecorded=unrecorded)
     calibration = _calibration(certificate, origin, operator)
     operator.note(flight_words(maneuver))
@@ -106,13 +109,15 @@ def arm(
     # After the question: the board heeds a report only while it is fresh, and a person may take a while.
     at_start_pose = None if joints_cdeg is None else sequencer.report_joints(joints_cdeg)
     sequencer.arm()
+    # The acknowledgement is no proof: the switches may have opened, or the power gone, since.
     state = sequencer.status().state
     if state != SequencerState.ARMED:
         raise TfsatError(
             what=f"The sequencer took the arming, but now it is {state.name.lower()}.",
             meaning=_SINCE_ARMING.get(state, "A drop now would not fly the maneuver."),
-            next_step="tfsat-host status shows why; then disarm, and arm again.",
+            next_step=Advice(NextStep("status"), " shows why; then disarm, and arm again."),
         )
+    # File what is armed under the session being recorded, for the evaluation to compare with.
     if session is not None:
         held_maneuver = HeldManeuver(maneuver, sequencer.identity.serial, has_flown=False)
         note_held(held_maneuver, session, "arm", operator.note)
@@ -138,10 +143,12 @@ def _servo_warning(state: SequencerState) -> str:
             "(further away, ARM is refused). At the arming they take joints 1, 2 and 3 to 0 deg at their full speed, "
             f"before any release. {_CLEAR}"
         )
-    return (
+    return Advice(
         "The servos are limp now. At the arming, before any release, they take joints 1, 2 and 3 to the start pose, "
         "0 deg: a joint that is elsewhere jumps there at the servo's full speed. Bring it to 0 deg first, by hand "
-        f"or with tfsat-host jog. {_CLEAR}"
+        "or with ",
+        NextStep("jog"),
+        f". {_CLEAR}",
     )
 
 
@@ -176,21 +183,29 @@ def _logger(
             logger = LoggerClient.connect(transport)
             status = logger.status()
             origin = origin_of_logger(logger.identity, status.who_am_i)
+            # Watch the card take blocks: for up to 15 s the state alone does not show that it failed.
             danger = stalled_recording(logger, status)
     except TfsatError as error:
+        # A silent logger does not refuse: the operator arms with the warning, or does not.
         operator.warn(f"The logger did not say whether it records. {error.what}")
         return None, None, None
     recording = danger is None and status.state == LoggerState.RECORDING
+    # A recording was started, so data are wanted: one that does not reach its card refuses.
     if danger is not None and not unrecorded:
         danger.meaning = f"{danger.meaning} Nothing was armed."
-        danger.next_step = f"{danger.next_step}\nTo arm all the same: tfsat-host arm --unrecorded"
+        danger.next_step = Advice(
+            danger.next_step, "\nTo arm all the same: ", NextStep("arm", ("--unrecorded",))
+        )
         raise danger
     if danger is not None:
         operator.warn(f"{danger.what} {danger.meaning}")
     elif not recording:
         operator.warn(
-            f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
-            "Start it: tfsat-host record start"
+            Advice(
+                f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
+                "Start it: ",
+                NextStep("record start"),
+            )
         )
     return recording, origin, status.session if recording else None
 
@@ -214,11 +229,12 @@ def _calibration(named: Path | None, origin: Origin | None, operator: Operator) 
     try:
         calibration = read_calibration(file)
     except TfsatError as error:
-        operator.warn(f"{error.what} {error.meaning} {error.next_step}")
+        operator.warn(Advice(f"{error.what} {error.meaning} ", error.next_step))
         return unreadable_as_json(file, error.what)
+    # No objection refuses: a calibration may follow the drop, a drop that is not flown cannot.
     objections = notices(calibration, origin, file)
     for sentence in objections:
-        operator.note(f"Calibration {file}: {sentence}")
+        operator.note(Advice(f"Calibration {file}: ", sentence))
     if origin is None:
         operator.note(
             f"Calibration {file}: whether it is of this robot's sensors was not asked of the logger."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
@@ -22,6 +21,7 @@ from tfsat_host.calibration.certificate.certificate import (
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.protocol.limits import FALL_US, IMU_COUNT
 from tfsat_host.protocol.messages import LogHeader
@@ -29,17 +29,15 @@ from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 from tfsat_host.sdlog import DropLog
 
 _NAMED = 3
+# Two computers' clocks may differ by so much; what was measured later than this is of the future.
 _CLOCKS_APART = timedelta(minutes=1)
 
 
-def command_options(file: Path, *, emulated: bool) -> str:
-    """Format the options that make a `calibrate` command use that certificate.
-
-    The text begins with a space; it is empty where no option is needed.
-    """
+def command_options(file: Path, *, emulated: bool) -> tuple[str, ...]:
+    """Return the options that make a `calibrate` command use that certificate; none where none is needed."""
     default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
-    out = "" if file.resolve() == default.resolve() else f" --out {shlex.quote(str(file))}"
-    return out + (" --emulated" if emulated else "")
+    out = () if file.resolve() == default.resolve() else ("--out", str(file))
+    return (*out, *(("--emulated",) if emulated else ()))
 
 
 def notices(
@@ -67,6 +65,7 @@ def notices(
     objections = [] if origin is None else _of_other_imus(calibration, origin)
     options = command_options(file, emulated=calibration.subject.emulated)
     shortcomings = _shortcomings(calibration, before, servos=servos)
+    # Tell missing from stale: what was never measured, and what a landing may have moved since.
     for reason, words in (
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
@@ -77,6 +76,7 @@ def notices(
             objections.append(
                 f"{words} {_list_names([shortfall.name for shortfall in lacking])}. To measure: {commands}"
             )
+    # A value measured only after the impact may be of a sensor that the impact had moved.
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
         objections.append(
@@ -124,12 +124,12 @@ def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: 
     ]
 
 
-def _shortcoming_as_json(shortcoming: Shortcoming, options: str) -> dict[str, Any]:
+def _shortcoming_as_json(shortcoming: Shortcoming, options: tuple[str, ...]) -> dict[str, Any]:
     return {
         "quantity": shortcoming.name,
         "reason": shortcoming.reason,
         "taken": None if shortcoming.taken is None else shortcoming.taken.isoformat(),
-        "command": f"tfsat-host calibrate {shortcoming.command}{options}",
+        "command": str(shortcoming.command.with_arguments(*options)),
     }
 
 
@@ -156,6 +156,7 @@ def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
 
 def _measured_after_a_landing(calibration: Calibration, moment: datetime) -> list[str]:
     """List the quantities measured only after a landing that followed `moment` and may have changed them."""
+    # Landings are in order of time: this is the first one after the recording.
     landing = next((landing.at for landing in calibration.landings if landing.at >= moment), None)
     return [] if landing is None else measured_after(calibration, landing)
 
@@ -183,10 +184,8 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     ]
 
 
-def _commands(commands: Iterable[str], options: str) -> str:
-    return _list_names(
-        list(dict.fromkeys(f"tfsat-host calibrate {command}{options}" for command in commands))
-    )
+def _commands(commands: Iterable[NextStep], options: tuple[str, ...]) -> str:
+    return _list_names(list(dict.fromkeys(str(command.with_arguments(*options)) for command in commands)))
 
 
 def _list_names(names: list[str]) -> str:
@@ -194,11 +193,13 @@ def _list_names(names: list[str]) -> str:
     return ", ".join(names[:_NAMED]) + (f" and {omitted_count} more" if omitted_count > 0 else "")
 
 
-_NO_TIME = (
+_NO_TIME = Advice(
     "The recording has no time of day: it is not known whether the calibration is older or newer than this fall, and a "
     "landing in between may have changed what it says. All landings but its own are taken to have come before it. Use "
     "the calibration only if you know that it was taken before this fall, and that the robot did not land in between. "
-    "The next recording has a time of day if it is begun with tfsat-host record start."
+    "The next recording has a time of day if it is begun with ",
+    NextStep("record start"),
+    ".",
 )
 _NO_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
 """A file of an earlier date was written by something without a clock, as the logger is: cards then say 1980 or 2000."""
@@ -224,8 +225,10 @@ class CheckedCertificate:
 def origin_of_log(header: LogHeader) -> Origin:
     """Whose sensors a recording is of."""
     return Origin(
+        # All zeros: the board gave no serial number.
         logger_serial=header.board_serial.hex() if any(header.board_serial) else "",
         who_am_i=header.who_am_i.hex(),
+        # Sources that run natively, as the emulator's do, have no image in flash to compute a CRC of.
         emulated=header.image_crc == 0,
         firmware=".".join(map(str, header.firmware_version)),
         image_crc=f"{header.image_crc:08x}",
@@ -253,8 +256,10 @@ def hold_against(
     """
     origin = origin_of_log(log.header)
     present = read_calibration(file)
+    # The landing ends values of the present certificate for the next drop; for this one they still hold.
     if is_of_robot(present, origin):
         note_landing_of(log, file, present, notified)
+    # If it was measured again since the fall, a kept version from before the release is this drop's.
     drop_certificate = _certificate_of(log, file)
     for sentence in drop_certificate.unreadable:
         notified.warn(f"{sentence} It was passed over.")
@@ -265,6 +270,7 @@ def hold_against(
             "release."
         )
     recorded = time_of_day(log, log.origin_us)
+    # Without a time of day only this recording's own landing is known to have come after it.
     calibration = (
         drop_certificate.calibration if recorded else _without_landing_of(log, drop_certificate.calibration)
     )
@@ -299,16 +305,19 @@ def note_landing_of(
 
     `now` is when the certificate is written; None: as the computer's clock says.
     """
+    # A recording is decoded many times, and its landing counts once.
     if log.release_us is None or any(_is_of(landing, log) for landing in calibration.landings):
         return
     landing, how = _find_landing(log, now or datetime.now(UTC))
     updated_calibration = with_landing(calibration, landing)
+    # Some other source has told of a landing within two minutes of this one.
     if updated_calibration is calibration:
         return
     when = f"{landing.at:%Y-%m-%d %H:%M:%S} UTC{how}"
     try:
         note_landing(file, landing, now)
     except (OSError, TfsatError) as error:
+        # Not fatal: this drop can be evaluated; the certificate merely does not know that it is stale.
         reason = error.what if isinstance(error, TfsatError) else f"{error.strerror or error}."
         notified.warn(
             f"The landing at {when} could not be written into {file}: {reason} "
@@ -320,7 +329,7 @@ def note_landing_of(
         options = command_options(file, emulated=calibration.subject.emulated)
         again = (
             ": what it may have changed is to be measured again before the next drop "
-            f"(tfsat-host calibrate show{options})"
+            f"({NextStep('calibrate show', options)})"
         )
     notified.note(f"{file} knows of the landing at {when} now{again}.")
 
@@ -382,6 +391,7 @@ def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
         written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     except (OSError, OverflowError, ValueError):  # a date that no calendar has
         return now, "the clock"
+    # A date before 2020 or in the future is of a clock that was not set: now is the bound that is left.
     return (written, "its file") if _NO_CLOCK < written < now else (now, "the clock")
 
 

@@ -82,6 +82,7 @@ def corrected_robot(evaluation: Evaluation, recorded: datetime | None = None) ->
             result is no robot, as with a center of mass outside of its body.
     """
     worth, text = worth_of(evaluation), _text(evaluation.model)
+    # What its own checks withhold must not reach the file that the next drop is predicted with.
     if worth == "withheld":
         raise _refusal(
             " ".join(correction_sentences(evaluation)), "Cure what the checks name, and drop again."
@@ -96,6 +97,7 @@ def corrected_robot(evaluation: Evaluation, recorded: datetime | None = None) ->
         for correction in corrections(evaluation):
             text = _with(text, correction, f"{drop}: {correction.words()}")
     text = "\n".join((*heading, "", text))
+    # Read the result as any robot file: a fit may move a center of mass out of its body.
     try:
         parse_robot(text, evaluation.model.path)
     except RobotFileError as error:
@@ -109,18 +111,22 @@ def corrected_robot(evaluation: Evaluation, recorded: datetime | None = None) ->
 def corrections(evaluation: Evaluation) -> Iterator[Correction]:
     """Yield the correction of each entry of the robot file that a drop changes."""
     fit, filed = evaluation.explained.fit, evaluation.model
+    # With all offsets of the fit, nuisance parameters too: they are correlated with the others.
     body = fit.offsets.correct(fit.values)
     pairs = tuple(np.array(list(_ENTRIES.values())).T)
     # A file may give products of inertia, which stand negated in the tensor.
     signs = 1e3 * np.where(np.eye(3, dtype=bool), 1.0, -1.0 if _has_products(filed) else 1.0)[pairs]
     for b in range(filed.n_bodies):
         mass = np.array([filed.mass_kg[b], body.mass_kg[b]])
+        # A mass is m e^x: its slope by x is the mass itself.
         std = _std(fit, "mass", b, lambda parameter: parameter.shape * body.mass_kg[parameter.of, None])
         yield from _find_corrections(("body", b, "mass_kg"), (), mass[:1], mass[1:], std)
+        # Multibody counts from the global origin at zero angles, the file from the body's frame.
         com = 1e3 * (body.com_m[b] - filed.origin_m[b])
         std = _std(fit, "com", b, lambda parameter: 1e3 * parameter.shape)
         yield from _find_corrections(("body", b, "com_mm"), _AXES, 1e3 * filed.com_m[b], com, std)
         old, new = (signs * of.inertia_kg_m2[b][pairs] for of in (filed, body))
+        # Fitted is the strain E of the second moments: the chain rule gives the tensor's entries.
         std = _std(
             fit,
             "inertia",
@@ -138,6 +144,7 @@ def corrections(evaluation: Evaluation) -> Iterator[Correction]:
 def _axes(explained: ModelComparison) -> Iterator[Correction]:
     """Yield the corrections of the hinge axes, which are estimated among the sensor errors."""
     fit, kinematics = explained.fit, explained.driven.flown
+    # The covariance is in the order offsets, momentum, sensor errors; the hinges' tilts are among the last.
     filed, first = fit.offsets.body, len(fit.offsets) + len(fit.momentum_kg_m2_s)
     tilted = filed.tilt_hinges(kinematics.correct(fit.errors).tilt_rad).joint_axis
     for j, (old, new) in enumerate(zip(filed.joint_axis, tilted, strict=True)):
@@ -156,12 +163,15 @@ def _std(fit: ModelFit, kind: Kind, of: int, slope: Callable[[Parameter], FloatA
     ]
     if not of_it:
         return None
+    # (k, m) slopes by the entry's m parameters, from each one's unit to SI.
     slopes = np.column_stack([parameter.si * slope(parameter) for _, parameter in of_it])
+    # First-order propagation with the correlations among these parameters, the others marginalized.
     places = [at for at, _ in of_it]
     return _root(slopes @ fit.covariance[np.ix_(places, places)] @ slopes.T)
 
 
 def _root(covariance: FloatArray) -> FloatArray:
+    # Rounding may leave a variance just below zero.
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
@@ -173,6 +183,7 @@ def _find_corrections(
     std: FloatArray | None,
 ) -> Iterator[Correction]:
     """Yield the correction of the entry, if its rounded value changes."""
+    # Compare as written: a change below the last decimal of the file is none.
     if std is not None and (np.round(new, _DECIMALS) != np.round(old, _DECIMALS)).any():
         yield Correction(path, names, new - old, std, new)
 

@@ -82,6 +82,7 @@ def evaluate_several(
     """
     options.check(places)
     robot = drop_evaluation.robot_of(options.robot, places)
+    # Identical files are refused before anything is evaluated; other copies show by their session, decoded.
     _refuse_copies(places)
     return _without_copies([try_evaluation(place, options, robot, notices) for place in places])
 
@@ -148,9 +149,12 @@ class Comparison:
     def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
         self.runs = tuple(runs)
         drops = [_fit_drop(run) for run in runs]
+        # A drop with failed checks or a withheld correction must not correct the others.
         fits = [drop.fit for drop in find_trusted_drops(drops)]
         self.combined: CombinedOffsets | None = combine(fits) if fits else None
+        # Leave one out: offsets that fit their own drop prove little, that improve another one they do.
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
+        # A chi-square about the common offsets tells whether the drops can be of one model at all.
         doubt = "" if self.combined is None else self.combined.contradiction()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
@@ -183,6 +187,7 @@ class Comparison:
 def _fit_drop(run: EvaluatedRun) -> FittedDrop:
     explained = run.found.explained
 
+    # Norm of the attitude error at the end, of the model with these offsets, driven by this drop's joints.
     def error_deg(values: Any) -> float:
         return float(np.rad2deg(explained.driven.with_offsets(values).error.final_norm_rad))
 

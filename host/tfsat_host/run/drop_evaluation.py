@@ -19,6 +19,7 @@ from tfsat_host.evaluation.result.model import model
 from tfsat_host.evaluation.result.tables import CAUSES, CHECKS
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -50,7 +51,7 @@ _NO_MANEUVER = (
     "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "
     "looked at. Put maneuver.toml next to the recording, or name it with --maneuver."
 )
-_NO_CERTIFICATE = "No calibration was found. To measure one: tfsat-host calibrate show"
+_NO_CERTIFICATE = Advice("No calibration was found. To measure one: ", NextStep("calibrate show"))
 
 
 _RECORDING: Columns = (
@@ -160,6 +161,7 @@ def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotMode
     if len(places) > 1:
         _require_one_robot(places)
     robot = load_robot(named or _robot_of_all(places))
+    # The log's columns are of a fixed number of IMUs and joints: no other robot can be mapped to them.
     if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
         raise TfsatError(
             what=f"{robot.name} has {robot.n_bodies} bodies, {robot.n_joints} joints and {len(robot.imus)} IMUs; the "
@@ -187,7 +189,11 @@ def _require_one_robot(places: Sequence[Path]) -> None:
         raise UsageError(
             what=f"These drops are not of one robot. {named}.",
             meaning="What one robot's drops say of its model says nothing of another's. Nothing was evaluated.",
-            next_step="Evaluate each robot's drops by themselves; tfsat-host campaign report keeps them apart.",
+            next_step=Advice(
+                "Evaluate each robot's drops by themselves; ",
+                NextStep("campaign report"),
+                " keeps them apart.",
+            ),
         )
 
 
@@ -198,6 +204,7 @@ def _robot_of_all(places: Sequence[Path]) -> Path | None:
     """
     there = [place for place in places if place.exists()]
     files = [robot_beside(place) for place in there]
+    # By contents, as each run has a copy of its own; a run without one stands for the default robot.
     first = {sha256_of(file or find_robot(None)): place for place, file in zip(there, files, strict=True)}
     if len(first) > 1:
         names = " and ".join(str(place) for place in list(first.values())[:2])
@@ -227,8 +234,10 @@ def evaluate_run(
     _name_robot(files.recording, robot, notices)
     witnesses = _witnesses(options)
     log = _read(files.recording, options.session, notices)
+    # Needs the log's session, under which the note of what the sequencer held is filed.
     commanded = find_commanded(files, options.maneuver, log.session)
     files = replace(files, maneuver=commanded.file)
+    # Also writes this drop's landing into the certificate: what it may have moved is stale from then on.
     certificate, calibration = _calibration(log, options.calibration, robot, notices)
     with notices.progress(f"Evaluating {printable(place)}"):
         evaluation = evaluate(
@@ -240,6 +249,7 @@ def evaluate_run(
             witnesses=witnesses,
             swarm=options.swarm,
         )
+    # Remarks inform and do not enter the verdict; objections to certificate and maneuver do.
     remarks = [_NO_MANEUVER] if commanded.schedule is None else []
     remarks += [commanded.remark] if commanded.remark else []
     remarks += evaluation.micro_gravity.notes
@@ -279,6 +289,7 @@ def _calibration(
     if file is None:
         return None, None
     certificate = hold_against(log, file, notices, servos=False)
+    # Another robot's numbers say nothing of these sensors: report the certificate, evaluate without it.
     if not is_of_robot(certificate.calibration, origin):
         return certificate, None
     return certificate, _of_same_imus(certificate.calibration, origin.who_am_i, robot)
@@ -289,6 +300,7 @@ def _of_same_imus(calibration: Calibration, who_am_i: str, robot: RobotModel) ->
     calibrated_who_am_i = calibration.subject.who_am_i
     if calibrated_who_am_i == who_am_i:
         return calibration
+    # WHO_AM_I has two hexadecimal digits for each IMU; an exchanged one goes back to its design values.
     gyros = [
         gyro
         if calibrated_who_am_i[2 * i : 2 * i + 2] == who_am_i[2 * i : 2 * i + 2]

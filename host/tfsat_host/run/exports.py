@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, was_made_with, write_all
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
     """
     from tfsat_host.sdlog.errors import check_extra
 
+    # All libraries first, so that a missing one leaves no half of the files.
     for name in formats:
         check_extra(name)
     outputs = _outputs(log, stem, formats)
@@ -60,8 +61,10 @@ def _stands(stem: Path, name: str) -> bool:
 def _holds_other_recording(file: OutputFile, log: DropLog) -> bool:
     from tfsat_host.sdlog.exported_session import is_of_recording
 
+    # A file without our marker is a person's and says nothing of a recording.
     if not file.path.is_file() or not was_made_with(file.path, file.marker):
         return False
+    # None means that the file does not tell: only a definite other session is reported.
     return is_of_recording(file.path, log) is False
 
 
@@ -131,14 +134,14 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
         try:
             certificate = hold_against(log, file, out)
         except TfsatError as error:
-            out.warn(f"{error.what} {error.meaning} {error.next_step}")
+            out.warn(Advice(f"{error.what} {error.meaning} ", error.next_step))
             facts = unreadable_as_json(file, error.what)
         else:
             facts = certificate.facts
             if not certificate.objections:
                 out.note(f"Calibration: {certificate.path} holds for this recording.")
             for sentence in certificate.objections:
-                out.note(f"Calibration {certificate.path}: {sentence}")
+                out.note(Advice(f"Calibration {certificate.path}: ", sentence))
     return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
 
 
@@ -154,6 +157,7 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
     if quiet is None:
         return None
     quiet_s = float(quiet.t_us[-1] - quiet.t_us[0]) * 1e-6
+    # At rest the mean reading is the zero-rate output, (4, 3) in sensor axes.
     biases = np.rad2deg(SensorSamples.from_counts(quiet).rate_rad_s.mean(axis=0))
     words = [
         f"body {body} {' '.join(f'{component:+.3f}' for component in bias)}"
@@ -161,11 +165,12 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
     ]
     until = "" if log.release_us is None else " before the release"
     rested = f"The gyros rested for {quiet_s:.0f} s{until}: bias {', '.join(words)} deg/s. "
+    # A step without a date cannot be ordered among landings and other steps.
     if time_of_day(log, log.origin_us) is None:
         out.note(f"{rested}Without a time of day no calibration takes it.")
         return quiet_s
     emulated = origin_of_log(log.header).emulated
-    options = "" if file is None else command_options(file, emulated=emulated)
-    command = f"tfsat-host calibrate bias --log {shlex.quote(str(log.path))}{options}"
+    options = () if file is None else command_options(file, emulated=emulated)
+    command = NextStep("calibrate bias", ("--log", str(log.path), *options))
     out.note(f"{rested}To calibrate with it: {command}")
     return quiet_s

@@ -16,6 +16,7 @@ from tfsat_host.devices.log_copies import FetchedLogs, PartialLog, sha256_if_sam
 from tfsat_host.devices.log_transfer import RAM, Listing, Outcome, copy_name, entry_words
 from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.logger_state import clock_words
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
@@ -30,11 +31,13 @@ from tfsat_host.user_folders import NoUserFolder
 
 FALL_WAIT_S = 15.0
 """RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
+# end_capture() waits for nothing: for so long the listing may still be refused as WRONG_STATE.
 _ENDING_S = 2.0
 _DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
 
 
 def _clock_iso(unix_us: int) -> str | None:
+    # 0 stands for a logger whose clock was not set.
     if not unix_us:
         return None
     return datetime.fromtimestamp(unix_us / US_PER_S).astimezone().isoformat(timespec="milliseconds")
@@ -105,6 +108,7 @@ class Copy:
     def judge(self, listing: Listing) -> None:
         """Adds what the file is worth, by decoding it; where nothing can be, whether RAM has something."""
         name = entry_words(self.entry)
+        # Keep the two apart: an unreadable block is zeros in the copy, a torn one has the card's own bytes.
         for blocks, what in (
             (self.outcome.unreadable, "the card does not read them; the copy has zeros there"),
             (self.outcome.torn, "their CRC does not match: they are torn on the card itself"),
@@ -112,6 +116,7 @@ class Copy:
             if blocks:
                 listed = ", ".join(map(str, blocks[:8])) + (", …" if len(blocks) > 8 else "")
                 self.warnings.append(f"{name}, {len(blocks)} blocks ({listed}): {what}.")
+        # A copy may be right byte for byte and yet hold no block that can be decoded.
         try:
             self.facts = summary(sdlog.load(self.path))
             self.warnings += self.facts["warnings"]
@@ -119,10 +124,13 @@ class Copy:
             self.warnings.append(
                 f"{name} was copied whole, but it cannot be decoded. {error.what} {error.meaning}"
             )
+            # RAM's ring may hold samples of this very session that never reached the card.
             if self.entry.number != RAM and any(
                 other.number == RAM and other.session == self.entry.session for other in listing.entries
             ):
-                self.warnings.append("RAM has samples of that recording: tfsat-host log fetch ram")
+                self.warnings.append(
+                    Advice("RAM has samples of that recording: ", NextStep("log fetch", ("ram",)))
+                )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the copy as a dict for `--json`."""
@@ -144,7 +152,7 @@ class Copy:
                 f"  {facts['verdict']}: {facts['samples']} samples in {facts['duration_s']:.3f} s, {rate}, "
                 f"{facts['samples_lost']} lost"
             )
-            out.line(f"  tfsat-host decode {self.path}")
+            out.line(Advice("  ", NextStep("decode"), f" {self.path}"))
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
@@ -152,21 +160,26 @@ def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
 
     Waits for a drop that is being captured into RAM; ends any other capture only if a person agrees.
     """
+    # The logger refuses to list while it records, or while its RAM still takes a capture.
     try:
         return logger.listing()
     except BoardError as error:
         status = logger.status()
+        # A healthy recording is not ended here; only one that has failed or is closing is worth the wait.
         if error.code != ErrorCode.WRONG_STATE or status.state not in (
             LoggerState.FAILED,
             LoggerState.STOPPING,
         ):
             raise
+    # The logger gives up a card that is gone after 15 s by itself, so this wait has an end.
     if status.state == LoggerState.STOPPING:
         with out.progress("the logger tries to write the recording's end to its card: waiting"):
             return logger.wait_for_listing(STOP_TIMEOUT_S)
+    # The release was seen: the capture ends by itself, and a stop now would cut the fall short.
     if status.phase != DropPhase.WAITING:
         with out.progress("the card has failed and the drop goes into RAM: waiting for its end"):
             return logger.wait_for_listing(FALL_WAIT_S)
+    # No release yet, and RAM goes on as a ring: only a person knows whether a drop is still to come.
     out.confirm(
         "The card has failed, and the logger goes on in its RAM. Fetching ends that: a drop after it would not be "
         "recorded. Fetch now?",
@@ -203,6 +216,7 @@ def select_logs(logger: LoggerClient, listing: Listing, number: int | None) -> l
         for entry in listing.entries
         if entry.number != RAM or holds_drop or blocks_by_session.get(entry.session, -1) < entry.blocks
     ]
+    # An empty list off a card that failed is not an empty card.
     if not entries and listing.card_error is not None:
         raise listing.card_error
     return entries
@@ -226,7 +240,9 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
         TfsatError: another file is there; the disk, the cable or the card fails. Blocks received are kept.
     """
     fetched, serial = FetchedLogs(), logger.identity.serial
+    # A remembered copy is hashed again: only one that is unchanged saves the transfer.
     sha256 = fetched.sha256_of(serial, entry, target)
+    # A file that nobody remembers may still be this recording, copied by hand: compare before refusing.
     if sha256 is None and target.exists() and not force:
         sha256 = sha256_if_same(logger, entry, target)
         if sha256 is None:
@@ -238,6 +254,7 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
         _remember(fetched, serial, entry, target, sha256, out)
     if sha256 is not None:
         return Copy(entry, target, sha256, fetched=False)
+    # Blocks in NAME.part that prove themselves by CRC and session are not asked for again.
     with PartialLog(target, entry, replace=force) as partial:
         copy = Copy(entry, target, resumed_blocks=partial.present_blocks)
         if partial.present_blocks:
@@ -252,12 +269,14 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
             advance(partial.present_blocks)
 
             def put(index: int, block: bytes) -> None:
+                # Count a block only once the unbuffered file has it: a full disk fails here.
                 partial.put(index, block)
                 count()
                 advance(1)
 
             copy.outcome = logger.fetch_blocks(entry, partial.missing, put)
         copy.sha256 = partial.finish()
+    # A copy with zeros for unreadable blocks must not let `log erase` delete the original.
     if not copy.outcome.unreadable:
         _remember(fetched, serial, entry, target, copy.sha256, out)
     return copy
@@ -289,6 +308,7 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
     try:
         yield count
     except KeyboardInterrupt:
+        # An interruption costs nothing: the next attempt finds the kept blocks by their CRC.
         out.note(f"{kept()} The same command goes on from there.")
         raise
     except OSError as error:
@@ -299,11 +319,12 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
             "log fetch goes on from there.",
         ) from None
     except TfsatError as error:
+        # A board's refusal brings its own next step; after a broken link the fetch is to be repeated.
         if isinstance(error, BoardError):
             error.meaning = f"{error.meaning} {kept()}"
         else:
             error.meaning = f"{kept()} The recording is as it was, on the logger."
-            error.next_step = f"{error.next_step}\nThe same log fetch goes on from there."
+            error.next_step = Advice(error.next_step, "\nThe same log fetch goes on from there.")
         raise
 
 
@@ -320,6 +341,7 @@ def note_maneuvers(
         out: Hears of a folder that cannot be written to.
         ask: Reads the sequencer back; None: there is none to be asked.
     """
+    # What the sequencer holds now can only have flown in the newest session.
     newest = max(listing.entries, key=lambda entry: entry.number, default=None)
     if (
         ask is not None
@@ -330,6 +352,7 @@ def note_maneuvers(
         )
     ):
         held_maneuver = ask()
+        # Only a board that cannot have taken an upload since the fall vouches for what flew.
         if held_maneuver is not None and held_maneuver.has_flown:
             note_held(held_maneuver, newest.session, "log fetch", out.note)
     for copy in copies:
@@ -340,9 +363,13 @@ def release_ram(logger: LoggerClient, copy: Copy, out: Output) -> bool:
     """Gives RAM free once its drop is on this computer's disk, each block proven; whether it did."""
     if copy.entry.number != RAM or not logger.status().ram_holds_drop:
         return False
+    # RAM is the only original: it is not given up for a copy with holes.
     if copy.outcome.torn or copy.outcome.unreadable:
         out.warn(
-            "The copy of RAM is not whole, so the logger keeps it. To give it up: tfsat-host log erase ram"
+            Advice(
+                "The copy of RAM is not whole, so the logger keeps it. To give it up: ",
+                NextStep("log erase", ("ram",)),
+            )
         )
         return False
     logger.erase_log(copy.entry)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -11,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.maneuver import Defect, ManeuverError, Schedule, read_maneuver, schedule_maneuver
+from tfsat_host.next_step import Advice, NextStep
 
 RECORDING = "SD.bin"
 MANEUVER = "maneuver.toml"
@@ -30,6 +30,7 @@ REHEARSED = ".tfsat-rehearsal"
 _HASHED = re.compile(r"(?P<sha256>[0-9a-f]{64})  (?P<name>.+)")
 _LISTED = 8
 _NOTHING_DONE = "Nothing was evaluated."
+_EVALUATE = NextStep("evaluate")
 _FILES = ("maneuver", "calibration", "robot", "video", "laser", "facility")
 _FLAGS = ("swarm",)
 _OF_ONE_DROP = ("session", "video", "video_rate", "laser")
@@ -86,6 +87,7 @@ class EvaluationOptions:
         for name in _OF_ONE_DROP:
             if getattr(self, name) is not None:
                 raise _wrong(f"--{name.replace('_', '-')} belongs to one drop, and {len(places)} were named.")
+        # Resolved, one folder named in two ways is one drop.
         real = [place.resolve() for place in places]
         twice = next((place for i, place in enumerate(places) if real[i] in real[:i]), None)
         if twice is not None:
@@ -97,7 +99,7 @@ AS_FOUND = EvaluationOptions()
 
 
 def _wrong(what: str) -> UsageError:
-    return UsageError(what=what, meaning=_NOTHING_DONE, next_step="tfsat-host evaluate --help")
+    return UsageError(what=what, meaning=_NOTHING_DONE, next_step=Advice(NextStep("evaluate", ("--help",))))
 
 
 _MADE_BY_DECODE = (".csv", ".npz", ".mat", ".parquet", ".mcap")
@@ -117,14 +119,18 @@ class RunFiles:
 
 
 def run_files(
-    place: Path, maneuver: Path | None, *, command: str = "evaluate", nothing: str = _NOTHING_DONE
+    place: Path,
+    maneuver: Path | None,
+    *,
+    command: NextStep = _EVALUATE,
+    nothing: str = _NOTHING_DONE,
 ) -> RunFiles:
     """Resolve a RUN, a recording or a folder with one, to its files.
 
     Args:
         place: As it was typed.
         maneuver: As it was typed; None: the one next to the recording.
-        command: The command that asks, for errors.
+        command: The command that asks, up to the recording's name, for errors.
         nothing: The sentence for errors that states what was not done.
 
     Raises:
@@ -135,14 +141,17 @@ def run_files(
         raise TfsatError(
             what=f"There is no file or folder {place}.",
             meaning=nothing,
-            next_step=f"Name the recording off the card, or the folder with it: tfsat-host {command} SD.bin",
+            next_step=Advice(
+                "Name the recording off the card, or the folder with it: ", command.with_arguments(RECORDING)
+            ),
         )
+    # Evidence is the raw log alone, with its blocks and their CRCs.
     if recording.suffix.lower() in _MADE_BY_DECODE:
         raw = recording.with_suffix(".bin")
         raise TfsatError(
             what=f"{recording} is what decode made of a recording, not the recording itself.",
             meaning=nothing,
-            next_step=f"tfsat-host {command} {raw if raw.is_file() else 'SD.bin, the file off the card'}",
+            next_step=Advice(command, f" {raw if raw.is_file() else 'SD.bin, the file off the card'}"),
         )
     default = recording.parent / MANEUVER
     return RunFiles(recording, maneuver or (default if default.is_file() else None))
@@ -167,6 +176,7 @@ def names_of(recordings: Sequence[Path]) -> list[str]:
     for recording in recordings:
         folder = recording.resolve().parent.name or "drop"
         name = folder if recording.name == RECORDING else recording.stem
+        # Count the numbered ones as well: the third of a name becomes `name (3)`.
         same = sum(other == name or other.startswith(f"{name} (") for other in names)
         names.append(f"{name} ({same + 1})" if same else name)
     return names
@@ -183,9 +193,11 @@ def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path
 def rehearsed_files(folder: Path) -> dict[str, str]:
     """SHA-256 of each file that a rehearsal left there by its mark, empty where that does not say; none without one."""
     mark = folder / REHEARSED
+    # After the mark's first line each line is a file, in the format of sha256sum where its hash was noted.
     lines = mark.read_text(encoding="utf-8", errors="replace").splitlines()[1:] if mark.is_file() else []
     hashed = [(_HASHED.fullmatch(line), line) for line in lines]
     named = [(match["name"], match["sha256"]) if match else (line, "") for match, line in hashed]
+    # A mark is text that may have been edited: names that lead out of the folder are dropped.
     return {name: sha256 for name, sha256 in named if is_inside(name)}
 
 
@@ -216,18 +228,21 @@ def schedule_in(file: Path) -> Schedule:
         raise
 
 
-def _recording_in(folder: Path, command: str, nothing: str) -> Path:
+def _recording_in(folder: Path, command: NextStep, nothing: str) -> Path:
     """`SD.bin`, or else the only recording there."""
     recordings = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
     usual = [path for path in recordings if path.name == RECORDING]
+    # SD.bin goes before what else lies there; among several others none is guessed.
     if usual or len(recordings) == 1:
         return (usual or recordings)[0]
     if not recordings:
         raise TfsatError(
             what=f"{folder} holds no recording: no {RECORDING}, no other file that ends in .bin.",
             meaning=nothing,
-            next_step="Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: "
-            "tfsat-host log fetch 1",
+            next_step=Advice(
+                "Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: ",
+                NextStep("log fetch", ("1",)),
+            ),
         )
     names = ", ".join(path.name for path in recordings[:_LISTED]) + (
         ", …" if len(recordings) > _LISTED else ""
@@ -235,5 +250,5 @@ def _recording_in(folder: Path, command: str, nothing: str) -> Path:
     raise TfsatError(
         what=f"{folder} holds several recordings: {names}.",
         meaning=f"Which of them is meant is not known. {nothing}",
-        next_step=f"Name one: tfsat-host {command} {shlex.quote(str(recordings[0]))}",
+        next_step=Advice("Name one: ", command.with_arguments(str(recordings[0]))),
     )

@@ -74,9 +74,11 @@ def ask_sequencer(note: Note, *, logger_named: bool) -> HeldManeuver | None:
     try:
         with closing(SerialTransport(find_port("sequencer"))) as transport:
             sequencer = SequencerClient.connect(transport)
+            # An upload is taken only when SAFE: the state tells whether what is read back is what flew.
             has_flown = holds_what_flew(sequencer.status())
             return HeldManeuver(sequencer.read_back(), sequencer.identity.serial, has_flown)
     except TfsatError as error:
+        # That none was found needs no note; that one did not answer does.
         if not (isinstance(error, PortError) and error.code == PortProblem.NONE_FOUND):
             note(f"The sequencer was not asked which maneuver it holds. {error.what}")
         return None
@@ -84,6 +86,7 @@ def ask_sequencer(note: Note, *, logger_named: bool) -> HeldManeuver | None:
 
 def keep_upload(maneuver: Maneuver, serial: str, crc: int, note: Note) -> None:
     """Keep an uploaded maneuver by its board and CRC; a folder that cannot be written to is named in a note."""
+    # Filed by board and CRC: from a read-back alone the upload's name can be found again.
     try:
         write_whole(_upload_file(serial, crc), format_maneuver(maneuver).encode())
     except (OSError, NoUserFolder) as error:
@@ -117,11 +120,13 @@ def copy_note(recording: Path, session: int, note: Note) -> Path | None:
             shutil.copyfile(source, target)
     except (OSError, NoUserFolder) as error:
         note(f"The maneuver of session {session:08x} was not copied to {target}: {_reason(error)}")
+    # A note that lies beside the recording already serves as well.
     return target if target.is_file() else None
 
 
 def find_note(recording: Path, session: int) -> Path | None:
     """Find the note of a session: beside its recording, else on this computer, else None."""
+    # The note that travels with the recording goes before this computer's own.
     beside = recording.with_name(note_name(session))
     if beside.is_file():
         return beside
@@ -159,11 +164,14 @@ def find_commanded(files: RunFiles, named: Path | None, session: int) -> Command
     schedule = None if files.maneuver is None else schedule_in(files.maneuver)
     note = find_note(files.recording, session)
     held_schedule = None if note is None else schedule_in(note)
+    # The same strokes to the last stored digit: what else differs in the files does not matter.
     if held_schedule is None or (schedule is not None and schedule.is_same_motion(held_schedule)):
         return CommandedManeuver(files.maneuver, schedule)
     if schedule is None:
         return CommandedManeuver(note, held_schedule)
+    # They contradict each other: the board's read-back is evidence of what flew, the file is not.
     words = f"{files.maneuver} is not the maneuver that the sequencer held in this drop ({note})"
+    # A person's explicit choice goes before the evidence; a leftover maneuver.toml becomes an objection.
     if named is not None:
         return CommandedManeuver(
             files.maneuver, schedule, remark=f"{words}; it was named with --maneuver and is compared."

@@ -12,6 +12,7 @@ from tfsat_host.devices.log_transfer import RAM, entry_words
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.errors import RefusedError
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.logger_state import card_words
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
@@ -19,13 +20,10 @@ from tfsat_host.protocol.messages import LogEntry, LoggerStatusReply
 from tfsat_host.quantity import UNKNOWN, Column, Columns, record, records
 from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
 
-
-def ram_warning(option: str) -> str:
-    """Format the warning of a drop that is in RAM only; `option` names the logger as the user did."""
-    return (
-        "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: "
-        f"tfsat-host log fetch ram{option}"
-    )
+RAM_WARNING = Advice(
+    "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: ",
+    NextStep("log fetch", ("ram",)),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +85,7 @@ class LoggerRecordings:
         return (*ENTRIES, fetched_to)
 
 
-def erase(
-    logger: LoggerClient, number: int, out: Output, *, force: bool, option: str
-) -> tuple[dict[str, Any], str]:
+def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> tuple[dict[str, Any], str]:
     """Erase a recording after a confirmation; RAM's is given free. What was done, for `--json` and in words.
 
     Raises:
@@ -97,15 +93,19 @@ def erase(
         BoardError: there is none of that number.
     """
     entry = pick(logger.listing(), number)
+    # Asked before the erasure: afterwards the status no longer tells what was given up.
     in_ram, holds_drop = entry.number == RAM, bool(logger.status().ram_holds_drop)
     copy = FetchedLogs().copy_of(logger.identity.serial, entry)
+    # RAM without a drop needs no copy: the next recording overwrites it in any case.
     if copy is None and not force and (not in_ram or holds_drop):
         raise RefusedError(
             what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
             "or not as it was fetched.",
             meaning="Erased, it would be lost. Nothing was erased.",
-            next_step=f"tfsat-host log fetch {which_words(entry)}{option}\n"
-            "To erase it all the same: the same command with --force",
+            next_step=Advice(
+                NextStep("log fetch", (which_words(entry),)),
+                "\nTo erase it all the same: the same command with --force",
+            ),
         )
     copy_text = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
     out.confirm(f"{copy_text} Erase {entry_words(entry)}?", meaning="Nothing was erased.")

@@ -18,6 +18,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.flashing.image import default_hex, load_image
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import check_may_write
 from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import DropTower, load_tower
@@ -33,10 +34,12 @@ from tfsat_host.run.record import entries_of, sign
 from tfsat_host.whole_file import write_whole
 
 _MADE_BY = "tfsat-host preflight"
-_NAME_IMAGE = (
-    "make firmware, or name the image with --sequencer-image: its HEX, or the image_crc that tfsat-host status --json "
-    "showed right after it was flashed."
+_NAME_IMAGE = Advice(
+    "make firmware, or name the image with --sequencer-image: its HEX, or the image_crc that ",
+    NextStep("status", ("--json",)),
+    " showed right after it was flashed.",
 )
+# Eight blocks, each of which begins with the magic number: one that is damaged does not hide a recording.
 _LOOK_BYTES = 4096
 _MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
 
@@ -99,6 +102,7 @@ class PreparedRun:
         maneuver = maneuver or folder / MANEUVER
         robot_file = load_robot(robot or robot_beside(folder))
         tower = load_tower(facility)
+        # A maneuver that is missing or wrong is a finding of the checks and does not end the command.
         schedule = _schedule(maneuver)
         return cls(folder, maneuver, schedule, robot_file, tower, certificate, sequencer_image, logger_image)
 
@@ -106,13 +110,16 @@ class PreparedRun:
         """Read the certificate; return its calibration and its file's name."""
         file = find_certificate(self.certificate, self.folder, Path(), emulated=emulated)
         if file is None:
+            # Real and emulated robots' certificates differ in name: point to the other, do not use it.
             other = find_certificate(None, self.folder, Path(), emulated=not emulated)
             kind = "a real" if emulated else "an emulated"
             of_other = "" if other is None else f" {other} is that of {kind} robot."
             return (
                 Missing(
                     f"There is no calibration in {self.folder} or here.{of_other}",
-                    "tfsat-host calibrate bias, and what tfsat-host calibrate show then names",
+                    Advice(
+                        NextStep("calibrate bias"), ", and what ", NextStep("calibrate show"), " then names"
+                    ),
                 ),
                 "",
             )
@@ -126,6 +133,7 @@ class PreparedRun:
         if isinstance(self.schedule, Missing):
             return self.schedule
         try:
+            # Reach and travel of the design model from release to landing, for the tower's limits.
             envelope = envelope_of(self.robot, self.schedule, until_s=self.tower.fall_s)
         except TfsatError as error:
             return Missing(f"{error.what} {error.meaning}", error.next_step)
@@ -135,15 +143,20 @@ class PreparedRun:
         """Return the reference images that the sequencer and the logger should run."""
         logger: Reference | Missing = Missing(
             "none was named, and no calibration of this logger says which one it ran then.",
-            "Name it with --logger-image: image_crc of tfsat-host status --json right after it was flashed. The "
-            "next calibration step keeps it in the certificate.",
+            Advice(
+                "Name it with --logger-image: image_crc of ",
+                NextStep("status", ("--json",)),
+                " right after it was flashed. The next calibration step keeps it in the certificate.",
+            ),
         )
+        # `make firmware` makes no image of the logger: it is named, or taken from its calibration later.
         if self.logger_image is not None:
             logger = Reference(self.logger_image, "--logger-image")
         return _sequencer_image(self.sequencer_image), logger
 
     def newest(self) -> tuple[datetime, str] | None:
         """Return the modification time and name of the newer of the maneuver and the certificate."""
+        # Dates of files bound the computer's clock from below.
         paths = [path for path in (self.maneuver, self.certificate) if path is not None and path.is_file()]
         times = ((datetime.fromtimestamp(path.stat().st_mtime, UTC), path.name) for path in paths)
         return max(times, default=None)
@@ -182,8 +195,10 @@ def require_not_flown(folder: Path) -> None:
             what=f"{folder} is the folder of a drop that was flown: {why}.",
             meaning="A preflight is what was known before the drop. One of today would take the place of that of then. "
             "Nothing was looked at, nothing was changed.",
-            next_step="Make a folder for the next drop, copy maneuver.toml and the certificate into it, then: "
-            f"tfsat-host preflight {shlex.quote(_next_to(folder))}",
+            next_step=Advice(
+                "Make a folder for the next drop, copy maneuver.toml and the certificate into it, then: ",
+                NextStep("preflight", (_next_to(folder),)),
+            ),
         )
 
 
@@ -194,6 +209,7 @@ def _flown_evidence(folder: Path) -> str:
     recording_path = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
     if recording_path is not None:
         return f"it holds the recording {recording_path.name}"
+    # The record remembers a recording that was moved away since.
     signed = next((name for name in _signed_names(folder) if name.lower().endswith(".bin")), None)
     return "" if signed is None else f"its record vouches for the recording {signed}"
 
@@ -201,6 +217,7 @@ def _flown_evidence(folder: Path) -> str:
 def _is_recording(path: Path) -> bool:
     if path.suffix.lower() != ".bin" or not path.is_file():
         return False
+    # The log's magic number shows a recording under any name; SD.bin is taken for one even if damaged.
     with path.open("rb") as file:
         return path.name == RECORDING or _MAGIC in file.read(_LOOK_BYTES)
 
@@ -231,6 +248,7 @@ def _schedule(file: Path) -> Schedule | Missing:
 
 def _sequencer_image(named: Path | None) -> Reference | Missing:
     text = "" if named is None else str(named)
+    # Eight hexadecimal digits that are no file's name are the CRC itself.
     if (
         named is not None
         and not named.exists()
@@ -303,9 +321,11 @@ def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Writt
         OSError: it cannot be written.
     """
     file = folder / PREFLIGHT
+    # jsonable() has made NaN null; allow_nan=False keeps it so, for any JSON parser.
     text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
     write_whole(file, (text + "\n").encode())
     by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
+    # A damaged record does not cost the result: it stands, unsigned, and that is said.
     try:
         entry = sign(folder, [file], by, at)
     except TfsatError as error:

@@ -111,8 +111,10 @@ def sign(folder: Path, files: Sequence[Path], by: str, at: datetime) -> Entry:
     """
     if at.tzinfo is None:
         raise ValueError("the time of an entry needs its time zone")
+    # Hash outside of the lock: only the chain must not change between its reading and writing.
     signed = tuple(_sign_file(folder, file) for file in files)
     with one_at_a_time(folder / _LOCK, f"the record of {folder}"):
+        # Read under the lock, so that two programs cannot append to the same last entry.
         entries = entries_of(folder)
         previous = sha256_of_entry(entries[-1]) if entries else ""
         entry = Entry(at, by, signed, previous)
@@ -156,10 +158,12 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     if not (folder / RECORD).exists():
         return ()
     entries, findings = _read(folder)
+    # Signatures after the last closing do not count: they could vouch for a file changed since.
     closing = [
         number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
     ]
     count = closing[-1] if closing else len(entries)
+    # Of each name the last signature stays: a file may rightly change between two of them.
     last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
     after = (_after(folder, entry) for entry in entries[count:])
     return (*findings, *_find_changes(folder, last.values()), *after)
@@ -177,12 +181,14 @@ def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
         sentence = f"{path} is no record of a run, or it is damaged: {error}."
         return (), (Finding("damaged", RECORD, sentence),)
     findings = _breaks(path, entries, last)
+    # The chain holds, but only the canonical text is ours: whatever else differs was edited by hand.
     if not findings and format_record(entries).encode() != data:
         findings = [Finding("changed", RECORD, f"{path} was edited: it is not as tfsat-host writes it.")]
     return entries, tuple(findings)
 
 
 def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
+    # Shifted by one: each entry names the hash of the one before, the last line that of the last entry.
     hashes = [sha256_of_entry(entry) for entry in entries]
     named = [*(entry.previous for entry in entries), last]
     findings = []
@@ -195,6 +201,7 @@ def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
             findings.append(Finding("missing", RECORD, sentence))
             continue
         last_of = f"{path}: entry {number} ({_of(entries[number - 1])})"
+        # The next link passes this entry over and names an earlier one.
         if entry_names in ["", *hashes[:number]]:
             sentence = f"{last_of} was inserted, or what follows was changed."
             findings.append(Finding("inserted", RECORD, sentence))
@@ -208,6 +215,7 @@ def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
 def _find_changes(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> Iterator[Finding]:
     for file, entry in signed:
         path = folder / file.name
+        # Names in the record are not trusted: nothing outside of the run's folder is opened.
         if not is_inside(file.name):
             yield Finding("changed", RECORD, f"{folder / RECORD} names a file outside: {file.name!r}.")
         elif not path.is_file():
@@ -223,6 +231,7 @@ def _after(folder: Path, entry: Entry) -> Finding:
 
 
 def _sign_file(folder: Path, file: Path) -> SignedFile:
+    # Resolve links first: a file that lies elsewhere would not move with the run.
     try:
         name = file.resolve().relative_to(folder.resolve()).as_posix()
     except ValueError as error:
@@ -248,6 +257,7 @@ def _unsignable(what: str) -> RecordError:
 
 def sha256_of_entry(entry: Entry) -> str:
     """Compute the hexadecimal SHA-256 of an entry's JSON, without spaces and with sorted keys."""
+    # A canonical form, so that the hash depends on the values and not on the layout of the file.
     text = json.dumps(_as_json(entry), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 

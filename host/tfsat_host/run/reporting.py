@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.plotting import check_matplotlib
@@ -100,6 +101,7 @@ def report(
             next_step="Leave out the name: each file then lies next to its recording.",
         )
     files = ReportFiles.of(places, options.maneuver, report_options)
+    # Find out what is in the way before the evaluation, which takes long.
     files.check()
     robot = robot_of(options.robot, places)
     each = [try_evaluation(place, options, robot, notices) for place in places]
@@ -109,12 +111,14 @@ def report(
         raise refused[0].error
     for refusal in refused:
         error = refusal.error
-        notices.warn(f"{refusal.place} is not in the report. {error.what} {error.meaning} {error.next_step}")
+        notices.warn(
+            Advice(f"{refusal.place} is not in the report. {error.what} {error.meaning} ", error.next_step)
+        )
     if not runs:
         raise TfsatError(
             what="None of the drops can be evaluated.",
             meaning="No report was written.",
-            next_step=f"Look at the first alone: tfsat-host evaluate {places[0]}",
+            next_step=Advice("Look at the first alone: ", NextStep("evaluate"), f" {places[0]}"),
         )
     drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)
@@ -165,6 +169,7 @@ class ReportFiles:
         if folder is None:
             return {}
         if not self.alone:
+            # Each drop has the same figures: a subfolder for each, with a name that every system takes.
             folder /= re.sub(r"[^\w.-]+", "_", self.names[recording]).strip("._") or "drop"
         return {(figure, kind): folder / f"{figure}.{kind}" for figure in FIGURES for kind in FORMATS}
 
@@ -214,6 +219,7 @@ class ReportFiles:
             document = document_of(drops, made_at or datetime.now(UTC), tables=tables, lacking=without)
             path.write_text(render(document), encoding="utf-8")
 
+        # Page, figures and MCAP files in one list: if one of them is in the way, none is written.
         outputs = [OutputFile(self.page, PAGE_MARKER, write_page), *chain(*map(self._others, drops))]
         new_folder = new_folder_of(self.page)
         with notices.progress("Writing the report", total=1.0) as advance:

@@ -33,6 +33,7 @@ from .header import HeaderChoice
 from .ledger import Ledger
 
 _BLOCK, _EVENT, _SAMPLE = np.dtype(DATA_BLOCK_DTYPE), np.dtype(EVENT_DTYPE), np.dtype(SAMPLE_DTYPE)
+# Heads, samples and fields are all of even size, so blocks are gathered as rows of 16-bit words.
 _BLOCK_WORDS, _SAMPLE_WORDS, _FIRST_WORD = BLOCK_BYTES // 2, Sample.SIZE // 2, HEADER_BYTES // 2
 _BODY_WORDS = slice(_FIRST_WORD, _FIRST_WORD + SAMPLES_PER_BLOCK * _SAMPLE_WORDS)
 _DATA, _HEADER = int(BlockKind.DATA), int(BlockKind.HEADER)
@@ -50,6 +51,7 @@ def _words_of(name: str) -> slice:
 _TIME, _FLAGS, _IMU, _ANGLE = map(_words_of, ("time_offset_us", "flags", "imu", "angle"))
 _IMU_WORDS = (_IMU.stop - _IMU.start) // IMU_COUNT
 _FLAG_BITS = 16 * (_FLAGS.stop - _FLAGS.start)
+# Bits of a sample's flags in their order (protocol, Sample): where each sensor's group ends.
 _FLAG_ENDS = np.cumsum([IMU_COUNT, ANGLE_SENSOR_COUNT, SWITCH_COUNT, IMU_COUNT])
 
 
@@ -74,8 +76,10 @@ class Footers:
         try:
             footer = LogFooter.decode(payload[: LogFooter.SIZE])
         except ProtocolError:
+            # The CRC was right and the contents are impossible: a doubt, no reason to refuse the file.
             self.not_understood += 1
             return
+        # Blocks come by number: the last footer closes the recording, an earlier different one is a doubt.
         self.differ = self.differ or self.last not in (None, footer)
         self.last, self.last_number = footer, number
 
@@ -93,6 +97,7 @@ class BlockDecoder:
     """
 
     def __init__(self, most_blocks: int) -> None:
+        # Allocate for the most that can come: np.empty reserves addresses, pages are used as rows arrive.
         room = most_blocks * SAMPLES_PER_BLOCK
         self.headers, self.footers, self.ledger = HeaderChoice(), Footers(), Ledger()
         self._words = np.empty((room, _SAMPLE_WORDS), np.uint16)
@@ -112,7 +117,9 @@ class BlockDecoder:
         """
         is_data = heads["kind"] == _DATA
         everything = selection.all()
+        # Spare the copy of the heads in the usual case that every block of the chunk is taken.
         self.ledger.add(heads if everything else heads.take(np.flatnonzero(selection)))
+        # Headers and footers are rare and decoded one by one; data blocks go through as arrays.
         self._take_others(data, heads, np.flatnonzero(selection & ~is_data))
         rows = np.flatnonzero(is_data if everything else selection & is_data)
         if not len(rows):
@@ -120,6 +127,7 @@ class BlockDecoder:
         heads = heads.take(rows)
         self._take_samples(data, heads, rows)
         if heads["event_count"].any():
+            # (k, slots) events, masked by each block's own count: one flat array in the order of the log.
             slots = np.frombuffer(data, _BLOCK)["events"][rows]
             self._events.append(slots[np.arange(slots.shape[1]) < heads["event_count"][:, None]])
 
@@ -127,10 +135,12 @@ class BlockDecoder:
         """Return all samples decoded, as columns by the names of `DropLog`."""
         rows = slice(0, self._rows)
         words = self._words[rows]
+        # (n, 16) flag bits by sensor; the four groups fill all bits, so the fifth piece is empty.
         imu_valid, angle_valid, switch_open, clipped, _ = np.split(self._bits[rows], _FLAG_ENDS, axis=1)
         return {
             "sample_index": self._index[rows],
             "t_us": self._t_us[rows],
+            # The same words reinterpreted as signed, (n, 4, 7): accelerometer, temperature, gyro.
             "imu_counts": words[:, _IMU].view(np.int16).reshape(-1, IMU_COUNT, _IMU_WORDS),
             "angle_counts": words[:, _ANGLE],
             "imu_valid": imu_valid,
@@ -155,20 +165,25 @@ class BlockDecoder:
     def _take_samples(self, data: memoryview, heads: RecordArray, rows: IntArray) -> None:
         blocks = np.frombuffer(data, "<u2").reshape(-1, _BLOCK_WORDS)[:, _BODY_WORDS]
         counts = heads["sample_count"]
+        # (k, 6) bool: a block that waited for PARTIAL_BLOCK_MS was written as far as it was filled.
         occupied_slots = counts[:, None] > _SLOTS
         begin, end = self._rows, self._rows + int(counts.sum())
         self._rows = end
         words = self._words[begin:end]
         full = occupied_slots.all()
         if full:
+            # Full blocks have no empty slots to drop: copy each run of neighbours whole.
             bodies = words.reshape(len(rows), -1)
             starts = [0, *(np.flatnonzero(np.diff(rows) != 1) + 1).tolist(), len(rows)]
             for start, stop in pairwise(starts):  # a run of neighbours at a time
                 bodies[start:stop] = blocks[rows[start] : rows[stop - 1] + 1]
         else:
+            # Somewhere slots are empty: gather all of them, then keep the occupied ones in order.
             words[:] = blocks[rows].reshape(-1, _SAMPLE_WORDS)[occupied_slots.ravel()]
+        # Sample times are 32-bit offsets from the 64-bit time of their block.
         base_us = np.repeat(heads["time_us"].astype(np.int64), counts)
         np.add(base_us, words[:, _TIME].view("<u4")[:, 0], out=self._t_us[begin:end])
+        # (k, 6) numbers that count on from each block's first sample.
         index = heads["first_sample"].astype(np.int64)[:, None] + _SLOTS
         self._index[begin:end] = index.ravel() if full else index[occupied_slots]
         # Bits by the protocol reference, Sample: imu_valid, angle_valid, switch_open, clipped.

@@ -65,14 +65,18 @@ class BlockScan(NamedTuple):
 def look(data: memoryview) -> BlockScan:
     """Look at every block of `data`, which is whole blocks; each block that begins like ours has its CRC checked."""
     heads = _heads(data)
+    # Each mask narrows the one before, so the differences of their counts give the reasons of rejection.
     ours = heads["magic"] == BLOCK_MAGIC
+    # CRCs are the costly step: spare them where no block of the chunk has the magic number.
     sound = ours & _crc_is_right(data) if ours.any() else ours
     has_known_version = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
     usable = has_known_version & _possible(heads)
+    # An intact stretch needs no reasons.
     if usable.all():
         return BlockScan(heads, usable, Counter())
     counts = [int(np.count_nonzero(mask)) for mask in (ours, sound, has_known_version, usable)]
     others = len(ours) - counts[0]
+    # Blocks of zeros are room that was allocated and never filled: no sign of damage.
     zero = _count_zero(data) if others else 0
     torn, newer, malformed = (before - after for before, after in pairwise(counts))
     reasons = Counter(never_written=zero, foreign=others - zero, torn=torn, newer=newer, malformed=malformed)
@@ -90,6 +94,7 @@ def look_at_tail(tail: bytes) -> Counter[str]:
 
 
 def _heads(data: memoryview) -> RecordArray:
+    # (n, 128) words; their first columns are not contiguous and are copied before they become records.
     words = np.frombuffer(data, "<u4").reshape(-1, BLOCK_BYTES // 4)
     return words[:, : HEADER_BYTES // 4].copy().view(HEAD)[:, 0]
 
@@ -103,11 +108,14 @@ def _crc_is_right(data: memoryview) -> BoolArray:
 
 
 def _count_zero(data: memoryview) -> int:
+    # Test words of 64 bits instead of bytes.
     words = np.frombuffer(data, "<u8").reshape(-1, BLOCK_BYTES // 8)
     return len(words) - int(np.count_nonzero(words.any(axis=1)))
 
 
 def _possible(heads: RecordArray) -> BoolArray:
+    # A right CRC proves what was written, not that it makes sense: more samples or events than slots,
+    # or a time that no clock reaches, would index or date out of range.
     kinds = (heads["kind"] >= _FIRST_KIND) & (heads["kind"] <= _LAST_KIND)
     counts = (heads["sample_count"] <= SAMPLES_PER_BLOCK) & (heads["event_count"] <= EVENTS_PER_BLOCK)
     possible: BoolArray = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
@@ -128,6 +136,7 @@ class PieceList:
         Raises:
             LogError: there are more than MAX_PIECES.
         """
+        # Rejoin a piece that the border between two chunks has cut.
         if self._done and len(new) and _continues(self._done[-1][-1:], new[:1])[0]:
             self._done[-1]["count"][-1] += new["count"][0]
             new = new[1:]
@@ -143,6 +152,7 @@ class PieceList:
 
     def all(self) -> RecordArray:
         """Return the pieces so far, (k,) of PIECE."""
+        # Concatenate once and keep the result: later calls cost nothing.
         if len(self._done) != 1:
             self._done = [np.concatenate([np.empty(0, PIECE), *self._done])]
         return self._done[0]
@@ -160,6 +170,7 @@ def merge_pieces(pieces: RecordArray) -> RecordArray:
     """Merge each piece that continues the one before it, which leaves the same blocks in the same order."""
     if len(pieces) < 2:
         return pieces
+    # A new piece begins wherever position, number or session does not go on; sum the counts of each run.
     first = np.flatnonzero(np.concatenate(([True], ~_continues(pieces[:-1], pieces[1:]))))
     fewer = pieces[first]
     fewer["count"] = np.add.reduceat(pieces["count"], first)

@@ -17,6 +17,7 @@ from .release import Release
 from .release_rule import recorded_releases
 
 _ROWS_AT_A_TIME = 1 << 15
+# As the footer's late_ticks: half-way between a nominal period and the two of one missed tick.
 _MISSED_FROM_PERIODS = 1.5
 
 
@@ -36,9 +37,11 @@ def steps_of_time(t_us: IntArray, index: IntArray, rate_hz: float) -> tuple[int,
     not_advancing = 0
     late = [np.empty(0, np.int64)]
     for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
+        # Chunks overlap by a row, so that the step across their border is seen too.
         step_us = np.diff(t_us[begin : begin + _ROWS_AT_A_TIME + 1])
         not_advancing += int(np.count_nonzero(step_us <= 0))
         rows = np.flatnonzero(step_us > longest_us) + begin + 1
+        # A long step counts only between consecutive sample numbers: a gap explains its own.
         if len(rows):
             late.append(rows[index[rows] == index[rows - 1] + 1])
     return not_advancing, np.concatenate(late)
@@ -68,6 +71,7 @@ def block_doubts(
         yield "the count of dropped samples goes down"
     if footers.not_understood:
         yield f"{footers.not_understood} ends of the recording hold impossible values and are not used"
+    # A missing footer is no contradiction: power was cut or the copy is partial, a truncation.
     if footers.last is None:
         return
     if footers.differ:
@@ -77,6 +81,7 @@ def block_doubts(
         yield "blocks follow the end of the recording"
     if footer.blocks != number + 1:
         yield f"the end of the recording counts {footer.blocks} blocks and is number {number}"
+    # A footer that counts more samples shows a gap at the end; one that counts fewer cannot be.
     if footer.samples < ledger.samples_end:
         yield f"the end of the recording counts {footer.samples} samples; there are {ledger.samples_end}"
     if footer.samples_dropped < ledger.samples_dropped:
@@ -105,6 +110,7 @@ def two_releases(release: Release | None) -> str | None:
     """Return a sentence if the switches' edges fit two releases: nothing is lost, but t = 0 is uncertain."""
     if release is None or release.left_us[0] == release.left_us[1]:
         return None
+    # The interval on both sides of t = 0 that holds either release.
     before_ms = (release.t_us - release.left_us[0]) / 1e3
     after_ms = (release.left_us[1] - release.t_us) / 1e3
     return (
@@ -118,6 +124,7 @@ def release_doubts(
 ) -> Iterator[str]:
     """Yield a sentence if the release is not certain to the microsecond, or missing where one must be."""
     if release is None:
+        # Without a release times count from the first sample: doubt that where there must have been one.
         recorded, _ = recorded_releases(events)
         if recorded:
             yield (

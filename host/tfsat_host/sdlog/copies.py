@@ -40,10 +40,13 @@ def take_each_number_once(source: LogSource, pieces: RecordArray) -> tuple[Recor
     Raises:
         LogError: the file cannot be read, or is not what it was.
     """
+    # By number, then by position: pieces that share numbers become neighbours.
     pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
+    # Pieces whose numbers no other has are taken unread; only rivals cost time.
     contested = _find_contested(pieces)
     chosen_pieces, pieces = [pieces[~contested]], pieces[contested]
     duplicate = conflicting = 0
+    # Windows bound the memory; cut to a window, a rival piece may turn out to be alone there.
     for window in _windows(pieces):
         contested = _find_contested(window)
         chosen_pieces.append(window[~contested])
@@ -61,7 +64,9 @@ def _find_contested(pieces: RecordArray) -> BoolArray:
     first = pieces["number"]
     end = first + pieces["count"]
     shares = np.zeros(len(pieces), np.bool_)
+    # Begins before the furthest end so far, a running maximum: one long piece may span many.
     shares[1:] |= first[1:] < np.maximum.accumulate(end)[:-1]
+    # Ends after the next begins: in sorted order the next piece is the nearest rival.
     shares[:-1] |= first[1:] < end[:-1]
     return shares
 
@@ -70,9 +75,11 @@ def _windows(pieces: RecordArray) -> Iterator[RecordArray]:
     """Yield the same blocks in windows of _WINDOW consecutive numbers, cutting pieces that reach further."""
     next_piece, cut = 0, pieces[:0]
     while next_piece < len(pieces) or len(cut):
+        # Each window begins at the lowest number left, so that missing ranges cost none.
         end = int(cut["number"][0] if len(cut) else pieces["number"][next_piece]) + _WINDOW
         upto = int(np.searchsorted(pieces["number"], end))
         window = np.concatenate((cut, pieces[next_piece:upto]))
+        # Cut what reaches past the window and carry it on, its position advanced by as many blocks.
         beyond = window["number"] + window["count"] - end
         cut = window[beyond > 0]
         window["count"] -= np.maximum(beyond, 0)
@@ -89,18 +96,22 @@ def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[Record
     """
     lowest = int(rivals["number"].min())
     best = np.zeros(_WINDOW, _BEST)
+    # Below any real count, so that the first block found of each number becomes the best.
     best["sample_count"] = -1
     for positions, numbers in _in_file_order(rivals):
         counts, crcs = _read(source, positions, numbers)
         which = numbers - lowest
+        # Most samples first within each number, then first in the file; np.diff finds each number's head.
         order = np.lexsort((positions, -counts, which))
         first = order[np.flatnonzero(np.diff(which[order], prepend=-1))]
+        # Strictly more samples: among equals, the one met first, earlier in the file, stays.
         better = first[counts[first] > best["sample_count"][which[first]]]
         improved = which[better]
         best["position"][improved] = positions[better]
         best["sample_count"][improved], best["crc"][improved] = counts[better], crcs[better]
         # No block before was equal to one with more samples.
         best["same"][improved] = 0
+        # Count per number what was found and what agrees with the best so far by its CRC.
         best["found"] += np.bincount(which, minlength=_WINDOW)
         best["same"] += np.bincount(which[crcs == best["crc"][which]], minlength=_WINDOW)
     present = np.flatnonzero(best["found"])
@@ -108,12 +119,14 @@ def _best_of_each_number(source: LogSource, rivals: RecordArray) -> tuple[Record
     chosen_pieces = np.empty(len(best), PIECE)
     chosen_pieces["position"], chosen_pieces["number"] = best["position"], lowest + present
     chosen_pieces["count"], chosen_pieces["session"] = 1, rivals["session"][0]
+    # Each best block is among its own equals: leave it out of the duplicates.
     same = int(best["same"].sum())
     return merge_pieces(chosen_pieces), same - len(best), int(best["found"].sum()) - same
 
 
 def _in_file_order(pieces: RecordArray) -> Iterator[tuple[IntArray, IntArray]]:
     """Positions and numbers of all blocks of the pieces, by position, CHUNK_BLOCKS at a time."""
+    # Enumerate blocks by rank; the cumulative counts give each rank's piece by bisection.
     order = np.argsort(pieces["position"])
     upto = np.cumsum(pieces["count"][order])
     for first in range(0, int(upto[-1]), CHUNK_BLOCKS):
@@ -137,6 +150,7 @@ def _read(
         target = data[begin * BLOCK_BYTES : end * BLOCK_BYTES]
         source.read_into(target, int(positions[begin]) * BLOCK_BYTES)
     looked = look(data)
+    # All of them were usable in the first pass: anything else now means that the file has changed.
     if not looked.usable.all() or not np.array_equal(looked.heads["block_number"], numbers):
         raise changed_while_read(source.path)
     crcs = np.frombuffer(data, "<u4")[BLOCK_BYTES // 4 - 1 :: BLOCK_BYTES // 4]

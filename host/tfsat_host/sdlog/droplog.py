@@ -140,6 +140,7 @@ class DropLog:
         """What t_s = 0 is: `release`, `release (doubtful)` or `first sample`."""
         if self.release is None:
             return "first sample"
+        # Within one sampling period an uncertain t = 0 moves no sample by a whole row.
         doubtful = self.release.touches_gap or self.release.uncertainty_us > 1e6 / self.header.rate_hz
         return "release (doubtful)" if doubtful else "release"
 
@@ -156,6 +157,7 @@ class DropLog:
     @cached_property
     def t_s(self) -> FloatArray:
         """(n,) time after release, s; after the first sample if no release was recorded."""
+        # Subtract as integers first: a long uptime then costs a short time none of its digits.
         since: FloatArray = (self.t_us - self.origin_us) / np.float64(1e6)
         return since
 
@@ -172,6 +174,7 @@ class DropLog:
     @cached_property
     def temperature_c(self) -> FloatArray:
         """(n, 4) die temperature of each IMU, °C."""
+        # Parts differ in scale and zero: (4,) each, broadcast over (n, 4) counts.
         lsb_per_c, offset_c = np.array(temperature_scales(self.header)).T
         return np.asarray(self._imu_columns(_TEMPERATURE, 1.0) * (1 / lsb_per_c) + offset_c)
 
@@ -183,6 +186,7 @@ class DropLog:
         """
         per_count = 2 * np.pi / self.header.angle_counts_per_turn
         angle = np.asarray((self.angle_counts + 0.5) * per_count, np.float64)
+        # An invalid sensor reads 0, a real angle: only NaN keeps it out of every later computation.
         angle[~self.angle_valid] = np.nan
         return angle
 
@@ -211,6 +215,7 @@ class DropLog:
 
     def _imu_columns(self, columns: slice | int, scale: float) -> FloatArray:
         values: FloatArray = np.multiply(self.imu_counts[:, :, columns], scale, dtype=np.float64)
+        # The (n, 4) mask blanks all axes of an IMU at once.
         values[~self.imu_valid] = np.nan
         return values
 
@@ -256,6 +261,7 @@ def physical_columns(log: DropLog) -> list[CountColumn]:
     per_turn = 360 / header.angle_counts_per_turn
     columns = []
     for body, (lsb_per_c, offset_c) in enumerate(temperature_scales(header)):
+        # Name, column of the raw counts, scale, offset, decimals.
         readings = (
             *((f"rate_{axis}_deg_s", _GYRO.start + i, per_deg_s, 0.0, 4) for i, axis in enumerate("xyz")),
             *((f"specific_force_{axis}_m_s2", i, per_g, 0.0, 5) for i, axis in enumerate("xyz")),

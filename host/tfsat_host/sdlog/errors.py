@@ -6,10 +6,11 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.next_step import Advice, NextStep
 
-LOOK_AGAIN = (
-    "Copy the recording (DROP0001.BIN and up) off the card once more and decode the copy: "
-    "tfsat-host decode SD.bin"
+LOOK_AGAIN = Advice(
+    "Copy the recording (DROP0001.BIN and up) off the card once more and decode the copy: ",
+    NextStep("decode", ("SD.bin",)),
 )
 MODULES = {
     "parquet": ("pyarrow",),
@@ -51,7 +52,9 @@ def not_seekable(path: Path) -> LogError:
     """Return the error for a pipe, a socket or an endless device."""
     return LogError(
         f"{path} is not a file that can be read from any place: it is a pipe or a stream.",
-        "Save it to a file first, and decode that: cat ... >SD.bin; tfsat-host decode SD.bin",
+        Advice(
+            "Save it to a file first, and decode that: cat ... >SD.bin; ", NextStep("decode", ("SD.bin",))
+        ),
         "Nothing was decoded: a recording is put together from all over its file.",
     )
 

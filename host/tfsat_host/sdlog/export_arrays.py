@@ -15,6 +15,7 @@ from typing import IO, Any
 import numpy as np
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 
 from .droplog import SENSORS_PER_JOINT, DropLog, rows_of
@@ -38,6 +39,7 @@ _COLUMNS = (
     "switch_open",
     "clipped",
 )
+# Length of the descriptive text that opens a version 5 MAT-file.
 _TEXT_BYTES = 116
 _MAX_BYTES = 2**31 - 2**20
 """A variable of a version 5 MAT-file has at most 2^31 bytes, descriptions included."""
@@ -69,6 +71,7 @@ def write_npz(log: DropLog, path: Path) -> None:
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> IO[bytes]:
+    # A member's size is not known when it is begun, and a column may exceed a plain ZIP's 4 GiB.
     return archive.open(f"{name}.npy", "w", force_zip64=True)
 
 
@@ -76,6 +79,7 @@ def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
     """Some rows at a time: what is computed stays in the processor's cache, and is not kept."""
     for start in range(0, len(log), _ROWS_AT_A_TIME):
         part = np.ascontiguousarray(getattr(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name))
+        # NPY's header tells the whole shape first; the trailing dimensions are those of any part.
         if start == 0:
             shape = (len(log), *part.shape[1:])
             np.lib.format.write_array_header_1_0(
@@ -90,16 +94,21 @@ def write_mat(log: DropLog, path: Path) -> None:
     Raises:
         TfsatError: the recording does not fit into a variable of such a file.
     """
+    # The struct `drop` is one variable: all columns together must stay below the limit.
     if len(log) * bytes_per_sample() > _MAX_BYTES:
         raise TfsatError(
             what=f"{len(log)} samples do not fit into a MAT-file: its variables end at 2 GiB.",
             meaning="No MAT-file was written; the recording is untouched.",
-            next_step="Write Parquet and read it with MATLAB's parquetread: tfsat-host decode --format parquet",
+            next_step=Advice(
+                "Write Parquet and read it with MATLAB's parquetread: ",
+                NextStep("decode", ("--format", "parquet")),
+            ),
         )
     import scipy.io
 
     contents = {"drop": drop_struct(log)}
     scipy.io.savemat(str(path), contents, appendmat=False, oned_as="column", long_field_names=True)
+    # Replace savemat's descriptive text, in which the time of day stands.
     with path.open("r+b") as file:
         file.write(MAT_MARKER.ljust(_TEXT_BYTES))
 
@@ -120,6 +129,7 @@ def drop_struct(log: DropLog) -> dict[str, Any]:
         pair = slice(SENSORS_PER_JOINT * j, SENSORS_PER_JOINT * (j + 1))
         joint[j] = {"sensor_angle_rad": log.sensor_angle_rad[:, pair], "valid": log.angle_valid[:, pair]}
     return {
+        # Integers as doubles: exact up to 2^53, and MATLAB's integer arithmetic would round quotients.
         "sample_index": log.sample_index.astype(float),
         "t_s": log.t_s,
         "t_us": log.t_us.astype(float),
@@ -168,6 +178,7 @@ def _as_matlab(facts: dict[str, Any]) -> dict[str, Any]:
 def _matlab_value(value: Any) -> Any:
     if isinstance(value, list):
         return np.array(value, float)
+    # Python's bool is an int, but a MATLAB logical must not become a double.
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 

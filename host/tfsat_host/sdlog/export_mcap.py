@@ -104,7 +104,9 @@ class Channel:
         """
 
         def messages() -> Messages:
+            # Fill one message again and again; only the fields of `places` change between samples.
             message = kind.of(**fixed)
+            # Resolve nested fields once, `vector.x` to (submessage, `x`), outside the loop over samples.
             paths = [place.rpartition(".") for place in kind.places]
             targets = [(getattr(message, part) if part else message, name) for part, _, name in paths]
             for t_us, row in rows():
@@ -210,10 +212,12 @@ def write_mcap(
         stamp = partial(_stamp, offset_us=offset_us)
         for channel in (*_channels(log, frames, stamp), *(also(stamp) if also else ())):
             kind = channel.message_class
+            # Topics of one kind share a schema record.
             if kind not in schemas:
                 schemas[kind] = register_schema(writer, kind)
             number = writer.register_channel(channel.topic, "protobuf", schemas[kind], channel.metadata)
             streams.append(_number_messages(number, channel.messages()))
+        # Each stream is sorted by time already: merging holds one message a channel, not the recording.
         for t_us, number, data in heapq.merge(*streams, key=lambda message: message[0]):
             time_ns = (t_us + offset_us) * 1000
             writer.add_message(number, log_time=time_ns, publish_time=time_ns, data=data)
@@ -251,6 +255,7 @@ def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channe
     columns, channel = physical_columns(log), partial(Channel.of, stamp)
     yield channel("/log", lines, partial(_log_lines, log, frames, lines.of))
     yield channel("/events", kinds["Event"], lambda: ((row[0], row) for row in log.event_rows()))
+    # Switches have no validity bit: every sample has a message.
     rows = partial(_samples, log, np.ones(len(log), np.bool_), partial(_values, [], list(log.switch_open.T)))
     yield channel("/release_switches", kinds["ReleaseSwitches"], rows)
     for body in range(IMU_COUNT):
@@ -261,6 +266,7 @@ def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channe
         joint, sensor = divmod(index, SENSORS_PER_JOINT)
         rows = partial(_samples, log, column.valid, partial(_values, [column], []))
         yield channel(f"/joint_{joint + 1}/sensor_{sensor + 1}", kinds["AngleSensor"], rows)
+    # Quick-look topics have a prefix of their own: they rest on no calibration.
     for track in frames.joints:
         rows = partial(_track_rows, track.t_us, np.rad2deg(track.angle_rad)[:, None])
         yield channel(f"/quick_look/{track.name}", kinds["JointAngle"], rows, QUICK_LOOK)
@@ -275,6 +281,7 @@ def _samples(
 ) -> Rows:
     """Yield a sensor's values at the samples at which it answered, some thousand samples at a time."""
     for start in range(0, len(log), _CHUNK_ROWS):
+        # By chunks: `tolist` makes plain Python numbers for Protobuf, and memory stays bounded.
         rows = start + np.flatnonzero(valid[start : start + _CHUNK_ROWS])
         columns = (column.tolist() for column in values(rows))
         yield from zip(log.t_us[rows].tolist(), zip(*columns, strict=True), strict=True)
@@ -314,6 +321,7 @@ def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
     from foxglove_schemas_protobuf import Vector3_pb2
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
+    # Fields that are messages of other packages; all the rest are scalars.
     inside = {"timestamp": ".google.protobuf.Timestamp", "vector": ".foxglove.Vector3"}
     file = descriptor_pb2.FileDescriptorProto(name=file_name, package=_PACKAGE, syntax="proto3")
     file.dependency.extend([timestamp_pb2.DESCRIPTOR.name, Vector3_pb2.DESCRIPTOR.name])
@@ -321,6 +329,7 @@ def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
     for name, declared in messages.items():
         message = file.message_type.add(name=name)
         fields = [declaration.split(":") for declaration in declared.split()]
+        # Number the fields by position, the timestamp first: the numbers are the wire format.
         for number, (field_name, kind) in enumerate([("timestamp", "timestamp"), *fields], 1):
             message.field.add(
                 name=field_name,
@@ -333,6 +342,7 @@ def kinds_of(file_name: str, messages: Mapping[str, str]) -> dict[str, Kind]:
             places_in(member_name) if kind == "vector" else (member_name,) for member_name, kind in fields
         )
         places[name] = tuple(chain.from_iterable(place_groups))
+    # The pool refuses another descriptor under a known file name, hence a name for each set of messages.
     pool = descriptor_pool.Default()
     pool.AddSerializedFile(file.SerializeToString())
     find = pool.FindMessageTypeByName

@@ -27,6 +27,7 @@ from .summary import metadata
 _CHUNK_ROWS = 8192
 _INDEX_COLUMNS = ("sample", "t_us", "t_s")
 _DIGITS = tuple(f"{number:03d}".encode() for number in range(1000))
+# (1000, 3) ASCII digits: integers are formatted by table, three digits at a time.
 _THREE_DIGITS = np.array(_DIGITS, "S3").view(np.uint8).reshape(1000, 3)
 _PAD = 0
 """Fills a field up to its column's width; taken out before a row is written."""
@@ -95,13 +96,16 @@ def _rows(
         *(texts(rows) for texts in physical),
         *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
     ]
+    # One row of fixed width a sample, (m, width) bytes, with commas set between the fields beforehand.
     width = sum(field.shape[1] + 1 for field in fields) + 1
     text = np.full((len(fields[0]), width), ord(","), np.uint8)
     at = 0
     for field in fields:
         text[:, at : at + field.shape[1]] = field
         at += field.shape[1] + 1
+    # The comma behind the last field and the spare byte become the line's end.
     text[:, -2:] = (ord("\r"), ord("\n"))
+    # Take the padding out of all rows in one pass: fields get their natural width.
     return text.tobytes().translate(None, bytes((_PAD,)))
 
 
@@ -110,15 +114,18 @@ def _texts(column: CountColumn) -> Callable[[slice], Text]:
 
     Each count that occurs is formatted once.
     """
+    # Mark which counts occur: at most 65,536 texts are formatted, however many samples there are.
     least = int(column.counts.min())
     occurs = np.zeros(int(column.counts.max()) - least + 1, bool)
     occurs[column.counts.astype(np.intp) - least] = True
     values = (least + np.flatnonzero(occurs)) * column.scale + column.offset
     formatted = np.array([f"{value:.{column.decimals}f}".encode() for value in values.tolist()])
+    # A count's place among the texts is its rank among those that occur: the running sum less one.
     texts, row_of = formatted.view(f"V{formatted.itemsize}"), np.cumsum(occurs) - 1
 
     def of(rows: slice) -> Text:
         counts, valid = column.counts[rows], column.valid[rows]
+        # Texts as raw bytes, (m, width): numpy pads shorter ones with NUL, which is _PAD.
         text = texts.take(row_of.take(counts.astype(np.intp) - least)).view(np.uint8).reshape(len(counts), -1)
         if not valid.all():
             text[~valid] = _PAD
@@ -129,6 +136,7 @@ def _texts(column: CountColumn) -> Callable[[slice], Text]:
 
 def _seconds(time_us: IntArray) -> Text:
     """(m, width) decimal text of µs as seconds with six decimals, exact."""
+    # Integer division keeps all six decimals exact; the sign is written apart.
     whole_s, micro = np.divmod(np.abs(time_us), 1_000_000)
     point = np.full((len(time_us), 1), ord("."), np.uint8)
     sign = np.where(time_us < 0, ord("-"), _PAD).astype(np.uint8)[:, None]
@@ -141,11 +149,13 @@ def _integers(values: IntArray) -> Text:
     groups = []
     rest = values
     while True:
+        # Split off groups of three digits, lowest first, until the largest number is used up.
         rest, group = np.divmod(rest, 1000)
         groups.append(_THREE_DIGITS[group])
         if not rest.any():
             break
     text = np.hstack(groups[::-1])
+    # No digit but 0 so far, along each row: leading zeros. The last digit stays, for the number 0.
     leading = np.cumsum(text != ord("0"), axis=1) == 0
     leading[:, -1] = False
     text[leading] = _PAD
@@ -171,6 +181,7 @@ def write_parquet(log: DropLog, path: Path) -> None:
             *((name, pa.bool_()) for name in flags),
         ]
     )
+    # Counters and clock times grow in near-constant steps: as deltas they take next to nothing.
     delta = {"sample": "DELTA_BINARY_PACKED", "t_us": "DELTA_BINARY_PACKED", "t_s": "BYTE_STREAM_SPLIT"}
     with _writer(log, path, schema, [column.name for column in physical], delta) as writer:
         for start in range(0, len(log), _ROW_GROUP):
@@ -225,6 +236,7 @@ def _writer(
         ) as writer,
     ):
         yield writer
+        # The first suffix that fits decides: `_deg_s` stands before `_s` in _UNITS.
         units = {
             name: next(unit for ending, unit in _UNITS.items() if name.endswith(ending))
             for name in schema.names

@@ -22,12 +22,14 @@ def is_of_recording(path: Path, log: DropLog) -> bool | None:
         path: A file that `decode` wrote.
         log: A recording.
     """
+    # A CSV has no metadata: compare its first row, with time and readings, to what would be written now.
     if path.suffix == ".csv":
         return _second_line(path) == _expected_line(path, log)
     read = {".npz": _session_of_npz, ".mat": _session_of_mat, ".parquet": _session_of_parquet}
     try:
         return read.get(path.suffix, _session_of_mcap)(path) == f"{log.session:08x}"
     except (MissingExtraError, OSError, ValueError, KeyError):
+        # A damaged or foreign file is no error here: it only does not tell whose it is.
         return None
 
 

@@ -24,6 +24,7 @@ WALL_CLOCK = slice(_WALL_CLOCK_AT, _WALL_CLOCK_AT + 8)
 MPU_6050 = next(iter(IMU_PARTS))
 """What an IMU is taken for that did not answer, where no other one did."""
 _FULL_SCALE_COUNTS = 32768
+# Room for rounded data-sheet scales (131 x 250 = 32750), far from the factor 2 between two ranges.
 _SCALE_TOLERANCE = 0.05
 _GYRO_RANGES_DEG_S, _ACCEL_RANGES_G = (250, 500, 1000, 2000), (2, 4, 8, 16)
 _BUS_KHZ = (100, 400)
@@ -53,13 +54,16 @@ class HeaderChoice:
 
     def add(self, number: int, time_us: int, payload: bytes) -> None:
         """Take a header block's number, time and payload, which begins with a LogHeader."""
+        # Compare copies without the wall clock, which a host may set while the logger records.
         lasting = payload[: WALL_CLOCK.start] + payload[WALL_CLOCK.stop :]
         if self._header is None and lasting != self._refused:
+            # Keep the first that makes sense; bytes that were refused once are not examined again.
             self._header, absurd = _understand(payload[: LogHeader.SIZE])
             if self._header is not None:
                 self.is_copy, self.time_us, self._lasting = number != 0, time_us, lasting
                 return
             self._reason, self._refused = self._reason or absurd, lasting
+        # Every later copy that differs, and any before the first good one, speaks against the recording.
         self.disagreements += self._header is None or lasting != self._lasting
 
     def header(self, path: Path, session: int) -> LogHeader:
@@ -117,6 +121,7 @@ def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
 
 def _absurdity(header: LogHeader) -> str:
     """Say what is impossible about a header; empty if nothing is."""
+    # Believe a header only if it is possible: a wrong scale would falsify all values without a sign.
     checks = (
         ("sampling rate", header.rate_hz, "Hz", _RATE_HZ),
         ("temperature scale", header.temperature_lsb_per_c, "LSB/°C", _TEMPERATURE_LSB_PER_C),
@@ -126,6 +131,7 @@ def _absurdity(header: LogHeader) -> str:
     for name, value, unit, (least, most) in checks:
         if not (math.isfinite(value) and least <= value <= most):
             return f"{name} {value:g} {unit} (possible: {least:g} to {most:g})"
+    # Registers and bus take a few values only.
     settings = (
         ("low-pass setting", header.dlpf_cfg, range(len(IMU_PARTS[MPU_6050].gyro_delay_us))),
         ("gyro range in deg/s", header.gyro_range_deg_s, _GYRO_RANGES_DEG_S),
@@ -135,9 +141,11 @@ def _absurdity(header: LogHeader) -> str:
     for name, value, possible in settings:
         if value not in possible:
             return f"{name} {value} (possible: {', '.join(map(str, possible))})"
+    # Each sensor is read within the sampling period that it belongs to.
     latest_us = max(*header.imu_offset_us, *header.angle_offset_us)
     if latest_us * header.rate_hz > _US_PER_S:
         return f"a sensor read {latest_us} us after its sample, at {header.rate_hz:g} samples a second"
+    # Scale times range is the full scale of a signed 16-bit count, or the two belong to different settings.
     scales = (
         ("gyro", header.gyro_lsb_per_deg_s, "LSB/(deg/s)", header.gyro_range_deg_s),
         ("accelerometer", header.accel_lsb_per_g, "LSB/g", header.accel_range_g),

@@ -62,6 +62,7 @@ class Ledger:
     def add(self, heads: RecordArray) -> None:
         """Append blocks, at least one, their numbers rising."""
         numbers = heads["block_number"].astype(np.int64)
+        # A block's number less its rank is how many are missing so far, (k,), never falling.
         absent = numbers - np.arange(self.blocks, self.blocks + len(heads))
         is_data = np.flatnonzero(heads["kind"] == _DATA)
         if len(is_data):
@@ -79,7 +80,9 @@ class Ledger:
         """
         gaps = [_gap(t_us, *each) for breaks in self._breaks for each in breaks.tolist()]
         if gaps and gaps[0].start_us is None and 0 < starts_with == gaps[0].blocks:
+            # What the file begins with is the recording's first block here: a late start, no damage.
             gaps[0] = replace(gaps[0], late_start=True)
+        # Behind the last data block: blocks that are absent, and samples that only the footer counts.
         blocks = self.blocks_absent - self._absent_at_data
         samples = max(footer.samples - self.samples_end, 0) if footer else 0
         if blocks or samples:
@@ -91,15 +94,19 @@ class Ledger:
         first, counts = heads["first_sample"].astype(np.int64), heads["sample_count"].astype(np.int64)
         dropped = heads["samples_dropped"].astype(np.int64)
         end = first + counts
+        # Sample numbers between the end of one block and the beginning of the next are lost.
         end_before = np.concatenate(([self.samples_end], end[:-1]))
         samples = first - end_before
+        # First differences run on across chunks: the totals of the chunk before come first.
         blocks = np.diff(absent, prepend=self._absent_at_data)
         newly_dropped = np.diff(dropped, prepend=self.samples_dropped)
         where = np.flatnonzero((blocks > 0) | (samples > 0))
         if len(where):
+            # Row of each block's first sample: the exclusive running sum of the counts.
             row = self._rows + np.cumsum(counts) - counts
             columns = (row, end_before - 1, samples, newly_dropped, blocks)
             self._breaks.append(np.stack([column[where] for column in columns], axis=1))
+        # Numbers that repeat or counts that fall are no gaps, but contradictions.
         self.overlaps += int(np.count_nonzero(samples < 0))
         self.drops_taken_back += int(np.count_nonzero(newly_dropped < 0))
         self._rows += int(counts.sum())
@@ -110,6 +117,7 @@ class Ledger:
 
 def _gap(t_us: IntArray, row: int, after_sample: int, samples: int, dropped: int, blocks: int) -> Gap:
     """Build the gap before row `row` from samples lost, those that the logger dropped, and blocks lost."""
+    # Clamp what contradictory blocks give: a negative loss is reported as a doubt, not as a gap.
     samples = max(samples, 0)
     return Gap(
         after_sample=after_sample,

@@ -87,11 +87,14 @@ def _read(source: LogSource, session: int | None, progress: Progress | None) -> 
     survey_result = survey(source, session, progress)
     looks_written = survey_result.unusable["foreign"] or survey_result.unusable["torn"]
     if not len(survey_result.pieces) and looks_written and (shift := find_shift(source)):
+        # Nothing at multiples of the block size, though something is there: the image is shifted.
         source.begin_at(shift)
         survey_result = survey(source, session)
     assembly = assemble(source, survey_result.pieces, survey_result.unusable, survey_result.census, session)
     if survey_result.early is not None and np.array_equal(survey_result.early.pieces.all(), assembly.pieces):
+        # What was decoded in passing is the recording, block by block: no second pass.
         return assembly, survey_result.early.builder
+    # Free the columns decoded in passing before the second pass allocates its own.
     del survey_result
     return assembly, _read_in_order(source, assembly)
 
@@ -103,12 +106,14 @@ def _read_in_order(source: LogSource, assembly: Assembly) -> BlockDecoder:
     buffer = memoryview(bytearray(min(total, CHUNK_BLOCKS) * BLOCK_BYTES))
     for parts in _chunks(assembly.pieces):
         filled = 0
+        # Many short pieces share a buffer, so that a scattered recording is decoded in large chunks too.
         for position, _, count in parts:
             target = buffer[filled * BLOCK_BYTES : (filled + count) * BLOCK_BYTES]
             source.read_into(target, position * BLOCK_BYTES)
             filled += count
         data = buffer[: filled * BLOCK_BYTES]
         looked = look(data)
+        # The file may have changed since the survey: CRC, session and numbers must be as they were.
         expected = np.concatenate([np.arange(number, number + count) for _, number, count in parts])
         own = looked.usable & (looked.heads["session"] == assembly.session)
         if not own.all() or not np.array_equal(looked.heads["block_number"], expected):
@@ -124,6 +129,7 @@ def _chunks(pieces: RecordArray) -> Iterator[list[tuple[int, int, int]]]:
     for piece in pieces:
         position, number, blocks_left = (int(piece[name]) for name in ("position", "number", "count"))
         while blocks_left:
+            # Cut a piece where the buffer is full; the rest of it opens the next list.
             count = min(blocks_left, room)
             parts.append((position, number, count))
             position, number, blocks_left, room = (
@@ -146,13 +152,17 @@ def _drop_log(path: Path, assembly: Assembly, records: BlockDecoder) -> DropLog:
     if not len(t_us):
         raise _no_samples(path, session, assembly.other_sessions)
     header = records.headers.header(path, session)
+    # Only a file whose own first block is the recording's can start late; elsewhere blocks are lost.
     first = assembly.pieces[0]
     gaps = ledger.gaps(t_us, footer, int(first["number"]) if first["position"] == 0 else 0)
     not_advancing, late_rows = steps_of_time(t_us, index, header.rate_hz)
     events = read_events(records.events())
+    # Events with impossible times stay in the log and count as a doubt, but decide nothing.
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
+    # An exchange is told by the header's parts: those silent at the start must be filled in before.
     header = complete_header(header, believed)
     exchanges = find_exchanges(header, believed)
+    # Repetition comes last: a standstill that ends at an invalid reading needs no minimum duration.
     invalidate_exchanged(exchanges, t_us, imu_valid)
     invalidate_by_events(believed, t_us, imu_valid)
     invalidate_repeated(columns["imu_counts"], index, t_us, imu_valid)
@@ -165,12 +175,14 @@ def _drop_log(path: Path, assembly: Assembly, records: BlockDecoder) -> DropLog:
         *exchange_doubts(header, exchanges),
         *release_doubts(release, believed, gaps, switch_open),
     )
+    # The logger's count of dropped samples is cumulative; the last and largest holds.
     dropped = max(ledger.most_samples_dropped, footer.samples_dropped if footer else 0)
     before = [gap for gap in gaps if gap.late_start]
     lost = [gap for gap in gaps if not gap.late_start]
     # What the logger dropped shows as gaps too, except after the last block.
     samples_lost = max(sum(gap.samples for gap in lost), dropped - sum(gap.samples_dropped for gap in before))
     blocks_lost = ledger.last_number + 1 - ledger.blocks - sum(gap.blocks for gap in before)
+    # An open end or late start truncates; any loss or contradiction inside outweighs both.
     verdict: Verdict = "complete" if footer is not None and not before else "truncated"
     if lost or samples_lost or blocks_lost or doubts:
         verdict = "damaged"
@@ -217,11 +229,13 @@ def survey(source: LogSource, session: int | None, progress: Progress | None = N
         LogError: the file cannot be read, or is a jumble.
     """
     pieces, unusable, census = PieceList(source.path), Counter[str](), Census()
+    # Decode in passing only where room for every block of the file may be reserved.
     early = _EarlyDecoder(source, session) if source.size_bytes <= DECODED_AT_ONCE_BYTES else None
     reached = 0
     for first, data in source.chunks():
         looked = look(data)
         unusable.update(looked.unusable)
+        # Rejected blocks leave holes in the positions; as_pieces joins what goes on without one.
         where = np.flatnonzero(looked.usable)
         heads = looked.heads if len(where) == len(looked.heads) else looked.heads.take(where)
         new_pieces = as_pieces(where + first, heads)
@@ -232,8 +246,10 @@ def survey(source: LogSource, session: int | None, progress: Progress | None = N
         if progress is not None:
             reached, before = first + len(looked.heads), reached
             progress((reached - before) / source.block_count)
+    # Holes at the end of a sparse file are never yielded: report them, so that the shares come to 1.
     if progress is not None and source.block_count:
         progress((source.block_count - reached) / source.block_count)
+    # Holes read as zeros, so they count as room that was never written.
     unusable["never_written"] += source.blocks_in_holes
     unusable.update(look_at_tail(source.tail()))
     return Survey(pieces.all(), unusable, census, early)
@@ -255,9 +271,11 @@ class _EarlyDecoder:
         """Take what continues the recording, of a chunk, its usable blocks, and the position of its first block."""
         if not len(pieces):
             return
+        # Nobody asked for one: bet on the first recording of the file.
         if self._session is None:
             self._session = int(pieces["session"][0])
         heads, new = looked.heads, looked.usable
+        # Usually a chunk is one piece that goes on where the last one ended. Else pick what continues.
         if (
             len(pieces) > 1
             or pieces["session"][0] != self._session
@@ -265,6 +283,7 @@ class _EarlyDecoder:
         ):
             own = looked.usable & (heads["session"] == self._session)
             numbers = np.where(own, heads["block_number"].astype(np.int64), -1)
+            # Above the running maximum only: copies and older blocks are left to the second pass.
             before = np.maximum.accumulate(np.concatenate(([self._last_number], numbers[:-1])))
             new = own & (numbers > before)
             if not new.any():

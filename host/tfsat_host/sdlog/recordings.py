@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from tfsat_host.arrays import IntArray, RecordArray
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
@@ -27,6 +28,7 @@ from .source import LogSource
 ChosenBy = Literal["only one", "asked for", "header", "time of day", "place"]
 MAX_RECORDINGS = 4096
 """Recordings that are looked at one by one; in a file with more the place decides."""
+# Of a whole block: the header's payload begins behind the block's head.
 _WALL_CLOCK = slice(HEADER_BYTES + WALL_CLOCK.start, HEADER_BYTES + WALL_CLOCK.stop)
 _HEADER, _FOOTER = int(BlockKind.HEADER), int(BlockKind.FOOTER)
 
@@ -122,6 +124,7 @@ class Census:
         sessions = heads["session"]
         if not len(sessions):
             return
+        # Nearly every chunk holds a single session: spare the sorting then.
         if (sessions == sessions[0]).all():
             self._add(data, heads, where)
             return
@@ -150,10 +153,12 @@ class Census:
         first = heads[np.argmin(heads["block_number"])]
         tally = self._tallies.get(session)
         if tally is None:
+            # A jumble of sessions must not grow without limit; the place decides among more.
             if len(self._tallies) == MAX_RECORDINGS:
                 return
             tally = self._tallies[session] = _Tally(int(first["block_number"]), int(first["time_us"]))
         if first["block_number"] < tally.first_number:
+            # The earliest block dates the beginning, wherever it stands in the file.
             tally.first_number, tally.first_time_us = int(first["block_number"]), int(first["time_us"])
         tally.blocks += len(heads)
         tally.samples += int(heads["sample_count"].sum())
@@ -161,6 +166,7 @@ class Census:
         headers = np.flatnonzero(heads["kind"] == _HEADER).tolist()
         tally.has_header = tally.has_header or bool(headers)
         if tally.unix_offset_us is None:
+            # The first header with a time of day gives the offset of Unix time from the logger's clock.
             for row in headers:
                 block = data[int(where[row]) * BLOCK_BYTES :][:BLOCK_BYTES]
                 unix_us = int.from_bytes(block[_WALL_CLOCK], "little")
@@ -204,6 +210,7 @@ def assemble(
         )
     own = pieces if len(sessions) == 1 else pieces[pieces["session"] == session]
     unique_pieces, duplicate, conflicting = take_each_number_once(source, own)
+    # Whole blocks of other recordings are set aside as stale, not as damage.
     stale = int(pieces["count"].sum() - own["count"].sum())
     set_aside = SetAside(**unusable, stale=stale, duplicate=duplicate, conflicting=conflicting)
     others = tuple(other for other in sessions if other != session)
@@ -224,9 +231,11 @@ def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Ch
     if len(recordings) == 1 and counted_all:
         return recordings[0].session, "only one"
     decodable = [candidate for candidate in recordings if candidate.has_header]
+    # No scales are known without a header: repeat the choice among those that have one.
     if counted_all and decodable and not recordings[0].has_header:
         session, chosen_by = _newest(decodable, counted_all)
         return session, "header" if chosen_by in ("only one", "place") else chosen_by
+    # Undated fragments of older recordings do not veto the time of day; an undated whole one does.
     unbroken = [candidate for candidate in recordings if candidate.is_unbroken and candidate.samples]
     dated = [
         candidate for candidate in recordings if candidate.started_unix_us is not None and candidate.samples
@@ -246,6 +255,7 @@ def _unbroken_sessions(pieces: RecordArray) -> frozenset[int]:
     reached: dict[int, int] = {}
     broken: set[int] = set()
     columns = (ordered[name].tolist() for name in ("session", "number", "count"))
+    # Sweep each session by number: a piece that begins beyond what is reached leaves a hole.
     for session, number, count in zip(*columns, strict=True):
         reach = reached.get(session, 0)
         if number > reach:
@@ -261,15 +271,18 @@ def _sessions_by_position(pieces: RecordArray) -> tuple[int, ...]:
     ordered = pieces[np.lexsort((pieces["position"], pieces["session"]))]
     ids, first = np.unique(ordered["session"], return_index=True)
     upto = np.cumsum(ordered["count"])
+    # Median block by rank over a session's pieces: a stray old block does not move it.
     before = upto[first] - ordered["count"][first]
     middle = before + (np.append(before[1:], upto[-1]) - before - 1) // 2
     piece = np.searchsorted(upto, middle, side="right")
+    # From the rank back to a position inside the piece that holds it.
     median = ordered["position"][piece] + middle - (upto[piece] - ordered["count"][piece])
     return tuple(ids[np.argsort(median, kind="stable")].tolist())
 
 
 def _nothing_found(source: LogSource, unusable: Counter[str]) -> LogError:
     path = source.path
+    # The most telling reason first: a newer layout, a file never used, then damage.
     if unusable["newer"]:
         return LogError(
             f"{path} was recorded with a block layout that this program does not know.",
@@ -280,8 +293,11 @@ def _nothing_found(source: LogSource, unusable: Counter[str]) -> LogError:
         return NoBlockError(
             f"{path} holds {source.size_bytes} zero bytes and no block: "
             "it was prepared for a recording that never began.",
-            "Look for another file on the card; before the next drop, tfsat-host status must show "
-            "the logger recording.",
+            Advice(
+                "Look for another file on the card; before the next drop, ",
+                NextStep("status"),
+                " must show the logger recording.",
+            ),
             "Nothing was recorded in this file.",
         )
     detail = "it holds no block that begins with the log's magic number"

@@ -36,6 +36,7 @@ from .release_rule import (
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
 _STEPS_LOOKED_AT = 1 << 16
+# Beyond every time that is believed (LATEST_TIME_US).
 _NEVER_US = 1 << 62
 
 
@@ -90,7 +91,9 @@ def find_release(
         return None
     period_us = _usual_step_us(t_us)
     first_us, last_us = int(t_us[0]), int(t_us[-1])
+    # Recorded edges, completed by the levels of the samples, and the spans that may hide more.
     edges, missing = switch_edges(events, t_us, switch_open, period_us)
+    # A lost block may hold edges that waited for a slot: its gap begins that much earlier.
     backlog_us = _BACKLOG_BLOCKS * SAMPLES_PER_BLOCK * period_us
     holes = [
         (first_us if gap.start_us is None else gap.start_us - backlog_us, gap.end_us)
@@ -98,17 +101,21 @@ def find_release(
         if gap.end_us is not None
     ]
     missing += holes
+    # Replay the rule of all three programs over the edges, the last level held to the end of the log.
     start = state_at_start(edges, first_us, switch_open[0])
     ruled = releases_by_rule(edges, start, max(last_us, edges[-1][0] if edges else 0))
     left_us = {release.at_us: release.left_us for release in ruled}
     by_edges = [release.at_us for release in ruled if not _is_false(release, events)]
+    # Where the start is lost, edges may be missing from any time before the first sample.
     before_start = [(-_NEVER_US, first_us) for gap in gaps if gap.start_us is None]
+    # The logger saw every edge in time: a release that it recorded is certain, whatever is lost.
     recorded, revoked = recorded_releases(events)
     releases, certain = reconcile_releases(by_edges, recorded, revoked, missing + before_start)
     latest_us, chosen = _choose(releases, events, period_us)
     if chosen is None:
         return None
     is_certain = chosen in certain
+    # Between the nearest quiet debounces, edges that are missing could still move t = 0.
     begin, end = _window(chosen, edges, start, missing)
     end = max(end, end if latest_us is None else latest_us)
 
@@ -118,6 +125,7 @@ def find_release(
             return chosen < span[1] and span[0] <= end and span[1] - span[0] >= RELEASE_SEATED_US
         return span[1] >= begin and span[0] <= end and not _is_chatter(span, chosen)
 
+    # The uncertainty reaches over every missing span that may move the release.
     moving = [span for span in missing if may_move_it(span)]
     return Release(
         t_us=chosen,
@@ -136,6 +144,7 @@ def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
     became of the robot.
     """
     landings = (event.t_us for event in events if event.name == "landing" and event.t_us > release.at_us)
+    # Without a landing in the log, the latest time at which a fall can have ended.
     landed_us = next(landings, release.at_us + LANDING_LATEST_US)
     if release.false_us is None or release.false_us >= landed_us:
         return False
@@ -150,11 +159,14 @@ def _choose(
     stroke_us = next((event.t_us for event in events if event.name == "stroke"), None)
     landing_us = next((event.t_us for event in events if event.name == "landing"), None)
     if stroke_us is None:
+        # No stroke was flown: the last release up to the landing, or of all.
         before = [release for release in releases if landing_us is None or release <= landing_us]
         return landing_us, before[-1] if before else None
+    # No maneuver strokes before its pause is over, so the release lies at least that far back.
     latest_us = stroke_us - PAUSE_MIN_US
     # A release that only the samples show is dated late: allow for it, the first stroke is certain.
     before = [release for release in releases if release <= latest_us + tolerance_us]
+    # Rather a release too close to the stroke than none.
     if not before:
         before = [release for release in releases if release <= stroke_us]
     return latest_us, before[-1] if before else None
@@ -168,6 +180,7 @@ def _last_before(recorded: Sequence[int], latest_us: int | None) -> int | None:
 
 def _usual_step_us(t_us: IntArray) -> int:
     """Return the median time between samples; a long recording is subsampled."""
+    # A median over every k-th step is as good, and bounded in time.
     every = len(t_us) // _STEPS_LOOKED_AT + 1
     before = np.arange(0, len(t_us) - 1, every)
     return int(np.median(t_us[before + 1] - t_us[before])) if len(before) else 0
@@ -179,12 +192,15 @@ def _window(release_us: int, edges: Sequence[SwitchEdge], start: int, missing: S
     It reaches from one known quiet debounce to the next.
     """
     times = [edge[0] for edge in edges]
+    # State of the switches after each edge, so that any moment's is found by bisection.
     states = list(accumulate(edges, _state_after, initial=start))
+    # Edges are points, missing spans intervals; in all the time between, the switches were quiet.
     busy = sorted([*((time_us, time_us) for time_us in times), *missing])
     begin, end, quiet_from_us = busy[0][0], release_us, -_NEVER_US
     for first_us, last_us in [*busy, (_NEVER_US, _NEVER_US)]:
         quiet_us = first_us - quiet_from_us
         if quiet_us >= RELEASE_DEBOUNCE_US:
+            # A whole debounce of quiet fixes the state: it may bar the release from what lies beyond.
             state = states[bisect_right(times, quiet_from_us)]
             # Edges with one switch open may belong to the same bounce.
             apart = state == 0 or quiet_us > RELEASE_BOUNCE_US

@@ -75,37 +75,47 @@ def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> li
     changed_us: int | None = None
     opening: RuledRelease | None = None  # the last of `releases` once it is certain
     settled = False
+    # A last entry without a switch lets the rule judge the final state up to end_us.
     for time_us, switch, is_open in [*edges, (end_us, -1, False)]:
         stood_us = 0 if changed_us is None else time_us - changed_us
         if opening and state == 0 and stood_us >= RELEASE_HUNG_US and not settled:
+            # Bouncing contacts are not closed together for so long: a blow may have come first.
             opening.hung = True
         if stood_us >= RELEASE_DEBOUNCE_US and changed_us is not None:
             if state == ALL_OPEN:
+                # Both open for a debounce: a release. For the chatter time: its interval is settled.
                 settled = stood_us >= RELEASE_CHATTER_US or settled
                 if opening and opening.certain_us is None:
                     opening.certain_us = changed_us + RELEASE_DEBOUNCE_US
                     releases.append(opening)
             elif opening is None or opening.certain_us is None:
+                # Not certain yet: both closed for a debounce, or one for the chatter time, cancel it.
                 if stood_us >= RELEASE_CHATTER_US or state == 0:
                     opening = None
                 watching = watching or state == 0
             elif state == 0 and stood_us >= RELEASE_SEATED_US:
+                # In a fall nothing closes both for so long: the robot hangs, it was a jolt.
                 opening.false_us, opening = changed_us + RELEASE_SEATED_US, None
         if switch < 0:
             break
         changed = state | 1 << switch if is_open else state & ~(1 << switch)
+        # A level repeated is no edge and must not restart the debounce.
         if changed == state:
             continue
         state, changed_us = changed, time_us
         if state != ALL_OPEN or not watching:
             continue
         if opening is None:
+            # Both open for the first time: t = 0 unless the contacts bounce for longer than sound ones.
             opening, settled = RuledRelease(time_us, time_us, time_us), False
         elif opening.certain_us is not None:
+            # Once the release is certain, further openings only widen the interval until it is settled.
             opening.last_us = opening.last_us if settled else time_us
         else:
+            # Still bouncing: the interval keeps no more than the chatter time before its last opening.
             opening.last_us, settled = time_us, False
             opening.first_us = max(opening.first_us, time_us - RELEASE_CHATTER_US)
+            # Of openings further apart than sound contacts bounce, t = 0 is the first of the later ones.
             if time_us - opening.at_us > RELEASE_BOUNCE_US:
                 opening.at_us = time_us
     return releases
@@ -143,11 +153,13 @@ def reconcile_releases(
     """
     spans = sorted(missing)
     starts = [span[0] for span in spans]
+    # The running maximum of the spans' ends: one bisection tells whether a time lies in any.
     reach = list(accumulate((span[1] for span in spans), max))
     remaining: list[int | None] = list(by_edges)
     certain: set[int] = set()
     without_edges = []
     for time_us in sorted((*recorded, *revoked)):
+        # Pair each recorded release with the rule's at the same time, each of the rule's once.
         i = bisect_left(by_edges, time_us - SAME_US)
         if i == len(by_edges) or by_edges[i] > time_us + SAME_US or remaining[i] is None:
             without_edges.append(time_us)
@@ -157,6 +169,7 @@ def reconcile_releases(
             certain.add(by_edges[i])
     for time_us in without_edges:
         before = bisect_right(starts, time_us)
+        # No edge can be missing there: the record contradicts complete edges, and they stand.
         if not before or reach[before - 1] < time_us:
             continue
         # Its edges are lost: what shows it is the first edge after the loss, unless that is another's.
@@ -200,6 +213,7 @@ def switch_edges(
         (before.t_us, event.t_us) for before, event in pairwise([*stamped[:1], *stamped]) if event.value > 0
     ]
     edges, changes = list(recorded), _rows_at_changes(t_us, switch_open)
+    # Add what the samples' levels show of each switch and its recorded edges do not.
     for switch in range(SWITCH_COUNT):
         own = [edge for edge in recorded if edge[1] == switch]
         for span, is_open in _find_unrecorded_changes(own, t_us, switch_open[:, switch], period_us, changes):
@@ -214,6 +228,7 @@ def state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: BoolArra
     A recording that follows another holds what happened between the two.
     """
     state = sum(1 << i for i, now_open in enumerate(is_open.tolist()) if now_open)
+    # Undo the edges before the first sample, the latest first.
     for time_us, switch, opened in reversed(edges):
         if time_us < first_us:
             state = state & ~(1 << switch) if opened else state | 1 << switch
@@ -224,10 +239,12 @@ def _find_unrecorded_changes(
     edges: list[SwitchEdge], t_us: IntArray, is_open: BoolArray, period_us: int, changes: IntArray
 ) -> list[tuple[Span, bool]]:
     """Changes of one switch that its samples show and its edges do not: between when, and to what."""
+    # Only samples beside an edge or a change of level can disagree with the edges: few of millions.
     edge_us = np.array([edge[0] for edge in edges], np.int64)
     first_us, first_open = t_us[0], bool(is_open[0])
     rows = np.unique(np.concatenate((changes, _rows_around(edge_us, t_us, period_us))))
     t_us, is_open = t_us[rows], is_open[rows]
+    # How many edges lie before each sample; sentinels spare the cases of none before and none after.
     after = np.searchsorted(edge_us, t_us, side="right")
     padded = np.concatenate(([-_NEVER_US], edge_us, [_NEVER_US]))
     # A sample within a period of an edge may have been read on either side of it.

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .blocks import MAGIC, is_sound
@@ -40,9 +41,11 @@ class LogSource:
         try:
             if path.is_dir():
                 raise _a_folder(path)
+            # Look before opening: opening a FIFO would wait until somebody writes to it.
             kind = path.stat().st_mode
             if stat.S_ISFIFO(kind) or stat.S_ISSOCK(kind):
                 raise not_seekable(path)
+            # Unbuffered: chunks go straight into the callers' own buffers.
             self._file = path.open("rb", buffering=0)
         except FileNotFoundError:
             raise LogError(
@@ -52,12 +55,14 @@ class LogSource:
         except OSError as error:
             raise unreadable(path, error) from None
         try:
+            # Seek instead of stat, which tells no size of a block device.
             self.size_bytes = self._file.seek(0, os.SEEK_END)
         except OSError as error:
             self._file.close()
             raise unreadable(path, error) from None
         if self.size_bytes == 0:
             self._file.close()
+            # An endless character device has size 0 as well.
             if stat.S_ISCHR(kind):
                 raise not_seekable(path)
             meaning = "The logger never opened a recording in it, or the copy failed."
@@ -108,10 +113,13 @@ class LogSource:
         if not hasattr(os, "SEEK_DATA") or block >= self.block_count:
             return block
         try:
+            # SEEK_DATA skips the holes of a sparse image; round down to the block that holds the data.
             written = self._file.seek(self._begin + block * BLOCK_BYTES, os.SEEK_DATA)
             return max(block, (written - self._begin) // BLOCK_BYTES)
         except OSError as error:
+            # ENXIO: only a hole is left. Any other error: the file system cannot tell, so read everything.
             nothing_follows = error.errno == errno.ENXIO
+        # A file that got shorter has no data there either: leave that to the read, which reports it.
         if nothing_follows and self._file.seek(0, os.SEEK_END) >= self.size_bytes:
             return self.block_count
         return block
@@ -126,6 +134,7 @@ class LogSource:
         try:
             self._file.seek(self._begin + offset)
             while bytes_read < len(target):
+                # A raw read may return less than was asked for; nothing: the file got shorter.
                 got = self._file.readinto(target[bytes_read:])
                 if not got:
                     raise changed_while_read(self.path)
@@ -149,6 +158,7 @@ def find_shift(source: LogSource) -> int:
     for _, data in source.chunks():
         window = previous_block + data
         at = window.find(MAGIC)
+        # The magic number may occur by chance: only a right CRC makes it a block.
         while 0 <= at <= len(window) - BLOCK_BYTES:
             if at % BLOCK_BYTES and is_sound(window[at : at + BLOCK_BYTES]):
                 return at % BLOCK_BYTES
@@ -159,9 +169,9 @@ def find_shift(source: LogSource) -> int:
 
 def _a_folder(path: Path) -> LogError:
     logs = sorted(path.glob("*.[bB][iI][nN]"))
-    step = "Name the file that came off the card: tfsat-host decode DROP0001.BIN"
+    step: str = Advice("Name the file that came off the card: ", NextStep("decode", ("DROP0001.BIN",)))
     if len(logs) == 1:
-        step = f"It holds one log: tfsat-host decode {logs[0]}"
+        step = Advice("It holds one log: ", NextStep("decode", (str(logs[0]),)))
     elif logs:
         step = "It holds several logs, name one: " + ", ".join(map(str, logs))
     return LogError(f"{path} is a directory, not a log.", step)

@@ -36,6 +36,7 @@ def metadata(log: DropLog) -> Json:
         "first_s": log.seconds(int(log.t_us[0])),
         "last_s": log.seconds(int(log.t_us[-1])),
         "duration_s": log.duration_s,
+        # JSON has no NaN, which alone is unequal to itself.
         "rate_hz": log.rate_hz if log.rate_hz == log.rate_hz else None,
         "release_us": log.release_us,
         "release_uncertainty_us": log.release_uncertainty_us,
@@ -61,6 +62,7 @@ def _late_samples(log: DropLog) -> Json:
     longest = int(np.argmax(step_us))
     return {
         "count": len(rows),
+        # A step of k nominal periods left k - 1 ticks without a sample.
         "ticks_missed": int((np.rint(step_us * (log.header.rate_hz / 1e6)) - 1).sum()),
         "longest_us": int(step_us[longest]),
         "longest_s": log.seconds(int(log.t_us[rows[longest]])),
@@ -108,6 +110,7 @@ def _clipping_facts(log: DropLog) -> Json | None:
         return None
     times = log.t_s[clipped]
     landings = (log.seconds(event.t_us) for event in log.events if event.name == "landing")
+    # The fall ends at the first landing after t = 0, at the latest after the facility's time of fall.
     fall_s = min([FALL_US / 1e6, *(t_s for t_s in landings if t_s > 0.0)])
     released = log.release_us is not None
     return {
@@ -141,6 +144,7 @@ def grave_warnings(log: DropLog) -> list[str]:
     """Return those of `warnings` that concern more than single readings."""
     valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
     rows = zip(_sensor_rows(log), valid.T, strict=True)
+    # Isolated misses are bridged by their neighbours: leave out exactly those sensors' lines.
     light = {_missed_line(log, row) for row, is_valid in rows if single_misses(is_valid)}
     return [line for line in warnings(log) if line not in light]
 

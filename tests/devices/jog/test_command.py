@@ -46,7 +46,7 @@ LAG_DEG = 5.0
 
 
 @contextmanager
-def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
+def start_jog(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
     """Run a jog to 90 deg and yield its process once the joint has passed 3 deg."""
     command = [sys.executable, "-m", "tfsat_host", *JOG[:-1], "90", "--yes", *options]
     with subprocess.Popen(
@@ -97,7 +97,7 @@ def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: Ru
 
 @pytest.mark.parametrize("options", [(), ("--json",)])
 def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
-    with jogging(robot, *options) as process:
+    with start_jog(robot, *options) as process:
         process.send_signal(signal.SIGINT)
         said_out, error_text = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
@@ -117,7 +117,7 @@ def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
 
 @BOTH_SEQUENCERS
 def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
-    with jogging(robot) as process:
+    with start_jog(robot) as process:
         process.send_signal(signal.SIGSTOP)
         robot.control(f"wait {JOG_IDLE_MS + 500}ms")
         stopped_deg = joint_1_deg(robot)
@@ -134,7 +134,7 @@ def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
 
 
 def test_ctrl_z_lets_it_go_before_the_program_stops(robot: Served) -> None:
-    with jogging(robot) as process:
+    with start_jog(robot) as process:
         process.send_signal(signal.SIGTSTP)
         _, status = os.waitpid(process.pid, os.WUNTRACED)
         assert os.WIFSTOPPED(status)

@@ -55,12 +55,12 @@ class RobotHere:
 def robot_here(monkeypatch: pytest.MonkeyPatch) -> Iterator[RobotHere]:
     """Yield an emulated robot to which every port leads."""
 
-    def opened(path: str) -> EmulatedTransport:
+    def open_transport(path: str) -> EmulatedTransport:
         return EmulatedTransport(robot, BoardIndex[Path(path).name.upper()])
 
     with EmulatedRobot(seed=1) as robot:
         for user in ("cli.boards", "devices.transport"):
-            monkeypatch.setattr(f"tfsat_host.{user}.SerialTransport", opened)
+            monkeypatch.setattr(f"tfsat_host.{user}.SerialTransport", open_transport)
         yield RobotHere(robot)
 
 
@@ -76,7 +76,7 @@ class LoggerAtPort:
         """Runs the command with `--json`; its object."""
         return self.run.json(*words, "--port", self.robot.logger, expect=expect)
 
-    def printed(self, *words: object, expect: int = 0) -> str:
+    def read_output(self, *words: object, expect: int = 0) -> str:
         """Runs it without; both its streams."""
         process = self.run(*words, "--port", self.robot.logger, expect=expect)
         return process.stdout + process.stderr

@@ -55,7 +55,7 @@ def test_from_a_recording_to_an_erased_card(logger: LoggerAtPort) -> None:
     assert logger("log", "list")["logs"][1]["fetched_to"] == str(path)
     assert logger("log", "fetch", "all")["logs"][0]["fetched"] is False, "it is there already"
 
-    assert "Erase DROP0001.BIN" in logger.printed("log", "erase", 1, expect=2), "it asks"
+    assert "Erase DROP0001.BIN" in logger.read_output("log", "erase", 1, expect=2), "it asks"
     assert logger("log", "erase", 1, "--yes")["copy"] == str(path)
     assert [each["number"] for each in logger("log", "list")["logs"]] == [0]
     assert logger("log", "fetch", 1, expect=1)["error"]["code"] == "no_such_log"
@@ -77,11 +77,11 @@ def test_a_copy_that_changed_is_no_copy(logger: LoggerAtPort) -> None:
 
 
 def test_the_table_for_people(logger: LoggerAtPort) -> None:
-    assert "No recordings." in logger.printed("log", "list")
+    assert "No recordings." in logger.read_output("log", "list")
     logger.record()
-    output = logger.printed("log", "list")
+    output = logger.read_output("log", "list")
     assert "(in RAM)" in output and "DROP0001.BIN" in output and "MiB free" in output
-    fetched = logger.printed("log", "fetch", 1, "--out", "a folder/drop.bin")
+    fetched = logger.read_output("log", "fetch", 1, "--out", "a folder/drop.bin")
     assert "every block checked" in fetched and "complete: " in fetched
     assert (logger.folder / "a folder" / "drop.bin").exists()
 
@@ -126,7 +126,7 @@ def test_no_recording_begins_with_a_bad_card(logger: LoggerAtPort) -> None:
 def test_a_drop_without_a_card_is_kept_until_it_is_fetched(logger: LoggerAtPort) -> None:
     logger.hand("card remove")
     logger("record", "start", expect=1)
-    question = logger.printed("log", "fetch", "ram", expect=2)
+    question = logger.read_output("log", "fetch", "ram", expect=2)
     assert "a drop after it would not be recorded" in question
     logger.hand("wait 1.5", "drop", "wait 300ms")
     # In the middle of the fall: the command waits, and ends nothing.
@@ -145,13 +145,13 @@ def test_ram_is_not_overwritten_and_not_given_up_by_accident(logger: LoggerAtPor
     logger.hand("card remove")
     logger("record", "start", expect=1)
     logger.hand("wait 1", "drop", "wait 6", "card insert", "seat", "wait 2.5")
-    status = logger.printed("status")
+    status = logger.read_output("status")
     assert "RAM HOLDS A DROP" in status and "tfsat-host log fetch ram --port" in status
     assert logger("status")["logger"]["ram_holds_drop"] is True
     refused = logger("record", "start", expect=4)["error"]
     assert refused["code"] == "ram_holds_drop"
     assert "tfsat-host log fetch ram --port" in refused["next_step"]
-    assert "RAM HOLDS A DROP" in logger.printed("log", "list")
+    assert "RAM HOLDS A DROP" in logger.read_output("log", "list")
     logger("log", "erase", "ram", "--yes", expect=4)
     assert logger("status")["logger"]["ram_holds_drop"] is True
     logger("log", "erase", "ram", "--yes", "--force")
@@ -174,7 +174,7 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
     assert "Nothing to set" in logger("logger-settings", "set", expect=2)["error"]["what"]
     assert logger("logger-settings", "show")["settings"] == result["settings"]
-    output = logger.printed("logger-settings")
+    output = logger.read_output("logger-settings")
     assert "1000 Hz leaves 1000 us" in output
 
 
@@ -231,7 +231,7 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
         stderr=subprocess.PIPE,
         text=True,
     ) as fetching:
-        while fetching.poll() is None and not _begun(part):
+        while fetching.poll() is None and not _has_begun(part):
             pass
         logger.hand("cable logger pull")
         output, _ = fetching.communicate(timeout=TIMEOUT_S)
@@ -240,7 +240,7 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
     return error
 
 
-def _begun(part: Path) -> bool:
+def _has_begun(part: Path) -> bool:
     """Return whether a block of our format is on the disk."""
     try:
         with part.open("rb") as file:

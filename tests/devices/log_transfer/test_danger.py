@@ -19,7 +19,7 @@ class Tower(LoggerAtPort):
     def __call__(self, *words: object, expect: int = 0) -> Any:
         return self.run.json(*words, expect=expect)
 
-    def printed(self, *words: object, expect: int = 0) -> str:
+    def read_output(self, *words: object, expect: int = 0) -> str:
         process = self.run(*words, expect=expect)
         return " ".join((process.stdout + process.stderr).split())
 
@@ -47,15 +47,15 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     assert "tfsat-host arm --unrecorded" in refused["next_step"]
     assert tower("status")["sequencer"]["state"] == "safe"
 
-    status_text = tower.printed("status")
+    status_text = tower.read_output("status")
     assert "Warning: The logger records, but its card is missing." in status_text
     assert "nothing stands against it" not in status_text
     assert "arming would be refused because of the logger." in status_text
     assert tower("status")["sequencer"]["arm_refusal"]["what"] == refused["what"]
-    monitored = tower.printed("monitor", "--for", "0.5")
+    monitored = tower.read_output("monitor", "--for", "0.5")
     assert "The logger records, but its card is missing. A drop now would not be on the card" in monitored
 
-    armed = tower.printed("arm", "--yes", "--unrecorded")
+    armed = tower.read_output("arm", "--yes", "--unrecorded")
     assert "Warning: The logger records, but its card is missing." in armed and "Armed" in armed
     tower("disarm")
     tower.hand("card insert", "wait 1")
@@ -80,22 +80,22 @@ def test_a_card_that_is_pulled_in_the_fall_is_shouted_about_at_once(tower: Tower
     tower("record", "start")
     tower.hand("wait 1", "drop", "wait 500ms", "card remove", "wait 300ms")
     shout = "THE CARD IS MISSING AND THE DROP IS IN RAM ONLY"
-    status_text = tower.printed("status")
+    status_text = tower.read_output("status")
     assert f"Warning: {shout}" in status_text and "keep it on" in status_text
     listed = tower("log", "list", expect=4)["error"]
     assert shout in listed["meaning"]
     assert "Wait a second" not in json.dumps(listed)
-    assert shout in tower.printed("monitor", "--for", "0.5")
+    assert shout in tower.read_output("monitor", "--for", "0.5")
     tower.hand("wait 5")
     assert tower("status")["logger"]["state"] in ("recording", "stopping")
-    assert shout in tower.printed("status")
+    assert shout in tower.read_output("status")
     tower("record", "stop", expect=1)
     fetched = tower("log", "fetch", "all", expect=3)
     (copy,) = fetched["logs"]
     assert copy["in_ram"] and copy["samples_lost"] == 0
     assert fetched["ram_released"]
-    listed = tower.printed("log", "list")
+    listed = tower.read_output("log", "list")
     assert "Card: MISSING." in listed and "MiB free" not in listed
-    assert "RAM is free for the next recording; what it held is safe: " in tower.printed(
+    assert "RAM is free for the next recording; what it held is safe: " in tower.read_output(
         "log", "erase", "ram", "--yes"
     )

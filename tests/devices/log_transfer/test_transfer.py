@@ -244,12 +244,12 @@ class _WithoutCard:
         raise board_error(ErrorReply(LogListRequest.TYPE, self._code, -1))
 
 
-def _listed(code: ErrorCode) -> Listing:
+def _list_without_card(code: ErrorCode) -> Listing:
     return list_logs(cast(Client, _WithoutCard(code)))
 
 
 def test_ram_is_listed_without_a_card() -> None:
-    listing = _listed(ErrorCode.NO_CARD)
+    listing = _list_without_card(ErrorCode.NO_CARD)
     assert listing.entries == [_RAM]
     assert pick(listing, 0) == _RAM
     with pytest.raises(BoardError) as refused:
@@ -259,7 +259,7 @@ def test_ram_is_listed_without_a_card() -> None:
 
 def test_a_logger_that_records_lists_nothing() -> None:
     with pytest.raises(BoardError):
-        _listed(ErrorCode.WRONG_STATE)
+        _list_without_card(ErrorCode.WRONG_STATE)
 
 
 def test_a_thousand_samples_a_second_arrive_without_a_gap(bench: Bench) -> None:

@@ -78,7 +78,7 @@ def robot() -> Iterator[EmulatedRobot]:
 
 
 @pytest.fixture
-def sent(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def request_types(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Types of all requests."""
     types: list[int] = []
     request: Callable[..., object] = Client.request
@@ -104,7 +104,7 @@ def pass_time(watch: SequencerWatch | LoggerWatch, client: Client, duration_s: f
 
 @pytest.mark.parametrize(("armed", "most_a_second"), [(False, 5), (True, 2)])
 def test_the_sequencer_is_only_asked_and_rarely_while_armed_or_running(
-    robot: EmulatedRobot, sent: list[int], armed: bool, most_a_second: int
+    robot: EmulatedRobot, request_types: list[int], armed: bool, most_a_second: int
 ) -> None:
     watch, client = watch_sequencer(robot)
     if armed:
@@ -116,17 +116,17 @@ def test_the_sequencer_is_only_asked_and_rarely_while_armed_or_running(
         pass_time(watch, client, 1.0)
         assert watch.status.state == SequencerState.ARMED
         robot.drop()
-    sent.clear()
+    request_types.clear()
     pass_time(watch, client, 2.2)
-    assert set(sent) == {msg.SequencerStatusRequest.TYPE}
-    assert most_a_second < len(sent) <= 2.2 * most_a_second + 1
+    assert set(request_types) == {msg.SequencerStatusRequest.TYPE}
+    assert most_a_second < len(request_types) <= 2.2 * most_a_second + 1
     if armed:
         assert watch.status.state == SequencerState.RUNNING
         assert watch.status.strokes_started >= 3
 
 
 def test_the_logger_is_asked_and_its_live_samples_taken_until_the_end(
-    robot: EmulatedRobot, sent: list[int]
+    robot: EmulatedRobot, request_types: list[int]
 ) -> None:
     client = Client(EmulatedTransport(robot, BoardIndex.LOGGER))
     watch = LoggerWatch(client, client.hello(), SENSORS)
@@ -136,5 +136,5 @@ def test_the_logger_is_asked_and_its_live_samples_taken_until_the_end(
     watch.close()
     client.live_samples(0.0)
     assert client.live_samples(0.5) == []
-    assert set(sent) == {msg.HelloRequest.TYPE, msg.LoggerStatusRequest.TYPE, msg.LiveRequest.TYPE}
-    assert msg.ArmRequest.TYPE not in sent
+    assert set(request_types) == {msg.HelloRequest.TYPE, msg.LoggerStatusRequest.TYPE, msg.LiveRequest.TYPE}
+    assert msg.ArmRequest.TYPE not in request_types

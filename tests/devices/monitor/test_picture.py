@@ -33,7 +33,7 @@ def picture() -> Iterator[Picture]:
         yield Picture(watched)
 
 
-def drawn(picture: Picture, width: int, height: int) -> list[str]:
+def draw_picture(picture: Picture, width: int, height: int) -> list[str]:
     stream = io.StringIO()
     Console(file=stream, width=width, height=height, no_color=True, legacy_windows=False).print(picture)
     lines = stream.getvalue().splitlines()
@@ -42,7 +42,7 @@ def drawn(picture: Picture, width: int, height: int) -> list[str]:
     return lines
 
 
-def troubled(picture: Picture) -> Picture:
+def add_troubles(picture: Picture) -> Picture:
     """Return a picture with a fault, a refusal, a failed card, a missing gyro and a clipped one."""
     sequencer, logger = picture.watched.sequencer, picture.watched.logger
     assert sequencer is not None and logger is not None and logger.reading is not None
@@ -68,7 +68,7 @@ def troubled(picture: Picture) -> Picture:
 
 
 def test_at_80x24_all_readings_are_shown(picture: Picture) -> None:
-    text = "\n".join(drawn(picture, 80, 24))
+    text = "\n".join(draw_picture(picture, 80, 24))
     for words in (
         "sequencer  safe; switches 1 closed, 2 closed",
         "last refusal  none",
@@ -84,7 +84,7 @@ def test_at_80x24_all_readings_are_shown(picture: Picture) -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (120, 40)])
 def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, height: int) -> None:
-    lines = drawn(troubled(picture), width, height)
+    lines = draw_picture(add_troubles(picture), width, height)
     text = " ".join(" ".join(lines).split())
     assert lines[0].startswith("SEQUENCER FAULT: The board restarted while it was armed")
     for words in (
@@ -106,15 +106,15 @@ def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, 
 
 
 def test_an_imu_that_answers_and_does_not_measure_is_told_by_its_name(picture: Picture) -> None:
-    logger = troubled(picture).watched.logger
+    logger = add_troubles(picture).watched.logger
     assert logger is not None
     logger.status = replace(logger.status, imu_present=0b1101)
-    text = "\n".join(drawn(picture, 80, 40))
+    text = "\n".join(draw_picture(picture, 80, 40))
     assert "NOT MEASURING: gyro 2 (MPU-6050)." in text
     assert "MISSING" not in text and "NO DATA" in text
     assert "2 NOT MEASURING (MPU-6050); 3" in one_line(0.0, picture.watched)
     logger.status = replace(logger.status, who_am_i=b"\x68\0\x68\x68")
-    text = "\n".join(drawn(picture, 80, 40))
+    text = "\n".join(draw_picture(picture, 80, 40))
     assert "MISSING: gyro 2." in text and "NOT MEASURING" not in text
     assert "2 MISSING; 3" in one_line(0.0, picture.watched)
 
@@ -122,13 +122,13 @@ def test_an_imu_that_answers_and_does_not_measure_is_told_by_its_name(picture: P
 def test_a_low_terminal_keeps_alarms_states_and_the_way_out(picture: Picture) -> None:
     lost = PortError(PortProblem.LOST, what="The connection on robot/logger was lost.", next_step="")
     without_logger = replace(picture.watched, logger=None, lost={"logger": lost})
-    lines = drawn(Picture(without_logger), 80, 6)
+    lines = draw_picture(Picture(without_logger), 80, 6)
     assert lines[0] == "LOST: logger. The connection on robot/logger was lost."
     assert lines[1] == "sequencer  safe; switches 1 closed, 2 closed"
     assert lines[-1] == "Ctrl-C ends it."
 
 
 def test_what_does_not_fit_at_all_is_cut_below_the_alarms(picture: Picture) -> None:
-    lines = drawn(troubled(picture), 80, 5)
+    lines = draw_picture(add_troubles(picture), 80, 5)
     assert lines[0].startswith("SEQUENCER FAULT")
     assert len(lines) == 4 and lines[-1] == "Ctrl-C ends it."

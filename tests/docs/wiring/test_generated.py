@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.wiring.wirings import Tree, copied
+from tests.docs.wiring.wirings import Tree, copy_generator
 from tests.paths import REPOSITORY
 from wiring_generator import page
 from wiring_generator.spec import WiringError, load_wiring
@@ -15,7 +15,7 @@ from wiring_generator.spec import WiringError, load_wiring
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Tree:
-    return copied(tmp_path)
+    return copy_generator(tmp_path)
 
 
 def test_what_is_committed_is_what_the_data_says() -> None:

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from tests.docs.wiring.wirings import committed
+from tests.docs.wiring.wirings import load_committed
 from wiring_generator.levels import (
     Levels,
     avr_high_v,
@@ -21,7 +21,7 @@ from wiring_generator.levels import (
     parallel,
 )
 
-LEVELS = Levels(committed())
+LEVELS = Levels(load_committed())
 STEP_S = 20e-9
 
 
@@ -88,18 +88,18 @@ def test_extremes_are_at_the_corners() -> None:
 
 
 def test_every_limit_holds_and_names_its_source() -> None:
-    wiring = committed()
+    wiring = load_committed()
     checks = LEVELS.checks()
     assert len(checks) == 13 and all(check.holds for check in checks)
     assert {check.source for check in checks} <= set(wiring.sources)
 
 
 def test_two_modules_beside_another_2_2_kilohm_are_too_much_and_the_table_never_asks_for_that() -> None:
-    assert parallel(2200, 2200, 2200) < least_bus_ohm(committed())
-    rows = bus_pullups(committed())
+    assert parallel(2200, 2200, 2200) < least_bus_ohm(load_committed())
+    rows = bus_pullups(load_committed())
     assert [row.module_ohm for row in rows] == [0, 10000, 4700, 2200]
     assert [row.fit for row in rows] == [True, True, False, False]
     for row in rows:
-        assert row.total_ohm >= least_bus_ohm(committed())
-        rise_s = math.log(7 / 3) * row.total_ohm * committed().limit["i2c_cable_f"]
-        assert rise_s <= committed().limit["i2c_rise_s"]
+        assert row.total_ohm >= least_bus_ohm(load_committed())
+        rise_s = math.log(7 / 3) * row.total_ohm * load_committed().limit["i2c_cable_f"]
+        assert rise_s <= load_committed().limit["i2c_rise_s"]

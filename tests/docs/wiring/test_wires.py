@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from tests.docs.wiring.firmware_pins import MICRO, TEENSY_ANALOG, logger_pins, sequencer_pins
-from tests.docs.wiring.wirings import committed
+from tests.docs.wiring.wirings import load_committed
 from tests.paths import REPOSITORY
 
 SVG = ET.parse(REPOSITORY / "docs" / "wiring.svg").getroot()
@@ -16,13 +16,15 @@ NAMESPACE = {"svg": "http://www.w3.org/2000/svg"}
 
 def test_the_sequencers_wires_are_the_firmwares() -> None:
     wired = {
-        wire.pin.removeprefix("D"): wire.carries for wire in committed().wires if wire.panel == "sequencer"
+        wire.pin.removeprefix("D"): wire.carries
+        for wire in load_committed().wires
+        if wire.panel == "sequencer"
     }
     assert wired == {pin: use.removesuffix(", out") for pin, use in sequencer_pins().items()}
 
 
 def test_the_loggers_wires_are_the_firmwares() -> None:
-    wires = committed().wires
+    wires = load_committed().wires
     wired = {
         wire.terminal: wire.carries
         for wire in wires
@@ -51,7 +53,7 @@ def test_nothing_flows_from_usb_through_the_micro_to_the_battery_and_servos() ->
 
     The Micro's regulator conducts backwards; the diode passes current towards VIN only.
     """
-    (supply,) = [wire for wire in committed().wires if wire.device == "Arduino Micro"]
+    (supply,) = [wire for wire in load_committed().wires if wire.device == "Arduino Micro"]
     parts = [element.part for element in supply.path]
     assert [(part.kind, part.cathode) for part in parts[-1:]] == [("diode", "right")]
 
@@ -62,7 +64,7 @@ def _texts() -> list[ET.Element]:
 
 def test_every_pin_terminal_part_and_value_is_in_the_drawing() -> None:
     drawing_texts = {text.text for text in _texts()}
-    wiring = committed()
+    wiring = load_committed()
     for wire in wiring.wires:
         assert {wire.pin, wire.carries, wire.device, wire.terminal} <= drawing_texts
         for element in wire.path:

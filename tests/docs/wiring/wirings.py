@@ -12,7 +12,7 @@ from tests.paths import REPOSITORY
 from wiring_generator.spec import Wiring, load_wiring
 
 
-def committed() -> Wiring:
+def load_committed() -> Wiring:
     return load_wiring(REPOSITORY / "docs" / "wiring.toml")
 
 
@@ -33,7 +33,7 @@ class Tree:
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-def copied(folder: Path) -> Tree:
+def copy_generator(folder: Path) -> Tree:
     (folder / "tools").mkdir()
     (folder / "docs").mkdir()
     copy(REPOSITORY / "tools" / "generate_wiring.py", folder / "tools")

@@ -30,7 +30,7 @@ def five_bodies(folder: Path) -> RobotModel:
     return random_robot(folder, 5, 5)
 
 
-def flown(
+def fly_strokes(
     robot: RobotModel,
     *strokes: tuple[int, float],
     until_s: float = 6.0,
@@ -52,7 +52,7 @@ def apart_deg(a: Rotation, b: Rotation) -> float:
 
 
 def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
-    simulation = flown(load_robot(), *THERE)
+    simulation = fly_strokes(load_robot(), *THERE)
     assert np.degrees(final(simulation).as_rotvec()) == pytest.approx([0.0, 0.0, -26.11], abs=0.6)
     assert np.degrees(final(simulation).magnitude()) == pytest.approx(26.11, abs=0.005)
     assert simulation.is_closed
@@ -62,14 +62,14 @@ def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
 
 def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
     robot = load_robot()
-    assert apart_deg(final(flown(robot, *BACK)), final(flown(robot, *THERE)).inv()) < 1e-9
-    assert np.degrees(final(flown(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
+    assert apart_deg(final(fly_strokes(robot, *BACK)), final(fly_strokes(robot, *THERE)).inv()) < 1e-9
+    assert np.degrees(final(fly_strokes(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
 
 
 def test_whichever_body_is_the_base_the_bodies_turn_alike_up_to_the_axes(tmp_path: Path) -> None:
     robot = five_bodies(tmp_path)
     turned = [
-        np.degrees(Rotation.from_matrix(flown(robot, *STRAY, base=base).rotations()).magnitude())
+        np.degrees(Rotation.from_matrix(fly_strokes(robot, *STRAY, base=base).rotations()).magnitude())
         for base in range(5)
     ]
     # At the release all bodies' axes are parallel, so the inertial axes are the same for every base.
@@ -94,7 +94,7 @@ def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_p
     tmp_path: Path,
 ) -> None:
     robot = five_bodies(tmp_path)
-    cut, parted = flown(robot, *STRAY), flown(robot, *STRAY, speed_deg_s=90.0)
+    cut, parted = fly_strokes(robot, *STRAY), fly_strokes(robot, *STRAY, speed_deg_s=90.0)
     assert cut.strokes_overlap
     assert np.array_equal(cut.quaternion_xyzw, cut.flight.quaternion_xyzw[-1])
     assert apart_deg(final(cut), final(parted)) > 1e-5
@@ -115,7 +115,7 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
 
 def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:
     robot = load_robot()
-    strokes = flown(robot, *THERE, until_s=2.5)
+    strokes = fly_strokes(robot, *THERE, until_s=2.5)
     flight = strokes.flight
     again = fly(robot, history_from_samples(flight.t_s, flight.angles_rad), until_s=2.5)
     assert apart_deg(final(again), final(strokes)) < 1e-3
@@ -153,7 +153,7 @@ def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> No
     with pytest.raises(ManeuverError) as caught:
         schedule_maneuver(maneuver((2, 61.0)), robot_limits(robot))
     assert "starts with joint 2 at 30 deg" in caught.value.next_step
-    closed = flown(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
+    closed = fly_strokes(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
     assert np.degrees(closed.flight.angles_rad[0]) == pytest.approx(np.full(4, 30.0))
     assert closed.is_closed
     turned = Rotation.from_matrix(closed.rotations())

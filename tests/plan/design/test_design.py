@@ -151,11 +151,11 @@ def test_another_grid_finds_the_same_optimum(drop_tower: RobotModel) -> None:
 def test_every_climb_starts_within_the_time(drop_tower: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
     in_time: list[bool] = []
 
-    def watched(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
+    def watch_climb(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
         in_time.append(bool(problem.keeps_time(start_rad)))
         return climb(problem, sequence, start_rad)
 
-    monkeypatch.setattr("tfsat_host.plan.optimum.climb", watched)
+    monkeypatch.setattr("tfsat_host.plan.optimum.climb", watch_climb)
     problem = Problem.of(drop_tower, DesignSettings())
     find_optimum(problem, grid_points=700)  # some points of this grid are less than 1 % too far
     assert in_time and all(in_time)
@@ -303,12 +303,12 @@ def test_turns_end_with_the_best_of_their_rounds(
     """Keep the best result of all rounds, even if a swarm's second round finds less than its first."""
     rounds: list[float] = []
 
-    def lessening(*args: Any) -> SwarmOptimum:
+    def worsen_optimum(*args: Any) -> SwarmOptimum:
         swarm_optimum = minimize(*args)
         rounds.append(swarm_optimum.value + 0.01 * len(rounds))
         return replace(swarm_optimum, value=rounds[-1])
 
-    monkeypatch.setattr("tfsat_host.plan.design.minimize", lessening)
+    monkeypatch.setattr("tfsat_host.plan.design.minimize", worsen_optimum)
     settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
     optimum, _ = search(Problem.of(drop_tower, settings), settings)
     assert len(rounds) > 1

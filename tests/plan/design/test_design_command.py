@@ -17,7 +17,7 @@ _design = planning.design
 
 
 @functools.cache
-def _designed(path: Path, settings: DesignSettings) -> planning.Design:
+def _design_robot(path: Path, settings: DesignSettings) -> planning.Design:
     return _design(load_robot(path), settings)
 
 
@@ -26,7 +26,7 @@ def _each_design_once(request: pytest.FixtureRequest, monkeypatch: pytest.Monkey
     """Commands that design the same share it, but for the test that compares two designs."""
 
     def design(robot: RobotModel, settings: DesignSettings, _progress: object) -> planning.Design:
-        return _designed(robot.path, settings)
+        return _design_robot(robot.path, settings)
 
     if "same_bytes" not in request.node.name:
         monkeypatch.setattr(planning, "design", design)

@@ -40,11 +40,13 @@ def test_no_particle_leaves_the_box_and_the_best_never_gets_worse(
 ) -> None:
     positions: list[FloatArray] = []
 
-    def watched(x: FloatArray) -> FloatArray:
+    def watch_bowl(x: FloatArray) -> FloatArray:
         positions.append(x.copy())
         return -bowl(x)  # the best places are the box's corners
 
-    optimum = minimize(watched, LOW, HIGH, SwarmSettings(particles, iterations), np.random.default_rng(seed))
+    optimum = minimize(
+        watch_bowl, LOW, HIGH, SwarmSettings(particles, iterations), np.random.default_rng(seed)
+    )
     for x in positions:
         assert x.shape == (2, particles)
         assert (x >= LOW[:, None]).all()
@@ -64,13 +66,13 @@ def test_the_coefficients_can_be_set() -> None:
 def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None:
     positions: list[FloatArray] = []
 
-    def watched(x: FloatArray) -> FloatArray:
+    def watch_bowl(x: FloatArray) -> FloatArray:
         positions.append(x.copy())
         return bowl(x)
 
     none, half = (0.0, 0.0), (0.5, 0.5)
     led = SwarmSettings(9, 1, inertia=none, own_best=none, best_of_all=half)
-    minimize(watched, LOW, HIGH, led, np.random.default_rng(8))
+    minimize(watch_bowl, LOW, HIGH, led, np.random.default_rng(8))
     start, end = positions
     leader = start[:, np.argmin(bowl(start)), None]
     # r2 is drawn between 0 and 1: they go between none and half of the way.
@@ -79,7 +81,7 @@ def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None
     assert (end != start).any(axis=0).sum() == 8  # all but the leader moved
 
 
-def _watched(settings: SwarmSettings, low: float, high: float) -> list[FloatArray]:
+def _watch_positions(settings: SwarmSettings, low: float, high: float) -> list[FloatArray]:
     positions: list[FloatArray] = []
 
     def watched(x: FloatArray) -> FloatArray:
@@ -94,8 +96,8 @@ def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> 
     """Inertia alone: each step of a free particle is the coefficient times the step before."""
     none = (0.0, 0.0)
     settings = SwarmSettings(40, 5, inertia=(1.0, 0.5), own_best=none, best_of_all=none)
-    steps = np.diff(np.array(_watched(settings, -1.0, 1.0)), axis=0)
-    free = (np.abs(np.array(_watched(settings, -1.0, 1.0))) < 1.0).all(axis=0)
+    steps = np.diff(np.array(_watch_positions(settings, -1.0, 1.0)), axis=0)
+    free = (np.abs(np.array(_watch_positions(settings, -1.0, 1.0))) < 1.0).all(axis=0)
     assert free.any()
     for k in range(1, 5):
         assert steps[k][free] == pytest.approx((1.0 - 0.5 * k / 5) * steps[k - 1][free])
@@ -105,7 +107,7 @@ def test_a_wall_stops_a_particle() -> None:
     """It does not go on pushing outwards: the next pull of the leader moves it inwards."""
     none = (0.0, 0.0)
     settings = SwarmSettings(40, 2, inertia=(1.0, 1.0), own_best=none, best_of_all=(0.0, 2.0))
-    start, first, second = _watched(settings, -1.0, 1.0)
+    start, first, second = _watch_positions(settings, -1.0, 1.0)
     best = np.where(bowl(first) < bowl(start), bowl(first), bowl(start))
     where = np.where(bowl(first) < bowl(start), first, start)
     leader = where[:, [int(np.argmin(best))]]

@@ -39,14 +39,14 @@ def checks(schedule: Schedule = PAPER, *, mass_factor: float = 1.0, **changes: A
     return {check.name: check for check in check_maneuver(schedule, robot, tower, envelope)}
 
 
-def failed(checks_by_name: dict[str, Check]) -> set[str]:
+def failed_names(checks_by_name: dict[str, Check]) -> set[str]:
     return {name for name, check in checks_by_name.items() if not check.passed}
 
 
 def test_the_maneuver_that_was_flown_passes() -> None:
     checks_by_name = checks()
     assert tuple(checks_by_name) == NAMES
-    assert failed(checks_by_name) == set()
+    assert failed_names(checks_by_name) == set()
 
 
 def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
@@ -83,7 +83,7 @@ def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
 )
 def test_each_check_fails_for_its_own_reason(changes: dict[str, Any], expected: set[str]) -> None:
     checks_by_name = checks(**changes)
-    assert failed(checks_by_name) == expected
+    assert failed_names(checks_by_name) == expected
     for name in expected:
         check = checks_by_name[name]
         short = check.limit - check.value if not check.at_most else check.value - check.limit
@@ -93,7 +93,7 @@ def test_each_check_fails_for_its_own_reason(changes: dict[str, Any], expected: 
 
 def test_strokes_that_take_too_long_are_doubtful() -> None:
     checks_by_name = checks(schedule_of((1, 66.0), (2, 67.0), (1, -66.0), (2, -67.0)))
-    assert failed(checks_by_name) == {"stroke-time"}
+    assert failed_names(checks_by_name) == {"stroke-time"}
 
 
 def test_a_robot_that_lands_open_reaches_the_bottom_earlier() -> None:
@@ -102,7 +102,7 @@ def test_a_robot_that_lands_open_reaches_the_bottom_earlier() -> None:
     assert sink_mm > 10.0
     travel_mm = checks(strokes)["vertical-travel"].value
     assert travel_mm == pytest.approx(vertical_travel_mm(50.0, 2.5, 1e-3) + sink_mm)
-    assert failed(checks(strokes, usable_vertical_travel_mm=travel_mm - 1.0)) == {"vertical-travel"}
+    assert failed_names(checks(strokes, usable_vertical_travel_mm=travel_mm - 1.0)) == {"vertical-travel"}
 
 
 def test_a_heavier_robot_leaves_more_slowly_than_any_before() -> None:
@@ -110,7 +110,7 @@ def test_a_heavier_robot_leaves_more_slowly_than_any_before() -> None:
     slowest, fastest = release_velocities_mm_s(load_tower(), 4 * 2.847)
     assert slowest == pytest.approx(40.67 / 2, abs=0.01)
     assert fastest == 50.0
-    assert failed(checks(mass_factor=4.0)) == {"pause", "clearance"}
+    assert failed_names(checks(mass_factor=4.0)) == {"pause", "clearance"}
 
 
 def test_a_lighter_robot_leaves_faster_than_any_before() -> None:

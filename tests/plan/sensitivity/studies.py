@@ -33,5 +33,5 @@ def stated_by(robot: RobotModel) -> Uncertainty:
     return robot.uncertainty
 
 
-def scaled(stated: Uncertainty, factor: float) -> Uncertainty:
+def scale_uncertainty(stated: Uncertainty, factor: float) -> Uncertainty:
     return Uncertainty(**{name: factor * value for name, value in dataclasses.asdict(stated).items()})

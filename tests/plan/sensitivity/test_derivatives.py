@@ -49,23 +49,23 @@ def _reference_vector_deg(robot: RobotModel, changed: Robot, ends_deg: FloatArra
     return np.asarray(np.degrees(free_attitude(changed, joints, _UNTIL_S, _SPIN, rtol=1e-8).as_rotvec()))
 
 
-def _shifted(array: FloatArray, index: tuple[int, ...], by: float) -> FloatArray:
+def _shift_entry(array: FloatArray, index: tuple[int, ...], by: float) -> FloatArray:
     changed = array.copy()
     changed[index] += by
     return changed
 
 
 def _tensor(array: FloatArray, body: int, i: int, k: int, by: float) -> FloatArray:
-    changed = _shifted(array, (body, i, k), by)
+    changed = _shift_entry(array, (body, i, k), by)
     changed[body, k, i] = changed[body, i, k]
     return changed
 
 
 _CHANGES: dict[str, tuple[float, Callable[[Robot, float], Robot]]] = {
-    "body 2 mass": (0.01, lambda r, by: replace(r, mass=_shifted(r.mass, (1,), by))),
-    "body 1 CoM z": (1.0, lambda r, by: replace(r, com=_shifted(r.com, (0, 2), 1e-3 * by))),
+    "body 2 mass": (0.01, lambda r, by: replace(r, mass=_shift_entry(r.mass, (1,), by))),
+    "body 1 CoM z": (1.0, lambda r, by: replace(r, com=_shift_entry(r.com, (0, 2), 1e-3 * by))),
     "body 3 inertia xy": (0.1, lambda r, by: replace(r, inertia=_tensor(r.inertia, 2, 0, 1, 1e-3 * by))),
-    "joint 2 point z": (1.0, lambda r, by: replace(r, point=_shifted(r.point, (1, 2), 1e-3 * by))),
+    "joint 2 point z": (1.0, lambda r, by: replace(r, point=_shift_entry(r.point, (1, 2), 1e-3 * by))),
     "joint 1 tilt about z": (
         0.5,
         lambda r, by: replace(
@@ -92,7 +92,7 @@ def test_derivatives_agree_with_an_independent_model(robot: RobotModel, name: st
     vectors = []
     for by in (-step, step):
         moved_end = by if name.startswith("stroke 2") else 0.0
-        reached = _shifted(ends, (1,), moved_end)
+        reached = _shift_entry(ends, (1,), moved_end)
         vectors.append(_reference_vector_deg(robot, change(Robot.of(robot), by), reached))
     slope = (vectors[1] - vectors[0]) / (2.0 * step)
     partials = derivatives(parameters)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.plan.sensitivity.studies import EXACT, parameters_of, scaled, stated_by, study_of
+from tests.plan.sensitivity.studies import EXACT, parameters_of, scale_uncertainty, stated_by, study_of
 from tfsat_host.plan.parameters import error_sources
 from tfsat_host.plan.spread import TimeLimit, derivatives, linear_spread, summary
 from tfsat_host.plan.study import CHUNK, Outcomes, run_chunk, run_locally
@@ -164,7 +164,7 @@ def test_one_kind_of_error_less_leaves_the_others_as_they_were(robot: RobotModel
 
 
 def test_exceeded_limits_are_counted(robot: RobotModel) -> None:
-    study = study_of(robot, scaled(stated_by(robot), 0.5), samples=1000)
+    study = study_of(robot, scale_uncertainty(stated_by(robot), 0.5), samples=1000)
     outcomes = run_locally(study, workers=1)
     limits = (TimeLimit("strokes", "moving_time_s", 1.5), TimeLimit("fall", "end_s", 2.2))
     exceeded = dict(summary(study, outcomes, outcomes.quaternion_xyzw[0], limits).exceeded)

@@ -16,7 +16,7 @@ from tfsat_host.robot import RobotModel
 _ARRAYS = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
 
 
-def _changed(parameters: Parameters, name: str, by: float) -> tuple[Multibody, list[str]]:
+def _change_parameter(parameters: Parameters, name: str, by: float) -> tuple[Multibody, list[str]]:
     """Return the robot with one parameter changed, and the names of its arrays that differ."""
     vector = parameters.nominal.copy()
     vector[parameters.names.index(name)] += by
@@ -61,7 +61,7 @@ def test_a_parameter_changes_what_it_is_named_after(
     robot: RobotModel, name: str, array: str, index: tuple[int, ...], by: float, change: float
 ) -> None:
     parameters = parameters_of(robot)
-    multibody, differ = _changed(parameters, name, by)
+    multibody, differ = _change_parameter(parameters, name, by)
     assert differ == [array]
     difference = getattr(multibody, array)[0] - getattr(parameters.body, array)
     assert difference[index] == pytest.approx(change)
@@ -71,7 +71,7 @@ def test_a_parameter_changes_what_it_is_named_after(
 
 
 def test_a_tilt_turns_the_axis_about_the_direction_that_it_names(robot: RobotModel) -> None:
-    multibody, differ = _changed(parameters_of(robot), "joint 1 tilt about y", 2.0)
+    multibody, differ = _change_parameter(parameters_of(robot), "joint 1 tilt about y", 2.0)
     assert differ == ["joint_axis"]
     turn = np.radians(2.0)
     np.testing.assert_allclose(multibody.joint_axis[0, 0], [np.cos(turn), 0.0, -np.sin(turn)], atol=1e-15)
@@ -94,13 +94,13 @@ def test_ends_of_strokes_and_speeds_are_in_degrees(robot: RobotModel) -> None:
     history = JointHistory(batch.breaks_s[:, 0] + 1e-12 * np.arange(18), batch.coefficients[..., 0])
     np.testing.assert_allclose(
         np.degrees(history.angles_rad(np.array([1.3, 2.5]))),
-        [[54.8, 70.0 * _done(1.3), 0.0], [0.0, 0.0, 0.0]],
+        [[54.8, 70.0 * _completed_share(1.3), 0.0], [0.0, 0.0, 0.0]],
         atol=1e-8,
     )
     assert moves.end_s[0, 0] - moves.start_s[0, 0] == pytest.approx(54.8 / 137.0)
 
 
-def _done(t_s: float) -> float:
+def _completed_share(t_s: float) -> float:
     """Return the completed share of the second stroke, from its constant rate and symmetry in time."""
     duration, acceleration = 70.0 / 170.0, 4000.0
     ramp = 0.5 * duration * (1.0 - np.sqrt(1.0 - 4.0 * 70.0 / (acceleration * duration**2)))

@@ -46,13 +46,13 @@ def _once(
     """Cache the function's result for each object, or for each object that `of` makes of it."""
     cache: dict[int, tuple[Any, Any]] = {}
 
-    def kept(value: Any) -> Any:
+    def keep_result(value: Any) -> Any:
         key = of(value)
         if id(key) not in cache:
             cache[id(key)] = key, function(value)  # the object stays, and with it its id
         return cache[id(key)][1]
 
-    return kept
+    return keep_result
 
 
 _BUILDER = "tfsat_host.report.contents.document_builder"
@@ -71,7 +71,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
     Equal samples with equal files give equal results.
     """
 
-    def kept(
+    def keep_evaluation(
         log: DropLog,
         model: RobotModel,
         calibration: Calibration | None,
@@ -87,7 +87,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
             _MADE[key] = evaluate(log, model, calibration, schedule, **others)
         return replace(_MADE[key], log=log, model=model)
 
-    monkeypatch.setattr(drop_evaluation, "evaluate", kept)
+    monkeypatch.setattr(drop_evaluation, "evaluate", keep_evaluation)
     for name, builder in _DRAWN.items():
         monkeypatch.setattr(name, builder)
 

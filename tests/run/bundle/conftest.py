@@ -10,7 +10,7 @@ from shutil import copyfile
 
 import pytest
 
-from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, done
+from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, record_good_step
 from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
 from tests.run.bundle.commands import command, keep_evaluations
 from tfsat_host.calibration.certificate.campaign import Campaign
@@ -34,7 +34,7 @@ def signed_run(folder: Path) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def _kept_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
     keep_evaluations(monkeypatch)
 
 
@@ -54,7 +54,7 @@ def undecodable(run: Path) -> Path:
 
 
 @pytest.fixture
-def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
+def fixed_evaluation(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
     """Makes every evaluation this page and next to nothing else, at once."""
 
     def as_this(page: str | None) -> None:
@@ -65,22 +65,22 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
 
 
 @pytest.fixture
-def quick(run: Path, computed: Callable[[str | None], None]) -> Path:
+def quick(run: Path, fixed_evaluation: Callable[[str | None], None]) -> Path:
     """Return a run whose evaluation takes no time."""
-    computed(PAGE)
+    fixed_evaluation(PAGE)
     return run
 
 
 @pytest.fixture
-def calibrated(quick: Path) -> Path:
+def calibrated_run(quick: Path) -> Path:
     """Return a run with a certificate based on recordings and an evaluation that takes no time."""
     (quick / CERTIFICATE).unlink()
-    origin = done(REST).origin
+    origin = record_good_step(REST).origin
     change_headers(quick / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
     subject = Subject(MODEL.name, origin.logger_serial, origin.who_am_i, origin.emulated)
     campaign = Campaign(quick / CERTIFICATE, MODEL, subject)
     for step in STEPS:
-        campaign.accept(done(step))
+        campaign.accept(record_good_step(step))
     return quick
 
 

@@ -120,16 +120,18 @@ def test_a_page_may_name_its_headings_otherwise() -> None:
     assert len(differences(then, now, EVALUATION_TOLERANCE)) == 2
 
 
-def nested(depth: int) -> object:
+def nest_list(depth: int) -> object:
     value: object = 1.0
     for _ in range(depth):
         value = [value]
     return value
 
 
-@pytest.mark.parametrize("hostile", [nested(5000), 10**400, float("nan"), float("inf"), {"a": nested(5000)}])
+@pytest.mark.parametrize(
+    "hostile", [nest_list(5000), 10**400, float("nan"), float("inf"), {"a": nest_list(5000)}]
+)
 def test_what_nobody_would_write_is_a_difference(hostile: object) -> None:
-    for ours in (1.0, [1.0], nested(5), {"a": [1.0, [2.0]]}):
+    for ours in (1.0, [1.0], nest_list(5), {"a": [1.0, [2.0]]}):
         for first, two in ((hostile, ours), (ours, hostile)):
             mismatches = list(differences({"k": first}, {"k": two}, STRICT))
             assert mismatches

@@ -36,7 +36,7 @@ def manifest_of(files: dict[str, bytes]) -> bytes:
     return format_manifest(Manifest("test", "run", EvaluationInputs("run/SD.bin"), files=listed)).encode()
 
 
-def packed(
+def pack_archive(
     files: dict[str, bytes],
     manifest: bytes | None = None,
     *,
@@ -56,7 +56,7 @@ def packed(
     return buffer.getvalue()
 
 
-def unpacked(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[str, bytes]:
+def unpack_archive(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[str, bytes]:
     """Unpack the archive and return its files, asserting that nothing was written next to them."""
     (folder / "a.zip").write_bytes(data)
     try:
@@ -67,9 +67,9 @@ def unpacked(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[str, by
     return {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 
-def refused(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
+def expect_refusal(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
     with pytest.raises(BundleError) as caught:
-        unpacked(folder, data, limits)
+        unpack_archive(folder, data, limits)
     assert not (folder / "out").exists()
     assert "Nothing was unpacked." in caught.value.meaning or "nothing was unpacked" in caught.value.meaning
     assert caught.value.next_step
@@ -79,7 +79,7 @@ def refused(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
 @pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
 def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
     """Also when a person packed it again with another tool."""
-    files = unpacked(tmp_path, packed(GOOD, method=method))
+    files = unpack_archive(tmp_path, pack_archive(GOOD, method=method))
     assert files.pop("manifest.json") == manifest_of(GOOD)
     assert files == GOOD
 
@@ -107,7 +107,7 @@ def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
 def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, why: str) -> None:
     folder = tmp_path / "deep" / "er"
     folder.mkdir(parents=True)
-    message = refused(folder, packed(GOOD | {name: b"x"}))
+    message = expect_refusal(folder, pack_archive(GOOD | {name: b"x"}))
     assert re.search(why, message), message
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
 
@@ -128,14 +128,14 @@ def test_what_is_no_file_is_refused(tmp_path: Path, kind: int, why: str) -> None
         if info.filename == "run/maneuver.toml":
             info.create_system, info.external_attr = 3, (kind | 0o777) << 16
 
-    assert why in refused(tmp_path, packed(GOOD, entry=as_kind))
+    assert why in expect_refusal(tmp_path, pack_archive(GOOD, entry=as_kind))
 
 
 @pytest.mark.parametrize(
     "other", ["run/sd.bin", "RUN/SD.bin", "run/SD.BIN", "Run/other", "run/SD.bin/inside", "run", "robot"]
 )
 def test_names_that_some_system_takes_for_one_are_refused(tmp_path: Path, other: str) -> None:
-    assert "takes for one" in refused(tmp_path, packed(GOOD | {other: b"x"}))
+    assert "takes for one" in expect_refusal(tmp_path, pack_archive(GOOD | {other: b"x"}))
 
 
 def test_umlauts_in_two_forms_are_one_name() -> None:
@@ -145,27 +145,29 @@ def test_umlauts_in_two_forms_are_one_name() -> None:
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_the_same_name_twice_is_refused(tmp_path: Path) -> None:
-    buffer = io.BytesIO(packed(GOOD))
+    buffer = io.BytesIO(pack_archive(GOOD))
     with zipfile.ZipFile(buffer, "a") as archive:
         archive.writestr("run/SD.bin", RAW)
-    assert "takes for one" in refused(tmp_path, buffer.getvalue())
+    assert "takes for one" in expect_refusal(tmp_path, buffer.getvalue())
 
 
 def test_bombs_are_refused_by_what_they_say(tmp_path: Path) -> None:
     zeros = {"run/SD.bin": bytes(3 << 20)}
-    assert "packed so tightly" in refused(tmp_path, packed(zeros, method=zipfile.ZIP_DEFLATED))
-    assert unpacked(tmp_path, packed(zeros))["run/SD.bin"] == bytes(3 << 20), "stored, it is no bomb"
+    assert "packed so tightly" in expect_refusal(tmp_path, pack_archive(zeros, method=zipfile.ZIP_DEFLATED))
+    assert unpack_archive(tmp_path, pack_archive(zeros))["run/SD.bin"] == bytes(3 << 20), (
+        "stored, it is no bomb"
+    )
 
 
 def test_many_small_bombs_are_one(tmp_path: Path) -> None:
     zeros = {f"run/{number}": bytes(1 << 20) for number in range(4)} | {"run/SD.bin": RAW}
-    assert "packed so tightly" in refused(tmp_path, packed(zeros, method=zipfile.ZIP_DEFLATED))
+    assert "packed so tightly" in expect_refusal(tmp_path, pack_archive(zeros, method=zipfile.ZIP_DEFLATED))
 
 
 def test_too_many_and_too_much_are_refused(tmp_path: Path) -> None:
-    assert "holds 4 files; 3 are allowed" in refused(tmp_path, packed(GOOD), Limits(files=3))
-    assert "700 are allowed" in refused(tmp_path, packed(GOOD), Limits(bytes=700))
-    assert "manifest.json of" in refused(tmp_path, packed(GOOD), Limits(manifest_bytes=100))
+    assert "holds 4 files; 3 are allowed" in expect_refusal(tmp_path, pack_archive(GOOD), Limits(files=3))
+    assert "700 are allowed" in expect_refusal(tmp_path, pack_archive(GOOD), Limits(bytes=700))
+    assert "manifest.json of" in expect_refusal(tmp_path, pack_archive(GOOD), Limits(manifest_bytes=100))
 
 
 def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
@@ -179,39 +181,41 @@ def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
 
 def test_a_bomb_that_lies_about_its_size_is_cut_off(tmp_path: Path) -> None:
     files = {"run/SD.bin": bytes(200_000)}
-    lied = packed(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
-    assert refused(tmp_path, with_size_in_the_directory(lied, "run/SD.bin", 10))
+    lied = pack_archive(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
+    assert expect_refusal(tmp_path, with_size_in_the_directory(lied, "run/SD.bin", 10))
 
 
 def test_files_over_each_other_are_refused(tmp_path: Path) -> None:
-    data = bytearray(packed({"run/SD.bin": RAW, "run/SE.bin": RAW}))
+    data = bytearray(pack_archive({"run/SD.bin": RAW, "run/SE.bin": RAW}))
     first, second = (data.rindex(name) - 46 for name in (b"run/SD.bin", b"run/SE.bin"))
     data[second + 42 : second + 46] = data[first + 42 : first + 46]
-    assert "lies over another file" in refused(tmp_path, bytes(data))
+    assert "lies over another file" in expect_refusal(tmp_path, bytes(data))
 
 
 def test_encrypted_and_oddly_packed_files_are_refused(tmp_path: Path) -> None:
-    data = bytearray(packed(GOOD))
+    data = bytearray(pack_archive(GOOD))
     place = data.rindex(b"run/SD.bin") - 46
     data[place + 8] |= 1
-    assert "encrypted" in refused(tmp_path, bytes(data))
-    assert "packed by method 12" in refused(tmp_path, packed(GOOD, method=zipfile.ZIP_BZIP2))
+    assert "encrypted" in expect_refusal(tmp_path, bytes(data))
+    assert "packed by method 12" in expect_refusal(tmp_path, pack_archive(GOOD, method=zipfile.ZIP_BZIP2))
 
 
 def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
     surplus_files, less = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
-    assert "does not name: run/more" in refused(tmp_path, packed(surplus_files, manifest_of(GOOD)))
-    message = refused(tmp_path, packed(less, manifest_of(GOOD)))
+    assert "does not name: run/more" in expect_refusal(
+        tmp_path, pack_archive(surplus_files, manifest_of(GOOD))
+    )
+    message = expect_refusal(tmp_path, pack_archive(less, manifest_of(GOOD)))
     assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in message
-    longer = packed(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
-    assert "601 bytes; its manifest says 600" in refused(tmp_path, longer)
-    assert "has no manifest.json" in refused(tmp_path, zip_of([("run/SD.bin", RAW)]))
-    assert "'run/SD.bin', which is not in it" in refused(tmp_path, packed({"other": b"x"}))
+    longer = pack_archive(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
+    assert "601 bytes; its manifest says 600" in expect_refusal(tmp_path, longer)
+    assert "has no manifest.json" in expect_refusal(tmp_path, zip_of([("run/SD.bin", RAW)]))
+    assert "'run/SD.bin', which is not in it" in expect_refusal(tmp_path, pack_archive({"other": b"x"}))
 
 
 def test_a_changed_file_is_named(tmp_path: Path) -> None:
     changed = GOOD | {"run/SD.bin": RAW[::-1]}
-    message = refused(tmp_path, packed(changed, manifest_of(GOOD)))
+    message = expect_refusal(tmp_path, pack_archive(changed, manifest_of(GOOD)))
     assert "1 of 3 files" in message and message.endswith("run/SD.bin.")
 
 
@@ -225,7 +229,7 @@ def zip_of(files: Iterable[tuple[str, bytes]]) -> bytes:
 
 @pytest.mark.parametrize("data", [b"", b"no archive", b"PK\x05\x06" + bytes(18), b"PK\x03\x04" * 100])
 def test_what_is_no_archive_is_refused(tmp_path: Path, data: bytes) -> None:
-    refused(tmp_path, data)
+    expect_refusal(tmp_path, data)
 
 
 @given(
@@ -257,7 +261,9 @@ def test_any_damage_is_refused_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     """Bytes of a good archive are changed, cut or repeated: whatever is unpacked is what was packed."""
-    archive = packed(GOOD, method=data.draw(st.sampled_from([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])))
+    archive = pack_archive(
+        GOOD, method=data.draw(st.sampled_from([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED]))
+    )
     edited = bytearray(archive)
     for _ in range(data.draw(st.integers(1, 4))):
         place = data.draw(st.integers(0, len(edited) - 1))
@@ -272,7 +278,7 @@ def test_any_damage_is_refused_or_harmless(
             return
     folder = tmp_path_factory.mktemp("damaged")
     try:
-        files = unpacked(folder, bytes(edited))
+        files = unpack_archive(folder, bytes(edited))
     except BundleError:
         assert not (folder / "out").exists()
         return
@@ -292,7 +298,7 @@ def test_a_name_that_passes_stays_in_the_folder(name: str) -> None:
 
 def test_the_command_refuses_with_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("a.zip").write_bytes(packed(GOOD | {"../outside": b"x"}))
+    Path("a.zip").write_bytes(pack_archive(GOOD | {"../outside": b"x"}))
     output = command("reproduce", "a.zip", expect=1)
     assert "`..`" in output.err and "Nothing was unpacked." in output.err
     assert command("reproduce", "gone.zip", expect=1).err
@@ -308,7 +314,7 @@ def test_characters_that_nobody_sees_are_refused(
     A name can read `exe.txt` and end otherwise (bidirectional), or look like another (zero width).
     """
     monkeypatch.chdir(tmp_path)
-    Path("a.zip").write_bytes(packed(GOOD | {f"run/gnp{sign}.txt": b"x"}))
+    Path("a.zip").write_bytes(pack_archive(GOOD | {f"run/gnp{sign}.txt": b"x"}))
     output = command("reproduce", "a.zip", expect=1)
     assert (
         "a character that cannot be seen" in output.words + " ".join(output.err.split())
@@ -321,7 +327,7 @@ def test_the_name_of_a_drop_is_no_novel(tmp_path: Path, monkeypatch: pytest.Monk
     values = json.loads(manifest_of(GOOD))
     for count, what in ((200, "SD.bin"), (201, "its name has 201 characters")):
         values["name"] = "n" * count
-        Path("a.zip").write_bytes(packed(GOOD, json.dumps(values).encode()))
+        Path("a.zip").write_bytes(pack_archive(GOOD, json.dumps(values).encode()))
         if count > 200:
             assert what in " ".join(command("reproduce", "a.zip", expect=1).err.split())
         else:

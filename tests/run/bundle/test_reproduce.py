@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.calibration.bench_day import REST, SWINGS, ZERO, done
+from tests.calibration.bench_day import REST, SWINGS, ZERO, record_good_step
 from tests.evaluation.run_folder import CERTIFICATE
 from tests.run.bundle.commands import command, result, rewrite, rewrite_json
 from tests.run.bundle.conftest import PAGE, STEPS
@@ -52,9 +52,9 @@ def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_the_folder_must_be_new_and_the_bundle_one(
-    bundle: Path, computed: Computed, capsys: pytest.CaptureFixture[str]
+    bundle: Path, fixed_evaluation: Computed, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    computed(PAGE)
+    fixed_evaluation(PAGE)
     Path("run-reproduced").mkdir()
     command("reproduce", bundle, expect=3)
     assert "run-reproduced is there already" in command("reproduce", bundle, expect=1).err
@@ -154,9 +154,9 @@ def test_a_changed_file_is_refused_by_name(bundle: Path) -> None:
 @pytest.mark.parametrize("name", ["evaluation.json", "environment.json", "report.html"])
 @pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"[" * 100_000, b'{"packages": [1], "k": 1e999}'])
 def test_parts_that_nobody_would_write_are_differences_and_no_crash(
-    bundle: Path, computed: Computed, name: str, data: bytes
+    bundle: Path, fixed_evaluation: Computed, name: str, data: bytes
 ) -> None:
-    computed(None)
+    fixed_evaluation(None)
     if name == "report.html":
         data = b'<script type="application/json" id="document">' + data + b"</script>"
     rewrite(bundle, lambda files: files.update({name: data}))
@@ -166,9 +166,9 @@ def test_parts_that_nobody_would_write_are_differences_and_no_crash(
 
 @pytest.mark.parametrize("data", [None, b"", b"\xff", b"[" * 100_000])
 def test_an_evaluation_that_is_none_is_named_in_words(
-    bundle: Path, computed: Computed, data: bytes | None
+    bundle: Path, fixed_evaluation: Computed, data: bytes | None
 ) -> None:
-    computed(None)
+    fixed_evaluation(None)
     name = "evaluation.json"
     rewrite(bundle, lambda files: files.pop(name) if data is None else files.update({name: data}))
     (difference,) = result("reproduce", bundle, expect=3)["compared"][0]["differences"]
@@ -241,14 +241,14 @@ def calibration_in(reproduction: Any) -> Any:
     return next(comparison for comparison in reproduction["compared"] if comparison["what"] == "calibration")
 
 
-def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None:
+def test_a_certificate_is_computed_from_its_recordings(calibrated_run: Path) -> None:
     """Recompute a certificate from its recordings.
 
     A landing noted later did not change it, though it lies before the last step.
     """
-    between = done(REST).taken + timedelta(seconds=30)
-    note_landing(calibrated / CERTIFICATE, Landing(between, "recording 0000abcd"))
-    note_landing(calibrated / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
+    between = record_good_step(REST).taken + timedelta(seconds=30)
+    note_landing(calibrated_run / CERTIFICATE, Landing(between, "recording 0000abcd"))
+    note_landing(calibrated_run / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
     summary = result("bundle", "run")
     recordings = [name for name in summary["files"] if name.startswith(f"run/{RECORDINGS}")]
     assert sum(name.endswith(".npz") for name in recordings) == len(STEPS)
@@ -259,19 +259,19 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None
     assert again["differences"] == [] and "recomputed from 3 recordings" in again["sentence"]
 
 
-def test_values_that_the_recordings_do_not_give_are_named(calibrated: Path) -> None:
-    calibration = read_calibration(calibrated / CERTIFICATE)
+def test_values_that_the_recordings_do_not_give_are_named(calibrated_run: Path) -> None:
+    calibration = read_calibration(calibrated_run / CERTIFICATE)
     bias = calibration.gyros[1].bias_rad_s + np.array([0.0, 1e-4, 0.0])
     gyros = (calibration.gyros[0], replace(calibration.gyros[1], bias_rad_s=bias), *calibration.gyros[2:])
-    (calibrated / CERTIFICATE).write_text(format_calibration(replace(calibration, gyros=gyros)))
+    (calibrated_run / CERTIFICATE).write_text(format_calibration(replace(calibration, gyros=gyros)))
     result("bundle", "run")
     differs = calibration_in(result("reproduce", ARCHIVE, expect=3))["differences"]
     assert [difference["key"] for difference in differs] == ["gyro[1].bias.value[1]"]
 
 
-def test_recordings_that_are_gone_or_changed_are_lost(calibrated: Path) -> None:
-    rest, zero = (read_calibration(calibrated / CERTIFICATE).papers[i].file for i in (0, 1))
-    (calibrated / RECORDINGS / zero).write_bytes(to_bytes(done(SWINGS[0])))
+def test_recordings_that_are_gone_or_changed_are_lost(calibrated_run: Path) -> None:
+    rest, zero = (read_calibration(calibrated_run / CERTIFICATE).papers[i].file for i in (0, 1))
+    (calibrated_run / RECORDINGS / zero).write_bytes(to_bytes(record_good_step(SWINGS[0])))
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{zero}"}
     reproduction = result("reproduce", ARCHIVE, expect=3)
@@ -280,24 +280,24 @@ def test_recordings_that_are_gone_or_changed_are_lost(calibrated: Path) -> None:
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
     assert "SAME as far as it could be computed, and not whole: 1 LOST, 1 NOT COMPUTED (above)." in words
     assert "SAME: the raw data give" not in words
-    (calibrated / RECORDINGS / rest).unlink()
+    (calibrated_run / RECORDINGS / rest).unlink()
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{rest}", f"run/{RECORDINGS}/{zero}"}
     again = calibration_in(result("reproduce", ARCHIVE, "--out", "third", expect=3))
     assert again["differences"] is None and rest in again["sentence"]
 
 
-def test_a_recording_that_was_changed_in_the_bundle_does_not_pass(calibrated: Path) -> None:
+def test_a_recording_that_was_changed_in_the_bundle_does_not_pass(calibrated_run: Path) -> None:
     """Reject a recording changed in the bundle, even with a matching manifest.
 
     The certificate names the recording by its hash.
     """
-    del calibrated
+    del calibrated_run
     result("bundle", "run")
 
     def change(files: dict[str, bytes]) -> None:
         name = next(name for name in files if "zero" in name and name.endswith(".npz"))
-        files[name] = to_bytes(replace(done(ZERO), tool_version="another"))
+        files[name] = to_bytes(replace(record_good_step(ZERO), tool_version="another"))
 
     rewrite(ARCHIVE, change)
     reproduction = result("reproduce", ARCHIVE, expect=3)

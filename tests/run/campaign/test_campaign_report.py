@@ -25,14 +25,14 @@ from tfsat_host.run.record import sign
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 
 
-def added(*runs: str) -> None:
+def add_runs(*runs: str) -> None:
     for run in runs:
         command("campaign", "add", "camp", run)
 
 
 def test_robots_are_compared_by_themselves(camp: Path) -> None:
     on_other_logger(Path("run3"), OTHER)
-    added("run1", "run3", "run2")
+    add_runs("run1", "run3", "run2")
     output = command("campaign", "report", "camp")
     first, other = output.result["comparisons"]
     assert (first["drops"], other["drops"]) == ([1, 3], [2])
@@ -43,7 +43,7 @@ def test_robots_are_compared_by_themselves(camp: Path) -> None:
 
 
 def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    added("run1", "run2")
+    add_runs("run1", "run2")
     monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
     assert "contradict each other" in command("campaign", "report", "camp", expect=3).words
 
@@ -51,7 +51,7 @@ def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: py
 def test_a_drop_with_an_edited_robot_is_named_and_left_out(camp: Path) -> None:
     for run in ("run1", "run2", "run3"):
         copyfile(find_robot(None), Path(run) / "robot.toml")
-    added("run1", "run2", "run3")
+    add_runs("run1", "run2", "run3")
     edited = camp / "drop-0002" / "robot.toml"
     edited.write_text(edited.read_text() + "# mended\n")
     summary = result("campaign", "report", "camp", expect=3)
@@ -66,7 +66,7 @@ def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> 
     text = find_robot(None).read_text()
     for run in ("run1", "run2", "run3"):
         (Path(run) / "robot.toml").write_text(text + ("# measured again\n" if run == "run3" else ""))
-    added("run1", "run2", "run3")
+    add_runs("run1", "run2", "run3")
     output = command("campaign", "report", "camp")
     assert [comparison["drops"] for comparison in output.result["comparisons"]] == [[1, 2], [3]]
     assert "robot file" in output.words
@@ -74,7 +74,7 @@ def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> 
 
 def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
     Path("run1/preflight.json").write_text('{"verdict": "go"}\n')
-    added("run1", "run2")
+    add_runs("run1", "run2")
     for number in (1, 2):
         folder = camp / f"drop-000{number}"
         (folder / "preflight.json").write_text('{"verdict": "no-go"}\n')

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import track
 
 from tests.validation.calibration_proof.results import find_targets, make_tables
-from tests.validation.calibration_proof.robots import Errors, calibrated, errors_of, recorded_day
+from tests.validation.calibration_proof.robots import Errors, calibrate_day, errors_of, recorded_day
 from tests.validation.provenance import CampaignRun
 from tests.validation.targets import report_targets
 from tfsat_host.emulated.build import ensure_built
@@ -21,7 +21,7 @@ ROBOTS = 30
 def calibrate_robot(seed: int) -> tuple[int, dict[str, Errors]]:
     """Calibrate one robot; return its number and its errors by quantity."""
     day = recorded_day(seed)
-    return seed, errors_of(day, calibrated(day))
+    return seed, errors_of(day, calibrate_day(day))
 
 
 def main() -> int:

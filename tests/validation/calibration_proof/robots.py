@@ -46,7 +46,10 @@ LEANING = "wrong-hinge-axes=0.5"
 
 
 def design(seed: int) -> RobotModel:
-    """The drop tower robot with each IMU turned by some of the 24 right-angled rotations, as its file says."""
+    """Return the drop tower robot with each IMU in one of the 24 right-angled orientations, drawn.
+
+    The robot's file states these orientations.
+    """
     random = np.random.default_rng([seed, 24])
     turns = np.rint(Rotation.create_group("O").as_matrix())
     model = load_robot()
@@ -55,9 +58,10 @@ def design(seed: int) -> RobotModel:
 
 
 def recorded_day(seed: int) -> CalibrationDay:
-    """All steps on one robot, by a person who is no machine. Its clocks are exact: the page lists what is not.
+    """Simulate all calibration steps on one robot, performed by a human with human errors.
 
-    So are its hinges, and its file says so: a mounting is measured against them.
+    The robot's clocks are exact; the page lists what is not. Its hinges are exact too, and its file says so:
+    a mounting is measured against them.
     """
     truth = replace(draw_as_built(seed), sequencer_clock_ppm=0.0, logger_clock_ppm=0.0)
     filed = design(seed)
@@ -67,14 +71,17 @@ def recorded_day(seed: int) -> CalibrationDay:
 
 
 def leaning_day(seed: int) -> CalibrationDay:
-    """The same with hinges that lean as its file says that they may."""
+    """Simulate the same calibration day with hinges that lean as the robot's file says they may."""
     truth, filed = draw_as_built(seed), design(seed)
     built = fault_named(LEANING).apply(Truth(seed, filed, truth, np.zeros(3)))
     return replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=filed)
 
 
-def calibrated(day: CalibrationDay) -> Solution:
-    """As `tfsat-host calibrate` does it: each step is checked with what is known before it. Raises CalibrationError."""
+def calibrate_day(day: CalibrationDay) -> Solution:
+    """Solve the calibration as `tfsat-host calibrate` does.
+
+    Each step is checked with what is known before it. Raises CalibrationError.
+    """
     accepted: list[Evidence] = []
     for evidence in day.evidence:
         check_step(evidence, accepted, day.model)

@@ -91,7 +91,7 @@ def main() -> int:
 
 
 def version(decoder: str) -> str:
-    """Of the package that has it."""
+    """Return the version of the package that provides the decoder."""
     package = {"DFReader": "pymavlink", "Kaitai": "kaitaistruct"}.get(decoder, decoder)
     if package != "tfsat":
         return installed(package)
@@ -125,7 +125,7 @@ def _best(work: Callable[[], object], rounds: int) -> float:
 
 
 def _repeat(samples: Samples, path: Path) -> None:
-    """A recording of LARGE_BYTES: the same counts again and again, at times that go on."""
+    """Write a recording of LARGE_BYTES that repeats the same counts at continuing times."""
     times = -(-LARGE_BYTES * 6 // (512 * len(samples.t_us)))
     count = times * len(samples.t_us)
     count -= count % 6

@@ -114,10 +114,12 @@ def write_dataflash(samples: Samples, path: Path) -> None:
     rows["magic"], rows["type"], rows["t_us"] = b"\xa3\x95", 129, samples.t_us
     rows["imu"][:, :28], rows["angle"], rows["flags"] = samples.imu, samples.angle, ALL_VALID
 
-    def declared(number: int, size: int, name: bytes, letters: bytes, labels: bytes) -> bytes:
+    def format_message(number: int, size: int, name: bytes, letters: bytes, labels: bytes) -> bytes:
         return struct.pack("<2sBBB4s16s64s", b"\xa3\x95", 128, number, size, name, letters, labels)
 
     with path.open("wb") as file:
-        file.write(declared(128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns"))
-        file.write(declared(129, rows.itemsize, b"DROP", b"QaHHHHHHH", b"TimeUS,Imu,A1,A2,A3,A4,A5,A6,Flags"))
+        file.write(format_message(128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns"))
+        file.write(
+            format_message(129, rows.itemsize, b"DROP", b"QaHHHHHHH", b"TimeUS,Imu,A1,A2,A3,A4,A5,A6,Flags")
+        )
         file.write(rows.tobytes())

@@ -170,7 +170,7 @@ def describe_drop(scenario: Scenario, exit_code: int, facts: dict[str, Any]) -> 
 
 
 def _decode(path: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """In the file's own folder, as a person does it."""
+    """Run `tfsat-host decode` in the file's own folder, as a user would."""
     command = [sys.executable, "-m", "tfsat_host", "decode", path.name, *options]
     environment = {**os.environ, "NO_COLOR": "1"}
     return subprocess.run(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.rehearsal.days import dropped
+from tests.rehearsal.days import rehearse_drop
 from tests.sdlog.encoder import renumbered
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import BlockKind
@@ -44,10 +44,10 @@ class Scenario:
 
 
 def fly(folder: Path, seed: int) -> Path:
-    """One rehearsed drop; the card's file."""
+    """Rehearse one drop, write the card's file and return its path."""
     folder.mkdir()
     path = folder / "SD.bin"
-    path.write_bytes(dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=seed).card)
+    path.write_bytes(rehearse_drop(schedule_maneuver(four_stroke(59.0, 70.0)), seed=seed).card)
     return path
 
 
@@ -59,7 +59,8 @@ def make(folder: Path) -> list[Scenario]:
     cut.write_bytes(cut_in_the_drop(first))
     noisy.write_bytes(overwritten(first.read_bytes()))
     older, newer = (
-        dated(card.read_bytes(), FIRST_START_US + k * LATER_US) for k, card in enumerate((first, second))
+        date_recording(card.read_bytes(), FIRST_START_US + k * LATER_US)
+        for k, card in enumerate((first, second))
     )
     raw.write_bytes(bytes(1 << 20) + older + bytes(1 << 18) + newer + bytes(1 << 16))
     return [
@@ -91,8 +92,8 @@ def overwritten(data: bytes) -> bytes:
     return blocks.tobytes()
 
 
-def dated(data: bytes, unix_us: int) -> bytes:
-    """The same recording as if the host had set the time of day when it began."""
+def date_recording(data: bytes, unix_us: int) -> bytes:
+    """Return the recording as if the host had set the time of day at its beginning."""
     dated_blocks = []
     offset_us = unix_us - BlockHeader.decode(data[: BlockHeader.SIZE]).time_us
     for at in range(0, len(data), BLOCK_BYTES):

@@ -55,7 +55,7 @@ def main() -> int:
 
 
 def _best(work: Callable[[], object], rounds: int) -> float:
-    """Least wall time of `rounds`, after one that counts for nothing."""
+    """Return the shortest wall time of `rounds` calls, in s, after one uncounted warm-up call."""
     durations_s = []
     for _ in range(rounds + 1):
         start = time.perf_counter()

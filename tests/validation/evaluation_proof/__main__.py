@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import track
 
 from tests.paths import DOCS
-from tests.validation.evaluation_proof.campaign import Proof, mismatched, prove
+from tests.validation.evaluation_proof.campaign import Proof, judge_mismatch, prove
 from tests.validation.evaluation_proof.causes import CAUSES, one_cause
 from tests.validation.evaluation_proof.learning import FIRST_SEED, robot
 from tests.validation.evaluation_proof.learning import ROBOTS as TAUGHT
@@ -34,8 +34,8 @@ def one(seed: int) -> tuple[int, Proof]:
 
 
 def of_row(drop: tuple[str, int]) -> Judged:
-    """One drop of a robot or of sensors that are not as filed."""
-    return mismatched(*drop)
+    """Evaluate one drop whose robot or sensors differ from the filed ones."""
+    return judge_mismatch(*drop)
 
 
 def main() -> int:

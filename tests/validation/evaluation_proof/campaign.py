@@ -18,7 +18,7 @@ from tests.validation.evaluation_proof.flights import (
     with_dead_gyro,
     without_calibration,
 )
-from tests.validation.evaluation_proof.mismatches import ROWS, Judged, judged
+from tests.validation.evaluation_proof.mismatches import ROWS, Judged, judge_drop
 from tests.validation.evaluation_proof.paper_setting import Replay, replays_of
 from tests.validation.evaluation_proof.robots import robot_of
 from tests.validation.sources import code_sha256
@@ -47,20 +47,24 @@ class Proof:
 
 def prove(seed: int) -> Proof:
     """Calibrates a robot, drops it, and evaluates; half a minute, or none if that was done before."""
-    proof: Proof = kept(f"proof-{seed}", "tests.validation.evaluation_proof.campaign", lambda: _proven(seed))
+    proof: Proof = keep_result(
+        f"proof-{seed}", "tests.validation.evaluation_proof.campaign", lambda: _proven(seed)
+    )
     return proof
 
 
-def mismatched(row: str, seed: int) -> Judged:
-    """One drop of a robot or of sensors that are not as filed, or what it was before."""
+def judge_mismatch(row: str, seed: int) -> Judged:
+    """Evaluate one drop whose robot or sensors differ from the filed ones, or load its stored result."""
     (mismatch,) = (candidate for candidate in ROWS if candidate.name == row)
     module = "tests.validation.evaluation_proof.mismatches"
-    outcome: Judged = kept(f"mismatch-{ROWS.index(mismatch)}-{seed}", module, lambda: judged(mismatch, seed))
+    outcome: Judged = keep_result(
+        f"mismatch-{ROWS.index(mismatch)}-{seed}", module, lambda: judge_drop(mismatch, seed)
+    )
     return outcome
 
 
 def _proven(seed: int) -> Proof:
-    robot = kept(f"robot-{seed}", "tests.validation.evaluation_proof.robots", lambda: robot_of(seed))
+    robot = keep_result(f"robot-{seed}", "tests.validation.evaluation_proof.robots", lambda: robot_of(seed))
     drops = drops_of(robot)
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
@@ -71,8 +75,11 @@ def _proven(seed: int) -> Proof:
     )
 
 
-def kept(name: str, module: str, compute: Callable[[], Any]) -> Any:
-    """What the same code, that a module imports, made before, or else is made now."""
+def keep_result(name: str, module: str, compute: Callable[[], Any]) -> Any:
+    """Load the stored result of the same code, or compute and store it.
+
+    The code is that of `module` and of all that it imports.
+    """
     file = KEPT / _code_of(module) / f"{name}.pickle"
     if file.exists():
         return pickle.loads(file.read_bytes())
@@ -86,5 +93,5 @@ def kept(name: str, module: str, compute: Callable[[], Any]) -> Any:
 
 @cache
 def _code_of(module: str) -> str:
-    """As this process found it first."""
+    """Return the short hash of the module's code as this process first found it."""
     return code_sha256(module)[:16]

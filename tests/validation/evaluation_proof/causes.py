@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from tests.validation.evaluation_proof.campaign import kept
+from tests.validation.evaluation_proof.campaign import keep_result
 from tests.validation.evaluation_proof.hidden import hidden
 from tests.validation.simulation_based_calibration.drops import FILED, maneuver
 from tests.validation.tables import csv_text
@@ -66,7 +66,7 @@ class Named(NamedTuple):
         return len(self.causes) > 1 and self.causes[0].probability < TIE * self.causes[1].probability
 
 
-def named(kind: str, number: int) -> Named:
+def name_causes(kind: str, number: int) -> Named:
     """Drop `number` of a cause, from 0; without what an evaluation does with it besides."""
     seed = FIRST_SEED + number
     schedule = maneuver(seed)
@@ -81,10 +81,11 @@ def named(kind: str, number: int) -> Named:
 
 
 def one_cause(kind: str, drops: int = DROPS) -> tuple[str, list[Named]]:
-    """The drops of a cause; those that were flown before with the same code are taken from the disk."""
+    """Simulate the drops of a cause, loading from disk those flown before with the same code."""
     module = "tests.validation.evaluation_proof.causes"
     return kind, [
-        kept(f"cause-{kind}-{number}", module, partial(named, kind, number)) for number in range(drops)
+        keep_result(f"cause-{kind}-{number}", module, partial(name_causes, kind, number))
+        for number in range(drops)
     ]
 
 
@@ -93,12 +94,12 @@ Drops = Mapping[str, Sequence[Named]]
 
 
 def first_share(kind: str, drops: Sequence[Named]) -> float:
-    """How often the true cause is the likeliest."""
+    """Return the fraction of the drops in which the true cause is the likeliest."""
     return sum(drop.first == kind for drop in drops) / len(drops)
 
 
 def tied_share(drops: Sequence[Named]) -> float:
-    """How often two cannot be told apart."""
+    """Return the fraction of the drops in which two causes cannot be told apart."""
     return sum(drop.tied for drop in drops) / len(drops)
 
 

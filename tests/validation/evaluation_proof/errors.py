@@ -39,19 +39,19 @@ def errors_of(drop: Drop, evaluation: Evaluation) -> dict[str, Errors]:
     after = evaluation.explained.after.error
     turned = [_reorientation(drop, number, body) for number, body in enumerate(bodies, 1)]
     return {
-        "reorientation of body 1": joined(turned[:1]),
-        "reorientation of bodies 2 to 4": joined(turned[1:]),
+        "reorientation of body 1": join_errors(turned[:1]),
+        "reorientation of bodies 2 to 4": join_errors(turned[1:]),
         "final attitude of body 1": _attitude(drop, bodies[0]),
         "initial rate": _initial_rates(drop, evaluation),
         "joint angle": _joint_angles(drop, evaluation),
-        "stroke": joined([_stroke(drop, stroke, evaluation.strokes) for stroke in evaluation.strokes]),
+        "stroke": join_errors([_stroke(drop, stroke, evaluation.strokes) for stroke in evaluation.strokes]),
         "CoM": Errors(fit.values[:9] - drop.true_com_offsets_mm, fit.std[:9]),
         "measured less predicted": Errors(np.rad2deg(after.final_rad), np.rad2deg(after.std_rad[-1])),
     }
 
 
-def joined(parts: Iterable[Errors]) -> Errors:
-    """One after the other."""
+def join_errors(parts: Iterable[Errors]) -> Errors:
+    """Concatenate the errors in order."""
     ones = list(parts)
     return Errors(
         np.concatenate([errors.error for errors in ones]), np.concatenate([errors.std for errors in ones])
@@ -84,7 +84,7 @@ def _initial_rates(drop: Drop, evaluation: Evaluation) -> Errors:
 
 
 def _joint_angles(drop: Drop, evaluation: Evaluation) -> Errors:
-    """At the first sample of the fall and at the last."""
+    """Compute the errors of the joint angles, in deg, at the first and the last sample of the fall."""
     motion = evaluation.motion
     ends = [int(np.searchsorted(motion.t_s, 0.0)), len(motion.t_s) - 1]
     error = motion.angles_rad - drop.true_angles_rad(motion.t_s)

@@ -22,7 +22,7 @@ def z_rms(errors: Errors) -> float:
     return rms(errors.error / errors.std)
 
 
-def covered(errors: Errors) -> float:
+def covered_share(errors: Errors) -> float:
     """Return the share of the values whose 95 % interval holds the truth."""
     return float((np.abs(errors.error) < _NORMAL_95 * errors.std).mean())
 
@@ -39,5 +39,5 @@ def figures(errors: Errors, digits: int = 4) -> tuple[str, ...]:
         f"{np.abs(errors.error).max():.{digits}f}",
         f"{np.median(errors.std):.{digits}f}",
         f"{z_rms(errors):.2f}",
-        percent(covered(errors)),
+        percent(covered_share(errors)),
     )

@@ -60,7 +60,7 @@ class Flight:
     least_mm: FloatArray
 
 
-def dropped(
+def fly_drop(
     robot: Robot, true_model: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
 ) -> Drop:
     """One drop; `number` tells those of a robot apart.
@@ -85,15 +85,15 @@ def dropped(
 
 
 def drops_of(robot: Robot) -> dict[str, Drop]:
-    """One at each low-pass."""
+    """Simulate one drop at each low-pass setting."""
     return {
-        name: dropped(robot, robot.flown, number, dlpf_cfg)
+        name: fly_drop(robot, robot.flown, number, dlpf_cfg)
         for number, (name, dlpf_cfg) in enumerate(LOW_PASSES.items())
     }
 
 
 def flights_of(robot: Robot, drops: Mapping[str, Drop]) -> dict[str, Flight]:
-    """Each drop evaluated with the robot's calibration."""
+    """Evaluate each drop with the robot's calibration."""
     evaluations = {
         name: evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
         for name, drop in drops.items()
@@ -121,12 +121,12 @@ def _flight(drop: Drop, evaluation: Evaluation, other: Evaluation) -> Flight:
 
 
 def without_calibration(robot: Robot, drop: Drop) -> dict[str, Errors]:
-    """The same drop, had nobody ever calibrated a sensor."""
+    """Compute the errors of the same drop evaluated without any calibration."""
     return errors_of(drop, evaluate(drop.log, robot.model, None, drop.schedule))
 
 
 def with_dead_gyro(robot: Robot, drop: Drop, body: int) -> dict[str, Errors]:
-    """The same drop, had the IMU of a body (1 to 4) not answered at all."""
+    """Compute the errors of the same drop with the IMU of a body (1 to 4) not answering at all."""
     valid = drop.log.imu_valid.copy()
     valid[:, body - 1] = False
     deaf = replace(drop.log, imu_valid=valid)

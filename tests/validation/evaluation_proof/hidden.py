@@ -22,15 +22,15 @@ def hidden(
     as_uncertain: bool = True,
     uncertainty: Uncertainty | None = None,
 ) -> tuple[Drop, Calibration]:
-    """A drop as `errors_of` takes it, and the certificate as filed.
+    """Simulate a drop of a hidden robot and return it for `errors_of`, with the certificate as filed.
 
     Args:
-        schedule: What to fly.
-        filed: The robot as its file has it.
-        seed: Of everything.
-        faults: As typed: `wrong-masses=2`, `gyro-bias-step@armed`.
-        as_uncertain: All that the file calls uncertain is drawn; else centers of mass and sensors alone.
-        uncertainty: Instead of the file's.
+        schedule: The maneuver to fly.
+        filed: The robot as its file states it.
+        seed: Seed of all draws.
+        faults: Faults as typed: `wrong-masses=2`, `gyro-bias-step@armed`.
+        as_uncertain: Draw all that the file calls uncertain; else centers of mass and sensors alone.
+        uncertainty: Used instead of the file's.
     """
     truth = draw_hidden(filed, seed, uncertainty=uncertainty) if as_uncertain else drawn_truth(filed, seed)
     simulated_drop = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof.campaign import kept
-from tests.validation.evaluation_proof.errors import joined
+from tests.validation.evaluation_proof.campaign import keep_result
+from tests.validation.evaluation_proof.errors import join_errors
 from tests.validation.evaluation_proof.figures import figures
 from tests.validation.evaluation_proof.hidden import hidden
 from tests.validation.simulation_based_calibration.drops import CHIPS, FILED
@@ -31,17 +31,17 @@ class Lesson(NamedTuple):
 
 @cache
 def maneuvers() -> dict[str, Maneuver]:
-    """The paper's, and the one that a drop learns most from; a minute."""
+    """Return the paper's maneuver and the one from which a drop learns most; takes a minute."""
     learnt = learn(FILED, "com").lessons[0]
     return {USUAL[0]: USUAL[1], learnt.name: learnt.maneuver}
 
 
 def one_robot(seed: int) -> Lesson:
-    """Two drops of a hidden robot."""
-    return Lesson({name: _dropped(maneuver, seed) for name, maneuver in maneuvers().items()})
+    """Simulate two drops of a hidden robot, one with each maneuver."""
+    return Lesson({name: _drop_errors(maneuver, seed) for name, maneuver in maneuvers().items()})
 
 
-def _dropped(maneuver: Maneuver, seed: int) -> Errors:
+def _drop_errors(maneuver: Maneuver, seed: int) -> Errors:
     schedule = schedule_maneuver(maneuver)
     drop, calibration = hidden(schedule, FILED, seed, [CHIPS])
     fit = evaluate(drop.log, FILED, calibration, schedule).explained.fit
@@ -50,7 +50,7 @@ def _dropped(maneuver: Maneuver, seed: int) -> Errors:
 
 def robot(seed: int) -> Lesson:
     """Or what it was before with the same code."""
-    lesson: Lesson = kept(
+    lesson: Lesson = keep_result(
         f"lesson-{seed}", "tests.validation.evaluation_proof.learning", partial(one_robot, seed)
     )
     return lesson
@@ -59,7 +59,7 @@ def robot(seed: int) -> Lesson:
 def compare_maneuvers(lessons: Sequence[Lesson]) -> str:
     """Return a table with a row a maneuver: errors of the nine offsets over all robots."""
     rows = [
-        (name.removeprefix("to learn: "), *figures(joined(lesson.by[name] for lesson in lessons)))
+        (name.removeprefix("to learn: "), *figures(join_errors(lesson.by[name] for lesson in lessons)))
         for name in lessons[0].by
     ]
     columns = ("maneuver", "rms", "largest", "stated ±, median", "z", "95 % hold")

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import binom, norm
 
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof.errors import joined
-from tests.validation.evaluation_proof.figures import COVERED, covered, percent
+from tests.validation.evaluation_proof.errors import join_errors
+from tests.validation.evaluation_proof.figures import COVERED, covered_share, percent
 from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, seeds_of
 from tests.validation.tables import csv_text
 
@@ -63,11 +63,11 @@ class Summary:
 
 
 def summary(row: Row, drops: Sequence[Judged]) -> Summary:
-    """Of all drops of a row."""
+    """Summarize all drops of a row."""
     errors_by_name = {
         name: [drop.errors[name] for drop in drops if name in drop.errors] for name in PROTECTED
     }
-    shares = {name: _held(ones) for name, ones in errors_by_name.items()}
+    shares = {name: _covered_share(ones) for name, ones in errors_by_name.items()}
     off = tuple(name for name, share in shares.items() if _beyond_chance(share, len(errors_by_name[name])))
     return Summary(
         row,
@@ -77,14 +77,14 @@ def summary(row: Row, drops: Sequence[Judged]) -> Summary:
         {name: n for name in PROTECTED.values() if (n := sum(name in drop.withheld for drop in drops))},
         max(drop.worst for drop in drops),
         sum(drop.good and drop.worst > STDS_MAX for drop in drops),
-        _held([error for ones in errors_by_name.values() for error in ones]),
+        _covered_share([error for ones in errors_by_name.values() for error in ones]),
         shares,
         off,
     )
 
 
-def _held(errors: Sequence[Errors]) -> float:
-    return covered(joined(errors)) if errors else float("nan")
+def _covered_share(errors: Sequence[Errors]) -> float:
+    return covered_share(join_errors(errors)) if errors else float("nan")
 
 
 def _beyond_chance(share: float, drops: int) -> bool:
@@ -98,7 +98,7 @@ Drops = Mapping[str, Sequence[Judged]]
 
 
 def summaries(drops: Drops) -> list[Summary]:
-    """Of all rows, in their order."""
+    """Summarize all rows, in their order."""
     return [summary(row, drops[row.name]) for row in ROWS]
 
 
@@ -150,7 +150,11 @@ ROW_COLUMNS = ("verdict", "correction", "withheld", "times", *PROTECTED, "checks
 
 
 def row_of(drop: Judged) -> tuple[str, ...]:
-    """One drop: of each quantity the worst error in its own standard deviations; empty where it is withheld."""
+    """Format one drop as a table row.
+
+    For each quantity it has the worst error in the quantity's own standard deviations, empty where it is
+    withheld.
+    """
     worst = (
         f"{np.abs(drop.errors[name].error / drop.errors[name].std).max():.2f}" if name in drop.errors else ""
         for name in PROTECTED

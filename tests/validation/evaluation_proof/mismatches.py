@@ -135,13 +135,13 @@ def seeds_of(row: Row, drops: int = DROPS) -> range:
     return range(first, first + drops)
 
 
-def judged(row: Row, seed: int) -> Judged:
+def judge_drop(row: Row, seed: int) -> Judged:
     """Draws and flies a drop, and evaluates it; two seconds, several where a check fails."""
     stated = FILED.uncertainty or Uncertainty()
     uncertainty = replace(stated, **dict.fromkeys(row.exact, 0.0))
     drop, calibration = hidden(maneuver(seed), FILED, seed, row.faults, uncertainty=uncertainty)
     limit_rad_s = drop.imperfections.gyro_front_end_limit_rad_s
-    log = _flagged(drop.log, limit_rad_s) if row.flagged else drop.log
+    log = _flag_samples(drop.log, limit_rad_s) if row.flagged else drop.log
     evaluation = evaluate(log, FILED, calibration, drop.schedule)
     errors = errors_of(drop, evaluation)
     return Judged(
@@ -154,12 +154,12 @@ def judged(row: Row, seed: int) -> Judged:
     )
 
 
-def _flagged(log: DropLog, limit_rad_s: FloatArray) -> DropLog:
-    """As gyros have it whose range ends where that of their front end does; 0: it does not end.
+def _flag_samples(log: DropLog, limit_rad_s: FloatArray) -> DropLog:
+    """Flag readings as clipped like gyros whose range ends at the limit of their front end.
 
     Args:
-        log: As recorded.
-        limit_rad_s: (4,).
+        log: The log as recorded.
+        limit_rad_s: (4,) limit of each front end; 0: no limit.
     """
     reading = np.abs(log.imu_counts[:, :, _GYRO].astype(np.float64)).max(axis=2)
     full = np.rad2deg(limit_rad_s) * log.header.gyro_lsb_per_deg_s

@@ -29,5 +29,5 @@ def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
 
 
 def with_centers(driven: ModelInput, values: FloatArray) -> Sides:
-    """The model with offsets (9,) of its centers of mass, in mm, and all else as filed."""
+    """Apply CoM offsets (9,), in mm, to the model and leave all else as filed."""
     return driven.with_offsets(np.pad(values, (0, len(driven.offsets) - len(values))))

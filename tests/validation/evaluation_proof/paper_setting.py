@@ -16,7 +16,7 @@ import numpy as np
 
 from tests.fixtures.emulated_drop import DLPF_5_HZ, Drop
 from tests.validation.calibration_proof.robots import Errors
-from tests.validation.evaluation_proof.flights import Difference, dropped
+from tests.validation.evaluation_proof.flights import Difference, fly_drop
 from tests.validation.evaluation_proof.objective import least_of_objective, with_centers
 from tests.validation.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
@@ -65,8 +65,8 @@ class Replay:
 
 
 def replays_of(robot: Robot, drop_5_hz: Drop) -> dict[str, Replay]:
-    """A drop with centers of mass that are off, and one without."""
-    exact = dropped(robot, robot.model, _EXACT, DLPF_5_HZ, RATE_RAD_S)
+    """Replay one drop with CoM offsets and one without."""
+    exact = fly_drop(robot, robot.model, _EXACT, DLPF_5_HZ, RATE_RAD_S)
     return {"10 mm off": _replay(robot, drop_5_hz), "exact": _replay(robot, exact)}
 
 
@@ -110,6 +110,6 @@ def _errors(drop: Drop, evaluation: Evaluation) -> Errors:
 
 
 def _sensed_at_first(log: DropLog) -> DropLog:
-    """The same, had the angle sensors stopped before the first stroke."""
+    """Return the log as if the angle sensors had stopped before the first stroke."""
     valid = log.angle_valid & (log.t_s < SENSED_UNTIL_S)[:, None]
     return replace(log, angle_valid=valid)

@@ -65,7 +65,7 @@ def find_figures(off: list[Replay], exact: list[Replay]) -> list[tuple[object, .
     beyond = share(exact, lambda replay: abs(replay.swarm_mm[BODY_2_Z]) >= PAPER_BODY_2_Z_MM)
     least = _values(exact, "least_error_mm")
     least_2_z, least_others = rms(least[:, BODY_2_Z]), rms(np.delete(least, BODY_2_Z, axis=1))
-    ours = _joined(exact, "fit")
+    ours = _join_errors(exact, "fit")
     ours_2_z = rms(ours.error[BODY_2_Z::9])
     same_before = share(exact, lambda replay: replay.before.final_deg >= PAPER_BEFORE_DEG)
     ratio = PAPER_AFTER_DEG / PAPER_BEFORE_DEG
@@ -94,7 +94,7 @@ def find_figures(off: list[Replay], exact: list[Replay]) -> list[tuple[object, .
         (
             "offsets",
             "our fit, all calibrated, all nine",
-            f"{rms(_joined(exact, 'calibrated_fit').error):.2f}",
+            f"{rms(_join_errors(exact, 'calibrated_fit').error):.2f}",
             "mm rms",
         ),
         ("model", "exact model, by gyros of unknown scale factors", median_deg("before"), "deg, median"),
@@ -132,7 +132,7 @@ def _values(ones: list[Replay], field: str) -> FloatArray:
     return np.array([getattr(replay, field) for replay in ones])
 
 
-def _joined(ones: list[Replay], field: str) -> Errors:
+def _join_errors(ones: list[Replay], field: str) -> Errors:
     parts: list[Errors] = [getattr(replay, field) for replay in ones]
     return Errors(
         np.concatenate([part.error for part in parts]), np.concatenate([part.std for part in parts])
@@ -143,8 +143,8 @@ def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
     swarm, least, fit, calibrated = (
         _values(ones, "swarm_error_mm"),
         _values(ones, "least_error_mm"),
-        _joined(ones, "fit"),
-        _joined(ones, "calibrated_fit"),
+        _join_errors(ones, "fit"),
+        _join_errors(ones, "calibrated_fit"),
     )
     rows: list[tuple[str, ...]] = []
     for index, label in enumerate(LABELS["CoM"]):
@@ -177,7 +177,7 @@ def _rows(proofs: Proofs) -> list[tuple[str, ...]]:
 
 
 def paper_row_of(replay: Replay) -> list[float]:
-    """One drop in the order of `PAPER_COLUMNS`."""
+    """Return the values of one drop in the order of `PAPER_COLUMNS`."""
     com_errors_mm = (replay.swarm_error_mm, replay.least_error_mm, replay.fit.error)
     return [
         *(

@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof import causes, learning, mismatch_tables
-from tests.validation.evaluation_proof.errors import BODY_2_Z, LABELS, joined
+from tests.validation.evaluation_proof.errors import BODY_2_Z, LABELS, join_errors
 from tests.validation.evaluation_proof.figures import figures, percent, rms
 from tests.validation.evaluation_proof.flights import BODIES, LOW_PASSES, Flight
 from tests.validation.evaluation_proof.paper_tables import paper_tables
@@ -141,7 +141,11 @@ def _swarm(proofs: Proofs) -> str:
 
 def _bare(proofs: Proofs) -> str:
     rows = [
-        (quantity, low_pass, *figures(joined(proof.bare[low_pass][quantity] for proof in proofs.values())))
+        (
+            quantity,
+            low_pass,
+            *figures(join_errors(proof.bare[low_pass][quantity] for proof in proofs.values())),
+        )
         for quantity in LABELS
         for low_pass in LOW_PASSES
     ]
@@ -154,7 +158,7 @@ def _deaf(proofs: Proofs) -> str:
     rows = []
     for quantity in LABELS:
         for body in BODIES:
-            body_figures = figures(joined(robot_errors[body][quantity] for robot_errors in deaf))
+            body_figures = figures(join_errors(robot_errors[body][quantity] for robot_errors in deaf))
             rows.append(
                 (
                     quantity,
@@ -180,7 +184,7 @@ def _rows(proofs: Proofs) -> str:
 
 
 def row_of(flight: Flight) -> list[float]:
-    """One drop in the order of `ROW_COLUMNS`."""
+    """Return the values of one drop in the order of `ROW_COLUMNS`."""
     flight_errors: Mapping[str, Errors] = flight.errors
     com = flight_errors["CoM"].error
     return [

@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.calibration.emulated_day import DAY_BEGINS, CalibrationDay, calibration_day
 from tests.evaluation.drops import with_com_offsets
-from tests.validation.calibration_proof.robots import calibrated, design
+from tests.validation.calibration_proof.robots import calibrate_day, design
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
 from tfsat_host.calibration.sensors.gyro import SCALE_STD, GyroCalibration
 from tfsat_host.calibration.solution import Solution
@@ -60,13 +60,13 @@ def robot_of(seed: int) -> Robot:
     truth = built.imperfections
     day = replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=model)
     paper_evidence = tuple(evidence for evidence in day.evidence if evidence.step.kind in PAPER_STEPS)
-    by_paper = calibrated(replace(day, evidence=paper_evidence))
+    by_paper = calibrate_day(replace(day, evidence=paper_evidence))
     return Robot(
         seed,
         model,
         built.model,
         truth,
-        _certificate(day, calibrated(day), None),
+        _certificate(day, calibrate_day(day), None),
         _certificate(day, by_paper, [_scale_unknown(gyro) for gyro in by_paper.gyros]),
     )
 
@@ -80,7 +80,7 @@ def _certificate(
 
 
 def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:
-    """As the swings left it, but with the scale factors that its data sheet promises."""
+    """Return the swings' calibration with the scale factors that the gyro's data sheet promises."""
     covariance = gyro.covariance.copy()
     covariance[6:, :] = covariance[:, 6:] = 0.0
     covariance[6:, 6:] = SCALE_STD**2 * np.eye(3)

@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.campaign import Proof
-from tests.validation.evaluation_proof.errors import BODY_2_Z, joined
-from tests.validation.evaluation_proof.figures import COVERED, covered, rms
+from tests.validation.evaluation_proof.errors import BODY_2_Z, join_errors
+from tests.validation.evaluation_proof.figures import COVERED, covered_share, rms
 from tests.validation.evaluation_proof.flights import LOW_PASSES, Flight
 from tests.validation.targets import Target
 
@@ -30,17 +30,17 @@ STATED = {
 
 
 def flights(proofs: Proofs, low_pass: str) -> list[Flight]:
-    """Of all robots, in order."""
+    """Return the flights of all robots at a low-pass setting, in order."""
     return [proof.flights[low_pass] for _, proof in sorted(proofs.items())]
 
 
 def errors(proofs: Proofs, low_pass: str, quantity: str) -> Errors:
-    """All values of a quantity, robot by robot."""
-    return joined(flight.errors[quantity] for flight in flights(proofs, low_pass))
+    """Return all errors of a quantity, robot by robot."""
+    return join_errors(flight.errors[quantity] for flight in flights(proofs, low_pass))
 
 
 def part(of: Errors, index: int, width: int) -> Errors:
-    """Those of one axis, of errors that repeat every `width` values."""
+    """Select the errors of one axis from errors that repeat every `width` values."""
     return Errors(of.error[index::width], of.std[index::width])
 
 
@@ -62,7 +62,7 @@ def find_targets(proofs: Proofs) -> list[Target]:
             )
         targets += _com_targets(proofs, low_pass)
         for quantity, parts in STATED.items():
-            share = covered(joined(errors(proofs, low_pass, part) for part in parts))
+            share = covered_share(join_errors(errors(proofs, low_pass, part) for part in parts))
             bounds = (100.0 * COVERED[0], 100.0 * COVERED[1])
             targets.append(
                 Target(

@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, certificate, flown
+from tests.evaluation.drops import DROPPED, certificate, fly_drop
 from tests.fixtures.emulated_drop import Drop
 from tests.paths import DOCS
-from tests.validation.evaluation_proof.causes import named
+from tests.validation.evaluation_proof.causes import name_causes
 from tests.validation.evaluation_proof.errors import BODY_2_Z, errors_of
 from tests.validation.evaluation_proof.figures import rms
 from tests.validation.evaluation_proof.flights import LOW_PASSES, drops_of, flights_of, with_dead_gyro
@@ -36,13 +36,13 @@ MAX_DEVIATIONS = 5.0
 
 
 @cache
-def dropped(seed: int) -> tuple[Robot, dict[str, Drop]]:
+def fly_drops(seed: int) -> tuple[Robot, dict[str, Drop]]:
     robot = robot_of(seed)
     return robot, drops_of(robot)
 
 
 def test_a_drop_is_as_good_as_the_proof() -> None:
-    drop = flown(1)
+    drop = fly_drop(1)
     errors = errors_of(
         drop, evaluate(drop.log, drop.model, certificate(drop, 1), drop.schedule, recorded=DROPPED)
     )
@@ -56,19 +56,19 @@ def test_a_drop_is_as_good_as_the_proof() -> None:
 @pytest.mark.prove
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
-    for low_pass, flight in flights_of(*dropped(seed)).items():
+    for low_pass, flight in flights_of(*fly_drops(seed)).items():
         for quantity, limits_deg in RMS_MAX_DEG.items():
             assert rms(flight.errors[quantity].error) <= limits_deg[low_pass], quantity
         assert abs(flight.errors["CoM"].error[BODY_2_Z]) <= BODY_2_Z_MAX_MM
         for quantity, errors in flight.errors.items():
             assert (np.abs(errors.error) / errors.std).max() < MAX_DEVIATIONS, quantity
         assert flight.after.final_deg < flight.before.final_deg
-        assert row_of(flight) == pytest.approx(proved("drops", seed, low_pass), abs=PRINTED)
+        assert row_of(flight) == pytest.approx(read_proof_row("drops", seed, low_pass), abs=PRINTED)
 
 
 @pytest.mark.prove
 def test_a_robot_with_a_dead_gyro() -> None:
-    robot, drops = dropped(1)
+    robot, drops = fly_drops(1)
     (low_pass, *_) = LOW_PASSES
     errors = with_dead_gyro(robot, drops[low_pass], 2)
     assert rms(errors["reorientation of body 1"].error) <= RMS_MAX_DEG["reorientation of body 1"][low_pass]
@@ -78,15 +78,15 @@ def test_a_robot_with_a_dead_gyro() -> None:
 
 @pytest.mark.prove
 def test_the_papers_setting_again() -> None:
-    robot, drops = dropped(1)
+    robot, drops = fly_drops(1)
     for name, replay in replays_of(robot, drops["5 Hz"]).items():
         row = paper_row_of(replay)
         assert len(row) == len(PAPER_COLUMNS)
-        assert row == pytest.approx(proved("paper-drops", 1, name), abs=SEARCHED)
+        assert row == pytest.approx(read_proof_row("paper-drops", 1, name), abs=SEARCHED)
 
 
-def proved(table: str, seed: int, name: str) -> list[float]:
-    """The row of a table of the proof, which `make evaluation-report` writes."""
+def read_proof_row(table: str, seed: int, name: str) -> list[float]:
+    """Read one row of a table of the proof, which `make evaluation-report` writes."""
     with (TABLES / f"{table}.csv").open(newline="", encoding="utf-8") as file:
         (row,) = [row for row in csv.reader(file) if row[:2] == [str(seed), name]]
     return [float(cell) for cell in row[2:]]
@@ -105,7 +105,7 @@ def proved(table: str, seed: int, name: str) -> list[float]:
     ],
 )
 def test_the_cause_of_a_drop_of_the_proof(kind: str, number: int) -> None:
-    diagnosis = named(kind, number)
+    diagnosis = name_causes(kind, number)
     assert diagnosis.first == kind
     assert not diagnosis.tied
     assert sum(cause.probability for cause in diagnosis.causes) == pytest.approx(

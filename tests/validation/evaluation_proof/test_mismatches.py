@@ -12,7 +12,7 @@ from tests.validation.calibration_proof.robots import Errors
 from tests.validation.evaluation_proof.figures import COVERED
 from tests.validation.evaluation_proof.learning import FIRST_SEED, Lesson, compare_maneuvers, learning_csv
 from tests.validation.evaluation_proof.mismatch_tables import make_mismatch_tables, summary
-from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, judged, seeds_of
+from tests.validation.evaluation_proof.mismatches import PROTECTED, ROWS, Judged, Row, judge_drop, seeds_of
 
 BY_NAME = {row.name: row for row in ROWS}
 FEW = ("nothing", "masses 5 %")
@@ -21,7 +21,7 @@ NOTHING, MASSES, SENSORS = BY_NAME["nothing"], BY_NAME["masses 5 %"], BY_NAME["a
 
 @pytest.mark.parametrize("row", few_of(*(BY_NAME[name] for name in FEW), *ROWS, least=len(FEW)))
 def test_what_is_called_good_holds(row: Row) -> None:
-    outcome = judged(row, seeds_of(row)[0])
+    outcome = judge_drop(row, seeds_of(row)[0])
     assert not (outcome.good and outcome.worst > 4.5)
     assert not (outcome.failed and (outcome.good or outcome.worth == "to be made"))
     if row.of_model:
@@ -33,19 +33,19 @@ def test_what_is_called_good_holds(row: Row) -> None:
 def test_a_bias_that_steps_is_in_all_that_sensors_tell() -> None:
     """Even where nothing but the evidence of the whole drop shows it."""
     row = BY_NAME["a bias steps 0.3 deg/s in the fall"]
-    outcome = judged(row, seeds_of(row)[8])
+    outcome = judge_drop(row, seeds_of(row)[8])
     assert outcome.failed == ("as filed and certified",)
     assert {*outcome.withheld} == {"attitudes", "rates", "strokes", "offsets"}
 
 
 def test_axes_that_lean_by_more_than_filed_widen_what_rests_on_them() -> None:
     row = BY_NAME["hinge axes 1 deg"]
-    outcome = judged(row, seeds_of(row)[2])
+    outcome = judge_drop(row, seeds_of(row)[2])
     assert "gyros of bodies 1 and 2" in outcome.failed
     assert not outcome.withheld and outcome.widening > 1.0 and outcome.worst < 4.0 and not outcome.good
 
 
-def made(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
+def make_judged(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
     """Errors so many times as wide as stated."""
     random = np.random.default_rng(1)
     errors = [
@@ -57,16 +57,16 @@ def made(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
 
 
 def test_right_intervals_are_told_from_wrong_ones() -> None:
-    right = summary(NOTHING, made(100))
+    right = summary(NOTHING, make_judged(100))
     assert right.met and COVERED[0] < right.hold < COVERED[1] and not right.off
-    for wrong in (made(100, 2.0), made(100, 0.3)):
+    for wrong in (make_judged(100, 2.0), make_judged(100, 0.3)):
         assert not summary(NOTHING, wrong).met
-    assert summary(SENSORS, made(100, 2.0)).off == tuple(PROTECTED)
+    assert summary(SENSORS, make_judged(100, 2.0)).off == tuple(PROTECTED)
 
 
 def test_good_is_said_of_numbers_that_hold_alone() -> None:
     off = {"CoM": Errors(np.array([5.0]), np.ones(1))}
-    first, *others = made(100)
+    first, *others = make_judged(100)
     far = replace(first, errors={**first.errors, **off})
     assert summary(NOTHING, [*others, far]).met
     wrong = summary(NOTHING, [*others, replace(far, good=True)])
@@ -74,11 +74,14 @@ def test_good_is_said_of_numbers_that_hold_alone() -> None:
 
 
 def test_withholding_everything_is_no_answer() -> None:
-    few, many = made(95) + made(5, withheld=("offsets",)), made(94) + made(6, withheld=("offsets",))
+    few, many = (
+        make_judged(95) + make_judged(5, withheld=("offsets",)),
+        make_judged(94) + make_judged(6, withheld=("offsets",)),
+    )
     assert summary(NOTHING, few).met and not summary(NOTHING, many).met
     assert summary(MASSES, many).met
-    assert not summary(MASSES, made(99) + made(1, withheld=("strokes",))).met
-    nothing_given = summary(SENSORS, made(30, withheld=tuple({*PROTECTED.values()}), errors={}))
+    assert not summary(MASSES, make_judged(99) + make_judged(1, withheld=("strokes",))).met
+    nothing_given = summary(SENSORS, make_judged(30, withheld=tuple({*PROTECTED.values()}), errors={}))
     assert nothing_given.met and np.isnan(nothing_given.hold)
 
 
@@ -94,7 +97,7 @@ def test_lessons_are_told_maneuver_by_maneuver() -> None:
 
 
 def test_tables_have_a_row_each_or_one_a_drop() -> None:
-    tables = make_mismatch_tables({row.name: made(3) for row in ROWS})
+    tables = make_mismatch_tables({row.name: make_judged(3) for row in ROWS})
     verdicts = [line.replace('"', "") for line in tables["mismatch-verdicts"].splitlines()]
     assert all(f"\n{row.name},0,3,none," in "\n" + "\n".join(verdicts) for row in ROWS)
     assert tables["mismatches"].count("\n") == 1 + len(ROWS)

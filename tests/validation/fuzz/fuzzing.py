@@ -122,7 +122,10 @@ def fuzz(
 
 
 def minimise(program: Path, target: Target, into: Path) -> None:
-    """Of all inputs at hand, copies to `into` the fewest that reach, with the seeds, every edge of the code."""
+    """Copy a minimal set of inputs to `into` that reaches, with the seeds, every edge of the code.
+
+    The set is chosen from all inputs at hand.
+    """
     folder = program.parent
     reached = folder / "minimised"
     shutil.rmtree(reached, ignore_errors=True)

@@ -50,7 +50,7 @@ class Script:
         return self._at >= len(self._data)
 
     def below(self, limit: int) -> int:
-        """A number from 0 up to `limit` - 1."""
+        """Draw a number from 0 to `limit` - 1."""
         number_bytes = self._data[self._at : self._at + 2].ljust(2, b"\0")
         self._at += 2
         return int.from_bytes(number_bytes, "little") % max(limit, 1)
@@ -78,7 +78,10 @@ class Card:
 
 @cache
 def truths() -> dict[int, Truth]:
-    """Two recordings with all that a log has: copies of the header, partial and empty blocks, events, drops."""
+    """Build two recordings with everything that a log can have.
+
+    They have copies of the header, partial and empty blocks, events and drops.
+    """
     return {NEW: _truth(NEW, 5_000_000, 4), OLD: _truth(OLD, 90_000_000, 5)}
 
 
@@ -117,13 +120,13 @@ def _sample_rows(recorder: Recorder) -> dict[int, tuple[int, list[int]]]:
 
 
 def pristine() -> bytearray:
-    """The new recording, room that was not needed, and what the old one left behind it."""
+    """Return the new recording, followed by unused space and the remains of the old recording."""
     new, old = truths()[NEW].recorder, truths()[OLD].recorder
     return bytearray(new.image() + bytes(BLOCK_BYTES) + b"".join(old.blocks[3:]))
 
 
-def mutated(script: Script) -> Card:
-    """The file after the script's steps."""
+def mutate_log(script: Script) -> Card:
+    """Apply the script's steps to the pristine file."""
     card = Card(pristine())
     for _ in range(_MAX_STEPS):
         if script.ended or not card.data:
@@ -186,14 +189,14 @@ def _splice(card: Card, script: Script) -> None:
 
 
 def _tear(card: Card, script: Script) -> None:
-    """The beginning of one block, the end of another."""
+    """Replace the end of one block by the end of another."""
     block, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
     at = script.below(BLOCK_BYTES)
     card.data[block] = card.data[block][:at] + card.data[other][at:]
 
 
 def _reseal(card: Card, script: Script) -> None:
-    """A head or a payload that says something else, with a right CRC."""
+    """Overwrite bytes of a block's header or payload and correct its CRC."""
     block = card.block(script.below(card.blocks))
     text = bytearray(card.data[block])
     if len(text) < BLOCK_BYTES:
@@ -227,7 +230,7 @@ STEPS: tuple[Callable[[Card, Script], None], ...] = (
 
 def check(data: bytes, path: Path) -> str:
     """Decode a mutated file, written to `path`; what came of it. Raises AssertionError where it is wrong."""
-    card = mutated(Script(data))
+    card = mutate_log(Script(data))
     path.write_bytes(card.data)
     try:
         log = load(path)

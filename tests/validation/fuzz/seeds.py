@@ -65,13 +65,13 @@ SCRIPTS = {
 
 
 def golden_frames() -> dict[str, bytes]:
-    """Every frame of the golden vectors by its payload's name, with the final zero."""
+    """Read every frame of the golden vectors, with the final zero, by its payload's name."""
     frames = json.loads(GOLDEN.read_text())["frames"]
     return {frame["payload_name"]: bytes.fromhex(frame["frame"]) for frame in frames}
 
 
 def streams() -> dict[str, bytes]:
-    """Each frame alone, all of them in a row, and the same after garbage."""
+    """Return each frame alone, all of them in a row, and the same after garbage."""
     frames = golden_frames()
     together = b"".join(frames.values())
     garbage = bytes(range(255, 200, -1)) + b"\0"
@@ -85,7 +85,7 @@ def write_seeds(folder: Path, inputs: dict[str, bytes]) -> None:
 
 
 def write_dictionary(path: Path) -> None:
-    """The frames as libFuzzer's dictionary takes them."""
+    """Write the frames as a libFuzzer dictionary."""
     lines = ["# The golden frames, of tests/validation/fuzz/seeds.py."]
     for name, frame in golden_frames().items():
         lines.append(f'{name}="' + "".join(f"\\x{byte:02X}" for byte in frame) + '"')

@@ -53,7 +53,10 @@ def copy_with_defect(tree: Path, defect: Edit) -> Path:
 
 
 def assert_found(target: Target, folder: Path, tree: Path, broken: str) -> None:
-    """The short run finds the defect, tells it by `broken`, and keeps the input that shows it."""
+    """Assert that the short run finds the defect and keeps the input that shows it.
+
+    The defect's description must contain `broken`.
+    """
     outcome = fuzz(build(target, folder, tree), target, RUNS[target.name])
     assert len(outcome.findings) == 1, outcome.log
     assert broken in outcome.defect, outcome.log

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.validation.fuzz.log_mutations import Script, check, mutated, pristine
+from tests.validation.fuzz.log_mutations import Script, check, mutate_log, pristine
 from tfsat_host.sdlog import blocks, copies
 from tfsat_host.sdlog.block_decoder import Footers
 
@@ -36,7 +36,7 @@ def test_every_damaged_log_is_right_or_flagged(tmp_path: Path) -> None:
 
 
 def test_an_empty_script_leaves_the_log_as_it_is(tmp_path: Path) -> None:
-    assert mutated(Script(b"")).data == pristine()
+    assert mutate_log(Script(b"")).data == pristine()
     assert check(b"", tmp_path / "SD.bin") == "complete"
 
 
@@ -47,7 +47,10 @@ def test_a_crc_that_is_not_checked_is_found(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_blocks_of_the_wrong_recording_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """All blocks as if of one session: the old recording's would fill the new one's gaps."""
+    """Detect a decoder that takes blocks of the wrong recording.
+
+    All blocks are given the same session, so that the old recording's would fill the new one's gaps.
+    """
 
     def one_session(data: memoryview) -> blocks.BlockScan:
         looked = blocks.look(data)

@@ -12,10 +12,10 @@ from tests.validation.logger_proof.campaign import RATES_HZ, SEEDS, runs
 from tests.validation.logger_proof.m7 import BATCH, FULL_SEEDS, compare, count_instructions
 from tests.validation.logger_proof.measurements import (
     SPARES,
+    compile_shared_processor,
     measure_offsets,
     measure_spare,
     run_glitches,
-    shared,
 )
 from tests.validation.logger_proof.results import describe_machines, make_tables
 
@@ -24,7 +24,7 @@ def campaigns(folder: Path) -> list[Campaign]:
     """Builds what they run, in this folder."""
     pc, m7 = build_for_pc(folder / "pc"), build_for_m7(folder / "m7")
     counting = build_for_m7(folder / "instructions", INSTRUCTIONS)
-    processor = shared(folder)
+    processor = compile_shared_processor(folder)
     return [
         runs(pc, SEEDS),
         Campaign("twins", "the same bytes from the PC and the Cortex-M7",

@@ -32,7 +32,10 @@ M7_LINK = (
 
 
 def core_sha256() -> str:
-    """Of all sources that these programs take from the firmware: what the report belongs to."""
+    """Return the SHA-256 of all sources that these programs take from the firmware.
+
+    It identifies the firmware to which the report belongs.
+    """
     digest = hashlib.sha256()
     for path in core_files():
         digest.update(f"{path.relative_to(SOURCES).as_posix()}\0".encode() + path.read_bytes() + b"\0")
@@ -45,13 +48,19 @@ def core_files() -> list[Path]:
 
 
 def build_for_pc(folder: Path, edits: Sequence[Edit] = ()) -> Path:
-    """With the sanitizers on. `edits`: defects, in files below `firmware/teensy_logger/src`."""
+    """Build the program for the PC with the sanitizers on.
+
+    `edits` are defects to plant in files below `firmware/teensy_logger/src`.
+    """
     root = _tree(folder, edits)
     return build_program(_sources(root, RUN), folder / "program", root=root)
 
 
 def build_for_m7(folder: Path, programs: Sequence[str] = RUN, edits: Sequence[Edit] = ()) -> Path:
-    """Likewise, an ELF for QEMU's mps2-an500."""
+    """Build the programs as a Cortex-M7 ELF for QEMU's mps2-an500.
+
+    `edits` are defects, as for `build_for_pc`.
+    """
     root, program = _tree(folder, edits), folder / "program"
     objects = compile_objects(_sources(root, (*programs, "cortex_m7")), (), M7_FLAGS, M7_COMPILER, root)
     run([M7_COMPILER, *M7_FLAGS, *objects, *M7_LINK, "-o", program])
@@ -64,7 +73,10 @@ def _sources(root: Path, programs: Sequence[str]) -> list[Path]:
 
 
 def _tree(folder: Path, edits: Sequence[Edit]) -> Path:
-    """The repository; or a copy of what is compiled, in which texts that stand there once are replaced."""
+    """Return the repository, or a copy of the compiled sources with the edits applied.
+
+    Each text that an edit replaces stands there once.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     if not edits:
         return REPOSITORY

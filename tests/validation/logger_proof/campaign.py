@@ -20,7 +20,7 @@ RUN_LIMIT_S = 120
 
 
 def runs(program: Path, count: int, batch: int = BATCH) -> Campaign:
-    """The fault campaign: as many seeds, from 0 on."""
+    """Declare the fault campaign: `count` seeds from 0 on."""
     judged = "nothing lost that the card had, nothing wrong, every event there, nothing hidden"
     return Campaign(
         "runs", judged, [partial(run_and_judge, program, count=batch)] * (count // batch), 0, batch
@@ -28,12 +28,15 @@ def runs(program: Path, count: int, batch: int = BATCH) -> Campaign:
 
 
 def seeds_of(kind: Kind, count: int) -> list[int]:
-    """The first seeds whose runs are of this kind, at both rates in turn."""
+    """Return the first `count` seeds whose runs are of this kind, alternating between both rates."""
     return [kind + number * len(Kind) for number in range(count)]
 
 
 def run_and_judge(program: Path, seed: int, count: int = 1) -> list[Outcome]:
-    """As many seeds from this one on. Raises Broken: a promise was not kept, or the program failed."""
+    """Run and judge `count` seeds from `seed` on.
+
+    Raises Broken if a promise was not kept or the program failed.
+    """
     # In memory where that is possible: a card's image is 1 to 2 MiB.
     memory = Path("/dev/shm")
     with tempfile.TemporaryDirectory(prefix="tfsat-", dir=memory if memory.is_dir() else None) as name:
@@ -43,7 +46,10 @@ def run_and_judge(program: Path, seed: int, count: int = 1) -> list[Outcome]:
 
 
 def run_each(program: Path, seeds: Sequence[int]) -> list[Outcome]:
-    """Likewise, of these seeds."""
+    """Run and judge each of these seeds.
+
+    Raises Broken if a promise was not kept or the program failed.
+    """
     return [outcome for seed in seeds for outcome in run_and_judge(program, seed)]
 
 

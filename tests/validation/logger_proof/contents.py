@@ -23,7 +23,10 @@ MAX_RMS_ERROR = 1e-3
 
 
 def check_contents(log: DropLog, truth: Truth) -> NDArray[np.int64]:
-    """Which samples were read. Raises Broken: a value, an event or a figure is wrong, or an event is missing."""
+    """Check the log's contents against the truth and return the indices of the samples read.
+
+    Raises Broken if a value, an event or a figure is wrong, or an event is missing.
+    """
     rows = _rows(log, truth.samples)
     _check_values(log, truth.samples[rows], truth)
     check_events(log, truth)
@@ -60,7 +63,7 @@ def check_blocks(image: Path, truth: Truth) -> None:
 
 
 def _rows(log: DropLog, samples: NDArray[np.void]) -> NDArray[np.int64]:
-    """Which sample each decoded one claims to be."""
+    """Return the index of the sample that each decoded sample claims to be."""
     if len(np.unique(log.sample_index)) != len(log) or log.sample_index[-1] >= len(samples):
         raise Broken("samples that were never taken")
     if not np.array_equal(samples["t_us"][log.sample_index], log.t_us.astype(np.uint64)):
@@ -94,7 +97,7 @@ def _bits(values: NDArray[np.uint8], count: int) -> NDArray[np.bool_]:
 
 
 def _check_release(log: DropLog, truth: Truth) -> None:
-    """The decoder's own, once strokes tell which release was the robot's."""
+    """Check the decoder's release where strokes tell which release was the robot's."""
     sure = not log.gaps and any(event.name == "stroke" for event in log.events)
     if sure and (log.release is None or abs(log.release.t_us - truth.release_us) > 1):
         raise Broken(f"the release is {log.release and log.release.t_us - truth.release_us} us off")

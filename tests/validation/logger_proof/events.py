@@ -88,7 +88,7 @@ def _like(log: DropLog, due: Due) -> list[DropEvent]:
 
 
 def _must_hold(log: DropLog, truth: Truth, earliest_us: int, known_us: int) -> bool:
-    """What the logger knew by then must have reached a block that was read."""
+    """Return whether what the logger knew at `known_us` must have reached a block that was read."""
     if not _in_recording(truth, known_us):
         return False
     end_us = int(log.t_us[-1])
@@ -103,7 +103,10 @@ def _must_hold(log: DropLog, truth: Truth, earliest_us: int, known_us: int) -> b
 
 
 def _in_recording(truth: Truth, known_us: int) -> bool:
-    """A recording that goes on in the next file before a release loses nothing between them."""
+    """Return whether `known_us` lies within the recording.
+
+    A recording that continues in the next file before a release loses nothing between the files.
+    """
     continued = truth.kind is Kind.NEXT_FILE and truth.number > 1
     begin_us = truth.begin_us + 1 if continued else int(truth.samples["t_us"][0])
     return begin_us <= known_us <= truth.last_sample_us
@@ -171,7 +174,10 @@ def _losses(trouble: np.void) -> Iterator[Due]:
 
 
 def _check_sensors(log: DropLog, truth: Truth) -> None:
-    """None fails that did not; readings that stood still for 0.1 s are not called valid."""
+    """Check that no sound IMU is called faulty and no frozen reading is called valid.
+
+    Readings are frozen when they have stood still for 0.1 s.
+    """
     for event in log.events:
         sensor = event.name in ("sensor_fault", "sensor_recovered")
         if sensor and not int(truth.head["faulty"]) >> event.index & 1:
@@ -192,7 +198,7 @@ def _check_sensors(log: DropLog, truth: Truth) -> None:
 
 
 def _check_frozen(log: DropLog, imu: int, from_us: int, known_us: int) -> None:
-    """The event tells since when an IMU that had run repeats itself."""
+    """Check that the fault event tells since when an IMU that had run has been repeating itself."""
     fault_events = [event for event in log.events if (event.name, event.index) == ("sensor_fault", imu)]
     frozen = [
         event.value
@@ -223,13 +229,16 @@ def _drop_events(truth: Truth) -> Iterator[Due]:
         times = (release.at_us - ROUNDING_US, release.at_us + ROUNDING_US)
         yield Due("release", *times, release.at_us + RELEASE_DEBOUNCE_US + TICKS_US, 0, 1)
         if release.at_us == truth.release_us:
-            yield _landing(truth)
+            yield _landing_due(truth)
         elif release.false_us is not None:
             yield Due("release", *times, release.false_us + TICKS_US, 0, 0)
 
 
-def _landing(truth: Truth) -> Due:
-    """By the shock, or without one by the time; where every IMU fails some time, by either."""
+def _landing_due(truth: Truth) -> Due:
+    """Return the landing event that is due: by the shock, or without a shock by the time.
+
+    Where every IMU fails at some time, either is accepted.
+    """
     shock_us, time_us = int(truth.head["landing_us"]), truth.release_us + LANDING_LATEST_US
     if int(truth.head["faulty"]) == 0xF:
         return Due("landing", shock_us, time_us + TICKS_US, time_us + TICKS_US, 0, None, None)

@@ -108,7 +108,10 @@ class _Reading:
 
 
 def judge(folder: Path, truth: Truth) -> Outcome:
-    """One recording of a run, from SEED.bin and SEED.ram. Raises Broken, with the seed in its text."""
+    """Judge one recording of a run from SEED.bin and SEED.ram.
+
+    Raises Broken, with the seed in its text.
+    """
     head = truth.head
     try:
         return _judge(folder, truth)
@@ -149,16 +152,16 @@ def _own_file(folder: Path, truth: Truth) -> Path:
 
 
 def _read(image: Path, truth: Truth) -> _Reading:
-    log = _decoded(image, truth)
+    log = _decode_image(image, truth)
     in_image = np.zeros(len(truth.samples), np.bool_)
     if log is not None:
         in_image[check_contents(log, truth)] = True
         check_blocks(image, truth)
     return _Reading(
         log=log,
-        taken=_taken(truth),
+        taken=_recorded_samples(truth),
         held=in_image,
-        dropped=truth.dropped(),
+        dropped=truth.dropped_samples(),
         on_card=truth.samples_in(truth.writes["on_medium"] != 0),
     )
 
@@ -194,8 +197,8 @@ def _outcome(truth: Truth, reading: _Reading, loss_us: int, trouble_us: int, rew
     )
 
 
-def _decoded(image: Path, truth: Truth) -> DropLog | None:
-    """The recording of this run; None where there cannot be one yet.
+def _decode_image(image: Path, truth: Truth) -> DropLog | None:
+    """Decode the recording of this run; return None where there cannot be one yet.
 
     A card that programs its RAM in any order may hold samples and no header, but not after a sync.
     """
@@ -217,7 +220,7 @@ def _decoded(image: Path, truth: Truth) -> DropLog | None:
     return None
 
 
-def _taken(truth: Truth) -> NDArray[np.bool_]:
+def _recorded_samples(truth: Truth) -> NDArray[np.bool_]:
     """(n,) bool: the logger recorded it, as its state told, or handed it to the card."""
     handed = truth.samples_in(np.ones(len(truth.writes), np.bool_))
     is_recorded: NDArray[np.bool_] = handed | (truth.samples["captured"] != 0)
@@ -237,7 +240,7 @@ def _check_kept(is_present: NDArray[np.bool_], due: NDArray[np.bool_], what: str
 
 
 def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
-    """Those before the end of the log must be in its gaps, as dropped."""
+    """Check that the log's gaps tell of all samples dropped before the end of the log."""
     if log is None:
         return
     # A footer speaks for those after the last sample too.
@@ -251,7 +254,10 @@ def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
 
 
 def _loss(lost: NDArray[np.bool_], truth: Truth) -> tuple[int, int]:
-    """How old the oldest lost sample was at the cut, and for how much of that the card took nothing."""
+    """Return the oldest lost sample's age at the cut and the time the card took nothing, in us.
+
+    That time is counted from 2 s before the sample.
+    """
     if not lost.any():
         return 0, 0
     oldest_us = int(truth.samples["t_us"][np.argmax(lost)])
@@ -282,7 +288,7 @@ def _check_verdict(log: DropLog, reading: _Reading, truth: Truth) -> None:
 
 
 def _check_second_copy(truth: Truth, doubled: NDArray[np.bool_]) -> None:
-    """The fall must be there twice where the card was quiet and the recording ended automatically."""
+    """Check that the fall was written twice if the card was quiet and the recording ended by itself."""
     fall = fall_rows(truth, ROWS_OF_A_FALL_US)
     quiet = not len(truth.troubles) and truth.kind is not Kind.SMALL_RING
     ended_by_itself = truth.closed and truth.last_sample_us > int(truth.head["landing_us"]) + 4_500_000

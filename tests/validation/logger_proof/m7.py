@@ -41,7 +41,10 @@ def qemu(program: Path, *arguments: str) -> str:
 
 
 def compare(pc: Path, m7: Path, seed: int, count: int = 1) -> list[bytes]:
-    """Each seed's image and account, the same bytes on both machines. Raises Broken where they are not."""
+    """Compare each seed's image and account between the PC and the Cortex-M7, and return them.
+
+    Raises Broken where the bytes differ.
+    """
     with tempfile.TemporaryDirectory() as name:
         folders = [Path(name) / "pc", Path(name) / "m7"]
         for folder in folders:

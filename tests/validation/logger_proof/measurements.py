@@ -44,7 +44,10 @@ class Glitches(NamedTuple):
 
 
 def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
-    """Of both kinds at each rate. Raises Broken if one costs more than the sample that it hit."""
+    """Measure the cost of glitches of both kinds at each rate.
+
+    Raises Broken if one costs more than the sample that it hit.
+    """
     program = _built(folder)
     glitches = []
     for rate_hz in rates_hz:
@@ -91,7 +94,10 @@ class Offset(NamedTuple):
 
 
 def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> list[Offset]:
-    """Of all IMUs at each clock. Raises Broken if the log tells another one."""
+    """Measure the time offsets of all IMUs at each bus clock.
+
+    Raises Broken if the log tells a different offset.
+    """
     offsets = []
     model = load_robot()
     for bus_khz in buses_khz:
@@ -109,7 +115,10 @@ def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> lis
 
 
 def _delay_s(emulated_drop: Drop, body: int) -> float:
-    """From the true angular speed to the one that a body's gyro shows, the low-pass and half a reading's age in it."""
+    """Estimate the delay, in s, of the angular speed that a body's gyro shows behind the true one.
+
+    The low-pass and half a reading's age are included.
+    """
     true_s = emulated_drop.truth[:, 0]
     attitudes = Rotation.from_quat(emulated_drop.truth[:, 4 + 4 * body : 8 + 4 * body])
     speeds = (attitudes[:-1].inv() * attitudes[1:]).magnitude() / np.diff(true_s)
@@ -158,8 +167,8 @@ class Spare(NamedTuple):
     at_change: int
 
 
-def shared(folder: Path) -> Path:
-    """The program of shared_processor.cpp: the emulated logger board, optimized."""
+def compile_shared_processor(folder: Path) -> Path:
+    """Build the program of shared_processor.cpp with the emulated logger board, optimized."""
     sources = [path for name in PORTABLE for path in sorted((SOURCES / name).glob("*.cpp"))]
     sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in _EMULATOR]
     flags = ("-std=c++17", "-O2")

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import median
 
-from tests.validation.campaign import Campaign, Found, declared, output
+from tests.validation.campaign import Campaign, Found, campaigns_csv, output
 from tests.validation.logger_proof.campaign import RATES_HZ
 from tests.validation.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
 from tests.validation.logger_proof.m7 import MACHINE, SHARE_MAX, Instructions
@@ -53,7 +53,7 @@ def make_tables(results: Found, campaigns: Sequence[Campaign]) -> dict[str, str]
         "% of 600 MHz",
     )
     tables = {
-        "campaigns": declared(campaigns),
+        "campaigns": campaigns_csv(campaigns),
         "targets": targets_csv(find_targets(results)),
         "figures": csv_text(("of", "figure", "value"), list_figures(results)),
         "recordings": csv_text(("when the power goes", "Hz", *counts), map(_recordings, *_parts(outcomes))),
@@ -82,7 +82,7 @@ def describe_machines(results: Found) -> dict[str, object]:
 def find_targets(results: Found) -> list[Target]:
     """Return what the core is held to, with its bounds."""
     outcomes: Sequence[Outcome] = results["runs"]
-    stalled = [outcome for rate_hz in RATES_HZ for outcome in _stalled(outcomes, rate_hz)]
+    stalled = [outcome for rate_hz in RATES_HZ for outcome in _stalled_outcomes(outcomes, rate_hz)]
     quiet = [outcome for outcome in outcomes if outcome.cut and not outcome.stalls and not outcome.pulled]
     glitches, offsets = results["failed-transfers"], results["read-times"]
     return [
@@ -153,7 +153,7 @@ def _fewest_free(spares: Sequence[Spare], stalled: bool) -> int:
 
 
 def _parts(outcomes: Sequence[Outcome]) -> tuple[list[Kind], list[int], list[list[Outcome]]]:
-    """By kind and rate."""
+    """Group the outcomes by kind and rate."""
     pairs = [(kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ]
     parts = [[outcome for outcome in outcomes if (outcome.kind, outcome.rate_hz) == pair] for pair in pairs]
     return [kind for kind, _ in pairs], [rate_hz for _, rate_hz in pairs], parts
@@ -167,7 +167,7 @@ def _recordings(kind: Kind, rate_hz: int, part: Sequence[Outcome]) -> tuple[obje
 
 
 def _losses(outcomes: Sequence[Outcome]) -> list[tuple[object, ...]]:
-    """The age of the oldest sample that a cut took."""
+    """Build the table rows with the age, in ms, of the oldest sample lost in a power cut."""
     rows: list[tuple[object, ...]] = []
     for rate_hz in RATES_HZ:
         cut = [
@@ -190,8 +190,11 @@ def _losses(outcomes: Sequence[Outcome]) -> list[tuple[object, ...]]:
     return rows
 
 
-def _stalled(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome]:
-    """With the firmware's own ring, to the end of a file that had room."""
+def _stalled_outcomes(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome]:
+    """Select the runs at one rate in which the card stalled but was not pulled.
+
+    The ring is the firmware's own, and the file had room to the end.
+    """
     own = (
         outcome for outcome in outcomes if outcome.rate_hz == rate_hz and outcome.kind is not Kind.SMALL_RING
     )
@@ -199,7 +202,7 @@ def _stalled(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome]:
 
 
 def _stall_row(outcomes: Sequence[Outcome], rate_hz: int) -> tuple[object, ...]:
-    part = _stalled(outcomes, rate_hz)
+    part = _stalled_outcomes(outcomes, rate_hz)
     return (
         *(rate_hz, len(part), sum(outcome.stalls for outcome in part)),
         f"{max(outcome.longest_stall_us for outcome in part) / 1e3:.0f}",

@@ -162,10 +162,10 @@ def test_a_planted_defect_is_found(tmp_path: Path, defect: str) -> None:
 
 @pytest.mark.prove
 def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def believed(data: memoryview) -> NDArray[np.bool_]:
+    def believe_blocks(data: memoryview) -> NDArray[np.bool_]:
         return np.ones(len(data) // 512, np.bool_)
 
-    monkeypatch.setattr(blocks, "_crc_is_right", believed)
+    monkeypatch.setattr(blocks, "_crc_is_right", believe_blocks)
     with pytest.raises(Broken, match=r"wrong|no whole block|never taken"):
         run_each(pc, seeds_of(Kind.TORN, 8))
 

@@ -155,7 +155,7 @@ class Truth:
             in_writes[(data["first_sample"] + slot)[data["samples"] > slot]] = True
         return in_writes[: len(self.samples)]
 
-    def dropped(self) -> NDArray[np.bool_]:
+    def dropped_samples(self) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it found no room, as the numbers of the blocks around it tell."""
         _, rows = np.unique(self.writes["number"], return_index=True)
         blocks = self.writes[rows]
@@ -167,9 +167,9 @@ class Truth:
 
 
 def read_truth(path: Path) -> list[Truth]:
-    """The recordings of a run; one, without writes, where none was begun.
+    """Read the recordings of a run; return one without writes where none was begun.
 
-    Raises ValueError: the file is not what its program should have written.
+    Raises ValueError if the file is not what its program should have written.
     """
     data = path.read_bytes()
     if len(data) < HEAD.itemsize or data[:8] != b"TFSATRUN":

@@ -43,7 +43,7 @@ def maneuver_rows(robot: RobotModel) -> list[Row]:
             papers.reorientation_deg,
             unit="deg",
             details={
-                "with masses that were not chosen for it": f"{_untuned(robot):.2f} deg",
+                "with masses that were not chosen for it": f"{_untuned_reorientation(robot):.2f} deg",
                 "rotation vector": f"{', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)} deg",
             },
         ),
@@ -126,7 +126,7 @@ def _swarms(robot: RobotModel, problem: Problem) -> Swarms:
 
 
 def _third_joint_s(robot: RobotModel) -> float:
-    """Least time limit, to 0.1 s, at which the optimum moves joint 3."""
+    """Find the least time limit, to 0.1 s, at which the optimum moves joint 3."""
     for tenths in range(15, 40):
         summit, _ = find_optimum(Problem.of(robot, DesignSettings(time_limit_s=tenths / 10.0)))
         if summit.displacements_rad[2] > 1e-3:
@@ -134,7 +134,7 @@ def _third_joint_s(robot: RobotModel) -> float:
     return float("nan")
 
 
-def _untuned(robot: RobotModel) -> float:
+def _untuned_reorientation(robot: RobotModel) -> float:
     """Reorientation in deg with a panel of 0.2 kg and the rest shared in proportion to Izz."""
     izz = robot.inertia_kg_m2[:3, 2, 2]
     mass = np.append((robot.mass_kg.sum() - 0.2) * izz / izz.sum(), 0.2)

@@ -20,7 +20,7 @@ JOINT_RATE_DEG_S = 30.0
 
 
 def orbit_rows(robot: RobotModel) -> list[Row]:
-    """The distribution of four-stroke loops, and what follows from its best."""
+    """Compute the rows for the distribution of four-stroke loops and what follows from the best loop."""
     body = Multibody.of(robot)
     right = np.pi / 2
     turned = path_rotation(body, [2, 1, 2, 1], np.array([right, right, -right, -right]))

@@ -22,7 +22,7 @@ BODY_1 = 0
 
 
 def result_rows(robot: RobotModel) -> list[Row]:
-    """What the drop gave, and what of it can be computed again."""
+    """Build the rows for the drop's results, recomputed where they can be."""
     still, turning = (flown_deg(robot, rate) for rate in ((0.0, 0.0, 0.0), RATE_DEG_S))
     before, after = float(np.linalg.norm(BEFORE_DEG)), float(np.linalg.norm(AFTER_DEG))
     return [
@@ -74,7 +74,10 @@ def result_rows(robot: RobotModel) -> list[Row]:
 
 
 def flown_deg(robot: RobotModel, rate_deg_s: tuple[float, ...]) -> float:
-    """How far body 1 turns in the fall with the first stroke as flown and joint 1 hanging open by 6 deg."""
+    """Compute by how many deg body 1 turns in the fall.
+
+    The first stroke is as flown, and joint 1 hangs open by 6 deg.
+    """
     starts_s, sizes_deg = (0.70, 1.05, 1.47, 1.82), (FIRST_STROKE_DEG, 70.0, -FIRST_STROKE_DEG, -70.0)
     moves = [
         TimedMove(k % 2, np.radians(size), start_s, start_s + abs(size) / 170.0)

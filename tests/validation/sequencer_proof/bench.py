@@ -37,7 +37,10 @@ def seat(board: Board) -> None:
 
 
 def arm(board: Board, client: SequencerClient) -> None:
-    """From whatever there was: safe, seated, armed. Forgets the pins' past."""
+    """Bring the board from any state to armed: make it safe, seat it and arm it.
+
+    Pin edges recorded before are discarded.
+    """
     client.disarm()
     seat(board)
     board.edges()
@@ -67,12 +70,12 @@ def stack_never_used(board: AvrBoard, client: SequencerClient, bench: Bench) -> 
 
 @cache
 def _static_ram_bytes(image: Path) -> int:
-    """From the build's report next to the image."""
+    """Read the bytes of static RAM from the build's report next to the image."""
     return int(image_report(image)["ram_bytes"])
 
 
 def image_report(image: Path) -> dict[str, str | int | float]:
-    """What the build says of its image."""
+    """Read the build's report on its image."""
     report: dict[str, str | int | float] = json.loads(image.with_suffix(".json").read_text())
     return report
 
@@ -93,14 +96,14 @@ class Bench:
         return cls(image, library, eeprom_after_upload(load_library(library), image))
 
     def board(self) -> AvrBoard:
-        """A board that 59/70 was uploaded to: powered, both switches closed, no cable."""
-        return self._powered(self.eeprom)
+        """Return a powered board to which 59/70 was uploaded, both switches closed, no cable."""
+        return self._power_board(self.eeprom)
 
     def new_board(self) -> AvrBoard:
-        """A board that nothing was uploaded to: its EEPROM is erased."""
-        return self._powered(None)
+        """Return a powered board with an erased EEPROM: nothing was uploaded to it."""
+        return self._power_board(None)
 
-    def _powered(self, eeprom: bytes | None) -> AvrBoard:
+    def _power_board(self, eeprom: bytes | None) -> AvrBoard:
         board = AvrBoard(load_library(self.library), self.image)
         if eeprom is not None:
             board.set_eeprom(eeprom)

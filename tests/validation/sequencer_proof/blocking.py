@@ -70,7 +70,10 @@ class Blocked(NamedTuple):
 
 
 def blocked_paths(elf: Path, *, scheduled: bool = True) -> list[Blocked]:
-    """Of the image, the longest first; `scheduled`: also while strokes are ahead. Raises UnboundedError."""
+    """Compute the image's paths with interrupts off, the longest first.
+
+    `scheduled` includes the time while strokes are ahead. Raises UnboundedError.
+    """
     walk = _Walk(disassemble(elf), scheduled)
     for _ in walk.paths():  # once for the loops that there are
         pass
@@ -128,7 +131,7 @@ class _Walk:
         return instruction.function.startswith("__vector_")
 
     def _call(self, start: int) -> int:
-        """Of a function that is called with interrupts off, to its return."""
+        """Compute the cycles of a function called with interrupts off, up to its return."""
         if start not in self.costs:
             self.costs[start] = self._longest(start, saved_off=True)
         return self.costs[start]
@@ -167,7 +170,10 @@ class _Walk:
         return max((reached[address] + cycles for address, cycles in ends.items()), default=0)
 
     def _distances(self, edges: Edges, start: int) -> dict[int, int]:
-        """The longest way from `start` to each instruction. Loops have one way in."""
+        """Compute the longest path from `start` to each instruction, in cycles.
+
+        Loops have a single entry.
+        """
         reached = {start: 0}
         for group in _groups(edges, start):
             members = set(group)
@@ -286,7 +292,7 @@ class PathRow(NamedTuple):
 
 
 def path_rows(elf: Path) -> list[PathRow]:
-    """One for each function, the longest first."""
+    """Compute one row for each function, the longest path first."""
     before = {path.address: path.cycles for path in blocked_paths(elf, scheduled=False)}
     longest: dict[str, Blocked] = {}
     for path in blocked_paths(elf):

@@ -43,7 +43,10 @@ DATES = {
 
 
 def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> list[Campaign]:
-    """The longest jobs first; `native` and `rule` are libraries, `hanging_image` has `resets.HANG`."""
+    """Declare the campaigns, the longest jobs first.
+
+    `native` and `rule` are libraries; `hanging_image` contains `resets.HANG`.
+    """
     hanging, begins = replace(bench, image=hanging_image), begins_us()
     fast = [(Chatter.BOTH, Chatter.FAST)[number % 2] for number in range(10)]
     return [

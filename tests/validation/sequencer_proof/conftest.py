@@ -19,7 +19,7 @@ Plant = Callable[..., Bench]
 
 @pytest.fixture(scope="session")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    """The image that would be flashed: that of `make firmware`."""
+    """Return the test bench with the image that would be flashed: that of `make firmware`."""
     with LOCK.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         image = build.sequencer_hex()

@@ -40,8 +40,11 @@ class Contact:
     closed: bool
 
 
-def opening(rng: random.Random, start: int, resolution: int, chatter: Chatter) -> list[Contact]:
-    """Both switches open with chatter, either one first, from `start` on; in order of time."""
+def draw_opening(rng: random.Random, start: int, resolution: int, chatter: Chatter) -> list[Contact]:
+    """Draw the chattering contacts of both switches as they open from `start` on.
+
+    Either switch may be first; the contacts are in order of time.
+    """
     return _both(rng, start, resolution, chatter, closed=False)
 
 
@@ -92,7 +95,7 @@ def play(board: Board, contacts: list[Contact]) -> None:
 
 
 def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter) -> list[Contact]:
-    """A change and its bounces, in order of time."""
+    """Draw a contact change followed by its bounces, in order of time."""
     contacts = [first]
     for _ in range(rng.randint(0, MAX_BOUNCES)):
         least_us, most_us = rng.choice(chatter.value)
@@ -109,7 +112,7 @@ def draw(rng: random.Random, least_us: int, most_us: int, resolution: int) -> in
 
 
 def in_order(contacts: Iterable[Contact]) -> list[Contact]:
-    """By time."""
+    """Sort the contacts by time."""
     return sorted(contacts, key=lambda contact: contact.cycle)
 
 
@@ -153,7 +156,9 @@ def fall(
     jolts: Sequence[Jolt] = (),
     apart_us: int = TOGETHER_US,
 ) -> Fall:
-    """A robot that leaves at cycle `released`; inputs change at multiples of `resolution` cycles.
+    """Draw the contacts of a robot that leaves at cycle `released`.
+
+    Inputs change at multiples of `resolution` cycles.
 
     Raises:
         ValueError: a jolt's contacts still move when those of the next jolt, or of the release, begin to.

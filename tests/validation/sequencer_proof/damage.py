@@ -52,7 +52,7 @@ class Case(Enum):
         return self in (Case.ONE, Case.BOTH, Case.TWO)
 
     def image(self, library: Path) -> bytes:
-        """The EEPROM of a native board with this history."""
+        """Build the EEPROM image of a native board with this history."""
         board = native_board(load_library(library), ERASED)
         client = connect(board)
         maneuvers, settings = self.uploads
@@ -117,7 +117,7 @@ def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = 
         raise Broken(f"{case.value}: ARM says {committed.refusal.name}")
     result = Damaged(case)
     for address, value in _changes(random.Random(seed), sample):
-        contents = _native_held(board, _changed(image, address, value))
+        contents = _native_held(board, _change_byte(image, address, value))
         place = Place.of(address)
         _check(contents, committed, case, f"{case.value}: byte {address} is {value:#04x}")
         result.values[place] += 1
@@ -129,14 +129,17 @@ def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = 
 
 
 def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: int) -> DamagedImage:
-    """A sample of the same in the flashed image, which must hold and answer what the native board does."""
+    """Check sampled damage to the EEPROM of the flashed image against the native board.
+
+    The image must hold and answer the same as the native board.
+    """
     rng = random.Random(seed)
     image = case.image(library)
     native, board = native_board(load_library(library), image), bench.new_board()
     for _ in range(count):
         address = rng.randrange(rng.choice((0, MANEUVER_AT)), len(image))
         value = rng.randrange(VALUES)
-        damaged = _changed(image, address, value)
+        damaged = _change_byte(image, address, value)
         expected = _native_held(native, damaged)
         board.power(False)
         board.set_eeprom(damaged)
@@ -150,7 +153,10 @@ def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: i
 
 
 def _changes(rng: random.Random, sample: int | None) -> Iterator[tuple[int, int]]:
-    """Every byte in use with all values, every other with some; or fewer of both, but more of the markers."""
+    """Yield the byte changes as (address, value).
+
+    Every byte in use gets all values and every other byte some; with `sample` both get fewer, the markers more.
+    """
     for address in range(EEPROM_BYTES):
         place = Place.of(address)
         count = UNUSED_VALUES if place is Place.OTHER else VALUES
@@ -160,7 +166,7 @@ def _changes(rng: random.Random, sample: int | None) -> Iterator[tuple[int, int]
             yield address, value
 
 
-def _changed(image: bytes, address: int, value: int) -> bytes:
+def _change_byte(image: bytes, address: int, value: int) -> bytes:
     return image[:address] + bytes([value]) + image[address + 1 :]
 
 
@@ -173,7 +179,7 @@ def _check(contents: Held, committed: Held, case: Case, where: str) -> None:
 
 
 def _native_held(board: Board, image: bytes | None = None) -> Held:
-    """After a power cycle with this EEPROM."""
+    """Power-cycle the native board with this EEPROM and return what it holds and refuses."""
     board.power(False)
     if image is not None:
         board.set_eeprom(image)

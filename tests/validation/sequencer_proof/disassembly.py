@@ -57,19 +57,19 @@ class Program:
     def next(self, instruction: Instruction) -> list[tuple[int, int]]:
         """(address, cycles) of what may follow within the function; calls count without what they call."""
         if _BRANCH.fullmatch(instruction.operation):
-            return [(instruction.following, 1), (_known(instruction), 2)]
+            return [(instruction.following, 1), (_known_target(instruction), 2)]
         if instruction.operation in _SKIPS:
             skipped = self.instructions[instruction.following]
             words = (skipped.following - skipped.address) // 2
             return [(instruction.following, 1), (skipped.following, 1 + words)]
         if instruction.operation in JUMPS:
-            return [(_known(instruction), _CYCLES[instruction.operation])]
+            return [(_known_target(instruction), _CYCLES[instruction.operation])]
         return [(instruction.following, _CYCLES.get(instruction.operation, 1))]
 
 
 @cache
 def disassemble(elf: Path) -> Program:
-    """By avr-objdump."""
+    """Disassemble the image with avr-objdump."""
     text = subprocess.run(
         ["avr-objdump", "-d", "-C", "--no-show-raw-insn", str(elf)],
         capture_output=True,
@@ -100,7 +100,7 @@ def _target(address: int, operation: str, operands: tuple[str, ...]) -> int | No
     return None
 
 
-def _known(instruction: Instruction) -> int:
+def _known_target(instruction: Instruction) -> int:
     if instruction.target is None:
         raise ValueError(f"where does {instruction.operation} at {instruction.address:#x} go?")
     return instruction.target

@@ -131,7 +131,10 @@ class _Run:
 def _fly(
     board: AvrBoard, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: random.Random
 ) -> _Run | None:
-    """To the moment of the reset. None where a pulse's width came out so near to a stroke's that nobody can tell."""
+    """Fly up to the reset.
+
+    Returns None where a pulse's width came out so near to a stroke's that they cannot be told apart.
+    """
     for joint in range(1, JOINT_COUNT + 1):
         board.hold_pin(joint, PinHold.FREE)
     before = [joint for joint in joints if rng.random() < 0.6]
@@ -167,7 +170,10 @@ def _fly(
 
 
 def _end_us(plan: Plan, rng: random.Random) -> int:
-    """A moment for the reset; not right at the run's end, when the board may be RUNNING still, or not."""
+    """Draw a time for the reset, in us after the release.
+
+    It is not near the run's end, when the board may or may not be RUNNING still.
+    """
     end_us = rng.randint(20_000, plan.end_us + AFTER_END_US)
     if plan.end_us - NOTED_US < end_us < plan.end_us + SERVO_PULSE_MAX_US + 3 * NOTED_US:
         end_us = plan.end_us + SERVO_PULSE_MAX_US + 3 * NOTED_US
@@ -182,7 +188,10 @@ def _changes(
     level: PinHold,
     released: int,
 ) -> list[Change]:
-    """In order of time. A pin that is free is held from some moment on; half of them are let go later."""
+    """Draw the changes of the held pins, in order of time.
+
+    A free pin is held from some time on; many of the pins are let go later.
+    """
     changes = []
     for joint in joints:
         first = 0 if joint in held_joints else _moment(rng, plan)
@@ -195,7 +204,10 @@ def _changes(
 
 
 def _moment(rng: random.Random, plan: Plan) -> int:
-    """After the release, cycles. Often around the first pulse of a stroke, where it matters most."""
+    """Draw a time after the release, in cycles.
+
+    It is often around the first pulse of a stroke, where it matters most.
+    """
     if rng.random() < 0.5:
         return rng.randint(20_000, plan.end_us + AFTER_END_US) * CYCLES_PER_US
     _, _, start_us = rng.choice(plan.strokes)
@@ -203,7 +215,7 @@ def _moment(rng: random.Random, plan: Plan) -> int:
 
 
 def _play(board: AvrBoard, changes: Iterable[Change], ends: int) -> None:
-    """Those that come after the end are left out."""
+    """Play the changes up to cycle `ends`; later ones are left out."""
     for cycle, joint, hold in changes:
         if cycle >= ends:
             break
@@ -213,7 +225,10 @@ def _play(board: AvrBoard, changes: Iterable[Change], ends: int) -> None:
 
 
 def _settle(board: AvrBoard, edges: list[PinEdge]) -> None:
-    """Until no servo's pulse has just ended: its interrupt may or may not have marked the stroke."""
+    """Run until no servo's pulse has just ended.
+
+    Otherwise its interrupt may or may not have marked the stroke.
+    """
     while any(
         edge.pin < JOINT_COUNT and not edge.high and board.now_cycle - edge.cycle < SETTLED_US * CYCLES_PER_US
         for edge in edges
@@ -223,7 +238,10 @@ def _settle(board: AvrBoard, edges: list[PinEdge]) -> None:
 
 
 def _is_doubtful(edges: Sequence[PinEdge], plan: Plan) -> bool:
-    """A pulse that is a little longer or shorter than one of a stroke, or that is hardly over when its pin is high."""
+    """Return whether a pulse cannot be told from a stroke's.
+
+    It is a little longer or shorter than a stroke's, or is hardly over when its pin goes high.
+    """
     by_pin = ([edge for edge in edges if edge.pin == pin] for pin in range(JOINT_COUNT))
     if any(
         after.high and after.cycle - before.cycle < UNSEEN_US * CYCLES_PER_US
@@ -240,7 +258,7 @@ def _is_doubtful(edges: Sequence[PinEdge], plan: Plan) -> bool:
 
 
 def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | None]:
-    """The rise of each stroke's first whole pulse, by the pins alone."""
+    """Return the rise of each stroke's first whole pulse, read from the pins alone."""
     trains = [whole_pulses(edges, pin) for pin in range(JOINT_COUNT)]
     widths = [iter(of_joint[1:]) for of_joint in plan.widths()]
     rises: list[int | None] = []
@@ -264,7 +282,10 @@ def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | N
 
 
 def _back_to_where_it_stands(plan: Plan, begun: Sequence[int | None]) -> list[bool]:
-    """Of each stroke: it ends where its joint stands after the strokes before it that have begun."""
+    """Return for each stroke whether it ends where its joint already stands.
+
+    The joint stands where the strokes before it that have begun left it.
+    """
     stands, planned = [0] * JOINT_COUNT, [0] * JOINT_COUNT
     is_unmoved = []
     for rise, (joint, change_cdeg, _) in zip(begun, plan.strokes, strict=True):
@@ -285,7 +306,10 @@ def _check_marks(marks: list[int], begun: list[int | None], now: int) -> None:
 
 
 def _reset_and_judge(board: AvrBoard, run: _Run, rng: random.Random) -> None:
-    """Every pulse afterwards is one of before, or there are none; STATUS and RUN_REPORT tell what was."""
+    """Reset the board, then judge its pulses, STATUS and RUN_REPORT.
+
+    Every pulse after the reset is one of before, or there are none; STATUS and RUN_REPORT tell what was.
+    """
     cause = rng.choice((ResetCause.WATCHDOG, ResetCause.BROWN_OUT))
     board.reset(cause)
     at = board.now_cycle

@@ -48,8 +48,8 @@ def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     arm(board, client)
     start = board.now_cycle + CYCLES_PER_MS
     first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
-    zero_us = _dated(board, client)[0] - first / CYCLES_PER_US
-    releases = [_jolted(board, client, rng, zero_us) for _ in range(count)]
+    zero_us = _read_date(board, client)[0] - first / CYCLES_PER_US
+    releases = [_jolt_board(board, client, rng, zero_us) for _ in range(count)]
     board.close()
     alone = max((abs(release.error_us) for release in releases if not release.jolts), default=0)
     if alone > 1_000:
@@ -57,11 +57,11 @@ def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     return releases
 
 
-def _jolted(board: Board, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
+def _jolt_board(board: Board, client: SequencerClient, rng: random.Random, zero_us: float) -> Jolted:
     arm(board, client)
-    fallen, jolts = _drawn(rng, board)
+    fallen, jolts = _draw_fall(rng, board)
     play(board, fallen.contacts)
-    at_us, earlier_us, later_us = _dated(board, client)
+    at_us, earlier_us, later_us = _read_date(board, client)
     error_us = at_us - zero_us - fallen.released / CYCLES_PER_US
     if not -earlier_us - TOLERANCE_US <= -error_us <= later_us + TOLERANCE_US and earlier_us + later_us:
         raise Broken(f"the robot left {-error_us} us after the date, told -{earlier_us} to +{later_us} us")
@@ -71,7 +71,7 @@ def _jolted(board: Board, client: SequencerClient, rng: random.Random, zero_us: 
     return Jolted(both, error_us, earlier_us + later_us)
 
 
-def _drawn(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
+def _draw_fall(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
     """Jolts of 0.3 to 50 ms, 0.3 to 40 ms apart, most of them short, and contacts that bounce for up to 5 ms."""
     while True:
         jolts: list[Jolt] = []
@@ -92,7 +92,7 @@ def _drawn(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
             return fallen, jolts
 
 
-def _dated(board: Board, client: SequencerClient) -> tuple[float, int, int]:
+def _read_date(board: Board, client: SequencerClient) -> tuple[float, int, int]:
     board.run(SETTLE_US)
     report, status = client.run_report(), client.status()
     if status.state != SequencerState.RUNNING:
@@ -151,7 +151,7 @@ def _close_again(board: Board, rng: random.Random, open_us: int) -> None:
 
 
 def _check_caught(board: Board, client: SequencerClient, plan: Plan) -> None:
-    """What was commanded stays; nothing more begins."""
+    """Check that the commanded angles stay after the fault and that no further stroke begins."""
     status = client.status()
     if (status.state, status.fault) != (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING):
         raise Broken(f"caught in its run: {status.state.name}, {status.fault.name}")

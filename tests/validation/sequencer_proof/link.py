@@ -64,7 +64,7 @@ class Abused(NamedTuple):
 
 
 def begins_us() -> list[int]:
-    """Every 10 ms of a run."""
+    """Return the start times of the abuse: every 10 ms of a run, in us."""
     return list(range(0, LAST_BEGIN_US + 1, STEP_US))
 
 
@@ -81,8 +81,8 @@ class Undisturbed(NamedTuple):
 
 
 @cache
-def undisturbed(bench: Bench) -> Undisturbed:
-    """What every run that is abused is compared with."""
+def run_undisturbed(bench: Bench) -> Undisturbed:
+    """Fly the undisturbed run with which every abused run is compared."""
     board = bench.board()
     client = connect(board)
     plan = Plan.on(client)
@@ -106,8 +106,11 @@ def undisturbed(bench: Bench) -> Undisturbed:
 
 
 def abuse_link(bench: Bench, abuse: Abuse, begins: Iterable[int], seed: int) -> Abused:
-    """One run for each moment. Raises Broken unless all strokes begin on the undisturbed run's very cycles."""
-    expected = undisturbed(bench)
+    """Run the abuse once for each start time.
+
+    Raises Broken unless all strokes begin on exactly the cycles of the undisturbed run.
+    """
+    expected = run_undisturbed(bench)
     board = bench.board()
     client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
@@ -133,7 +136,10 @@ def abuse_link(bench: Bench, abuse: Abuse, begins: Iterable[int], seed: int) -> 
 
 
 def release(board: AvrBoard, phase: int) -> int:
-    """Both switches open without bounce; returns when both were, so many cycles after a whole microsecond."""
+    """Open both switches without bounce and return the cycle at which both are open.
+
+    It comes `phase` cycles after a whole microsecond.
+    """
     board.switch(0, closed=False)
     board.run(100)
     board.run_to_cycle(board.now_cycle + phase)
@@ -196,7 +202,7 @@ class Noise(Enum):
     FRAMES = "frames with a right CRC and random contents"
 
     def piece(self, rng: random.Random, remaining_count: int, token: int) -> tuple[int, bytes]:
-        """A burst of bytes or one frame: how many of those it is, and the bytes."""
+        """Draw a burst of bytes or one frame, and return its count of bytes or frames with the bytes."""
         if self is Noise.FRAMES:
             return 1, _random_frame(rng, token)
         data = rng.randbytes(min(remaining_count, rng.randint(1, MAX_BURST)))
@@ -226,7 +232,7 @@ def make_noise(bench: Bench, noise: Noise, amount: int, drops: int, seed: int) -
     refused in SAFE for anything but its token.
     """
     rng = random.Random(seed)
-    expected = undisturbed(bench)
+    expected = run_undisturbed(bench)
     board = bench.board()
     client = connect(board)
     plan = Plan.on(client)
@@ -306,7 +312,7 @@ def _expect(client: SequencerClient, *states: SequencerState) -> None:
 
 
 def _random_frame(rng: random.Random, token: int) -> bytes:
-    """Most are requests of the right length; some have any type or any length."""
+    """Draw a frame: usually a request of the right length, sometimes of any type or any length."""
     kind = rng.choice(REQUESTS)
     number = kind.TYPE if rng.random() < 0.9 else rng.choice(TYPES)
     size = kind.SIZE if rng.random() < 0.9 else rng.randint(0, MAX_PAYLOAD_BYTES)

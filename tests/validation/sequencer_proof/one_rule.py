@@ -55,7 +55,7 @@ class Agreement(NamedTuple):
 
 
 def build_rule(out: Path) -> Path:
-    """The firmware's release rule as a library."""
+    """Build the firmware's release rule as a library."""
     logger = REPOSITORY / "firmware" / "teensy_logger" / "src"
     sources = [
         REPOSITORY / "tests" / "sdlog" / "rule_bridge.cpp",
@@ -66,7 +66,7 @@ def build_rule(out: Path) -> Path:
 
 
 @cache
-def _loaded(library: Path) -> ctypes.CDLL:
+def _load_rule(library: Path) -> ctypes.CDLL:
     rule = ctypes.CDLL(str(library))
     rule.sequencer_tells.restype = rule.logger_tells.restype = ctypes.c_size_t
     return rule
@@ -88,8 +88,11 @@ def edge_train(rng: random.Random) -> list[SwitchEdge]:
 
 
 def compare(library: Path, edges: Sequence[SwitchEdge], seed: int) -> list[Told]:
-    """What all three tell of the edges. Raises Broken where they differ."""
-    rule = _loaded(library)
+    """Compare the releases that sequencer, logger and decoder find in the edges, and return them.
+
+    Raises Broken where they differ.
+    """
+    rule = _load_rule(library)
     end_us = edges[-1][0] + AFTERWARDS_US
     decoder = [
         (release.at_us, *release.left_us, release.false_us is not None)

@@ -270,14 +270,14 @@ def second_upload_writes(bench: Bench, record: Record) -> int:
 
 
 def read_all(board: AvrBoard) -> Held:
-    """After a power cycle."""
+    """Power-cycle the board and return what it holds."""
     _restart(board, None)
     client = connect(board)
     return Held(client.read_back(), client.settings(), why_not_armed(client))
 
 
 def why_not_armed(client: SequencerClient) -> ErrorCode:
-    """What ARM says; the board is SAFE again afterwards."""
+    """Return the error code of ARM, NONE if accepted; the board is SAFE again afterwards."""
     try:
         client.arm()
     except BoardRefusal as refusal:
@@ -287,7 +287,10 @@ def why_not_armed(client: SequencerClient) -> ErrorCode:
 
 
 def _prepare(board: AvrBoard, record: Record, history: History) -> bytes:
-    """The EEPROM with this history; the other store holds one record."""
+    """Upload this history to the board and return its EEPROM.
+
+    The other store holds one record.
+    """
     client = connect(board)
     other = Record.SETTINGS if record is Record.MANEUVER else Record.MANEUVER
     other.upload(client, 0)

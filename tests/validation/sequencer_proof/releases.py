@@ -21,9 +21,9 @@ from tests.validation.sequencer_proof.contacts import (
     Chatter,
     Contact,
     admissible,
+    draw_opening,
     hang_up,
     open_switches,
-    opening,
 )
 from tests.validation.sequencer_proof.signals import (
     CYCLES_PER_MS,
@@ -74,7 +74,7 @@ class Plan(NamedTuple):
         return cls(stored.strokes, stored.end_us, client.settings().settings)
 
     def widths(self) -> list[list[int]]:
-        """Each joint's pulse widths in order, ticks."""
+        """Return each joint's pulse widths in order, in ticks."""
         angle_cdeg = [0] * JOINT_COUNT
         widths = [[self.ticks(joint, 0)] for joint in range(1, JOINT_COUNT + 1)]
         for joint, change_cdeg, _ in self.strokes:
@@ -83,7 +83,7 @@ class Plan(NamedTuple):
         return widths
 
     def ticks(self, joint: int, angle_cdeg: int) -> int:
-        """The pulse's width that holds an angle."""
+        """Return the pulse width that holds an angle, in ticks."""
         return round(pulse_ns(self.settings.of(joint), angle_cdeg) / NS_PER_TICK)
 
 
@@ -97,7 +97,7 @@ def fly(board: Board, client: SequencerClient, plan: Plan, rng: random.Random, c
     arm(board, client)
     steps = CYCLES_PER_US // board.resolution
     start = board.now_cycle + rng.randint(1000 * steps, MAX_WAIT_US * steps) * board.resolution
-    contacts = opening(rng, start, board.resolution, chatter)
+    contacts = draw_opening(rng, start, board.resolution, chatter)
     open_switches(board, contacts)
     board.run(plan.end_us + AFTER_RUN_US)
     edges = pin_edges(board)
@@ -108,7 +108,10 @@ def fly(board: Board, client: SequencerClient, plan: Plan, rng: random.Random, c
 
 
 def measure(edges: Sequence[PinEdge], plan: Plan, released: int, *, contact_edges: int = 2) -> Release:
-    """The run that is over, by the pins. Raises Broken where it is not the plan's, whatever its times."""
+    """Measure a completed run from the pins.
+
+    Raises Broken where it is not the plan's, whatever its times.
+    """
     signal = read_signal(edges)
     signal.check_widths()
     for train, expected in zip(signal.trains, plan.widths(), strict=True):
@@ -131,10 +134,12 @@ def _errors(onsets: list[Onset], strokes: Strokes, released: int) -> tuple[int, 
 def check_own_report(
     client: SequencerClient, plan: Plan, release: Release, chatter: Chatter = Chatter.SLOW
 ) -> None:
-    """The board is DONE, and its own onsets are those of the pins, within a tick. Raises Broken.
+    """Check that the board is DONE and its reported onsets agree with the pins within a tick.
+
+    Raises Broken.
 
     RUN_REPORT tells the timer's compare matches at which the pin was seen high, rounded down to a microsecond.
-    They count from the board's own release, which chatter that is faster than an interrupt puts some
+    They count from the board's own release. Chatter faster than an interrupt puts that release some
     microseconds off: then the onsets are compared from the first one on.
     """
     status, run = client.status(), client.run_report()
@@ -179,7 +184,10 @@ def native_releases(library: Path, seed: int, count: int) -> Flights:
 
 
 def avr_releases(bench: Bench, chatter: Chatter, seed: int, count: int, most_beyond: int = 0) -> Flights:
-    """On the image; between runs the cable stays in. Raises Broken."""
+    """Fly `count` releases on the image; the cable stays in between runs.
+
+    Raises Broken.
+    """
     board = bench.board()
     client = connect(board)
     plan, rng = Plan.on(client), random.Random(seed)
@@ -195,7 +203,7 @@ def all_releases(flights: Sequence[Flights]) -> list[Release]:
 
 
 def errors_us(releases: Sequence[Release]) -> Extremes:
-    """Of all their strokes."""
+    """Return the extreme errors of all strokes, in us."""
     return Extremes.of((error for release in releases for error in release.errors), CYCLES_PER_US)
 
 
@@ -244,14 +252,14 @@ class Dated(NamedTuple):
 
 
 def dated_releases(bench: Bench, chatter: Chatter, seed: int, count: int) -> list[Dated]:
-    """On one powered board with its cable in: USB's interrupts run, too."""
+    """Fly releases on one powered board with its cable in, so that USB interrupts run too."""
     board = bench.board()
     client = connect(board)
     rng = random.Random(seed)
-    start = _armed(board, client, rng)
+    start = _arm_board(board, client, rng)
     first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
     zero_us = _reported_us(board, client) - first / CYCLES_PER_US
-    releases = [_dated(board, client, rng, chatter, zero_us) for _ in range(count)]
+    releases = [_date_release(board, client, rng, chatter, zero_us) for _ in range(count)]
     board.close()
     return releases
 
@@ -268,17 +276,17 @@ def judge_dates(dated: Sequence[Dated], chatter: Chatter) -> None:
         raise Broken(f"{len(beyond)} of {len(dated)} releases were dated wrong, by {worst_us} us")
 
 
-def _dated(
+def _date_release(
     board: Board, client: SequencerClient, rng: random.Random, chatter: Chatter, zero_us: float
 ) -> Dated:
-    contacts = opening(rng, _armed(board, client, rng), board.resolution, chatter)
+    contacts = draw_opening(rng, _arm_board(board, client, rng), board.resolution, chatter)
     open_switches(board, contacts)
     date_us = _reported_us(board, client) - zero_us
     errors = [date_us - cycle / CYCLES_PER_US for cycle in admissible(contacts)]
     return Dated(min(errors, key=abs), len(errors) > 1)
 
 
-def _armed(board: Board, client: SequencerClient, rng: random.Random) -> int:
+def _arm_board(board: Board, client: SequencerClient, rng: random.Random) -> int:
     """Then the cycle at which the release is to begin."""
     arm(board, client)
     return board.now_cycle + rng.randint(1_000, 4_000) * CYCLES_PER_US + rng.randrange(CYCLES_PER_US)
@@ -293,7 +301,7 @@ def _reported_us(board: Board, client: SequencerClient) -> float:
 
 
 def date_row(chatter: Chatter, dated: Sequence[Dated]) -> tuple[object, ...]:
-    """How many were off by how much, and the worst."""
+    """Format a row with the number of dates off by how much, and the worst error."""
     off = [abs(release.error_us) for release in dated]
     near, far = (sum(error <= limit for error in off) for limit in (1.0, WORST_ERROR_US))
     undecided = sum(release.undecided for release in dated)

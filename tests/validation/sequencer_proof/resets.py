@@ -130,7 +130,7 @@ class Before(NamedTuple):
 def _bring_to(
     board: AvrBoard, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random
 ) -> Before:
-    """To a random moment of the state, after some knocks."""
+    """Bring the board to a random time of the state, after some knocks."""
     arm(board, client)
     knocks = rng.randint(0, MAX_KNOCKS)
     for _ in range(knocks):
@@ -151,7 +151,7 @@ def _bring_to(
 
 
 def widths_at(plan: Plan, after_us: int) -> list[int]:
-    """Each servo's pulse width so long after the release, cycles."""
+    """Return each servo's pulse width `after_us` after the release, in cycles."""
     begun = [0] * len(plan.widths())
     for joint, _, start_us in plan.strokes:
         begun[joint - 1] += start_us <= after_us
@@ -159,7 +159,10 @@ def widths_at(plan: Plan, after_us: int) -> list[int]:
 
 
 def watch_after_reset(board: AvrBoard, at: int) -> Signal:
-    """The servos' signals from the reset on. A pulse that was under way ends with it, and does not count."""
+    """Read the servos' signals from the reset on.
+
+    A pulse under way at the reset ends with it and does not count.
+    """
     board.run(WATCH_US)
     risen: set[int] = set()
     edges: list[PinEdge] = []

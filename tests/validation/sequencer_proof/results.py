@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.validation.campaign import Campaign, Found, declared, output
+from tests.validation.campaign import Campaign, Found, campaigns_csv, output
 from tests.validation.sequencer_proof.bench import image_report
 from tests.validation.sequencer_proof.blocking import (
     BLOCKED_BEFORE_RELEASE_MAX_US,
@@ -50,7 +50,7 @@ def make_tables(results: Found, campaigns: Sequence[Campaign], image: Path) -> d
     )
     tears = [f"byte {tear.value}" for tear in Tear]
     tables = {
-        "campaigns": declared(campaigns),
+        "campaigns": campaigns_csv(campaigns),
         "targets": targets_csv(find_targets(results, image)),
         "figures": csv_text(("of", "figure", "value"), list_figures(results)),
         "signals": csv_text(

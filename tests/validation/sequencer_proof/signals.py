@@ -51,7 +51,7 @@ class Extremes(NamedTuple):
 
     @classmethod
     def of(cls, values: Iterable[float], unit: float = 1) -> Extremes:
-        """In multiples of `unit`."""
+        """Return the extremes of `values`, in multiples of `unit`."""
         numbers = list(values)
         return cls(min(numbers) / unit, max(numbers) / unit)
 
@@ -94,7 +94,7 @@ class Signal:
 
 
 def whole_pulses(edges: Iterable[PinEdge], pin: int) -> list[Pulse]:
-    """Of one pin, from the first rise on: the pulses that have ended."""
+    """Return the ended pulses of one pin, from its first rise on."""
     pulses: list[Pulse] = []
     rise: int | None = None
     for edge in edges:
@@ -107,7 +107,10 @@ def whole_pulses(edges: Iterable[PinEdge], pin: int) -> list[Pulse]:
 
 
 def read_signal(edges: Iterable[PinEdge]) -> Signal:
-    """The complete pulses. Raises Broken where a pin's edges do not alternate, or a servo has no pulse."""
+    """Read the complete pulses of all servos.
+
+    Raises Broken where a pin's edges do not alternate, or a servo has no pulse.
+    """
     trains: list[list[Pulse]] = [[] for _ in range(JOINT_COUNT)]
     rises: list[int | None] = [None] * JOINT_COUNT
     for cycle, pin, high in edges:

@@ -81,7 +81,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def hanging(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bench:
+def hanging_bench(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bench:
     image = build_changed_sequencer([HANG], tmp_path_factory.mktemp("hanging"), bench.image)
     return replace(bench, image=image)
 
@@ -199,7 +199,7 @@ def test_the_time_without_interrupts_is_bounded_by_what_is_computed(bench: Bench
     plan = Plan.on(client)
     for chatter in (Chatter.FAST, Chatter.SLOW):
         fly(board, client, plan, rng, chatter)
-    measured = board.blocked()
+    measured = board.blocked_cycles()
     board.close()
     computed = {path.address: path.cycles for path in blocked_paths(bench.image.with_suffix(".elf"))}
     assert set(measured) <= set(computed)
@@ -302,8 +302,8 @@ def test_a_reset_goes_on_or_holds_still(bench: Bench, moment: Moment, cause: Res
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_the_watchdog_ends_a_hang(hanging: Bench, state: SequencerState) -> None:
-    hangs = hang_board(hanging, state, count=2, seed=5)
+def test_the_watchdog_ends_a_hang(hanging_bench: Bench, state: SequencerState) -> None:
+    hangs = hang_board(hanging_bench, state, count=2, seed=5)
     assert 900 < hangs.reset_after_ms.least <= hangs.reset_after_ms.greatest < 1_200
 
 

@@ -48,11 +48,11 @@ HOLDS_OFF = (
 Campaign = Callable[[Bench], object]
 
 
-def dated(bench: Bench) -> None:
+def check_dates(bench: Bench) -> None:
     judge_dates(dated_releases(bench, Chatter.SLOW, seed=DATED_SEED, count=DATED), Chatter.SLOW)
 
 
-def released(chatter: Chatter = Chatter.SLOW, count: int = 1) -> Campaign:
+def release_campaign(chatter: Chatter = Chatter.SLOW, count: int = 1) -> Campaign:
     return lambda bench: avr_releases(bench, chatter, seed=1, count=count)
 
 
@@ -68,29 +68,29 @@ def noisy(bench: Bench) -> None:
     make_noise(bench, Noise.FRAMES, 600, drops=1, seed=3)
 
 
-def abused(abuse: Abuse) -> Campaign:
+def abuse_campaign(abuse: Abuse) -> Campaign:
     return lambda bench: abuse_link(bench, abuse, [300_000, 307_000, 313_000], seed=1)
 
 
 DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
     "a switch that fast chatter blinds": (
         [Edit(CAPTURE, "seen = open_now();", "seen = levels;")],
-        released(Chatter.FAST, count=20),
+        release_campaign(Chatter.FAST, count=20),
         r"us off its time|knocks",
     ),
     "own onsets that are not the pins'": (
         [Edit(SEQUENCER, ONSET.format(""), ONSET.format(" + 3"))],
-        released(),
+        release_campaign(),
         "RUN_REPORT says",
     ),
     "a schedule 60 us late": (
         [Edit(SEQUENCER, SCHEDULED, "released_at + ticks_from_us(stroke.start_us + 60)")],
-        released(),
+        release_campaign(),
         r"a stroke began 60(\.\d+)? us off|59\.\d+ us off",
     ),
     "a pulse cut short": (
         [Edit(SERVOS, FALL.format(""), FALL.format(" - (c.pulse.change != nullptr ? 2 : 0)"))],
-        released(),
+        release_campaign(),
         "pulse widths in order",
     ),
     "a release by one switch": (
@@ -100,7 +100,7 @@ DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
     ),
     "edges in the order of their interrupts": (
         [Edit(CAPTURE, "static_cast<int16_t>(second - first) < 0", "false")],
-        dated,
+        check_dates,
         "dated wrong",
     ),
     "a board that hides the second of two releases": (
@@ -141,8 +141,16 @@ DEFECTS: dict[str, tuple[list[Edit], Campaign, str]] = {
         cut(Record.SETTINGS, History.BOTH_SLOTS, 0),
         "was written with what it held",
     ),
-    "a link that holds off interrupts, garbage": ([Edit(SKETCH, POLL, HOLDS_OFF)], abused(Abuse.GARBAGE), ""),
-    "a link that holds off interrupts, silence": ([Edit(SKETCH, POLL, HOLDS_OFF)], abused(Abuse.SILENT), ""),
+    "a link that holds off interrupts, garbage": (
+        [Edit(SKETCH, POLL, HOLDS_OFF)],
+        abuse_campaign(Abuse.GARBAGE),
+        "",
+    ),
+    "a link that holds off interrupts, silence": (
+        [Edit(SKETCH, POLL, HOLDS_OFF)],
+        abuse_campaign(Abuse.SILENT),
+        "",
+    ),
     "an arm with any token": (
         [Edit(SEQUENCER, "if (token != retained_.token) return", "if (token == 0xFFFF) return")],
         noisy,
@@ -207,7 +215,10 @@ def test_a_planted_defect_is_found(plant: Plant, defect: str) -> None:
 
 
 def test_an_image_that_differs_from_the_native_core_is_found(plant: Plant, tmp_path: Path) -> None:
-    """A slot that counts as never written without its marker, as with a marker of one byte."""
+    """Detect an image that differs from the native core.
+
+    In the image, a slot with a missing or one-byte marker counts as never written.
+    """
     native = tmp_path / "native"
     native.mkdir()
     with pytest.raises(Broken, match=r"begun.*the image .*NONE.*native .*UPLOAD_INTERRUPTED"):

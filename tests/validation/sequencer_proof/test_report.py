@@ -99,7 +99,10 @@ def test_what_the_image_is_stands_with_the_campaign(bench: Bench) -> None:
 
 
 def test_rows_of_the_tables_are_found_again(bench: Bench) -> None:
-    """In the image that was measured; any other keeps the bounds that test_campaigns.py holds it to."""
+    """Reproduce the rows of the tables in the image that was measured.
+
+    Any other image keeps the bounds that test_campaigns.py holds it to.
+    """
     paths, writes = (
         path_rows(bench.image.with_suffix(".elf")),
         [second_upload_writes(bench, record) for record in Record],

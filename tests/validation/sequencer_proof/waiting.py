@@ -15,9 +15,9 @@ from tests.validation.sequencer_proof.contacts import (
     Contact,
     bounce,
     draw,
+    draw_opening,
     in_order,
     open_switches,
-    opening,
     play,
 )
 from tests.validation.sequencer_proof.releases import (
@@ -86,7 +86,7 @@ def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
         last = {edge.pin: edge for edge in edges}
         edges = [edge for edge in last.values() if edge.high]
     board.run_to_cycle(waited_us * CYCLES_PER_US)
-    contacts = opening(rng, board.now_cycle, board.resolution, Chatter.SLOW)
+    contacts = draw_opening(rng, board.now_cycle, board.resolution, Chatter.SLOW)
     released = open_switches(board, contacts)
     board.run(plan.end_us + AFTER_RUN_US)
     release = measure([*edges, *pin_edges(board)], plan, released, contact_edges=len(contacts))
@@ -133,7 +133,10 @@ def knocks(bench: Bench, seed: int, count: int) -> Knocks:
 
 
 def knock(board: Board, rng: random.Random, *, both: bool) -> None:
-    """One switch for 20 ms; or both, one after the other, together for less than the debounce."""
+    """Open one switch for 20 ms, or both together for less than the debounce, and close again.
+
+    Both open one after the other.
+    """
     resolution, first = board.resolution, rng.randrange(2)
 
     def change(index: int, cycle: int, *, closed: bool) -> list[Contact]:

@@ -13,7 +13,7 @@ from rich.progress import track
 from tests.paths import DOCS
 from tests.validation.evaluation_proof.figures import percent
 from tests.validation.provenance import CampaignRun
-from tests.validation.simulation_based_calibration.drops import judged
+from tests.validation.simulation_based_calibration.drops import judge_drop
 from tests.validation.simulation_based_calibration.results import describe_campaign, make_tables, rows
 from tfsat_host.emulated.build import ensure_built
 
@@ -30,7 +30,7 @@ def main() -> int:
     ensure_built(progress=print)
     run = CampaignRun("simulation-based-calibration")
     with ProcessPoolExecutor(PROCESSES) as pool:
-        outcomes = pool.map(judged, range(1, arguments.drops + 1), chunksize=5)
+        outcomes = pool.map(judge_drop, range(1, arguments.drops + 1), chunksize=5)
         drops = list(track(outcomes, "drops", total=arguments.drops, console=Console(stderr=True)))
     run.write(make_tables(drops), describe_campaign(drops), arguments.out)
     judgement = rows(drops)

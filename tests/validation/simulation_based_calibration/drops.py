@@ -53,7 +53,7 @@ class Judged:
     widened: bool
 
 
-def judged(seed: int) -> Judged:
+def judge_drop(seed: int) -> Judged:
     """Draws robot, certificate, release and maneuver, flies and evaluates it; two seconds."""
     drop, calibration = hidden(maneuver(seed), FILED, seed, [CHIPS])
     evaluation = evaluate(drop.log, FILED, calibration, drop.schedule)
@@ -70,13 +70,13 @@ def judged(seed: int) -> Judged:
 
 
 def maneuver(seed: int) -> Schedule:
-    """Of four strokes, no two seeds the same."""
+    """Return a maneuver of four strokes, drawn so that no two seeds give the same."""
     a_deg, b_deg = np.round(np.random.default_rng([seed, 31]).uniform(0.0, ROOM_DEG, 2), 2)
     return schedule_maneuver(four_stroke(MIN_A_DEG + a_deg, MIN_B_DEG + b_deg))
 
 
 def rows_of(offsets: Offsets) -> dict[str, list[int]]:
-    """Which of its parameters belong to a quantity."""
+    """Return the indices of the parameters that belong to each quantity."""
     rows: dict[str, list[int]] = {}
     names = {"com": "CoM", "mass": "mass", "inertia": "inertia", "point": "hinge point"}
     for k, parameter in enumerate(offsets.parameters):

@@ -49,7 +49,7 @@ def ranks(errors: Errors) -> FloatArray:
 
 
 def rows(drops: Sequence[Judged]) -> list[Row]:
-    """Of each quantity, judged."""
+    """Judge each quantity and return its row."""
     by_name = {name: cells(drops, name) for name in QUANTITIES}
     p_values = {
         name: [kstest(column[np.isfinite(column)], "uniform").pvalue for column in ranks(errors).T]
@@ -124,7 +124,7 @@ def describe_campaign(drops: Sequence[Judged]) -> dict[str, object]:
 
 
 def histograms_csv(drops: Sequence[Judged]) -> str:
-    """A row a value: how many drops in each of the bins."""
+    """Format the histograms as CSV: a row for each value with the number of drops in each bin."""
     lines = []
     for name in QUANTITIES:
         for k, column in enumerate(ranks(cells(drops, name)).T, 1):
@@ -134,7 +134,7 @@ def histograms_csv(drops: Sequence[Judged]) -> str:
 
 
 def picture(drops: Sequence[Judged]) -> str:
-    """The histograms, and the band that 99 % of uniform ones keep to; SVG."""
+    """Draw the histograms and the band that 99 % of uniform ones keep to, as SVG."""
     import matplotlib as mpl
 
     mpl.use("svg")

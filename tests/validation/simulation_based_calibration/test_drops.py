@@ -11,7 +11,7 @@ from tests.validation.simulation_based_calibration.drops import (
     FILED,
     QUANTITIES,
     Judged,
-    judged,
+    judge_drop,
     true_offsets,
 )
 from tests.validation.simulation_based_calibration.results import (
@@ -43,7 +43,7 @@ def test_the_true_parameters_make_the_true_robot() -> None:
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.prove)])
 def test_no_number_of_a_drop_is_far_from_its_truth(seed: int) -> None:
-    outcome = judged(seed)
+    outcome = judge_drop(seed)
     assert tuple(outcome.errors) == QUANTITIES and not outcome.withheld and not outcome.widened
     z_scores = np.concatenate([errors.error / errors.std for errors in outcome.errors.values()])
     assert len(z_scores) > 70 and np.abs(z_scores).max() < 4.5
@@ -58,7 +58,7 @@ def read_row(seed: int) -> list[float]:
     return [float(cell) for cell in row[1:]]
 
 
-def made(drops: int, times: float, off: float = 0.0) -> list[Judged]:
+def make_judged(drops: int, times: float, off: float = 0.0) -> list[Judged]:
     """Errors so many times as wide as stated."""
     random = np.random.default_rng(1)
     return [
@@ -72,12 +72,12 @@ def made(drops: int, times: float, off: float = 0.0) -> list[Judged]:
 
 
 def test_right_intervals_are_told_from_wrong_ones() -> None:
-    right = rows(made(400, 1.0))
+    right = rows(make_judged(400, 1.0))
     assert all(row.met for row in right)
-    for wrong in (made(400, 0.8), made(400, 1.25), made(400, 1.0, off=0.4)):
+    for wrong in (make_judged(400, 0.8), make_judged(400, 1.25), make_judged(400, 1.0, off=0.4)):
         assert not any(row.met for row in rows(wrong))
-    assert ",no\n" in make_tables(made(400, 0.8))["quantities.csv"]
-    assert ",no\n" not in make_tables(made(400, 1.0))["quantities.csv"]
-    assert describe_campaign(made(400, 1.0))["rank tests"] == 2 * len(QUANTITIES)
-    assert histograms_csv(made(40, 1.0)).count("\n") == 1 + 2 * len(QUANTITIES)
-    assert picture(made(40, 1.0)).lstrip().startswith("<?xml")
+    assert ",no\n" in make_tables(make_judged(400, 0.8))["quantities.csv"]
+    assert ",no\n" not in make_tables(make_judged(400, 1.0))["quantities.csv"]
+    assert describe_campaign(make_judged(400, 1.0))["rank tests"] == 2 * len(QUANTITIES)
+    assert histograms_csv(make_judged(40, 1.0)).count("\n") == 1 + 2 * len(QUANTITIES)
+    assert picture(make_judged(40, 1.0)).lstrip().startswith("<?xml")

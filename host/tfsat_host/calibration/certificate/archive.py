@@ -35,6 +35,7 @@ def write_certificate(certificate: Path, calibration: Calibration) -> None:
         OSError: one of the two cannot be written; the certificate is as before.
     """
     text = format_calibration(calibration).encode()
+    # The copy first: where it fails, the certificate has not changed yet.
     write_whole(kept_copy(certificate, calibration), text)
     write_whole(certificate, text)
 
@@ -52,6 +53,7 @@ def _time_of_copy(path: Path) -> datetime:
     try:
         return datetime.strptime(path.name, _KEPT).replace(tzinfo=UTC)
     except ValueError:
+        # Later than every moment, so that it is never taken for a kept one.
         return datetime.max.replace(tzinfo=UTC)
 
 
@@ -87,8 +89,10 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
     """
     present = read_calibration(path)
     if not measured_after(present, landing_time):
+        # Nothing in it is newer than the landing: it is the one that held during the fall.
         return CertificateOfDrop(path, present)
     unreadable: list[str] = []
+    # Newest first; what cannot be read is reported, for it might have been the right one.
     for copy_path in kept_before(path, release_time):
         try:
             calibration = read_calibration(copy_path)

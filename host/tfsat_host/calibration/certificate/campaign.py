@@ -24,6 +24,7 @@ from tfsat_host.calibration.solution import Baseline, Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.file_lock import LockError, one_at_a_time
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.whole_file import write_whole
 
@@ -98,6 +99,7 @@ class Campaign:
             NotKeptError: a file cannot be written; the certificate is as before.
         """
         with _one_writer(self.certificate):
+            # Only under the lock: until then another program may add steps to the certificate.
             self._catch_up()
             self._check_time(step)
             check_step(step, () if anew else self.evidence, self._model)
@@ -124,6 +126,7 @@ class Campaign:
         except CalibrationError:
             if not force:
                 raise
+            # Begin empty in memory; the old file stays until a step is accepted.
             self._replaces = True
             return
         if calibration.subject == self._subject:
@@ -135,12 +138,14 @@ class Campaign:
 
     def _catch_up(self) -> None:
         """Takes what another program has written since."""
+        # A certificate that is about to be replaced has nothing to take over.
         if self._replaces or not self.certificate.exists():
             return
         calibration = read_calibration(self.certificate)
         last_written = None if self.calibration is None else self.calibration.written
         if calibration.subject == self._subject and calibration.written != last_written:
             self._take(calibration)
+            # The mark that sensors were moved is not on disk before the next step: set it again.
             if self._moved is not None:
                 self.calibration = with_landing(calibration, self._moved)
 
@@ -148,6 +153,7 @@ class Campaign:
         evidence, left_out = [], []
         for paper in calibration.papers:
             try:
+                # A recording that is gone or changed costs its own step, not the campaign.
                 evidence.append(_read(self.folder / paper.file, paper))
             except CalibrationError as error:
                 left_out.append(error.what)
@@ -169,20 +175,24 @@ class Campaign:
             )
 
     def _keep(self, step: Evidence) -> Calibration:
+        # Solve before writing: steps that contradict each other leave the disk as it was.
         solution = solve([*self.evidence, step], self._model, self._last_landing())
         data, file = to_bytes(step), file_name(step)
         paper = Paper(step.step.key, step.taken, file, sha256(data))
         calibration = self._make_certificate(solution, {**self._papers, **_by_step([paper])})
         try:
+            # The recording first: a certificate never names one that is not there.
             write_whole(self.folder / file, data)
             write_certificate(self.certificate, calibration)
         except OSError as error:
+            # Which write failed: if the recording is there, it was the certificate's.
             unwritten = self.certificate if (self.folder / file).exists() else self.folder / file
             raise NotKeptError(
                 what=f"{unwritten} could not be written: {error.strerror or error}.",
                 meaning=f"This step was not kept; {self.certificate} is as before.",
                 next_step="Make room, or see that it may be written, and run this command again.",
             ) from error
+        # What a newer recording has replaced stays on disk, but counts no more.
         self.evidence, self.calibration = list(solution.used), calibration
         self._papers = _by_step(calibration.papers)
         self._replaces = False
@@ -217,6 +227,7 @@ def note_landing(certificate: Path, landing: Landing, now: datetime | None = Non
     with _one_writer(certificate):
         calibration = read_calibration(certificate)
         changed = with_landing(calibration, landing)
+        # The same object comes back where the landing is known: there is nothing to write.
         if changed is calibration:
             return False
         write_certificate(certificate, replace(changed, written=now or datetime.now(UTC)))
@@ -232,7 +243,9 @@ def _one_writer(certificate: Path) -> Iterator[None]:
     certificate.parent.mkdir(parents=True, exist_ok=True)
     try:
         with one_at_a_time(
-            certificate.with_name(f".{certificate.name}.lock"), f"the calibration {certificate}"
+            # Lock a file of its own: each write replaces the certificate, and a lock on it would be lost.
+            certificate.with_name(f".{certificate.name}.lock"),
+            f"the calibration {certificate}",
         ):
             yield
     except LockError as error:
@@ -254,7 +267,11 @@ def _by_step(papers: Iterable[Paper]) -> _Papers:
 
 
 def _read(path: Path, paper: Paper) -> Evidence:
-    again = "Copy it back next to the certificate, or repeat the step: tfsat-host calibrate show names the commands."
+    again = Advice(
+        "Copy it back next to the certificate, or repeat the step: ",
+        NextStep("calibrate show"),
+        " names the commands.",
+    )
     try:
         data = path.read_bytes()
     except FileNotFoundError as error:
@@ -263,6 +280,7 @@ def _read(path: Path, paper: Paper) -> Evidence:
             meaning="The step does not count any more when the next one is accepted.",
             next_step=again,
         ) from error
+    # By its hash before anything is parsed: only the bytes that were accepted count.
     if sha256(data) != paper.sha256:
         raise CalibrationError(
             what=f"The recording {path} is not the one on which the calibration rests: its SHA-256 differs.",
@@ -293,6 +311,7 @@ def with_measured(calibration: Calibration, evidence: Sequence[Evidence], model:
     Raises:
         CalibrationError: something moved that should rest; says which body, and how.
     """
+    # The solver of real campaigns: a rehearsal refuses what they would refuse.
     measured = Baseline(evidence, model)
     return replace(
         calibration,

@@ -11,6 +11,7 @@ from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ class Quantity:
     name: str
     taken: datetime | None
     ends_at_landing: bool
-    command: str
+    command: NextStep
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +185,7 @@ class Shortcoming:
     """
 
     name: str
-    command: str
+    command: NextStep
     reason: str
     taken: datetime | None
 
@@ -200,19 +201,23 @@ def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
         sensors.zero_taken is None or (last is not None and sensors.zero_taken <= last)
         for sensors in calibration.joints
     ]
-    zero = "zero --all" if all(needs_zero) else ""
+    # One command for all joints where none has a valid zero.
+    zero = _calibrate("zero", "--all") if all(needs_zero) else None
     servo_times = {
         servo_map.joint: when
         for servo_map, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
     }
     return (
-        *(Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, "bias") for gyro in calibration.gyros),
+        *(
+            Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, _calibrate("bias"))
+            for gyro in calibration.gyros
+        ),
         *(
             Quantity(
                 f"zero point of joint {sensors.joint}",
                 sensors.zero_taken,
                 True,
-                zero or f"zero --joint {sensors.joint}",
+                zero or _calibrate("zero", "--joint", str(sensors.joint)),
             )
             for sensors in calibration.joints
         ),
@@ -223,7 +228,7 @@ def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
                 f"servo of joint {sensors.joint}",
                 servo_times.get(sensors.joint),
                 True,
-                f"servo --joint {sensors.joint}",
+                _calibrate("servo", "--joint", str(sensors.joint)),
             )
             for sensors in calibration.joints
         ),
@@ -235,18 +240,24 @@ def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
         f"misalignment of body {gyro.body} about {axis}",
         gyro.axes.get(axis),
         True,
-        f"misalignment --joint {_joint_about(gyro.body, axis)}",
+        _calibrate("misalignment", "--joint", str(_joint_about(gyro.body, axis))),
     )
 
 
 def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
-    command = "scale --turn z 360" if axis == "z" else f"scale --joint {_joint_about(gyro.body, axis)}"
+    # No joint turns a body about z: only the whole robot, by hand, can.
+    motion = ("--turn", "z", "360") if axis == "z" else ("--joint", str(_joint_about(gyro.body, axis)))
     taken_at = gyro.scaled.get(axis)
-    return Quantity(f"scale factor {axis} of body {gyro.body}", taken_at, False, command)
+    return Quantity(f"scale factor {axis} of body {gyro.body}", taken_at, False, _calibrate("scale", *motion))
+
+
+def _calibrate(quantity: str, *arguments: str) -> NextStep:
+    return NextStep(f"calibrate {quantity}", arguments)
 
 
 def _joint_about(body: int, axis: str) -> int:
     """Return the joint whose patterns move the body about that axis (paper, tab. misal)."""
+    # Joint 2 turns all bodies about y; about x body 4 turns by joint 3, the others by joint 1.
     if axis == "y":
         return 2
     return 3 if body == 4 else 1
@@ -254,15 +265,16 @@ def _joint_about(body: int, axis: str) -> int:
 
 def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
     """Add a landing, unless one within two minutes of it is known already."""
+    # Recording and person may tell of one fall at slightly different times.
     if any(abs((other.at - landing.at).total_seconds()) < 120.0 for other in calibration.landings):
         return calibration
     landings = sorted((*calibration.landings, landing), key=lambda entry: entry.at)
     return replace(calibration, landings=tuple(landings))
 
 
-def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[str, ...]:
+def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[NextStep, ...]:
     """Return the commands that measure the shortcomings' quantities, each once, in order."""
-    return tuple(dict.fromkeys(f"tfsat-host calibrate {gap.command}" for gap in shortcomings))
+    return tuple(dict.fromkeys(gap.command for gap in shortcomings))
 
 
 def summarize_shortcomings(shortcomings: Sequence[Shortcoming]) -> str:

@@ -86,6 +86,7 @@ def format_calibration(calibration: Calibration) -> str:
     """Format the certificate's file text; `parse_calibration` restores the same calibration."""
     drawn_comment = "never measured; a rehearsal drew it from the emulated robot's hidden truth"
     text = format_config(certificate_values(calibration), _HEADING, {"drawn": drawn_comment})
+    # The seal is a comment to TOML, and so no part of what it hashes.
     return f'{text}\n{_SEAL}"{_seal_of(text)}"\n'
 
 
@@ -106,6 +107,7 @@ def _calibration(top: Table) -> Calibration:
 
 def _seal_of(text: str) -> str:
     """SHA-256 of a certificate's text, hexadecimal; its seal and the kind of its line ends do not count."""
+    # Editors and transfers change line ends and blank lines at the end: no value changes with these.
     lines = [line for line in text.splitlines() if not line.startswith(_SEAL)]
     return hashlib.sha256("\n".join(lines).rstrip().encode()).hexdigest()
 

@@ -82,11 +82,13 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
     Raises:
         CalibrationError: an entry does not match the layout.
     """
+    # Unknown keys first: a misspelt optional one would otherwise pass as never measured.
     table.only(" ".join(layout).replace("?", ""))
     values: dict[str, Any] = {}
     for key, item in layout.items():
         name = key.rstrip("?")
         if name != key and not table.has(name):
+            # An optional table that is absent: none of its values was measured.
             values |= dict.fromkeys(leaf.name for leaf in _items(item))
         elif isinstance(item, Item):
             value = item.read(table, name)
@@ -94,6 +96,7 @@ def read_values(table: Table, layout: Layout) -> dict[str, Any]:
         elif isinstance(item, Mapping):
             values |= read_values(table.table(name), item)
         elif (stated := table.value(name, str(item))) != item:
+            # A unit, frame or order must stand as written: converting silently would guess.
             table.fail(
                 name,
                 f"{shorten_value(stated)} is not {item!r}, which this program writes and reads",
@@ -113,6 +116,7 @@ def written_values(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(item, Item):
             value = _format_value(values[item.name], item.si)
         elif isinstance(item, Mapping):
+            # A table of units without a value is left out as a whole.
             has_values = any(_format_value(values[leaf.name], leaf.si) is not None for leaf in _items(item))
             value = written_values(item, values) if has_values else None
         else:
@@ -130,6 +134,7 @@ def _items(layout: Layout | Item) -> list[Item]:
 
 def _format_value(value: Any, si: float | NDArray[np.float64]) -> Any:
     if isinstance(value, float | np.ndarray):
+        # A NaN anywhere means not measured: the array is left out rather than written in part.
         rounded = _round_values((np.asarray(value) / si).tolist())
         return None if np.isnan(rounded).any() else rounded
     return None if value is None or value in ((), [], {}) else value
@@ -154,9 +159,11 @@ def covariance(entry: Table, key: str, written: FloatArray) -> FloatArray:
     variances = np.diag(written)
     if (variances < 0.0).any():
         entry.fail(key, "the covariance has a negative variance")
+    # Compare relative to the deviations: the entries have different units.
     size = np.sqrt(np.outer(variances, variances))
     if (np.abs(written - written.T) > ROUNDING * size).any():
         entry.fail(key, "the covariance is not symmetric")
+    # Correlations are free of units, so that one tolerance fits all eigenvalues.
     scaled = np.divide(written, size, out=np.zeros_like(written), where=size > 0.0)
     if (written[size == 0.0] != 0.0).any() or np.linalg.eigvalsh(scaled).min() < -ROUNDING:
         entry.fail(key, "the covariance is not positive: no errors can vary like that")
@@ -187,7 +194,9 @@ def check_rotation(entry: Table, key: str, matrix: FloatArray) -> None:
 
 
 _DEG = np.pi / 180.0
+# Sixteen bits: no count or setting needs more.
 _MAX_VALUE = 65_535
+# Bounds of plausibility: the widest range of any gyro; a sensor beyond 45 deg shows no angle.
 _MAX_BIAS_RAD_S, _MAX_NONLINEARITY_RAD = 2000.0 * _DEG, 45.0 * _DEG
 _BODY_UNITS = np.repeat([_DEG, _DEG, 1.0], 3)
 """Of the rows and columns of a gyro's covariance."""
@@ -304,10 +313,12 @@ def read_gyro(entry: Table) -> GyroCalibration:
         entry.fail("scale.value", "a factor is not above zero")
     if (np.abs(np.log2(values["scale"])) > 1.0).any():
         entry.fail("scale.value", "a factor is not between 0.5 and 2: no gyro is so wrong")
+    # Check the covariance before the deviations that are derived from it.
     values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
     for name, std in _stds_of_gyro(values["covariance"]).items():
         check_std(entry, f"{name}.std", values.pop(f"{name}_std"), std)
     check_rotation(entry, "mounting.rotation", values["rotation"])
+    # What the file omits was never measured: NaN, or no time.
     values["noise_rad_s"] = _noise(entry, values["noise_rad_s"], 3)
     values["temperature_c"] = np.nan if values["temperature_c"] is None else values["temperature_c"]
     values |= {name: values[name] or {} for name in ("axes", "scaled")}
@@ -369,6 +380,7 @@ def servo_table(servo: ServoMap, taken_at: datetime) -> dict[str, Any]:
 def read_paper(entry: Table) -> Paper:
     """Read one `[[recording]]` table; raise CalibrationError if it is invalid."""
     paper = Paper(**read_values(entry, _PAPER))
+    # A bare name: a path could lead out of the recordings' folder.
     if not paper.file or "/" in paper.file or "\\" in paper.file:
         entry.fail("file", "is no name of a file in the folder next to the certificate")
     if len(paper.sha256) != 64 or set(paper.sha256) - set("0123456789abcdef"):

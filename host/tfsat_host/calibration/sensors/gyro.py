@@ -58,6 +58,7 @@ class GyroCalibration:
         """Apply corrections (9,) to bias, rotation vector and scale, in the order of `covariance`."""
         from scipy.spatial.transform import Rotation  # half the time that reading a certificate takes
 
+        # From the right: the rotation vector is in sensor axes.
         turn = Rotation.from_rotvec(parameters[3:6]).as_matrix()
         return replace(
             self,
@@ -68,12 +69,15 @@ class GyroCalibration:
 
     def scale_about(self, axis: int) -> tuple[float, float]:
         """Reading over truth for a rotation about a body axis (0 to 2), and its standard deviation."""
+        # A rotation about a body axis is spread over the sensor's axes by the squared cosines.
         shares = self.rotation[axis] ** 2
         return float(shares @ self.scale), float(np.sqrt(shares @ self.covariance[6:, 6:] @ shares))
 
     def jacobian(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3, 9) of the body rates by the parameters, in the order of `covariance`."""
+        # J = M [-diag(1/s), -[v]x, -diag(v/s)] with v = (r - b) / s (docs/calibration.md).
         rates = (readings_rad_s - self.bias_rad_s) / self.scale
+        # (n, 3, 3): the rows e_k x v are the cross-product matrix [v]x.
         cross = np.cross(np.eye(3), rates[:, None, :])
         by_bias = np.broadcast_to(np.diag(-1.0 / self.scale), cross.shape)
         by_scale = -(rates / self.scale)[:, :, None] * np.eye(3)

@@ -40,6 +40,7 @@ class JointSensors:
 
     def each(self, shown_rad: FloatArray) -> FloatArray:
         """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
+        # Take the bend off in the angle shown, wrap, then turn it by the direction into the joint's angle.
         columns = [
             self.direction[k]
             * wrap_angle(
@@ -57,16 +58,19 @@ class JointSensors:
         """(n, ...) angles as they are; without a measured zero, from where the recording begins."""
         if self.zero_taken is not None:
             return angles_rad
+        # Every step begins closed and at rest: the first fiftieth stands for angle zero.
         return np.asarray(angles_rad - angles_rad[: max(1, len(angles_rad) // 50)].mean(axis=0))
 
     def angle_variance(self, shown_rad: FloatArray) -> FloatArray:
         """(n,) variance of that from zero points, bend and one sample's noise, rad^2."""
+        # (n, 8) gradient of the mean angle by the amplitudes of both sensors.
         curves = np.concatenate(
             [-0.5 * self.direction[k] * self.bend_curve(k, shown_rad[:, k]) for k in range(2)], axis=1
         )
         half = -0.5 * self.direction
         systematic = float(half @ self.zero_covariance @ half)
         bend = np.einsum("ni,ij,nj->n", curves, self.bend_covariance, curves)
+        # Noise of the mean of two; a sensor that never rested (NaN) adds none.
         noise = 0.25 * float(np.nansum(self.noise_rad**2))
         return np.asarray(systematic + bend + noise)
 
@@ -97,6 +101,7 @@ def sensors_by_design(model: RobotModel, joint: int) -> JointSensors:
         joint,
         np.array([float(sensor.direction) for sensor in sensors]),
         np.array([sensor.zero_offset_rad for sensor in sensors]),
+        # Uniform over a whole turn.
         np.diag([np.pi**2 / 3.0] * 2),
         np.zeros((2, 4)),
         np.diag(np.repeat([sensor.nonlinearity_rad**2 for sensor in sensors], 4)),

@@ -18,6 +18,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import few
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import NS_PER_US
@@ -44,18 +45,24 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
     direction = np.array([point.direction for point in directed_points], dtype=np.float64)
     reached_rad = np.array([point.reached_rad for point in directed_points])
     variance = np.maximum([point.std_rad for point in directed_points], MIN_STD_RAD) ** 2
+    # A place is a pulse; a side is a pulse with the direction from which the joint arrived.
     place, side = _places(pulse_us), _places(np.column_stack([pulse_us, direction]))
+    # Degrees of freedom within the sides: one mean is taken off each.
     repeats = side.shape[1] - side.shape[0]
+    # Enough visits and range first: without them neither following nor fit can be judged.
     check_number(joint, place.shape[0], repeats, direction)
     check_range(joint, pulse_us, setting)
     check_following(joint, pulse_us, reached_rad, setting)
 
     arrival = _arrival_variance(side, reached_rad, variance, repeats)
+    # Centred pulses make offset and slope nearly independent.
     middle_us = float((pulse_us.min() + pulse_us.max()) / 2)
+    # Columns of middle, slope and backlash: the joint stops short by half the backlash either way.
     design = np.column_stack([np.ones(len(directed_points)), pulse_us - middle_us, -direction / 2])
     estimate, covariance, bend, excess = _least_squares(
         design, reached_rad, variance + arrival, place, repeats
     )
+    # F quantile with (places - 2, repeats) degrees of freedom: only more is certainly a bend.
     by_chance = float(fdtri(place.shape[0] - 2, repeats, CHANCE))
     check_fit(joint, np.sqrt(arrival), np.sqrt(bend), certain=excess > by_chance)
     return ServoMap(
@@ -85,7 +92,9 @@ def _places(keys: FloatArray) -> FloatArray:
 def _arrival_variance(side: FloatArray, reached_rad: FloatArray, variance: FloatArray, repeats: int) -> float:
     """Estimate the variance of a single arrival, without the sensors' part."""
     visits = side.sum(axis=1)
+    # Deviations from the side's mean hold neither line nor bend, only scatter and noise.
     residuals = reached_rad - side.T @ (side @ reached_rad / visits)
+    # Moments: subtract what the sensors' noise alone makes of the sum of squares; never below zero.
     of_sensors = variance @ (1.0 - side.T @ (1.0 / visits))
     return float(max((residuals @ residuals - of_sensors) / repeats, 0.0))
 
@@ -101,8 +110,10 @@ def _least_squares(
         alone.
     """
     inverse = np.linalg.inv((design.T / variance) @ design)
+    # The estimate is linear in the visits: gain @ error is what any error does to it.
     gain = inverse @ (design.T / variance)
     estimate = gain @ reached_rad
+    # What is left of a place's mean is its bend, common to all its visits, plus averaged scatter.
     means = place / place.sum(axis=1, keepdims=True)
     mean_residuals = means @ (reached_rad - design @ estimate)
     # What scatter alone would leave of the means, and what a bend of unit variance would.
@@ -110,11 +121,13 @@ def _least_squares(
     of_bends = np.sum((means @ (place.T - design @ gain @ place.T)) ** 2)
     bend = float(max((mean_residuals @ mean_residuals - of_scatter) / of_bends, 0.0))
     excess = float(mean_residuals @ mean_residuals / of_scatter)
+    # A bend displaces all visits of its place together, so it does not average out within them.
     of_places = gain @ place.T
     covariance = few(repeats) * inverse + few(len(place) - 2) * bend * of_places @ of_places.T
     return estimate, covariance, bend, excess
 
 
+# Two parameters of the line from five places leave three degrees of freedom, the fewest `few` takes.
 MIN_PLACES: Final = 5
 MIN_REPEATS: Final = 4
 MIN_RANGE_DEG: Final = 20.0
@@ -137,7 +150,7 @@ def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -
         what=f"Joint {joint} was measured at {places} angles with {repeats} repeated visits; at least "
         f"{MIN_PLACES} and {MIN_REPEATS} are needed, opening and closing.",
         meaning=f"Slope, backlash and scatter could not be separated. {_NOTHING_KEPT}",
-        next_step=f"Let the measurement run to its end: {_again(joint)}",
+        next_step=Advice("Let the measurement run to its end: ", _again(joint)),
     )
 
 
@@ -149,14 +162,19 @@ def check_range(joint: int, pulse_us: FloatArray, setting: ServoSetting) -> None
             what=f"Joint {joint} was measured over {commanded_deg:.1f} deg only; at least "
             f"{MIN_RANGE_DEG:.0f} are needed.",
             meaning=f"Its slope would be little more than a guess. {_NOTHING_KEPT}",
-            next_step=f"Widen limits_deg of joint {joint} to what it can do without touching anything "
-            f"(tfsat-host upload-servos), then: {_again(joint)}",
+            next_step=Advice(
+                f"Widen limits_deg of joint {joint} to what it can do without touching anything (",
+                NextStep("upload-servos"),
+                "), then: ",
+                _again(joint),
+            ),
         )
 
 
 def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, setting: ServoSetting) -> None:
     """Refuses a servo that stays where it is, or goes the wrong way. Raises CalibrationError."""
     commanded_deg = _commanded_span_deg(pulse_us, setting)
+    # An unweighted line: only size and sign of the motion are judged here.
     slope, offset_rad = (float(value) for value in np.polyfit(pulse_us, reached_rad, 1))
     followed_deg = float(np.rad2deg(slope * np.ptp(pulse_us))) * (-1.0 if setting.reversed else 1.0)
     if abs(followed_deg) < MIN_FOLLOWING_SHARE * commanded_deg:
@@ -165,10 +183,15 @@ def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, s
             f"{abs(followed_deg):.1f} deg.",
             meaning=f"The servo has no power or no signal, or is broken: it would not stroke in the drop. "
             f"{_NOTHING_KEPT}",
-            next_step=f"Check the servos' battery, the plug of servo {joint} and its horn's screw "
-            f"(tfsat-host jog --joint {joint} --from 0 --to 10 moves it), then: {_again(joint)}",
+            next_step=Advice(
+                f"Check the servos' battery, the plug of servo {joint} and its horn's screw (",
+                _small_angle(joint),
+                " moves it), then: ",
+                _again(joint),
+            ),
         )
     if followed_deg < 0:
+        # The zero pulse is where the fitted line crosses angle zero.
         turned = (
             f"reversed = {'false' if setting.reversed else 'true'} and zero_us = {-offset_rad / slope:.0f}"
         )
@@ -177,10 +200,17 @@ def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, s
             f"to open "
             f"by {commanded_deg:.0f}.",
             meaning=f"Every stroke of it would be driven against the robot itself. {_NOTHING_KEPT}",
-            next_step="Write the settings to a file: tfsat-host upload-servos --show --out servos.toml\n"
-            f"There, for joint {joint}, set {turned} (if that is not within {SERVO_PULSE_MIN_US} to "
-            f"{SERVO_PULSE_MAX_US}, mount the horn again), then: tfsat-host upload-servos servos.toml\n"
-            f"Try a small angle, tfsat-host jog --joint {joint} --from 0 --to 10, then: {_again(joint)}",
+            next_step=Advice(
+                "Write the settings to a file: ",
+                NextStep("upload-servos", ("--show", "--out", "servos.toml")),
+                f"\nThere, for joint {joint}, set {turned} (if that is not within {SERVO_PULSE_MIN_US} to "
+                f"{SERVO_PULSE_MAX_US}, mount the horn again), then: ",
+                NextStep("upload-servos", ("servos.toml",)),
+                "\nTry a small angle, ",
+                _small_angle(joint),
+                ", then: ",
+                _again(joint),
+            ),
         )
 
 
@@ -202,8 +232,10 @@ def check_fit(joint: int, repeatability_rad: float, nonlinearity_rad: float, *, 
             f"{np.rad2deg(repeatability_rad):.1f} deg; at most {np.rad2deg(MAX_SCATTER_RAD):.0f} are "
             f"plausible.",
             meaning=f"Its gear or horn slips, or it was touched; no settings can correct that. {_NOTHING_KEPT}",
-            next_step=f"Tighten the horn's screw, look at the gear, keep hands and cables away, then: "
-            f"{_again(joint)}",
+            next_step=Advice(
+                "Tighten the horn's screw, look at the gear, keep hands and cables away, then: ",
+                _again(joint),
+            ),
         )
     if certain and nonlinearity_rad > MAX_NONLINEARITY_RAD:
         raise CalibrationError(
@@ -211,9 +243,10 @@ def check_fit(joint: int, repeatability_rad: float, nonlinearity_rad: float, *, 
             f"{np.rad2deg(nonlinearity_rad):.1f} deg; at most {np.rad2deg(MAX_NONLINEARITY_RAD):.1f} are allowed.",
             meaning="It meets a stop or a cable on its way, or the servo is worn; "
             f"the board's settings know straight lines only. {_NOTHING_KEPT}",
-            next_step=f"Free the joint over its whole range, or narrow limits_deg to what it does freely, "
-            f"then: "
-            f"{_again(joint)}",
+            next_step=Advice(
+                "Free the joint over its whole range, or narrow limits_deg to what it does freely, then: ",
+                _again(joint),
+            ),
         )
 
 
@@ -221,5 +254,9 @@ def _commanded_span_deg(pulse_us: FloatArray, setting: ServoSetting) -> float:
     return float(np.ptp(pulse_us)) * NS_PER_US / setting.ns_per_deg
 
 
-def _again(joint: int) -> str:
-    return f"tfsat-host calibrate servo --joint {joint}"
+def _again(joint: int) -> NextStep:
+    return NextStep("calibrate servo", ("--joint", str(joint)))
+
+
+def _small_angle(joint: int) -> NextStep:
+    return NextStep("jog", ("--joint", str(joint), "--from", "0", "--to", "10"))

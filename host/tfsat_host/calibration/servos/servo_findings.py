@@ -69,6 +69,7 @@ def servo_outcome(
 def gain_of(servo_map: ServoMap) -> Quantity:
     """Reached per commanded change, by the setting that was in force; 1 is exact."""
     setting = servo_map.setting
+    # Signed by the setting: a servo that does as told has gain +1, reversed or not.
     us_per_deg = setting.ns_per_deg / NS_PER_US * (-1.0 if setting.reversed else 1.0)
     std = float(np.sqrt(servo_map.covariance[1, 1])) * abs(us_per_deg)
     return Quantity(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
@@ -93,12 +94,14 @@ def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[
     """
     places = []
     for pulse_us in {point.pulse_us for point in points}:
+        # Invert the board's line to get the angle that this pulse was commanded for.
         change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
         row: dict[str, Any] = {
             "pulse_us": pulse_us,
             "commanded_deg": change_us * NS_PER_US / setting.ns_per_deg,
         }
         for name, way in (("opening_deg", 1), ("closing_deg", -1)):
+            # Means of either side apart: their difference at one pulse is the backlash there.
             side = [
                 point.reached_rad for point in points if (point.pulse_us, point.direction) == (pulse_us, way)
             ]
@@ -114,6 +117,7 @@ def left_by(servo_map: ServoMap, setting: ServoSetting) -> dict[str, float]:
     `side_deg` half the backlash, by which it stops short from either side; `scatter_deg` the standard
     deviation of one arrival, including the bends of the servo.
     """
+    # Through the board's own rounding, at the places where the servo is measured.
     off_deg = [
         degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG
         for angle_cdeg in servo_plan(setting)

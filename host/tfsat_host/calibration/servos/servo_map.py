@@ -16,6 +16,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.statistics import few
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import NS_PER_US, Finding, ServoSettings, SettingsDefect, find_defect, pulse_ns
@@ -58,6 +59,7 @@ def servo_plan(servo: ServoSetting) -> tuple[int, ...]:
     """
     span_cdeg = servo.max_cdeg - servo.min_cdeg
     steps = max(ceil(span_cdeg / STEP_CDEG), MIN_STEPS)
+    # Up and down: each place is reached from either side, which separates backlash from the line.
     up = [servo.min_cdeg + round(span_cdeg * step / steps) for step in range(steps + 1)]
     return (up[0], *(up[1:] + up[-2::-1]) * ROUNDS)
 
@@ -69,6 +71,7 @@ def arrivals(angles: Sequence[float]) -> tuple[int, ...]:
     """
     directions = [0]
     for before, after in pairwise(angles):
+        # A repeated angle does not move the joint: it keeps the side of the last motion.
         directions.append((after > before) - (after < before) or directions[-1])
     return tuple(directions[: len(angles)])
 
@@ -119,6 +122,7 @@ class ServoMap:
 
     def std_rad(self, pulse_us: float) -> float:
         """Standard deviation of where it comes to rest on average of both directions."""
+        # Gradient by middle, slope and backlash; on average of both directions the backlash drops out.
         change = np.array([1.0, pulse_us - self.middle_us, 0.0])
         return float(np.sqrt(change @ self.covariance @ change))
 
@@ -138,8 +142,10 @@ def matching_setting(servo_map: ServoMap, current: ServoSetting) -> ServoSetting
 
     Limits stay as they are. It is not checked whether a board accepts the setting.
     """
+    # Invert the line at angle zero; half the backlash is left to either side.
     zero_us = servo_map.middle_us - servo_map.middle_rad / servo_map.slope_rad_per_us
     us_per_deg = 1.0 / abs(degrees(servo_map.slope_rad_per_us))
+    # Clamp to what a field of the board holds; the board's rules refuse the clamped value.
     return replace(
         current,
         zero_us=min(max(round(zero_us), 0), _TOO_LARGE),
@@ -159,6 +165,7 @@ def settings_from_map(servo_map: ServoMap, current: ServoSettings) -> ServoSetti
     setting = matching_setting(servo_map, current.of(servo_map.joint))
     servos = (*current.servos[:index], setting, *current.servos[index + 1 :])
     settings = replace(current, servos=servos)
+    # Judge the whole set: a defect may be an old one of another joint, which has another cure.
     finding = find_defect(settings)
     if finding is None:
         return settings
@@ -166,7 +173,9 @@ def settings_from_map(servo_map: ServoMap, current: ServoSettings) -> ServoSetti
         raise CalibrationError(
             what=f"The board's present settings are not valid: {finding.key}: {finding.problem}.",
             meaning="No settings could be derived from them; the board keeps what it has.",
-            next_step=f"{finding.cure} Upload the corrected file with tfsat-host upload-servos.",
+            next_step=Advice(
+                finding.cure, " Upload the corrected file with ", NextStep("upload-servos"), "."
+            ),
         )
     raise CalibrationError(
         what=f"Joint {servo_map.joint} cannot have the settings that it needs: {finding.problem}.",
@@ -176,19 +185,21 @@ def settings_from_map(servo_map: ServoMap, current: ServoSettings) -> ServoSetti
 
 
 def _cure(joint: int, setting: ServoSetting, finding: Finding) -> str:
-    again = f"measure it again: tfsat-host calibrate servo --joint {joint}"
+    again = Advice("measure it again: ", NextStep("calibrate servo", ("--joint", str(joint))))
     if finding.code != SettingsDefect.PULSE_RANGE:
-        return (
-            f"Look whether the horn of servo {joint} slips, or it is another servo than the others; {again}"
+        return Advice(
+            f"Look whether the horn of servo {joint} slips, or it is another servo than the others; ", again
         )
     most_cdeg = _most_reachable_cdeg(setting)
     if most_cdeg > 0:
-        return (
-            f"Narrow limits_deg of joint {joint} to [0, {most_cdeg / CDEG_PER_DEG:g}] in the settings' "
-            f"file and "
-            f"upload it (tfsat-host upload-servos), or mount the servo's horn some teeth further and {again}"
+        return Advice(
+            f"Narrow limits_deg of joint {joint} to [0, {most_cdeg / CDEG_PER_DEG:g}] in the settings' file and "
+            "upload it (",
+            NextStep("upload-servos"),
+            "), or mount the servo's horn some teeth further and ",
+            again,
         )
-    return f"Mount the horn of servo {joint} so that 0 deg lies well within its range, and {again}"
+    return Advice(f"Mount the horn of servo {joint} so that 0 deg lies well within its range, and ", again)
 
 
 def _most_reachable_cdeg(setting: ServoSetting) -> int:
@@ -197,6 +208,7 @@ def _most_reachable_cdeg(setting: ServoSetting) -> int:
     0 or less: there is none.
     """
     zero_us, ends_us = setting.zero_us, (SERVO_PULSE_MIN_US, SERVO_PULSE_MAX_US)
+    # Opening lengthens the pulses, or shortens them where the servo is reversed.
     room_us = zero_us - ends_us[0] if setting.reversed else ends_us[1] - zero_us
     if not ends_us[0] <= zero_us <= ends_us[1]:
         return 0
@@ -205,6 +217,7 @@ def _most_reachable_cdeg(setting: ServoSetting) -> int:
 
 def board_pulse_us(setting: ServoSetting, angle_cdeg: int) -> float:
     """Compute the pulse that the board sends for an angle: whole ticks, clamped to the servo's range."""
+    # Half a tick before the integer division rounds to the nearest.
     ticks = (pulse_ns(setting, angle_cdeg) + TICK_NS // 2) // TICK_NS
     pulse_us = ticks * TICK_NS / NS_PER_US
     return min(max(pulse_us, float(SERVO_PULSE_MIN_US)), float(SERVO_PULSE_MAX_US))
@@ -257,6 +270,7 @@ def expected_stroke_errors(
         settings: On the board: they turn angles into pulses, whether they fit the maps or not.
     """
     by_joint = {servo_map.joint: servo_map for servo_map in maps}
+    # Carry each joint's last rest along: the side of arrival decides where in the backlash a stroke starts.
     rests = dict.fromkeys(by_joint, _Rest())
     errors = []
     for number, (joint, angle_cdeg) in enumerate(moves, 1):
@@ -278,11 +292,13 @@ def _difference(servo_map: ServoMap, setting: ServoSetting, start: _Rest, end: _
         for pulse_us, rest in ((start_us, start), (end_us, end))
     )
     commanded_rad = np.deg2rad((end.angle_cdeg - start.angle_cdeg) / CDEG_PER_DEG)
+    # Gradient by middle, slope and backlash: the middle is common to both ends and cancels.
     change = np.array([0.0, end_us - start_us, (start.direction - end.direction) / 2])
     variance = float(change @ servo_map.covariance @ change)
     # Both ends scatter, and both lie off the straight line.
     variance += 2 * few(servo_map.repeats) * servo_map.repeatability_rad**2
     variance += 2 * few(servo_map.places - 2) * servo_map.nonlinearity_rad**2
+    # The side of the first arrival is unknown: half the backlash counts as a deviation.
     if start.direction == 0:
         variance += (servo_map.backlash_rad / 2) ** 2
     return float(to_rad - from_rad - commanded_rad), float(np.sqrt(variance))
@@ -295,6 +311,7 @@ def setting_error_rad(servo_map: ServoMap, setting: ServoSetting) -> float | Non
     standard deviations) explains: the setting is as good as the map's own.
     """
     worst_rad = None
+    # The difference of two lines is largest at an end of the range.
     for angle_cdeg in (setting.min_cdeg, setting.max_cdeg):
         pulse_us = board_pulse_us(setting, angle_cdeg)
         off_rad = servo_map.reached_rad(pulse_us, 0) - float(np.deg2rad(angle_cdeg / CDEG_PER_DEG))

@@ -17,6 +17,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Visit
 from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, Step, bodies, title
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import LiveReply, ServoSetting
@@ -39,6 +40,7 @@ def sweep_stops_cdeg(servo: ServoSetting) -> tuple[int, ...]:
     """Return the stops of a sweep by hand (0.01 deg), clamped to the joint's limits."""
     every_deg = SWEEP_STOPS_DEG + SWEEP_STOPS_DEG[1:] * (SWEEP_ROUNDS - 1)
     stops = [min(max(round(deg * CDEG_PER_DEG), servo.min_cdeg), servo.max_cdeg) for deg in every_deg]
+    # Stops that the limits clamp onto each other are one stop.
     return tuple(stop for stop, _ in groupby(stops))
 
 
@@ -66,6 +68,7 @@ def tour_task(step: Step, stops_cdeg: Sequence[int], hold_s: float, duration_s: 
 def latest(samples: Sequence[LiveSample], scales: LiveReply) -> Counts:
     """Return the counts of the last `LOOK_S` of some samples, at least one."""
     begin_us = samples[-1].time_us - round(LOOK_S * 1e6)
+    # Samples are in order of time: bisect instead of searching the whole tour at each rest.
     first = bisect_left(samples, begin_us, key=lambda sample: sample.time_us)
     return Counts.from_live(samples[first:], scales)
 
@@ -110,6 +113,7 @@ class LoggedTour:
 
     def on_rest(self, _stop: int) -> None:
         """Gives the rest to its judge, once what the logger has sent is in."""
+        # Wait for at least one more sample, so that the rest's last ones are in, too.
         before = len(self.samples)
         while len(self.samples) == before:
             self.pause(LAST_SAMPLES_S)
@@ -161,8 +165,11 @@ class Visits:
             what=f"Joint {joint} is at {there_deg:.0f} deg, and its first pulse would take it to {start_deg:g} deg at "
             "the servo's full speed.",
             meaning="Nothing was moved.",
-            next_step=f"Bring joint {joint} to {start_deg:g} deg by hand, then the same command again. If it is there, "
-            f"its zero point is wrong: tfsat-host calibrate zero --joint {joint}",
+            next_step=Advice(
+                f"Bring joint {joint} to {start_deg:g} deg by hand, then the same command again. If it is there, "
+                "its zero point is wrong: ",
+                NextStep("calibrate zero", ("--joint", str(joint))),
+            ),
         )
 
     def add_rest(self, so_far: Counts) -> None:
@@ -180,11 +187,13 @@ class Visits:
         visit, reached_rad = self._rest(so_far, self._rests - 1)
         self._visits.append(visit)
         self._reached_rad.append(reached_rad)
+        # Judge during the tour, so that a servo that runs the wrong way is let go at once.
         pulse_us = np.array([visit.pulse_us for visit in self._visits])
         if np.ptp(pulse_us) > MIN_PULSE_CHANGE_US:
             check_following(self._sensors.joint, pulse_us, np.array(self._reached_rad), self._servo)
 
     def _rest(self, counts: Counts, stop: int) -> tuple[Visit, float]:
+        # By the last part of a hold the servo has caught up and the joint has settled.
         end_us = int(counts.t_us[-1])
         pulse_us = board_pulse_us(self._servo, self._stops_cdeg[stop])
         visit = Visit(pulse_us, arrivals(self._stops_cdeg)[stop], end_us - REST_US, end_us)

@@ -18,6 +18,7 @@ from tfsat_host.calibration.statistics import mean_and_covariance, root_of
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Visit
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import JOINT_ANGLE_MAX_CDEG, JOINT_ANGLE_MIN_CDEG
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.robot import RobotModel
@@ -52,6 +53,7 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
     """
     sensors = joints[joint_of(evidence) - 1]
     every = servo_points(evidence, joints, model)
+    # At a stop the frame decides where the joint rests, not the servo.
     points = [
         point for point, met in zip(every, at_stops(every, sensors.joint, model), strict=True) if not met
     ]
@@ -59,6 +61,7 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
     pulse_us = np.array([point.pulse_us for point in points])
     direction = np.array([point.direction for point in points])
     design = np.column_stack([np.ones(len(points)), pulse_us - servo_map.middle_us, -direction / 2.0])
+    # Errors common to all visits pass through the fit: (3, 10), a column for each independent one.
     shared = np.linalg.pinv(design) @ _shared_errors(
         sensors, np.array([point.reached_rad for point in points])
     )
@@ -136,7 +139,10 @@ def require_zero(sensors: JointSensors) -> None:
     raise CalibrationError(
         what=f"The zero point of joint {sensors.joint} is not calibrated.",
         meaning="Its angle sensors do not tell where its servo comes to rest. The board keeps its servo settings.",
-        next_step=f"Put the holding attachment on, then: tfsat-host calibrate zero --joint {sensors.joint}",
+        next_step=Advice(
+            "Put the holding attachment on, then: ",
+            NextStep("calibrate zero", ("--joint", str(sensors.joint))),
+        ),
     )
 
 
@@ -148,27 +154,30 @@ def _point(
     step_rad: float,
 ) -> ServoPoint:
     """Estimate the joint's angle at rest during a visit from the readings (n, 2) of both sensors."""
+    # The angle is the mean of both sensors: take the samples in which both answered.
     both = valid.all(axis=1)
     if np.count_nonzero(both) < MIN_SAMPLES:
         raise _too_few(visit, valid, sensors.joint)
     by_each = sensors.each(shown_rad[both])
     angle = by_each.mean(axis=1)
     mean, covariance = mean_and_covariance(angle[:, None], BATCHES)
+    # Batch means average the noise out, so that what is left between them is motion.
     batches = [float(part.mean()) for part in np.array_split(angle, BATCHES)]
     _check_rest(visit, float(np.ptp(batches)), by_each.mean(axis=0), sensors.joint)
+    # Floor: a uniform error of one count in each of two sensors; time averages may not remove it.
     of_steps = step_rad / np.sqrt(12.0) / np.sqrt(2.0)
     std_rad = max(float(np.sqrt(covariance[0, 0])), float(of_steps))
     return ServoPoint(visit.pulse_us, visit.direction, float(mean[0]), std_rad)
 
 
 def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint: int) -> None:
-    again = f"tfsat-host calibrate servo --joint {joint}"
+    again = NextStep("calibrate servo", ("--joint", str(joint)))
     if motion_rad > MAX_MOTION_RAD:
         raise CalibrationError(
             what=f"Joint {joint} did not come to rest at {visit.pulse_us:g} us: it moved by "
             f"{np.rad2deg(motion_rad):.1f} deg while it should stand still.",
             meaning="It was touched, or its servo hunts or has lost its power. The board keeps its servo settings.",
-            next_step=f"Keep hands and cables off the joint, check the servos' battery, then: {again}",
+            next_step=Advice("Keep hands and cables off the joint, check the servos' battery, then: ", again),
         )
     first, second = np.rad2deg(by_each_rad)
     if abs(by_each_rad[0] - by_each_rad[1]) > MAX_DISAGREEMENT_RAD:
@@ -177,34 +186,45 @@ def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint:
             f"{second:+.1f} deg.",
             meaning="One of them has slipped on the joint's axis since its zero was taken. "
             "The board keeps its servo settings.",
-            next_step=f"Fix both magnets, then tfsat-host calibrate zero --joint {joint}, then: {again}",
+            next_step=Advice(
+                "Fix both magnets, then ",
+                NextStep("calibrate zero", ("--joint", str(joint))),
+                ", then: ",
+                again,
+            ),
         )
 
 
 def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationError:
-    again = f"tfsat-host calibrate servo --joint {joint}"
+    again = NextStep("calibrate servo", ("--joint", str(joint)))
     if len(valid) >= MIN_SAMPLES:
         silent = int(np.argmin(valid.mean(axis=0))) + 1
         return CalibrationError(
             what=f"Angle sensor {silent} of joint {joint} gave no value while the joint rested at "
             f"{visit.pulse_us:g} us.",
             meaning="Where the servo came to rest is not known. The board keeps its servo settings.",
-            next_step=f"Check its cable with tfsat-host monitor, then: {again}",
+            next_step=Advice("Check its cable with ", NextStep("monitor"), ", then: ", again),
         )
     return CalibrationError(
         what=f"Only {len(valid)} samples came while joint {joint} rested at {visit.pulse_us:g} us; "
         f"{MIN_SAMPLES} are needed.",
         meaning="Where the servo came to rest is not known well. The board keeps its servo settings.",
-        next_step="Let the logger sample at its usual rate (tfsat-host logger-settings shows it), without a hub "
-        f"between, then: {again}",
+        next_step=Advice(
+            "Let the logger sample at its usual rate (",
+            NextStep("logger-settings"),
+            " shows it), without a hub between, then: ",
+            again,
+        ),
     )
 
 
 def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray:
     """(n, 10) by how much each visit is off for one standard deviation of each independent error of the sensors."""
+    # The joint's angle is the mean of both: a zero point enters by half, against the sensor's direction.
     half = -0.5 * sensors.direction
     of_zero = np.tile(half, (len(reached_rad), 1)) @ root_of(sensors.zero_covariance)
     sensor_angles_rad = sensors.zero_rad + np.outer(reached_rad, sensors.direction)
+    # (n, 4) of each sensor: bend at the visit less bend at zero, which the zero point contains.
     curves = [
         half[k] * (harmonics(sensor_angles_rad[:, k]) - harmonics(sensors.zero_rad[k : k + 1]))
         for k in range(2)

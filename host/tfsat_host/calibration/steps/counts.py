@@ -18,6 +18,7 @@ from tfsat_host.sdlog.header import MPU_6050, parts_of
 
 COLUMNS = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
 """What `Counts` has of each sample."""
+# A sample's flags, from bit 0: IMUs valid, angle sensors valid, switches, IMUs clipped.
 _FLAG_ENDS = np.cumsum([IMU_COUNT, ANGLE_SENSOR_COUNT, SWITCH_COUNT, IMU_COUNT])
 
 
@@ -58,6 +59,7 @@ class Scales:
     def temperature_c(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
         """(n, 4) of the dies, °C, from counts (n, 4)."""
         parts = parts_of(self.who_am_i)
+        # IMUs of different parts may be mixed: each has its own scale and offset.
         scale = np.array([part.temperature_lsb_per_c for part in parts])
         return np.asarray(counts / scale + [part.temperature_offset_c for part in parts])
 
@@ -89,8 +91,10 @@ class Counts:
     @classmethod
     def from_live(cls, samples: Sequence[LiveSample], reply: LiveReply) -> Counts:
         """Build counts from live samples, at least one, with the scales that the logger states."""
+        # One structured view of all payloads, instead of decoding sample by sample.
         stream = np.frombuffer(b"".join(sample.payload for sample in samples), LiveSampleStream.dtype())
         sample, imu = stream["sample"], stream["sample"]["imu"]
+        # (n, 1) flags shifted by (bits,) positions make a matrix of booleans.
         bits = sample["flags"][:, None] >> np.arange(_FLAG_ENDS[-1]) & 1 > 0
         imu_valid, angle_valid, _, clipped, _ = np.split(bits, _FLAG_ENDS, axis=1)
         return cls(
@@ -100,6 +104,7 @@ class Counts:
             imu_valid=imu_valid,
             angle_valid=angle_valid,
             clipped=clipped,
+            # Gaps in the logger's running index between the first sample and the last.
             samples_lost=samples[-1].index - samples[0].index + 1 - len(samples),
             scales=Scales.of(reply),
         )

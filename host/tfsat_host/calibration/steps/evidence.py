@@ -19,6 +19,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import COLUMNS, Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import Step, StepKind
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import LiveReply
@@ -92,11 +93,13 @@ class Evidence:
 
 def file_name(evidence: Evidence) -> str:
     """Sorts by purpose, then by time."""
+    # UTC, so that names sort by time in any time zone.
     return f"{evidence.step.key}-{evidence.taken.astimezone(UTC):%Y%m%dT%H%M%S.%f}.npz"
 
 
 def to_bytes(evidence: Evidence) -> bytes:
     """Serialize evidence to a compressed NPZ archive; the same evidence gives the same bytes."""
+    # All but the columns as JSON text: so the archive can be read without pickles.
     papers = {
         "format": FORMAT,
         "step": asdict(evidence.step),
@@ -122,6 +125,7 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
         CalibrationError: it is no such archive, or damaged.
     """
     try:
+        # No pickles: they run code, and a recording is plain arrays.
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             papers = json.loads(str(archive["papers"][()]))
             columns = {name: archive[name] for name in COLUMNS}
@@ -132,11 +136,14 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
         raise CalibrationError(
             what=f"{source} is no recording of a calibration step, or it is damaged: {error}.",
             meaning="What was measured with it cannot be computed again.",
-            next_step="Take it from a copy, or repeat the step; tfsat-host calibrate show names the steps.",
+            next_step=Advice(
+                "Take it from a copy, or repeat the step; ", NextStep("calibrate show"), " names the steps."
+            ),
         ) from error
 
 
 def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    # JSON turns tuples into lists; the frozen classes hold tuples.
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
@@ -164,6 +171,7 @@ def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
     """Return the newest recording of each step, by the step's key."""
     by_key: dict[str, Evidence] = {}
     for entry in sorted(evidence, key=lambda entry: entry.taken):
+        # In order of time, so a repetition replaces what was recorded before.
         by_key[entry.step.key] = entry
     return by_key
 
@@ -215,6 +223,7 @@ def until_s(duration_s: float) -> Enough:
 
     def enough(fresh: Sequence[LiveSample]) -> bool:
         nonlocal first_us
+        # Time starts with the first sample that comes, on the logger's clock.
         first_us = fresh[0].time_us if first_us is None else first_us
         return fresh[-1].time_us - first_us >= duration_s * 1e6
 

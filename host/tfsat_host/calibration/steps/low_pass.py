@@ -13,6 +13,7 @@ from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LogHeader
 from tfsat_host.sdlog.header import MPU_6050, parts_of
 
+# Gyros are renewed at 8 kHz with DLPF_CFG 0, else at 1 kHz (RM-MPU-6000A rev. 4.2).
 _OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 
 

@@ -71,6 +71,7 @@ class Motion:
         """(n, 3) of a moved body (1 to 4), less bias and less what the held body's motion adds, sensor axes."""
         gyro, rates = self.gyros[body - 1], self.recording.rate_rad_s
         held_rate = self.gyros[self.held - 1].body_rates(rates[:, self.held - 1])
+        # The held body's rate in the moved body's axes; "nji,nj" applies the transposed rotations.
         carried = np.einsum("nji,nj->ni", self._to_held[:, body - 1], held_rate)
         return np.asarray(rates[:, body - 1] - gyro.bias_rad_s - gyro.readings(carried))
 
@@ -87,7 +88,9 @@ class Motion:
         joint = self.step.moving_joint
         axis = self._joint_axis(joint, body)
         for between in self._between(body):
+            # Slope of this joint's angle on the moved one's: by this share it turns along.
             follows = np.polyfit(self.angle_rad[:, joint - 1], self.angle_rad[:, between - 1], 1)[0]
+            # Both joints' senses, so that the shares add up as rotations of the outer bodies.
             side = self.sense() * self.sense(between)
             axis = axis + side * follows * self._joint_axis(between, body)
         return np.asarray(axis / np.linalg.norm(axis))
@@ -96,6 +99,7 @@ class Motion:
         """(3,) a joint's axis in the body's axes, as they are while it moves: so does a fitted line weigh it."""
         inner = int(self.model.joint_inner[joint - 1])
         axes = self._to_held[:, inner] @ self.model.joint_axis[joint - 1]
+        # Total least squares weighs a sample by its squared rate: so must the expected axis.
         weighed = self.joint_rate_rad_s[:, None] ** 2 * axes
         mean = np.einsum("nji,nj->i", self._to_held[:, body - 1], weighed)
         return np.asarray(mean / np.linalg.norm(mean))
@@ -114,6 +118,7 @@ class Motion:
         for between in self._between(body):
             has_zero = self.joints[between - 1].zero_taken is not None
             std = _ANGLE_STD_RAD if has_zero else UNKNOWN_ZERO_STD_RAD
+            # To first order, an error of a joint between turns the axis about that joint's own.
             tilt = np.cross(self._joint_axis(between, body), self.axis(body))
             covariance += std**2 * np.outer(tilt, tilt)
         return covariance

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
@@ -49,11 +50,15 @@ class SensorSamples:
         scales, low_pass = counts.scales, counts.scales.low_pass
         step_rad = 2 * np.pi / scales.angle_counts_per_turn
         t_s = np.asarray(counts.t_us * 1e-6, dtype=np.float64)
+        # The logger reads the sensors one after the other; it states how long after the sample's time.
         imu_s, angle_s = 1e-6 * np.array(scales.imu_offset_us), 1e-6 * np.array(scales.angle_offset_us)
         rates = np.deg2rad(counts.imu_counts[:, :, _GYRO] / scales.gyro_lsb_per_deg_s)
         forces = counts.imu_counts[:, :, _ACCEL] * np.float64(STANDARD_GRAVITY_M_S2 / scales.accel_lsb_per_g)
+        # A converter cuts off: half a count puts the reading in the middle of its step.
         angles_rad = np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64)
+        # A clipped value is only a bound: no slope may rest on it.
         answered = counts.imu_valid & ~counts.clipped
+        # A longer low-pass shows an older motion: its extra lag counts against the time of reading.
         return cls(
             t_s=t_s,
             rate_rad_s=at_sample_times(t_s, rates, imu_s - low_pass.gyros_later_s, answered),
@@ -91,7 +96,9 @@ def at_sample_times(
     for k in np.flatnonzero(offset_s):
         rows = np.flatnonzero(valid[:, k])
         if len(rows) > 1:
+            # Unwrapped, for across 0 the slope would be that of a whole turn.
             readings = np.unwrap(values[rows, k], axis=0) if angles else values[rows, k]
+            # First-order Taylor step back to the sample's time.
             at_sample = readings - offset_s[k] * np.gradient(readings, t_s[rows], axis=0)
             moved[rows, k] = at_sample % (2 * np.pi) if angles else at_sample
     return moved
@@ -115,9 +122,12 @@ def find_rests(t_s: FloatArray, rate_rad_s: FloatArray, share: float = SWEEP_SHA
         share: Of the motion's speed; what is slower rests.
     """
     speed = np.abs(rate_rad_s)
+    # Relative to the upper end of the speeds, so that slow and fast hands are judged alike.
     limit = max(np.deg2rad(1.5), share * float(np.quantile(speed, 0.95)))
     window = max(1, round(0.1 / float(np.median(np.diff(t_s)))))
+    # Over 0.1 s: a single tremor must not split a rest.
     smooth = np.convolve(speed, np.full(window, 1.0 / window), mode="same")
+    # Padded with False, so that a rest at either end of the recording has both its edges.
     quiet = np.concatenate([[False], smooth < limit, [False]])
     edges = np.flatnonzero(np.diff(quiet.astype(np.int8)))
     rests = []
@@ -147,7 +157,11 @@ def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
         raise CalibrationError(
             what="The logger's clock went backwards during the measurement: the logger restarted.",
             meaning="The samples do not belong together; nothing was kept.",
-            next_step="Check the logger's supply and cable with tfsat-host status, and run this command again.",
+            next_step=Advice(
+                "Check the logger's supply and cable with ",
+                NextStep("status"),
+                ", and run this command again.",
+            ),
         )
     if lost > MAX_LOST_FRACTION * (n + lost):
         raise CalibrationError(
@@ -161,6 +175,7 @@ def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
             meaning="What the gyros turned meanwhile is not known, and scale factors rest on it.",
             next_step="Plug the logger in without a hub, close other programs, and run this command again.",
         )
+    # Clipping before silence: clipped samples are invalid as well, and have another cure.
     for body in bodies:
         if clipped := int(recording.clipped[:, body - 1].sum()):
             raise CalibrationError(
@@ -172,7 +187,9 @@ def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
             raise CalibrationError(
                 what=f"{missing} of {n} samples of the gyro on body {body} are invalid.",
                 meaning="An axis fitted to the rest would be doubtful.",
-                next_step="Check the gyro and its cable with tfsat-host status, and run this command again.",
+                next_step=Advice(
+                    "Check the gyro and its cable with ", NextStep("status"), ", and run this command again."
+                ),
             )
 
 
@@ -188,5 +205,7 @@ def check_answers(valid: NDArray[np.bool_], joint: int, most_silent: float) -> N
                 what=f"Angle sensor {index} of joint {joint} gave no value in {100 * (1 - answered):.2g} % of the "
                 "samples.",
                 meaning="Without it the joint's angle is not known, now or in the drop.",
-                next_step="Check its cable with tfsat-host monitor, and run this command again.",
+                next_step=Advice(
+                    "Check its cable with ", NextStep("monitor"), ", and run this command again."
+                ),
             )

@@ -82,6 +82,7 @@ class Step:
         parts = [str(self.kind)]
         if self.joint is not None:
             parts.append(f"joint-{self.joint}")
+        # One joint is moved in several patterns, which differ by the bodies that measure.
         if self.kind in (StepKind.SWING, StepKind.SWEEP):
             parts.append("body-" + "-".join(map(str, self.moved)))
         if self.axis is not None:
@@ -174,6 +175,7 @@ def task(step: Step) -> tuple[str, ...]:
         case StepKind.TURN:
             way = "counter-clockwise" if step.angle_deg > 0 else "clockwise"
             angle_deg = abs(step.angle_deg)
+            # Slow enough that even the fastest moment stays inside the gyros' range.
             duration_s = max(MIN_TURN_S, angle_deg / TURN_RATE_DEG_S)
             return (
                 "Close all joints with the holding attachment on.",
@@ -197,5 +199,6 @@ def _held_and_closed(step: Step) -> tuple[str, str]:
 
 def _name_moved(step: Step) -> str:
     """Name the moved bodies, with those that hang on them."""
+    # Neither measured nor held: it hangs on a moved body.
     along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
     return bodies(step.moved) + (f" ({bodies(along)} goes along)" if along else "")

@@ -125,7 +125,7 @@ def open_bench(
     Raises:
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
-    from tfsat_host.cli.boards import explain_board_errors, offering_emulated, open_jog_client, open_logger
+    from tfsat_host.cli.boards import explain_wrong_state, offering_emulated, open_jog_client, open_logger
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
 
@@ -148,8 +148,7 @@ def open_bench(
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         person = EmulatedPerson(EmulatedOperator(robot, Operator.human(PERSON_SEED)), out, jogging=jog)
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER)) if jog else None
-        here = argparse.Namespace(emulated=True, port=None)
-        with nullcontext() if sequencer is None else explain_board_errors(sequencer, here):
+        with nullcontext() if sequencer is None else explain_wrong_state(sequencer):
             yield Bench(logger, person, origin_of(logger), sequencer)
 
 

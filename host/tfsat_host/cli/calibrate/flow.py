@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.cli.calibrate.arguments import as_typed_here, certificate_path, commands_as_typed
+from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
 from tfsat_host.cli.calibrate.operator import Terminal, give_result, record
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
             campaign.sensors_moved(datetime.now(UTC))
         if args.quantity in ("misalignment", "scale"):
             steps = with_rest(steps, campaign)
-            _note_without_zero(campaign, args, out)
+            _note_without_zero(campaign, out)
 
         def read(step: Step, calibration: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
@@ -81,13 +81,12 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
     if newer is not None and newer.taken > rested.taken:
         file = campaign.certificate
         other = file.with_name(f"{file.stem}-{args.log.stem}.toml")
-        words = ["--log", args.log, "--out", other, *(("--robot", args.robot) if args.robot else ())]
+        anew = NextStep("calibrate bias", ("--log", str(args.log), "--out", str(other)))
         raise CalibrationError(
             what=f"The rest in {args.log} is of {rested.taken:%Y-%m-%d %H:%M} UTC, older than the biases in {file}, "
             f"which are of {newer.taken:%Y-%m-%d %H:%M} UTC.",
             meaning="The newest biases count: nothing was changed.",
-            next_step="For a certificate of its own: tfsat-host calibrate bias "
-            + shlex.join(map(str, words)),
+            next_step=Advice("For a certificate of its own: ", anew),
         )
     if newer is not None:
         out.note(f"{campaign.certificate} rests on this recording already: nothing was changed.")
@@ -117,15 +116,17 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     return campaign
 
 
-def _note_without_zero(campaign: Campaign, args: argparse.Namespace, out: Output) -> None:
+def _note_without_zero(campaign: Campaign, out: Output) -> None:
     """Says before a motion that the angles of closed joints are only known by design."""
     joints = campaign.solution().joints
     unknown = [str(sensors.joint) for sensors in joints if sensors.zero_taken is None]
     if not unknown or out.json_mode:
         return
-    which = "--all" if len(unknown) == len(joints) else f"--joint {unknown[0]}"
+    which = ("--all",) if len(unknown) == len(joints) else ("--joint", unknown[0])
     out.note(
-        f"Zero points of joint{'s' if len(unknown) > 1 else ''} {', '.join(unknown)} are not calibrated: "
-        "what follows will be less sure for bodies beyond a closed joint.\n"
-        f"  To measure them first: {as_typed_here(f'tfsat-host calibrate zero {which}', args)}"
+        Advice(
+            f"Zero points of joint{'s' if len(unknown) > 1 else ''} {', '.join(unknown)} are not calibrated: "
+            "what follows will be less sure for bodies beyond a closed joint.\n  To measure them first: ",
+            NextStep("calibrate zero", which),
+        )
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
-from tfsat_host.cli.calibrate.arguments import as_typed_here
+from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -196,7 +196,6 @@ class Terminal:
         """Asks whether to repeat it; raises the error where there is no terminal."""
         if not self._out.can_ask:
             raise error
-        error.next_step = as_typed_here(error.next_step, self._args)
         self._out.error(error)
         self._out.ask("Enter repeats the step, q ends: ", meaning="This step was not accepted.", accept=("",))
 
@@ -232,8 +231,8 @@ def give_result(
     result, parts = outcome(args.quantity, steps, before, calibration, model)
     lines = ["Nothing is missing for a drop."]
     if shortcomings := calibration.shortcomings():
-        after = as_typed_here(commands_of(shortcomings)[0], args)
-        lines = [f"For a drop: {summarize_shortcomings(shortcomings)}.", f"Next: {after}"]
+        following = Advice("Next: ", commands_of(shortcomings)[0])
+        lines = [f"For a drop: {summarize_shortcomings(shortcomings)}.", following]
     if calibration.subject.emulated:
         lines.append(OF_EMULATED)
     lines.append(f"Written to {campaign.certificate}.")

@@ -15,6 +15,7 @@ from tfsat_host.cli.calibrate.arguments import commands_as_typed, resume_command
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jog import measure_servo
+from tfsat_host.next_step import Advice
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
 from tfsat_host.present.terminal import show
@@ -89,11 +90,10 @@ def _upload(
                 f"By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
             )
         except NotConfirmed as error:
-            error.next_step = f"To go on from the measurement: {resume_command(args)}"
-            raise
+            next_step = Advice("To go on from the measurement: ", resume_command(args))
+            raise error.with_words(next_step=next_step) from None
     upload = bench.jog.write_settings(after)
-    at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
-    fits = warn_of_misfit(bench.jog, after, " --emulated" if args.emulated else at, out)
+    fits = warn_of_misfit(bench.jog, after, out)
     already = "" if upload.written else " (they were there already)"
     out.line(f"Settings stored on the sequencer, read back and identical{already}: now {words}")
     return {**result, "uploaded": upload.written, "verified": True, "maneuver_fits": fits}

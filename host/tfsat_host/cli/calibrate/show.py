@@ -9,7 +9,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration, in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.findings import Row, value_text
 from tfsat_host.calibration.review import age_words, in_future, landing_words, review
-from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet, same_certificate
+from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
 from tfsat_host.cli.calibrate.operator import OF_EMULATED
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if not file.exists():
         raise none_yet(args, file)
     calibration = read_calibration(file)
-    result = review(file, calibration, load_robot(args.robot), same_certificate(args), now)
+    result = review(file, calibration, load_robot(args.robot), now)
 
     def age(row: Row) -> str:
         return UNKNOWN if row["taken"] is None else age_words(now - datetime.fromisoformat(row["taken"]))

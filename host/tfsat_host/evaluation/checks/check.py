@@ -8,6 +8,8 @@ from typing import Literal, NamedTuple
 
 from scipy.special import chdtri, ndtri
 
+from tfsat_host.next_step import Advice, NextStep
+
 Outcome = Literal["passed", "failed", "not possible"]
 
 FALSE_ALARM = 1e-4
@@ -94,9 +96,10 @@ class Kind(NamedTuple):
 
     def judge(self, value: float, threshold: float, sentence: str) -> Check:
         """Failed if the value is above the threshold, or no number; its cause is then unknown as yet."""
+        # NaN compares false and fails: a check that could not be computed must not pass.
         if value <= threshold:
             return Check(self.name, "passed", value, threshold, self.unit, sentence, protects=self.protects)
-        look = "Look at the samples: tfsat-host decode"
+        look = Advice("Look at the samples: ", NextStep("decode"))
         return Check(self.name, "failed", value, threshold, self.unit, sentence, UNKNOWN, look, self.protects)
 
     def not_possible(self, why: str) -> Check:
@@ -110,6 +113,7 @@ def z_limit(numbers: int) -> float:
 
     The probability of exceeding it is `FALSE_ALARM` at most.
     """
+    # Bonferroni: two-sided deviates share the false alarms evenly.
     return float(-ndtri(FALSE_ALARM / (2 * max(numbers, 1))))
 
 
@@ -120,6 +124,7 @@ def rms_limit(numbers: float) -> float:
 
 def withheld_by(checks: Iterable[Check]) -> dict[str, str]:
     """Return the quantities protected by failed checks, each with the check farthest above its limit."""
+    # Ascending, so that the check that is farthest above its limit overwrites the others.
     failed = sorted(
         (check for check in checks if check.failed and check.protects), key=lambda check: check.excess
     )

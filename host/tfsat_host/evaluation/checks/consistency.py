@@ -171,16 +171,19 @@ class Consistency:
         """(..., size) what the rates (..., n, 3) of one body, body axes, add with such rotations of the joints."""
         lead = rates_rad_s.shape[:-2]
         out = np.zeros((*lead, self.size))
+        # A gyro is in the joints of its body: with plus where that is the outer one, with minus the inner.
         for joint, basis in enumerate(self._bases):
             outer, inner = self.pair(joint)
             if body == outer:
                 parts = rates_rad_s @ basis.T
             elif body == inner:
+                # Row vectors: times R into the outer body's axes, times B^T onto across and along.
                 parts = np.einsum("...ni,nij->...nj", rates_rad_s, -rotations[joint] @ basis.T)
             else:
                 continue
             across = self.mean(np.swapaxes(parts[..., :2], -1, -2))
             out[..., self.off_axis(joint)] = across.reshape(*lead, -1)
+            # Along the axis the sensors show angles: integrate, and average like their readings.
             turned = self.mean(cumulative_trapezoid(parts[..., 2], self.t_s, axis=-1, initial=0))
             for sensor in range(2):
                 out[..., self.along(joint, sensor)] = -turned
@@ -199,6 +202,7 @@ class Consistency:
     @cached_property
     def tilt_jacobian(self) -> FloatArray:
         """(size, 6) the residual by tilts of the joints' axes, about the two directions across each."""
+        # One-sided differences: one robot with axes as filed, and six with one axis tilted in each.
         tilts = _TILT_STEP_RAD * np.eye(2 * self.joints).reshape(-1, self.joints, 2)
         axes = [self.model.joint_axis, *Multibody.of(self.model).tilt_hinges(tilts).joint_axis]
         nominal_residual, *ends = (
@@ -211,6 +215,7 @@ class Consistency:
 
     def residual_with_angles(self, sensed_rad: Sequence[FloatArray]) -> FloatArray:
         """(size,) the residual with other joint angles: (2, n) for each joint, the same array where unchanged."""
+        # Recompute the rotations of changed joints only: the array's identity tells which those are.
         rotations = [
             self.rotations[joint] if pair is self.sensed_angles[joint] else self.rotation_by(joint, pair)
             for joint, pair in enumerate(sensed_rad)
@@ -235,6 +240,7 @@ class Consistency:
     def rotation_by(self, joint: int, pair: FloatArray) -> FloatArray:
         """(n, 3, 3) from the axes of a joint's outer body to those of the inner one, by its sensors (2, n)."""
         is_finite = np.isfinite(pair)
+        # The mean of the sensors that answered; where neither did, a straight line in time.
         angle = np.where(is_finite, pair, 0.0).sum(axis=0) / np.maximum(is_finite.sum(axis=0), 1)
         either = is_finite.any(axis=0)
         angle = np.interp(self.t_s, self.t_s[either], angle[either]) if either.any() else self.by_gyros(joint)
@@ -256,6 +262,7 @@ class Consistency:
         if is_finite.all() or not is_finite.any():
             return np.nan_to_num(angle)
         turned = self.by_gyros(joint)
+        # The gyros give the motion in the hole; their difference to the sensor goes on in a straight line.
         return np.where(
             is_finite, angle, turned + np.interp(self.t_s, self.t_s[is_finite], (angle - turned)[is_finite])
         )
@@ -272,6 +279,7 @@ def sensor_name(joint: int, sensor: int) -> str:
 
 def _across_and_along(axis: FloatArray) -> FloatArray:
     """(3, 3) two unit vectors square to an axis and to each other, and the axis."""
+    # The coordinate axis that is most square to it conditions the cross product best.
     first = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
     first = first / np.linalg.norm(first)
     return np.array([first, np.cross(axis, first), axis])
@@ -293,7 +301,9 @@ def consistency_of(
         calibration: The one that the samples were calibrated with.
         model: Joints and sensors.
     """
+    # The data sheet's lag: a faulty sensor would have corrupted the measured one.
     samples, lag, solved = motion.samples, sheet_lag(low_pass), motion.solved
+    # Rotate with the axes as they were found; `angle_part` takes their effect back to the filed ones.
     tilt = motion.fusion.prior.tilt_of(solved.errors)
     late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall

@@ -52,6 +52,7 @@ def evidence_check(residuals: WholeResidual) -> Check:
         return AS_FILED.not_possible(LITTLE_STATED)
     sound, _ = of_no_kind(residuals)
     best = max(try_hypotheses(residuals, stated_faults(residuals)), key=lambda trial: trial.log_evidence)
+    # Logarithm of the Bayes factor between the likeliest fault and none.
     value = best.log_evidence - sound.log_evidence
     sentence = (
         f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
@@ -78,12 +79,14 @@ def diagnose(residuals: WholeResidual) -> tuple[Cause, ...]:
     small = now = _small(residuals)
     here = residuals
     for _ in range(_ROUNDS if residuals.model is None else 0):
+        # Fit the axes together with the likeliest fault, and linearize anew where they lead.
         fitted_tilt = _axes_found(here, max(now, key=lambda trial: trial.log_evidence))
         tilt = np.clip(fitted_tilt, -_MAX_FIRST_STEP_RAD, _MAX_FIRST_STEP_RAD)
         if np.abs(tilt - here.data.tilt_rad).max() < _LINEAR_RAD:
             break
         here = _linear_at(residuals.data, tilt)
         now = _small(here)
+        # Each hypothesis keeps the best evidence of all linearizations.
         small = [max(pair, key=lambda trial: trial.log_evidence) for pair in zip(small, now, strict=True)]
     return rank_causes([*of_no_kind(residuals), *small, *try_hypotheses(residuals, gross_faults(residuals))])
 
@@ -98,6 +101,7 @@ def explain_checks(checks: Sequence[Check], residuals: WholeResidual) -> list[Ch
     kind = causes[0].kind
     if kind in NO_SENSORS:
         return explained_checks
+    # A sensor is at fault: what rests on it is spoilt, although the check itself protects offsets only.
     spoilt = WEIGHT.protects if kind == WEIGHT_FELT else AS_STATED.protects
     return [
         replace(check, protects=spoilt) if check.name == AS_FILED.name else check
@@ -115,6 +119,7 @@ def _axes_found(residuals: WholeResidual, with_one: TestedHypothesis) -> FloatAr
     tilts = std * residuals.whiten(residuals.by_tilts)
     # The hypothesis that the axes lean has no other numbers than these.
     columns = tilts if with_one.kind == AXIS else np.concatenate([tilts, with_one.columns], axis=1)
+    # Columns are in prior standard deviations: the prior's information is the identity.
     normal = np.eye(columns.shape[1]) + columns.T @ columns
     solution = np.linalg.solve(normal, columns.T @ residuals.whiten(residuals.residual))
     return np.asarray(-std * solution[: residuals.by_tilts.shape[1]].reshape(-1, 2))

@@ -62,6 +62,7 @@ def checks_of(
         lag_check(motion, calibration),
         attitude_check(motion, calibration, model),
     ]
+    # One residual of all sensors and the model: an error that shows in both is counted once.
     residuals = whole_residual(motion, fit, data, stated)
     # Accelerometers and noise have causes of their own.
     own = [check for check in rest if check.name != BIAS.name]
@@ -69,6 +70,7 @@ def checks_of(
     filed = [weight_check(motion, data), axes_check(motion, calibration)]
     momentum = momentum_checks(motion, fit, model.base)
     contradictory = [*biases, *sensors, *filed, *momentum, evidence_check(residuals)]
+    # Hypotheses take seconds: try them only where something failed.
     if diagnosed and any(check.failed for check in contradictory):
         contradictory = explain_checks(contradictory, residuals)
     return (*complete, *own, *contradictory)

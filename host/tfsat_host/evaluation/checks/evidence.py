@@ -18,6 +18,7 @@ from scipy.special import logsumexp
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.checks.check import UNKNOWN, Cause
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+from tfsat_host.next_step import Advice, NextStep
 
 SIZES = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Times the typical size, that a fault's numbers may have."""
@@ -30,7 +31,7 @@ Theory of Probability, 1961, appendix B)."""
 _ENDS_IT = 2.0
 """Chi-square a number that a true cause may leave: healthy drops leave 0.5."""
 _CERTAIN, _LISTED = 0.995, 0.001
-_LOOK = "Look at the samples: tfsat-host decode"
+_LOOK = Advice("Look at the samples: ", NextStep("decode"))
 Words = Callable[[FloatArray], str]
 
 
@@ -84,14 +85,19 @@ def _try_hypothesis(
     """
     values, axes = np.linalg.eigh(columns.T @ columns)
     along, values = axes.T @ (columns.T @ whitened_residual), np.maximum(values, 0.0)
+    # (sizes, 1), broadcast over the eigenvectors; a fault without numbers has one size.
     squares = np.array(SIZES if len(values) else (1.0,))[:, None] ** 2
+    # Posterior variance along each eigenvector, by size.
     shrunk = squares / (1.0 + squares * values)
+    # What the fit explains, less the Occam factor: the logarithm of prior over posterior volume.
     logs = 0.5 * (shrunk * along**2).sum(axis=1) - 0.5 * np.log1p(squares * values).sum(axis=1)
     likeliest = int(logs.argmax())
     best = shrunk[likeliest]
+    # Mean over the sizes, which are equally likely; then the likelihood without the fault.
     evidence = float(logsumexp(logs) - np.log(len(squares)) - 0.5 * whitened_residual @ whitened_residual)
 
     def words() -> str:
+        # Posterior mean: the numbers whose columns cancel the residual.
         numbers = -axes @ (best * along)
         unexplained = float(((whitened_residual + columns @ numbers) ** 2).mean())
         still = f"; with it the data still contradict each other {unexplained:.3g} times as much as their errors allow"
@@ -124,6 +130,7 @@ def _try_no_error(whitened_residual: FloatArray) -> TestedHypothesis:
 
 def _try_any_error(whitened_residual: FloatArray) -> TestedHypothesis:
     factors = np.array(_WORSE)
+    # All errors greater by one factor: each row costs its logarithm, and chi-square falls by its square.
     logs = (
         -len(whitened_residual) * np.log(factors) - 0.5 * (whitened_residual @ whitened_residual) / factors**2
     )
@@ -145,6 +152,7 @@ def rank_causes(trials: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:
     kinds: dict[str, list[TestedHypothesis]] = {}
     for trial in trials:
         kinds.setdefault(trial.kind, []).append(trial)
+    # The members of a kind share its prior: their mean, so that many members are no advantage.
     logs = {
         kind: float(logsumexp([trial.log_evidence for trial in of_kind]) - np.log(len(of_kind)))
         for kind, of_kind in kinds.items()
@@ -169,6 +177,7 @@ def in_words(causes: Sequence[Cause]) -> tuple[str, str]:
         pair = " from ".join(
             f"{cause.cause} (probability {cause.probability:.2f})" for cause in (first, others[0])
         )
+        # Of a tie, the next step is that of the cause that can be acted on.
         named = first if first.kind not in (SOUND, UNKNOWN) else others[0]
         return f"cannot tell {pair}", named.next_step
     certain = "" if first.probability >= _CERTAIN else f" (probability {first.probability:.2f})"

@@ -14,6 +14,7 @@ from tfsat_host.evaluation.checks.evidence import Hypothesis
 from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed_words, late
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
 from tfsat_host.evaluation.motion.gyro_signal import sheet_lag
+from tfsat_host.next_step import Advice, NextStep
 
 STUCK_S = 0.15
 """No sensor with noise repeats one reading for so long."""
@@ -23,8 +24,8 @@ _ANYWHERE_RAD = 0.5
 _MAX_DELAY_S = 0.1
 _STEPS = 4
 _DIFFERENCE_S = 1e-3
-_REMOUNT = f"Compare the IMU's mounting {ROBOT}; then tfsat-host calibrate misalignment"
-_REWIRE = f"Compare the IMUs' bus and address of each body {ROBOT}; then decode again"
+_REMOUNT = Advice("Compare the IMU's mounting ", ROBOT, "; then ", NextStep("calibrate misalignment"))
+_REWIRE = Advice("Compare the IMUs' bus and address of each body ", ROBOT, "; then decode again")
 
 Shifted = Callable[[float], FloatArray]
 
@@ -56,6 +57,7 @@ def _put_right(data: Consistency) -> Iterator[Right]:
 
 def signed_exchanges() -> FloatArray:
     """(47, 3, 3) what shows instead of the truth: every exchange and reversal of axes but none at all."""
+    # Six orders times eight signs, less the identity; half are reflections, which no mounting makes.
     orders, signs = permutations(range(3)), list(product((1.0, -1.0), repeat=3))
     matrices = np.array([np.diag(sign) @ np.eye(3)[list(order)] for order in orders for sign in signs])
     return np.asarray(matrices[(matrices != np.eye(3)).any(axis=(1, 2))])
@@ -69,6 +71,7 @@ def _in_words(exchange: FloatArray) -> str:
     sources = np.abs(exchange).argmax(axis=1)
     minus = exchange[np.arange(3), sources] < 0.0
     moved = np.flatnonzero(sources != np.arange(3))
+    # A cyclic exchange has no pair to name: list the axes one by one.
     if len(moved) == 3:
         return ", ".join(
             f"{'xyz'[axis]} shows {'-' if minus[axis] else ''}{'xyz'[sources[axis]]}" for axis in range(3)
@@ -94,6 +97,7 @@ def _turned_mountings(data: Consistency) -> Iterator[Right]:
     exchanges = signed_exchanges()
     turns = exchanges[np.linalg.det(exchanges) > 0.0]
     for body, calibrated in enumerate(data.calibration.gyros):
+        # Turn what the sensor felt, then let it show that with its own scale and bias.
         true = (data.gyro_rad_s[:, body] - calibrated.bias_rad_s) / calibrated.scale
         gyro = (true @ turns) * calibrated.scale + calibrated.bias_rad_s
         rest = np.broadcast_to(data.rest_rad_s[body], (len(turns), 3))
@@ -103,6 +107,7 @@ def _turned_mountings(data: Consistency) -> Iterator[Right]:
 def _reread(
     data: Consistency, body: int, exchanges: FloatArray, gyro: FloatArray, rest: FloatArray
 ) -> Iterator[Right]:
+    # The residual is a sum over the gyros: replace the part of this one.
     others = data.residual - data.gyro_parts[body]
     for exchange, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
         cause = f"gyro of body {body + 1}: {_in_words(exchange)}"
@@ -114,6 +119,7 @@ def _wrong_orders(data: Consistency) -> Iterator[Right]:
     gyro, rest = np.moveaxis(data.gyro_rad_s, 1, 0), data.rest_rad_s
     # [b][k]: what place k of the log adds as the gyro of body b.
     parts = [data.gyro_part(b, gyro, rest) for b in range(data.bodies)]
+    # The angle sensors' part alone: it is the same in every order of the gyros.
     angles = data.residual - data.gyro_parts.sum(axis=0)
     for order in permutations(range(data.bodies)):
         moved = [b for b in range(data.bodies) if order[b] != b]
@@ -135,8 +141,11 @@ def _reversed_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     data = residuals.data
     for joint, sensor in np.ndindex(data.joints, 2):
         cause = fixed_words(f"{sensor_name(joint, sensor)}: its direction is reversed")
-        step = f"Compare its direction {ROBOT}; then tfsat-host calibrate zero --joint {joint + 1}"
+        calibrate = NextStep("calibrate zero", ("--joint", str(joint + 1)))
+        step = Advice("Compare its direction ", ROBOT, "; then ", calibrate)
+        # Counting backwards negates the reading; turned round on its shaft a sensor negates the angle.
         in_counts = data.sensor_angles(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
+        # Either moves the zero point: leave an offset free.
         offset = np.zeros((residuals.size, 1))
         offset[data.along(joint, sensor)] = _ANYWHERE_RAD
         for angle in (in_counts, -data.sensed_angles[joint][sensor]):
@@ -156,7 +165,7 @@ def _exchanged_sensors(data: Consistency) -> Iterator[Right]:
         for joint, _ in (first, second):
             sensed[joint] = data.sensor_angles(joint, readings_rad)
         cause = f"{sensor_name(*first)} and {sensor_name(*second)} exchanged"
-        step = f"Compare the cables of the angle sensors {ROBOT}"
+        step = Advice("Compare the cables of the angle sensors ", ROBOT)
         yield "exchanged sensors", data.residual_with_angles(sensed), cause, step
 
 
@@ -179,6 +188,7 @@ def _gyros_later(data: Consistency, bodies: Sequence[int]) -> Shifted:
     def vector(late_s: float) -> FloatArray:
         residual = others.copy()
         for body in bodies:
+            # Undo the delay: what belongs to this time was shown later.
             columns = [np.interp(data.t_s + late_s, data.t_s, column) for column in data.rates[body].T]
             residual += data.rate_part(body, np.column_stack(columns), data.rotations)
             residual += data.rest_part(body, data.rest_rad_s[body])
@@ -207,6 +217,7 @@ def _late(residuals: WholeResidual, name: str, shifted: Shifted, column: FloatAr
     sensors, late_s, column = residuals.data.size, 0.0, column.copy()
     residual = shifted(late_s)
     for _ in range(_STEPS):
+        # Slope by a finite delay; the whitened step is least squares in one unknown.
         slope = (shifted(late_s + _DIFFERENCE_S) - residual) / _DIFFERENCE_S
         column[:sensors, 0] = slope
         white, direction = (
@@ -217,6 +228,7 @@ def _late(residuals: WholeResidual, name: str, shifted: Shifted, column: FloatAr
             break
         late_s = float(np.clip(late_s - (direction * white).sum() / length, -_MAX_DELAY_S, _MAX_DELAY_S))
         residual = shifted(late_s)
+    # Carry the linearization back to zero delay, so that the number found is the whole delay.
     return late(name, column)._replace(left=residuals.with_sensors(residual - late_s * column[:sensors, 0]))
 
 
@@ -228,6 +240,7 @@ def _other_low_passes(residuals: WholeResidual) -> Iterator[tuple[FloatArray, st
         if setting == data.low_pass.dlpf_cfg:
             continue
         other = replace(data.low_pass, dlpf_cfg=setting)
+        # Take the other setting's lag off the readings as they were shown.
         gyro, rest = sheet_lag(other).remove(data.t_s, data.lagging_rad_s), data.rest_rad_s
         corrected_residual = residuals.with_sensors(
             angles + sum(data.gyro_part(b, gyro[:, b], rest[b]) for b in range(data.bodies))
@@ -237,13 +250,15 @@ def _other_low_passes(residuals: WholeResidual) -> Iterator[tuple[FloatArray, st
                 gyro_calibration.body_rates(gyro[:, b])
                 for b, gyro_calibration in enumerate(data.calibration.gyros)
             ]
+            # The model's rows follow the change of the rates to first order.
             rate_changes = np.stack(rates, axis=1) - np.stack(data.rates, axis=1)
             corrected_residual[data.size :] += residuals.model.by_gyros(rate_changes[None])[:, 0]
         cause = (
             f"the gyros lag by {1e3 * other.gyro_delay_s:.1f} ms as with DLPF_CFG {setting}, "
             f"but the header says DLPF_CFG {data.low_pass.dlpf_cfg}"
         )
-        yield corrected_residual, cause, "Set the low-pass and record again: tfsat-host logger-settings"
+        step = Advice("Set the low-pass and record again: ", NextStep("logger-settings"))
+        yield corrected_residual, cause, step
 
 
 def _one_left_out(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -254,14 +269,17 @@ def _one_left_out(residuals: WholeResidual) -> Iterator[Hypothesis]:
     data = residuals.data
     of_model = slice(data.size, residuals.size)
     for body in range(data.bodies):
+        # Free every row that this gyro has a part in, and the model's.
         parts = [data.at_rest(body), of_model]
         for joint in range(data.joints):
             if body in data.pair(joint):
                 parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
         cause = _lies_with(data.t_s, f"gyro of body {body + 1}", data.lagging_rad_s[:, body])
+        # Any errors of those rows, or any rate of the gyro that changes from block to block only.
         for columns in (_anyhow(residuals, parts), by_blocks(residuals, body)):
             yield Hypothesis("one sensor", columns, fixed_words(cause), LOOK)
     for joint, sensor in np.ndindex(data.joints, 2):
+        # The joint's geometry rests on its other sensor then; the rows of this one are free.
         sensor_residual = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
         readings_rad = data.shown_rad[:, data.sensors(joint)[sensor], None]
         cause = _lies_with(data.t_s, sensor_name(joint, sensor), readings_rad)
@@ -278,7 +296,7 @@ def _one_left_out(residuals: WholeResidual) -> Iterator[Hypothesis]:
             "robot file",
             _anyhow(residuals, [of_model]),
             fixed_words(cause),
-            f"Weigh the bodies, compare {ROBOT}",
+            Advice("Weigh the bodies, compare ", ROBOT),
         )
 
 
@@ -297,6 +315,7 @@ def _lies_with(t_s: FloatArray, name: str, readings: FloatArray) -> str:
 def _stuck_from_s(t_s: FloatArray, readings: FloatArray) -> float | None:
     """Find when the longest run of equal readings (n, k) begins; None if it is too short to be a fault."""
     changed = np.flatnonzero((np.diff(readings, axis=0) != 0.0).any(axis=1))
+    # Runs of equal readings lie between changes; the ends of the record close the outer ones.
     edges = np.concatenate([[-1], changed, [len(t_s) - 1]])
     longest = int(np.diff(edges).argmax())
     first, last = edges[longest] + 1, edges[longest + 1]

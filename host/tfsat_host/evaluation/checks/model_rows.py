@@ -55,6 +55,7 @@ class ModelRows:
     def residual(self) -> FloatArray:
         """(3 k,) without offsets and without errors of the sensors."""
         fit, solved, root = self.fit, self.motion.solved, self._root
+        # Put back what the fusion and the fit took off, both in the fit's independent errors.
         total_errors = np.linalg.solve(root, solved.errors) + fit.errors
         linearization = fit.derivatives
         return self._rows(
@@ -66,8 +67,10 @@ class ModelRows:
     @cached_property
     def noise(self) -> FloatArray:
         """(3 k, 3 k)."""
+        # A mean's noise falls with the number of samples; that of ringing frames does not.
         per_sample = self._blocks.mean(self.fit.derivatives.noise) / self._blocks.counts[:, None, None]
         each = per_sample + BLOCK_RATE_STD_RAD_S**2 * np.eye(3)
+        # Block diagonal: (k, 3, k, 3) folded into (3 k, 3 k).
         return np.asarray(
             np.einsum("kij,kl->kilj", each, np.eye(len(each))).reshape(3 * len(each), 3 * len(each))
         )
@@ -92,13 +95,16 @@ class ModelRows:
         """(3 k, q) by what the gyros show more, (q, n, 4, 3) body axes, at the n samples of the fall."""
         fused, fall = self.motion.fused, self.motion.samples.fall
         n, q = len(rates_rad_s[0]), len(rates_rad_s)
+        # What gyros show more moves base and joint rates through the fusion's gains, (n, 6, q).
         direct = fused.gains[fall] @ np.moveaxis(rates_rad_s, 0, -1).reshape(n, -1, q)
         by_angles, t = self._rates_by_angles[fall], self.motion.t_s[fall]
         own = turned_from(t, direct[:, 3:])
         angles = own
+        # Joint angles follow the rates and change them: the same fixed point as in the fusion.
         for _ in range(_CARRIED):
             angles = own + turned_from(t, by_angles[:, 3:] @ angles)
         rates, settled = direct + by_angles @ angles, self._settled[fall]
+        # The derivatives are linear in the errors' columns: put these in their place.
         kinematics = replace(
             self.flown,
             rate_errors=rates[settled],

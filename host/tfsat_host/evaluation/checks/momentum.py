@@ -51,6 +51,7 @@ class _Left(NamedTuple):
     def of(cls, motion: Motion, fit: ModelFit) -> _Left:
         t = motion.t_s[motion.t_s >= SETTLED_S]
         blocks = Blocks.of(t, BLOCK_S)
+        # The model does not know ringing frames: a floor under each block's noise.
         noise = blocks.mean(fit.derivatives.noise) / blocks.counts[:, None, None]
         return cls(t[blocks.edges], blocks.mean(fit.residual_rad_s), noise + RATE_FLOOR_RAD_S**2 * np.eye(3))
 
@@ -77,6 +78,7 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
     if min(t[moving[0]] - t[0], t[-1] - t[moving[-1]]) < MIN_QUIET_S:
         return BEFORE_AFTER.not_possible("The joints did not stand long enough before and after.")
     own = motion.bodies[base]
+    # Compare in inertial axes, in which the momentum is constant: the base has turned meanwhile.
     inertial = own.attitude[np.flatnonzero(own.t_s >= SETTLED_S)].apply(fit.residual_rad_s)
     change = inertial[after].mean(axis=0) - inertial[before].mean(axis=0)
     # A sample's noise is much the same in all directions: the greatest serves for each.

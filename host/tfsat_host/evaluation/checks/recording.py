@@ -16,6 +16,7 @@ from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S
 from tfsat_host.evaluation.clocks import MAX_EDGES, RESONATOR_PPM, stroke_edges
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import FlownStroke, at_rest, change_of
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
@@ -46,11 +47,12 @@ def _check_full_scale(log: DropLog, fall: BoolArray) -> Check:
     )
     return _FULL_SCALE.judge(float(count.sum()), 0.0, sentence).caused_by(
         f"a knock, or a range that is too small, at the IMU of body {bodies}",
-        "Compare the ranges with the strokes' rates: tfsat-host logger-settings",
+        Advice("Compare the ranges with the strokes' rates: ", NextStep("logger-settings")),
     )
 
 
 def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
+    # IMUs first, then angle sensors: the worst column tells which of them it is.
     valid = np.concatenate([log.imu_valid[fall], log.angle_valid[fall]], axis=1)
     missing = 100.0 * (1.0 - valid.mean(axis=0))
     worst = int(missing.argmax())
@@ -72,7 +74,8 @@ def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
         else "All sensors answered throughout the fall."
     )
     check = _ANSWERS.judge(float(missing[worst]), 100.0 * MISSING_SHARE, sentence)
-    return check.caused_by(f"{name}: cable, connector or bus", "Watch the sensor live: tfsat-host monitor")
+    watch = Advice("Watch the sensor live: ", NextStep("monitor"))
+    return check.caused_by(f"{name}: cable, connector or bus", watch)
 
 
 def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
@@ -86,17 +89,19 @@ def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
     if hole_s > MAX_HOLE_S:
         sentence += f" {_cost(motion, from_s, from_s + hole_s)}"
     check = _HOLES.judge(1e3 * hole_s, 1e3 * MAX_HOLE_S, sentence)
+    # Samples inside the hole that no IMU answered to: the logger ran.
     within = fall & (log.t_s > from_s + _NEXT_S) & (log.t_s < from_s + hole_s - _NEXT_S)
     if within.any():
         return check.caused_by(
             "no IMU answered although the logger sampled: what all IMUs share, their bus or their supply",
-            "Watch the IMUs live: tfsat-host monitor",
+            Advice("Watch the IMUs live: ", NextStep("monitor")),
         )
     if any(gap.samples for gap in log.gaps):
         return check.caused_by(
-            "blocks of the recording are lost", "Fetch the recording's second copy: tfsat-host log fetch"
+            "blocks of the recording are lost",
+            Advice("Fetch the recording's second copy: ", NextStep("log fetch")),
         )
-    return check.caused_by("the logger took its samples late", "tfsat-host log list")
+    return check.caused_by("the logger took its samples late", Advice(NextStep("log list")))
 
 
 def _cost(motion: Motion, from_s: float, until_s: float) -> str:
@@ -106,6 +111,7 @@ def _cost(motion: Motion, from_s: float, until_s: float) -> str:
     turning = rates > QUIET_RAD_S
     if not turning.any():
         return "No joint moved at its ends: rates are taken to have changed evenly in it."
+    # The trapezoid's error over one step, by the servo's acceleration.
     off_deg = SERVO_DEG_S2 * (until_s - from_s) ** 2 / 12.0
     return (
         f"Joint {_numbers(turning)} moved at its ends: a servo that sped up or slowed down in it leaves its angle, "
@@ -159,6 +165,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
     if len(edges_s) > MAX_EDGES:
         return MANEUVER.not_possible("The stroke line chatters: no stroke can be identified by it.")
     wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
+    # A rise that no stroke accounts for, and a stroke without a rise: another schedule was flown.
     surplus = [t_s for t_s in edges_s if not any(abs(stroke.logged_s - t_s) < 1e-6 for stroke in strokes)]
     unseen = {stroke.number for stroke in strokes if not np.isfinite(stroke.logged_s)}
     if surplus and unseen:

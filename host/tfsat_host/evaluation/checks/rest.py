@@ -16,6 +16,7 @@ from tfsat_host.evaluation.checks.stated_errors import StatedErrors
 from tfsat_host.evaluation.micro_gravity import ALARM_STDS, AtRest, check_gravity
 from tfsat_host.evaluation.motion.gyro_signal import SHEET_DENSITY_RAD_S_RTHZ
 from tfsat_host.evaluation.rest import RestBeforeRelease, angles_at_rest
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
@@ -53,6 +54,7 @@ def _gravity(rest: RestBeforeRelease) -> Check:
     ]
     if not gravity_checks:
         return GRAVITY.not_possible("No accelerometer answered before the release.")
+    # The farthest by its own uncertainty, which differs from axis to axis.
     worst = max(gravity_checks, key=lambda check: abs(check.norm_g - 1.0) / check.norm_std_g)
     sentence = (
         f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of "
@@ -60,7 +62,7 @@ def _gravity(rest: RestBeforeRelease) -> Check:
     )
     return GRAVITY.judge(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
         f"accelerometer of body {worst.body}: its range or its scale is not the header's, or it is defective",
-        "Compare the accelerometers live, the robot at rest: tfsat-host monitor",
+        Advice("Compare the accelerometers live, the robot at rest: ", NextStep("monitor")),
     )
 
 
@@ -68,6 +70,7 @@ def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
     directions = _directions(rest, model)
     if len(directions) < 3:
         return DOWN.not_possible("Fewer than three accelerometers answered: none can be outvoted.")
+    # The median of the directions: one accelerometer that is wrong hardly moves it.
     usual = np.median([direction for direction, _, _ in directions.values()], axis=0)
     usual /= np.linalg.norm(usual)
     off = {b: float(np.arccos(np.clip(d @ usual, -1.0, 1.0))) for b, (d, _, _) in directions.items()}
@@ -75,6 +78,7 @@ def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
     body = max(off, key=lambda b: off[b] / directions[b][1])
     limit = ALARM_STDS * float(np.hypot(directions[body][1], spread))
     sentence = f"At rest body {body + 1} feels down {np.rad2deg(off[body]):.1f} deg away from the others."
+    # In the suspect's own axes, where an exchange or reversal shows by the axis that is nearest.
     turn = directions[body][2]
     felt, right = (_axis(turn.T @ vector) for vector in (directions[body][0], usual))
     cause = (
@@ -85,7 +89,7 @@ def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
             f"accelerometer of body {body + 1} feels up along {felt} where it is {right}: "
             "its axes are exchanged or reversed"
         )
-    step = "Compare the IMU's mounting with the robot file: tfsat-host robot"
+    step = Advice("Compare the IMU's mounting with the robot file: ", NextStep("robot"))
     return DOWN.judge(float(np.rad2deg(off[body])), float(np.rad2deg(limit)), sentence).caused_by(cause, step)
 
 
@@ -94,6 +98,7 @@ def _directions(
 ) -> dict[int, tuple[FloatArray, float, FloatArray]]:
     """Compute by body: up in base axes, its standard deviation, and the body's rotation to base axes."""
     starts = [servo.start_rad for servo in model.servos]
+    # A joint that no sensor tells is taken to hang where its servo starts.
     angles = np.where(np.isfinite(rest.angles_rad), rest.angles_rad, starts)
     rotation, _ = poses(Multibody.of(model), angles)
     return {
@@ -106,6 +111,7 @@ def _directions(
 def across_std(force: AtRest) -> float:
     """Compute the standard deviation of a direction from the errors perpendicular to it, rad."""
     norm = float(np.linalg.norm(force.mean_g))
+    # Only errors square to the force tilt it: per axis one less its squared direction cosine.
     along = (force.mean_g / norm) ** 2
     return float(np.sqrt(((1.0 - along) * force.std_g**2).sum())) / norm
 
@@ -122,6 +128,7 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
         return BIAS.not_possible("No gyro answered before the release.")
     limits = z_limit(len(rows)) * np.sqrt(np.diag(stated.covariance)[rows])
     worst = int((np.abs(data.residual[rows]) / limits).argmax())
+    # Rows are ordered by body, then by axis.
     body, axis = divmod(int(rows[worst]) - data.at_rest(0).start, 3)
     off_deg, bias_time = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
     against = "no bias at all, for none was calibrated"
@@ -148,7 +155,7 @@ def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
     )
     return NOISE.judge(value, float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ)), sentence).caused_by(
         f"gyro of body {body + 1}: its supply or its cable is disturbed, or the robot was shaken before the release",
-        "Watch the rates at rest: tfsat-host monitor",
+        Advice("Watch the rates at rest: ", NextStep("monitor")),
     )
 
 
@@ -187,6 +194,10 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
     return START_POSE.judge(value, TOLERANCE_DEG, sentence).caused_by(
         f"servo of joint {worst + 1}: it turns the other way, did not hold its joint, or was not calibrated; or the "
         "zero point of the joint's angle sensors is another one",
-        f"Without a drop: tfsat-host jog --joint {worst + 1} --from 0 --to 5 shows which way it turns; "
-        f"then tfsat-host calibrate zero --joint {worst + 1}",
+        Advice(
+            "Without a drop: ",
+            NextStep("jog", ("--joint", str(worst + 1), "--from", "0", "--to", "5")),
+            " shows which way it turns; then ",
+            NextStep("calibrate zero", ("--joint", str(worst + 1))),
+        ),
     )

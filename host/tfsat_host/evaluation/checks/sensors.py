@@ -18,6 +18,7 @@ from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S, StatedErrors
 from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, MIN_STROKE_RAD
 from tfsat_host.evaluation.motion.joints import JointMotion, Squares
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 
 STATED = "stated errors"
@@ -76,7 +77,7 @@ def axes_check(motion: Motion, calibration: Calibration) -> Check:
     sentence = f"The joints' axes lean by {value:.2f} times what the robot file states."
     return AXES.judge(value, limit, sentence).caused_by(
         "the robot file: the axis of a joint leans by more than it states",
-        "Measure the hinges, and compare their axes: tfsat-host robot",
+        Advice("Measure the hinges, and compare their axes: ", NextStep("robot")),
     )
 
 
@@ -89,9 +90,12 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
     if motion.contradicted or not np.isfinite(data.rest_rad_s).all():
         return WEIGHT.not_possible("The gyros' biases are not known both hanging and in the fall.")
     prior, after = motion.fusion.prior, motion.solved.jacobians.covariance
+    # Root of the covariance of the biases alone, three rows of each gyro's nine.
     root = prior.gyro_root.reshape(data.bodies, 9, -1)[:, :3].reshape(3 * data.bodies, -1)
     hanging = data.residual[data.rows(*map(data.at_rest, range(data.bodies)))]
+    # Bias by the fall less bias by the rest: both are relative to the certificate's.
     change = prior.parameters_of(motion.solved.errors)[:, :3].ravel() - hanging
+    # What the fall leaves open, what a gyro may feel of its weight, and the noise of the rest.
     covariance = root @ after[prior.gyro, prior.gyro] @ root.T
     covariance += block_diag(*data.fall_covariance[:, :3, :3])
     if data.rest is not None:
@@ -103,7 +107,11 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
     )
     return WEIGHT.judge(value, rms_limit(len(change)), sentence).caused_by(
         f"g-sensitivity: the gyros feel forces {value:.2g} times as much as their data sheet says",
-        "Turn the robot over on the bench and compare the biases: tfsat-host monitor; replace such a gyro",
+        Advice(
+            "Turn the robot over on the bench and compare the biases: ",
+            NextStep("monitor"),
+            "; replace such a gyro",
+        ),
     )
 
 
@@ -133,6 +141,7 @@ def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
         apart = np.rad2deg((data.residual[first] - data.residual[second])[both])
         a, b = first[both], second[both]
         variance = np.diag(stated.covariance)
+        # The gyros' integral is in both rows: their covariance takes it out of the difference.
         std = np.rad2deg(np.sqrt(variance[a] + variance[b] - 2.0 * stated.covariance[a, b]))
         worst = int((np.abs(apart) / std).argmax())
         at_s = data.t_s[data.block.edges[both][worst]]
@@ -176,6 +185,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
         elif np.ptp(turned[rows]) < MIN_STROKE_RAD:
             yield kind.not_possible(f"Joint {joint + 1} moved too little to tell a scale.")
         else:
+            # Generalized least squares of one number: the residual against the gyros' integral.
             weighted = np.linalg.solve(stated.among(rows), turned[rows])
             information = float(weighted @ turned[rows])
             off = 100.0 * float(weighted @ data.residual[rows]) / information
@@ -194,6 +204,7 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
         )
     if not _zeros_calibrated(calibration):
         return LAG.not_possible("Angle sensors without a calibrated zero do not tell how late the gyros are.")
+    # Judge what the strokes gave even where the fusion refused it.
     delay_s = lag.delay_s if lag.implausible_s is None else lag.implausible_s
     sentence = (
         f"The gyros are {1e3 * delay_s:.2f} ms behind the angle sensors; "
@@ -214,6 +225,7 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
         return ATTITUDES.not_possible("Too few gyros answered for a second opinion on the attitude.")
     start, end = poses(tree, motion.angles_rad[motion.samples.fall][[0, -1]])[0]
     first = int(np.flatnonzero(motion.samples.fall)[0])
+    # Joint angles carry another body's attitude to the base: what their changes are off by, and a floor.
     bent = sum(joint.difference_std_rad(first, -1) ** 2 for joint in motion.joints) + ATTITUDE_FLOOR_RAD**2
     differences = [(_apart(motion, tree.base, b, start[b], end[b], bent), b) for b in others]
     (ratio, angle, std), worst = max(differences, key=lambda difference: difference[0][0])
@@ -221,6 +233,7 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
         f"At the end of the fall the gyros of bodies {worst + 1} and {tree.base + 1} differ by {np.rad2deg(angle):.3f} "
         "deg in the base's attitude."
     )
+    # In rad along this very difference, whose standard deviation is angle over ratio.
     limit = z_limit(3 * len(others)) * (angle / ratio if ratio > 0.0 else std)
     return ATTITUDES.judge(float(np.rad2deg(angle)), float(np.rad2deg(limit)), sentence)
 
@@ -233,6 +246,7 @@ def _apart(
     The result is the difference in standard deviations and in rad, and the standard deviation of an axis.
     """
     base, other = motion.bodies[of_base], motion.bodies[of_other]
+    # Out to the other body by the pose at the release, along with it, and back by the pose at the end.
     by = Rotation.from_matrix(start @ other.attitude[-1].as_matrix() @ end.T)
     apart = (by * base.attitude[-1].inv()).as_rotvec()
     covariance = start @ other.covariance() @ start.T + base.covariance() + bent * np.eye(3)

@@ -14,6 +14,7 @@ from tfsat_host.evaluation.checks.consistency import sensor_name
 from tfsat_host.evaluation.checks.evidence import SOUND, Hypothesis, Words
 from tfsat_host.evaluation.checks.stated_errors import axis_std_rad
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
+from tfsat_host.next_step import Advice, NextStep
 
 WORSE = 4.0
 """Times what is stated, that a fault of a stated number typically is: half of it and less is no fault."""
@@ -30,9 +31,11 @@ _CUT_OFF_RAD_S = np.deg2rad(10.0)
 _PLATEAU, _PLATEAU_KNOT_S, _FAST_RAD_S = 0.93, 0.025, np.deg2rad(30.0)
 """Readings above such a share of the greatest may be cut off; what they lack may change from knot to knot."""
 _RELEASE_S = 0.05
-ROBOT = "with the robot file: tfsat-host robot"
-LOOK = "Look at its samples: tfsat-host decode; leave the sensor out or repair it before the next drop"
-CLOCK = "Look at the late samples: tfsat-host decode; check the logger: tfsat-host status"
+ROBOT = Advice("with the robot file: ", NextStep("robot"))
+LOOK = Advice(
+    "Look at its samples: ", NextStep("decode"), "; leave the sensor out or repair it before the next drop"
+)
+CLOCK = Advice("Look at the late samples: ", NextStep("decode"), "; check the logger: ", NextStep("status"))
 
 
 def stated_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -72,6 +75,7 @@ def _robot_files(residuals: WholeResidual) -> Iterator[Hypothesis]:
         units, stds = np.array(offsets.units)[chosen], WORSE * offsets.prior_std[chosen]
         what = f"the CoM of {names[0].split(' CoM')[0]}" if kind == "CoM" else f"the {kind}"
 
+        # Defaults bind the values of this turn of the loop: the words are asked for after it.
         def words(
             numbers: FloatArray,
             what: str = what,
@@ -85,10 +89,12 @@ def _robot_files(residuals: WholeResidual) -> Iterator[Hypothesis]:
                 f"by {numbers[k] * stds[k]:+.1f} {units[k]}"
             )
 
-        yield Hypothesis(kind, columns, words, f"Weigh the bodies, measure the hinges, compare {ROBOT}")
+        step = Advice("Weigh the bodies, measure the hinges, compare ", ROBOT)
+        yield Hypothesis(kind, columns, words, step)
 
 
 def _leaning_axes(residuals: WholeResidual) -> Iterator[Hypothesis]:
+    # A file that states exact axes gives a fault no size: half a degree.
     std = WORSE * (axis_std_rad(residuals.data) or np.deg2rad(0.5))
 
     def words(numbers: FloatArray) -> str:
@@ -99,7 +105,8 @@ def _leaning_axes(residuals: WholeResidual) -> Iterator[Hypothesis]:
             "allows"
         )
 
-    yield Hypothesis(AXIS, std * residuals.by_tilts, words, f"Measure the hinges, compare {ROBOT}")
+    step = Advice("Measure the hinges, compare ", ROBOT)
+    yield Hypothesis(AXIS, std * residuals.by_tilts, words, step)
 
 
 def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -126,12 +133,11 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
 
         # A wrong range scales the whole reading, its bias too.
         ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
-        yield Hypothesis("gyro bias", _BIAS_RAD_S * columns[:, :3], bias, "tfsat-host calibrate bias")
-        yield Hypothesis(
-            "gyro mounting", _TURNED_RAD * columns[:, 3:6], mounting, "tfsat-host calibrate misalignment"
-        )
+        again = {kind: Advice(NextStep(f"calibrate {kind}")) for kind in ("bias", "misalignment", "scale")}
+        yield Hypothesis("gyro bias", _BIAS_RAD_S * columns[:, :3], bias, again["bias"])
+        yield Hypothesis("gyro mounting", _TURNED_RAD * columns[:, 3:6], mounting, again["misalignment"])
         for free in (columns[:, 6:], ranged):
-            yield Hypothesis("gyro scale", _SCALE * free, scale, "tfsat-host calibrate scale")
+            yield Hypothesis("gyro scale", _SCALE * free, scale, again["scale"])
 
 
 def list_numbers(numbers: FloatArray) -> str:
@@ -142,6 +148,7 @@ def list_numbers(numbers: FloatArray) -> str:
 
 def _heavy_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield the fault that all gyros' biases change more with their weight than the data sheet states."""
+    # In the fall alone: what the weight makes a gyro show at rest is part of its bias.
     biases = residuals.by_gyros.in_fall[:, :, :3].reshape(residuals.size, -1)
 
     def words(numbers: FloatArray) -> str:
@@ -152,7 +159,10 @@ def _heavy_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
         WEIGHT_FELT,
         WORSE * WEIGHT_STD_RAD_S * biases,
         words,
-        "Calibrate each gyro's bias in several poses, or state a greater g-sensitivity: tfsat-host calibrate bias",
+        Advice(
+            "Calibrate each gyro's bias in several poses, or state a greater g-sensitivity: ",
+            NextStep("calibrate bias"),
+        ),
     )
 
 
@@ -182,11 +192,13 @@ def _bad_certificates(residuals: WholeResidual) -> Iterator[Hypothesis]:
     parts = [residuals.by_gyros.parameters[:, b] @ root_of(gyro.covariance) for b, gyro in enumerate(gyros)]
     columns = WORSE * np.concatenate([*parts, residuals.stack(residuals.stated.by_sensors)], axis=1)
     cause = "the certificate: its gyros and angle sensors are off by several times what it states"
-    yield Hypothesis("certificate", columns, fixed_words(cause), "Calibrate again: tfsat-host calibrate show")
+    step = Advice("Calibrate again: ", NextStep("calibrate show"))
+    yield Hypothesis("certificate", columns, fixed_words(cause), step)
 
 
 def _since(columns: FloatArray, blocks: int) -> FloatArray:
     """(size, blocks, q) what lasts from each block on, of columns (size, blocks q) that last for one."""
+    # Reverse cumulative sum over the blocks: a step at one is all blocks from there on.
     each = columns.reshape(len(columns), blocks, -1)
     return np.asarray(each[:, ::-1].cumsum(axis=1)[:, ::-1])
 
@@ -196,6 +208,7 @@ def by_blocks(residuals: WholeResidual, body: int) -> FloatArray:
     data, gyro = residuals.data, residuals.data.calibration.gyros[body]
     within = np.repeat(np.eye(data.blocks), data.block.counts, axis=1)
     axes = -_BIAS_RAD_S * (gyro.rotation / gyro.scale)
+    # (blocks, 3, n, 3): one sensor axis shows less within one block; the last axis is the body's.
     rates = within[:, None, :, None] * axes.T[None, :, None, :]
     return residuals.by_gyro(body, rates.reshape(-1, len(data.t_s), 3))
 
@@ -222,6 +235,7 @@ def _slipped_sensors(residuals: WholeResidual) -> Iterator[Hypothesis]:
     data = residuals.data
     for joint, sensor in np.ndindex(data.joints, 2):
         rows = data.along(joint, sensor)
+        # The joint's geometry by its other sensor alone, but this one's rows as it showed them.
         sensor_residual = data.with_one(joint, sensor, np.full(len(data.t_s), np.nan))
         sensor_residual[rows] = data.residual[rows]
         slip_columns = np.zeros((residuals.size, data.blocks))
@@ -244,7 +258,8 @@ def _slip(joint: int, sensor: int, at_s: float, columns: FloatArray) -> Hypothes
             )
         return f"{sensor_name(joint, sensor)} slipped by {off_deg:+.2f} deg at {at_s:.1f} s"
 
-    return Hypothesis("slipped sensor", columns, words, f"tfsat-host calibrate zero --joint {joint + 1}")
+    step = Advice(NextStep("calibrate zero", ("--joint", str(joint + 1))))
+    return Hypothesis("slipped sensor", columns, words, step)
 
 
 def _cut_off(residuals: WholeResidual) -> Iterator[Hypothesis]:
@@ -266,9 +281,8 @@ def _cut_off(residuals: WholeResidual) -> Iterator[Hypothesis]:
             "less"
         )
         columns = _CUT_OFF_RAD_S * residuals.by_gyro(body, np.array(lacking))
-        yield Hypothesis(
-            "saturation", columns, fixed_words(cause), "Set a wider range: tfsat-host logger-settings"
-        )
+        step = Advice("Set a wider range: ", NextStep("logger-settings"))
+        yield Hypothesis("saturation", columns, fixed_words(cause), step)
 
 
 def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
@@ -278,6 +292,7 @@ def _plateaus(t_s: FloatArray, reading: FloatArray) -> Iterator[FloatArray]:
         return
     knots = np.arange(t_s[0], t_s[-1] + _PLATEAU_KNOT_S, _PLATEAU_KNOT_S)
     near = reading > _PLATEAU * greatest
+    # Hat functions: what a plateau lacks may be any curve that is straight between the knots.
     for hat in np.eye(len(knots)):
         shape = np.interp(t_s, knots, hat)
         if (near & (shape > 0.0)).any():
@@ -288,6 +303,7 @@ def _pushes(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield pushes from outside, which change the momentum."""
     assert residuals.model is not None
     by_momentum, t_s = residuals.model.by_momentum, residuals.model.t_s
+    # Inner blocks only: a step needs a momentum before it and one after.
     for at in range(1, len(t_s) - 1):
         step = by_momentum.copy()
         step[: at + 1] = 0.0

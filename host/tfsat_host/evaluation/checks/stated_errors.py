@@ -62,6 +62,7 @@ class StatedErrors:
 
     def chi_square_of(self, vector: FloatArray, rows: BoolArray) -> tuple[float, int]:
         """Chi-square of those of some rows (size,) that are known, without the others, and how many they are."""
+        # Marginal covariance: rows that are not chosen are integrated out.
         chosen = rows & self.known
         residual = vector[chosen]
         return float(residual @ np.linalg.solve(self.among(chosen), residual)) if len(residual) else 0.0, len(
@@ -94,6 +95,7 @@ class ByGyros(NamedTuple):
             [
                 *(self.parameters[:, b] @ root for b, root in enumerate(roots)),
                 *(self.in_fall[:, b] @ root for b, root in enumerate(changes)),
+                # The reading time of each gyro, then delay and second moment that all have in common.
                 self.delay * READ_APART_STD_S,
                 self.delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
                 self.second.sum(axis=1, keepdims=True) * second_std_s2,
@@ -105,11 +107,13 @@ class ByGyros(NamedTuple):
 def stated_errors(data: Consistency) -> StatedErrors:
     """Noise, parameters of gyros and angle sensors, lags, and the floors of this module."""
     jacobian = _gyro_jacobian(data)
+    # What changes with the fall does not show at rest.
     in_fall = jacobian.copy()
     for body in range(data.bodies):
         in_fall[data.at_rest(body)] = 0.0
     by_gyros = ByGyros(jacobian, in_fall, *_by_lag(data))
     starts, sensors, fallback, noise = _by_starts(data), _by_sensors(data), _by_fallback(data), _noise(data)
+    # Every lasting error is a column of variance one: the covariance is their outer product, and noise.
     design = np.concatenate(
         [
             by_gyros.as_stated(data, GYRO_FLOOR),
@@ -169,6 +173,7 @@ def _by_fallback(data: Consistency) -> FloatArray:
 def _by_angle(data: Consistency, joint: int, error: FloatArray) -> FloatArray:
     """(size,) the residual by an error (n,) of the angle of a joint without angle sensors."""
     out = np.zeros(data.size)
+    # Central difference: the angle enters by the joint's rotation, which is not linear.
     for sign in (1.0, -1.0):
         turns = list(data.rotations)
         turns[joint] = data.rotation_by(joint, (data.by_gyros(joint) + sign * _ANGLE_STEP_RAD * error)[None])
@@ -213,9 +218,12 @@ def _noise(data: Consistency) -> FloatArray:
         sample = data.variance[:, inner] + data.variance[:, outer]
         askew = _askew(data, inner) + _askew(data, outer)
         rows = np.arange(data.size)[data.off_axis(joint)]
+        # Means of white noise average out; second-order errors of a mounting last, and do not.
         out[rows, rows] = np.tile(data.mean(sample) / counts + data.mean(askew) ** 2, 2) + RATE_FLOOR_RAD_S**2
+        # Integrated noise is a random walk: two blocks share the variance up to the earlier of them.
         walked = np.cumsum(sample * np.gradient(data.t_s) ** 2)[centers]
         walk = np.minimum.outer(walked, walked)
+        # Second-order errors of a mounting add up in amplitude: fully correlated.
         bent = np.cumsum(askew * np.gradient(data.t_s))[centers]
         walk = walk + np.outer(bent, bent)
         sensed = data.calibration.joints[joint].each(data.shown_rad[:, data.sensors(joint)])
@@ -241,6 +249,7 @@ def _known_rows(data: Consistency) -> tuple[BoolArray, BoolArray]:
     """(size,) rows with enough readings, of an integral with all of them; and rows whose angle sensor answered."""
     out, sensed_rows = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
     share = data.mean(data.answered.T.astype(np.float64))
+    # An integral needs every block, and no hole; off the axis each block stands alone.
     through = bool(np.diff(data.t_s).max() <= MAX_HOLE_S)
     for joint in range(data.joints):
         complete_blocks = (share[list(data.pair(joint))] >= MIN_ANSWERED).all(axis=0)

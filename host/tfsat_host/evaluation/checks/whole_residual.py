@@ -77,6 +77,7 @@ class WholeResidual:
         of_sensors = self.data.rate_part(body, rates_rad_s, self.data.rotations).T
         if self.model is None:
             return of_sensors
+        # Through the fusion, which takes all gyros: the others show nothing more.
         every = np.zeros((*rates_rad_s.shape[:2], self.data.bodies, 3))
         every[:, :, body] = rates_rad_s
         return self.stack(of_sensors, self.model.by_gyros(every))
@@ -88,6 +89,7 @@ class WholeResidual:
         if self.model is None:
             return ours
         data, bodies = self.data, self.data.bodies
+        # Eleven columns a gyro in one batch: nine parameters, delay and second moment of its lag.
         changes = np.zeros((11 * bodies, len(data.t_s), bodies, 3))
         for body, rates in enumerate(data.rates):
             own = changes[11 * body : 11 * (body + 1), :, body]
@@ -95,6 +97,7 @@ class WholeResidual:
             own[9] = derivative(data.t_s, rates)
             own[10] = derivative(data.t_s, own[9])
         theirs = self.model.by_gyros(changes).reshape(-1, bodies, 11)
+        # The model's rows are of the fall: there errors of the whole drop and of the fall alone are one.
         parts = (theirs[..., :9], theirs[..., :9], theirs[..., 9], theirs[..., 10])
         return ByGyros(*(np.concatenate(pair) for pair in zip(ours, parts, strict=True)))
 
@@ -105,6 +108,7 @@ class WholeResidual:
             return self.data.tilt_jacobian
         prior = self.model.motion.fusion.prior
         has_tilt = prior.tilt > 0.0
+        # Exact tilts have no column; the unit keeps the quotient finite.
         unit = np.where(has_tilt, prior.tilt, 1.0)
         return self.stack(self.data.tilt_jacobian, has_tilt * self.model.by_errors[:, prior.tilts] / unit)
 
@@ -112,6 +116,7 @@ class WholeResidual:
     def whitening(self) -> FloatArray:
         """(k, k) makes independent numbers of variance one of the k known rows, if all is as filed and certified."""
         stated, model = self.stated, self.model
+        # As certified: without the floors that the single checks grant.
         parts = [
             self.by_gyros.as_stated(self.data, _AS_CERTIFIED),
             self.by_tilts * axis_std_rad(self.data),
@@ -127,6 +132,7 @@ class WholeResidual:
                 axis=1,
             )
             parts += [
+                # A start is in the rows of sensors and model, and is counted once.
                 self.stack(stated.by_starts * prior.start, by_errors[:, prior.starts]),
                 self.stack(None, others),
             ]
@@ -136,6 +142,7 @@ class WholeResidual:
         covariance[sensors, sensors] += stated.noise
         if model is not None:
             covariance[self.data.size :, self.data.size :] += model.noise
+        # Inverse Cholesky factor of the known rows; the others are integrated out.
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance[np.ix_(self.known, self.known)])))
 
     def whiten(self, rows: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.samples import Blocks
 
 _STEPS = 40
+# In the offsets' units, mm or %: where no offset moves by more the iteration has arrived.
 _CLOSE = 1e-4
 _SHORTER = 0.9
 """A step that is not so much shorter than the one before it goes round in circles: half as far from there on."""
@@ -93,6 +94,7 @@ class ModelFit:
     def sought_information(self) -> FloatArray:
         """(s, s) of the data on the offsets that are sought, the nuisance parameters held by their priors."""
         s, prior = self.offsets.sought, np.diag(self.offsets.prior_std**-2.0)
+        # Schur complement: eliminate the nuisance parameters, which their priors hold.
         nuisance = self.information[s:, s:] + prior[s:, s:]
         across = self.information[s:, :s]
         return np.asarray(self.information[:s, :s] - across.T @ np.linalg.solve(nuisance, across))
@@ -111,16 +113,20 @@ class ModelFit:
 
 def fit_model(offsets: Offsets, kinematics: FallSamples, before: ModelFit | None = None) -> ModelFit:
     """Fits the offsets to one drop; from where another fit of the same drop ended, if there is one."""
+    # Start from no offsets and the mean momentum, or from where another fit of this drop ended.
     if before is None:
         momentum = inertial_momentum(offsets.body, kinematics).mean(axis=0)
         start = Place(np.zeros(len(offsets)), momentum, kinematics.taken, 0, converged=False)
     else:
         start = Place.of(before)
+    # First fit as if the sensors' noise were all that is left over.
     place = _converge(offsets, kinematics, start, 1.0)
     system = _System.of(offsets, place, kinematics)
+    # Estimate the variance factor by blocks (sandwich): the model's errors are correlated in each.
     rows = system.design.reshape(len(kinematics.t_s), 3, -1)
     residual = system.target.reshape(len(kinematics.t_s), 3)
     excess = max(1.0, Blocks.of(kinematics.t_s, _BLOCK_S).excess(rows, residual, system.normal, system.prior))
+    # Refit with data that are worse by as much: the prior then weighs more, and the solution moves.
     if excess > 1.0:
         place = _converge(offsets, kinematics, place, excess, system)
         system = _System.of(offsets, place, kinematics)
@@ -156,6 +162,7 @@ class OffsetEquations(NamedTuple):
 
     def place_at(self, values: FloatArray) -> Place:
         """Return the offsets (p,) with the momentum and the errors that are best with them."""
+        # Back-substitute: what was eliminated is affine in the offsets, the constant in the last column.
         own = self.own @ np.append(values, 1.0)
         return Place(values, self.momentum_unit * own[:3], own[3:], 0, converged=False)
 
@@ -192,10 +199,13 @@ def _converge(
     p = len(offsets)
     share, before = 1.0, np.inf
     for _ in range(_STEPS):
+        # Relinearize wherever the last step led; a system that is known already serves for the first.
         system = system or _System.of(offsets, place, kinematics)
         moved = system.solve(offsets, place, widening)
+        # Measure the step in prior standard deviations, so that mm and % add up.
         length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
+        # Damp where steps no longer shrink; the last one, within tolerance, is taken in full.
         share = 1.0 if arrived else share if length < _SHORTER * before else 0.5 * share
         before = length
         place = Place(
@@ -216,7 +226,9 @@ def _fit(
 ) -> ModelFit:
     """Build the fit at a place."""
     p = len(offsets)
+    # Widened variances divide the data's information; the prior stays.
     data = system.normal / widening
+    # The momentum was solved for in a unit of its own: scale its rows and columns back.
     scale = np.ones(len(data))
     scale[p : p + 3] = system.momentum_unit
     return ModelFit(
@@ -249,17 +261,21 @@ class _System(NamedTuple):
 
     @classmethod
     def of(cls, offsets: Offsets, place: Place, kinematics: FallSamples) -> _System:
+        # Linearize about readings from which the errors found so far are taken off.
         kinematics = kinematics.correct(place.errors)
         linearization = derivatives(offsets, place.values, kinematics, place.momentum)
+        # Count the momentum in what turns the locked robot by 1 deg/s: the normal matrix is well scaled.
         inertia = locked_inertia(offsets.body, kinematics.angles_rad[:1])
         unit = float(np.trace(inertia[0])) / 3.0 * np.deg2rad(1.0)
         columns = np.concatenate(
             [linearization.by_offsets, unit * linearization.by_momentum, linearization.by_errors], axis=2
         )
+        # Whiten the three rows of each sample by the inverse Cholesky factor of their noise, (m, 3, 3).
         whitening = np.linalg.inv(np.linalg.cholesky(linearization.noise))
         p, r = len(offsets), linearization.by_errors.shape[2]
         # The prior pulls towards no offset at all, from wherever the last step led.
         prior = np.diag([*offsets.prior_std**-2.0, *np.zeros(3), *np.ones(r)])
+        # Stack samples and axes into rows: (3 m, p + 3 + r).
         design = (whitening @ columns).reshape(-1, p + 3 + r)
         return cls(
             design,
@@ -274,9 +290,11 @@ class _System(NamedTuple):
     def equations(self, place: Place, widening: float) -> OffsetEquations:
         """Eliminate momentum and errors, with the errors' prior."""
         p = len(place.values)
+        # Restate the step's equations in absolute unknowns, so that those of several drops can be summed.
         there = np.concatenate([place.values, place.momentum / self.momentum_unit, place.errors])
         normal = self.normal / widening
         right = self.design.T @ self.target / widening + normal @ there
+        # Schur complement over momentum and errors: the momentum is free, the errors have unit variance.
         across, own_prior = normal[p:, :p], np.diag([*np.zeros(3), *np.ones(len(place.errors))])
         own = np.linalg.solve(normal[p:, p:] + own_prior, np.column_stack([-across, right[p:]]))
         return OffsetEquations(
@@ -290,8 +308,10 @@ class _System(NamedTuple):
         """Solve for the step of offsets, momentum and errors, within the offsets' bounds."""
         p = len(offsets)
         right = self.design.T @ self.target / widening
+        # The priors pull from the place reached back to zero; the momentum has none.
         right[:p] -= place.values / offsets.prior_std**2
         right[p + 3 :] -= place.errors
+        # Only offsets have bounds, and these move with the place, for the unknown is the step from there.
         unbound = np.full(len(right) - p, np.inf)
         return bounded_solution(
             self.normal / widening + self.prior,
@@ -303,8 +323,10 @@ class _System(NamedTuple):
 
 def bounded_solution(normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """(k,) least squares by its normal equations (k, k), (k,), within bounds, infinite where there is none."""
+    # If the unconstrained minimum lies within the bounds it is the answer.
     free = np.linalg.solve(normal, right)
     if ((low <= free) & (free <= high)).all():
         return np.asarray(free)
+    # Else bounded least squares: with the normal matrix R^T R, minimize |R x - R^-T b| over the box.
     root = np.linalg.cholesky(normal).T
     return np.asarray(lsq_linear(root, np.linalg.solve(root.T, right), (low, high), method="bvls").x)

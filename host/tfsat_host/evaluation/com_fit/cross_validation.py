@@ -152,8 +152,10 @@ def combine(fits: Sequence[ModelFit]) -> CombinedOffsets:
     offsets = fits[0].offsets
     for fit in fits[1:]:
         _require_same(offsets, fit.offsets)
+    # One fit to all drops, relinearized at common offsets; the prior counts once.
     joint = fit_jointly(fits)
     chi_square, freedom = _disagreement(joint, offsets.prior_std)
+    # The ratio is of standard deviations; it is one where chance may explain the scatter.
     covariance = joint.covariance * _birge_ratio(chi_square, freedom) ** 2
     return CombinedOffsets(joint.values, covariance, chi_square, freedom)
 
@@ -169,11 +171,14 @@ def _disagreement(joint: JointFit, prior_std: FloatArray) -> tuple[float, float]
     for drop in joint.drops:
         # Along the directions that the drop tells, in standard deviations of the prior.
         tells, directions = np.linalg.eigh(prior_std[:, None] * drop.information * prior_std)
+        # What this drop's data would still change at the common offsets: zero if it agrees.
         pull = drop.right_hand_side - drop.information @ joint.unbounded
         projected_pull = directions.T @ (prior_std * pull)
+        # Pseudo-inverse: only directions that the drop tells add to chi-square and its degrees.
         telling = tells > _TELLS_LEAST
         chi_square += float((projected_pull[telling] ** 2 / tells[telling]).sum())
         direction_count += int(telling.sum())
+    # The common fit has used up some degrees: trace of its covariance times the data's information.
     effective_parameters = float(np.trace(joint.covariance @ sum(drop.information for drop in joint.drops)))
     return chi_square, max(direction_count - effective_parameters, 0.0)
 
@@ -220,11 +225,13 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
     validations = []
     for drop in drops:
         _require_same(drop.fit.offsets, drops[0].fit.offsets)
+        # The drop itself takes no part, nor do drops that something speaks against.
         fits = [other.fit for other in find_trusted_drops(drops) if other is not drop]
         if not fits:
             continue
         others = combine(fits)
         offsets, none = drop.fit.offsets, np.zeros(len(others.values))
+        # A batch of two robots: J of the model as filed, and with the others' offsets.
         objective = averaged_momentum(
             offsets.apply(np.stack([none, others.values])), drop.flown, size
         ).objective
@@ -246,6 +253,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
 def _off(fit: ModelFit, others: CombinedOffsets) -> float:
     p = len(fit.offsets)
     difference = fit.values - others.values
+    # Own and common offsets come of different drops: their covariances add.
     covariance = fit.covariance[:p, :p] + others.covariance
     return float(np.sqrt(difference @ np.linalg.solve(covariance, difference) / p))
 

@@ -118,6 +118,7 @@ def identifiability(fit: ModelFit) -> Identifiability:
     """Compute the identifiability of a fit's sought offsets from the data and the final covariance."""
     offsets, s = fit.offsets.alone, fit.offsets.sought
     information, covariance = fit.sought_information, fit.covariance[:s, :s]
+    # The information is symmetric but for rounding; its eigenvalues are squares of singular values.
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
     singular = np.sqrt(np.maximum(values, 0.0))
     prior = offsets.prior_std**2
@@ -137,6 +138,7 @@ def identifiability(fit: ModelFit) -> Identifiability:
 
 
 PARTNERS = 3
+# A hinge point trades exactly if its regression coefficient is so near to plus or minus one.
 ONE_TO_ONE = 0.2
 BETTER_SHARE = 0.8
 """A combination is shown if its standard deviation is so much smaller than the offset's alone."""
@@ -217,10 +219,12 @@ class _Numbers:
         own = self.covariance[np.ix_(target_indices, target_indices)]
         if not len(known_indices):
             return np.sqrt(np.diag(own))
+        # Scale to unit variances first, as rad, mm and % differ by orders of magnitude.
         unit = np.sqrt(np.diag(self.covariance)[known_indices])
         unit = np.where(unit > 0.0, unit, 1.0)
         cross = self.covariance[np.ix_(target_indices, known_indices)] / unit
         known_covariance = self.covariance[np.ix_(known_indices, known_indices)] / np.outer(unit, unit)
+        # Condition the Gaussian on the known numbers; a pseudo-inverse admits those without variance.
         conditional_covariance = (
             own - cross @ np.linalg.pinv(known_covariance, rcond=1e-13, hermitian=True) @ cross.T
         )
@@ -236,9 +240,11 @@ def couplings(fit: ModelFit, kinematics: FallSamples) -> tuple[Coupling, ...]:
     """
     numbers = _numbers(fit, kinematics)
     offset_indices = np.arange(fit.offsets.sought)
+    # Centers of mass and momentum are never taken for known: every fit has to find them from the drop.
     others = [group for group in dict.fromkeys(numbers.groups) if group not in (_KINDS["com"], "momentum")]
     std = np.sqrt(np.diag(numbers.covariance))
     alone = numbers.std_if_known(offset_indices, numbers.of(others))
+    # For each group, take all the other groups for known: what it alone adds.
     growth = {
         group: numbers.std_if_known(offset_indices, numbers.of([other for other in others if other != group]))
         / alone
@@ -274,7 +280,9 @@ def _determined_combination(fit: ModelFit, index: int) -> Combination | None:
         return None
     factors = np.zeros(len(fit.values))
     point_covariance = fit.covariance[np.ix_(points, points)]
+    # Regress the offset on the hinge points: a coefficient near plus or minus one is an exact trade.
     together = np.linalg.solve(point_covariance, fit.covariance[points, index])
+    # Round to whole factors, so that the sum means a distance between two points; drop weaker trades.
     factors[points] = np.where(np.abs(np.abs(together) - 1.0) < ONE_TO_ONE, -np.sign(together), 0.0)
     factors[index] = 1.0
     p = len(factors)
@@ -290,6 +298,7 @@ def _numbers(fit: ModelFit, kinematics: FallSamples) -> _Numbers:
     """Build the fit's numbers, the sensors' errors transformed from independent ones to their own units."""
     offsets = fit.offsets
     first = len(offsets) + 3
+    # Offsets and momentum are in their units already; only the independent errors are transformed.
     back = np.eye(len(fit.covariance))
     back[first:, first:] = kinematics.sensor_errors
     names = [*offsets.names, *[f"momentum {axis}" for axis in "xyz"]]
@@ -298,10 +307,12 @@ def _numbers(fit: ModelFit, kinematics: FallSamples) -> _Numbers:
         for k, kind in enumerate(offsets.kinds)
     ]
     groups += ["momentum"] * 3
+    # Names in the order of the error vector: see `Prior` in `motion/error_model.py`.
     for body in range(offsets.body.n_bodies):
         for group in _GYRO_GROUPS:
             names += [f"gyro {body + 1} {group.removeprefix('gyro ')} {axis}" for axis in "xyz"]
             groups += [group] * 3
+    # Differences between gyros sum to zero: one fewer than there are gyros.
     apart = [
         f"gyro {what} apart {k}" for what in ("low-passes", "delays") for k in range(1, offsets.body.n_bodies)
     ]

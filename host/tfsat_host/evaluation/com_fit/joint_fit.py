@@ -68,5 +68,6 @@ def _solve(drops: Sequence[OffsetEquations], offsets: Offsets) -> JointFit:
     normal = np.diag(offsets.prior_std**-2.0) + sum(drop.information for drop in drops)
     right = np.sum([drop.right_hand_side for drop in drops], axis=0)
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    # Offer values within bounds; whether drops agree is judged by those without.
     values = bounded_solution(normal, right, -offsets.bounds, offsets.bounds)
     return JointFit(values, covariance @ right, covariance, tuple(drops))

@@ -45,6 +45,7 @@ from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of
 from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution
 
+# Central differences: truncation goes by the square of the step, rounding by its inverse.
 _ANGLE_STEP_RAD = 1e-4
 
 
@@ -90,9 +91,11 @@ class FallSamples:
 
         The readings of each body's own gyro stay as they are.
         """
+        # Only the change counts: what was taken off before stays off.
         off = errors - self.taken
         rates = self.rate_errors @ off
         base = self.base_rate_rad_s + rates[:, :3]
+        # All to first order but the attitude, in which a rate's error accumulates: integrate that anew.
         return replace(
             self,
             angles_rad=self.angles_rad + self.angle_errors @ off,
@@ -128,17 +131,21 @@ class OwnGyros:
 
 def flown_of(motion: Motion, errors: FloatArray | None = None) -> FallSamples:
     """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
+    # Column k is what the k-th independent error of variance one does.
     root = root_of(motion.solved.jacobians.covariance)
     if errors is None:
         errors, solved = np.zeros(len(root)), motion.solved
     else:
+        # Not to first order: fuse again with corrected gyros, over the joint angles that follow.
         solved = motion.fusion.without(motion.solved, root @ errors)
     fall = motion.t_s >= SETTLED_S
     fused, jacobians, prior = solved.fused, solved.jacobians, motion.fusion.prior
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
     silent = fused.bridged[..., None, None]
+    # An own gyro against all gyros together: its errors less those of the fused rate.
     relative_jacobians = np.where(silent[fall], 0.0, jacobians.gyros[fall] - jacobians.bodies[fall])
+    # Least-squares residuals have the noise less the fitted value's covariance, as the gyro is in both.
     fused_covariance = fused.gyro_map @ fused.covariance[:, None] @ fused.gyro_map.swapaxes(2, 3)
     alone = motion.fusion.least_excess * np.where(silent, 0.0, motion.fusion.noise - fused_covariance)
     return FallSamples(
@@ -172,6 +179,7 @@ def _by_unit_errors(by_errors: FloatArray, root: FloatArray) -> FloatArray:
 def _corrected_gyro_rates(motion: Motion, solved: FusionSolution) -> FloatArray:
     """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
     rates = solved.fused.body_rates()
+    # Pass the others' rates through the low-pass, so that bridged samples lag as the gyro's own do.
     late = [solved.lag.apply(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
     answered = motion.samples.answered[..., None]
     return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
@@ -217,6 +225,7 @@ class Derivatives:
 def residual_rate(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
     inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
+    # Turn the constant momentum into base axes, and what is left over into a rate of the base.
     residual_momentum = _momentum(inertia, joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
     return np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0])
 
@@ -235,8 +244,10 @@ def derivatives(
     residual_momentum = (
         _momentum(inertia, of_joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
     )
+    # The inverse of the locked inertia turns momentum into the base's rate, (m, 3, 3).
     inverse = np.linalg.inv(inertia)
     rate = np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0], dtype=np.float64)
+    # Take the slopes at the predicted rate, smoothed: noise in columns would count as information.
     kinematics = replace(
         kinematics,
         base_rate_rad_s=smooth_rates(kinematics.base_rate_rad_s - rate),
@@ -248,8 +259,10 @@ def derivatives(
         kinematics.base_rate_rad_s,
         kinematics.joint_rate_rad_s,
     )
+    # The unexplained rate follows the base's rate one to one, and each joint's by I^-1 A.
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
+    # By the pose only the momentum's slope counts: h - R^T H all but vanishes at the predicted rate.
     by_angles = inverse @ _momentum_by_angles(body, kinematics)
     by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, kinematics), kinematics.tilt_errors, 2)
     # An error that turns the attitude turns the momentum in base axes.
@@ -257,7 +270,9 @@ def derivatives(
         kinematics.attitude @ kinematics.rate_errors[:, :3], kinematics.t_s, axis=0, initial=0
     )
     by_momentum = -inverse @ kinematics.attitude.swapaxes(1, 2)
+    # A small rotation v of the attitude, inertial axes, changes R^T H by R^T (H x v).
     by_attitude = by_momentum @ np.cross(momentum, np.eye(3), axisb=0, axisc=0)
+    # Chain rule: (m, 3, 12) by rates, joint angles and attitude, times (m, 12, r) of those by the errors.
     by_all = np.concatenate([both, by_angles, by_attitude], axis=2)
     return Derivatives(
         inverse @ momentum_slopes(offsets, vector, moving),
@@ -270,6 +285,7 @@ def derivatives(
 
 def _momentum_by_angles(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
+    # A batch of robots (joints, 1, joints), one joint moved in each, broadcast over the samples.
     steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
     high, low = (
         momentum_of(body, replace(kinematics, angles_rad=kinematics.angles_rad + s)) for s in (steps, -steps)
@@ -279,6 +295,7 @@ def _momentum_by_angles(body: Multibody, kinematics: FallSamples) -> FloatArray:
 
 def _momentum_by_tilts(body: Multibody, kinematics: FallSamples) -> FloatArray:
     """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
+    # One tilt a robot: (6, 1, joints, 2), the second axis for the samples.
     steps = _ANGLE_STEP_RAD * np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
     high, low = (
         momentum_of(body, replace(kinematics, tilt_rad=kinematics.tilt_rad + s)) for s in (steps, -steps)
@@ -291,6 +308,7 @@ def _momentum_by_tilts(body: Multibody, kinematics: FallSamples) -> FloatArray:
 
 
 PAPER_SIZE = 25
+# Of the cutoff f_co = 0.443 f_s / sqrt(N^2 - 1), see the text of this module.
 _HALF_POWER = 0.443
 _MIN_SHARE = 0.75
 """A window in which more than a quarter of the samples are missing has no average."""
@@ -352,15 +370,19 @@ def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) 
     """
     if not 1 <= size <= len(t_s) or len(t_s) < 2:
         raise ValueError(f"an average over {size} samples needs as many, and two; there are {len(t_s)}")
+    # The median step, which missing samples do not lengthen.
     period = float(np.median(np.diff(t_s)))
     middles = 0.5 * (t_s[1:] + t_s[:-1])
     edges = np.concatenate([[t_s[0] - 0.5 * period], middles, [t_s[-1] + 0.5 * period]])
     width = size * period
     low, high = t_s - 0.5 * width, t_s + 0.5 * width
+    # Rounding must not cost the first and the last whole window.
     slack = 1e-6 * period
     is_full = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
+    # A whole window may still have too few samples in it.
     inside = np.searchsorted(t_s, high) - np.searchsorted(t_s, low)
     rows = np.flatnonzero(is_full & (inside >= _MIN_SHARE * size))
+    # Sum up once: the integral over any window is then a difference of two interpolated sums.
     sums = np.concatenate(
         [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
     )

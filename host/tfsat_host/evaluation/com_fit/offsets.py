@@ -120,16 +120,19 @@ class Offsets:
     def inertia_slope(self, parameter: Parameter, vector: FloatArray) -> FloatArray:
         """(3, 3) of a body's tensor at offsets (p,) by one entry of its E, SI; to second order in E."""
         root = _root(self.body.inertia_kg_m2[parameter.of])
+        # All entries of this body's strain together: the slope is taken at the offsets reached.
         strain = sum(
             value * other.si * other.shape
             for value, other in zip(vector, self.parameters, strict=True)
             if other.kind == "inertia" and other.of == parameter.of
         )
+        # Symmetrize e^E X: the slope of the exponential, but for terms of second order in E.
         half = expm(strain) @ parameter.shape
         return _inertia(root @ (0.5 * (half + half.T)) @ root.T)
 
     def _with(self, vectors: FloatArray, *, sampled: bool) -> Multibody:
         lead, body = vectors.shape[:-1], self.body
+        # Sum up what the parameters add: to points in m, to masses and tensors in the exponent.
         moved: dict[Kind, FloatArray] = {
             "com": _repeat_axes(body.com_m, lead),
             "point": _repeat_axes(body.joint_point_m, lead),
@@ -138,9 +141,11 @@ class Offsets:
         }
         for index, parameter in enumerate(self.parameters):
             value = parameter.si * vectors[..., index]
+            # Index past the batch axes: each robot's value times the parameter's shape.
             moved[parameter.kind][(slice(None),) * len(lead) + (parameter.of,)] += np.multiply.outer(
                 value, parameter.shape
             )
+        # Exponentials keep masses positive and tensors physical, however far a step of the fit goes.
         fields = {
             "com_m": moved["com"],
             "joint_point_m": moved["point"],
@@ -159,6 +164,7 @@ def _repeat_axes(values: FloatArray, lead: tuple[int, ...]) -> FloatArray:
 def _strain_inertia(inertia: FloatArray, strain: FloatArray) -> FloatArray:
     """(..., n, 3, 3) tensors with S' = L e^E L^T; `inertia` (n, 3, 3), E `strain` (..., n, 3, 3)."""
     root = _root(inertia)
+    # A tensor without strain stays as filed to the last digit: the root would round it.
     return np.where(
         strain.any(axis=(-1, -2), keepdims=True),
         _inertia(root @ expm(strain) @ root.swapaxes(-1, -2)),
@@ -206,6 +212,7 @@ def _centers(model: RobotModel, bound_m: float) -> tuple[Parameter, ...]:
     Priors so wide decide nothing that the data determine.
     """
     bound_mm = 1e3 * bound_m
+    # A uniform spread over plus and minus d has the standard deviation d / sqrt(3).
     return tuple(
         parameter._replace(bound=bound_mm)
         for body in COM_BODIES
@@ -220,6 +227,7 @@ def _center(model: RobotModel, b: int, std_mm: float) -> Iterator[Parameter]:
 
 def _uncertain(model: RobotModel, stated: Uncertainty) -> Iterator[Parameter]:
     for b, name in enumerate(model.body_names):
+        # The sought centers have their own, wider priors.
         if stated.com_m and b + 1 not in COM_BODIES:
             yield from _center(model, b, 1e3 * stated.com_m)
         if stated.mass_relative:
@@ -228,6 +236,7 @@ def _uncertain(model: RobotModel, stated: Uncertainty) -> Iterator[Parameter]:
             yield from _of_inertia(name, b, 100.0 * stated.inertia_relative)
     if stated.joint_point_m:
         for j, (name, axis) in enumerate(zip(model.joint_names, model.joint_axis, strict=True)):
+            # Along the axis a hinge point means nothing: two directions each.
             for side in across(axis):
                 letter = "xyz"[int(np.argmax(np.abs(side)))]
                 yield Parameter(f"{name} point {letter}", "mm", "point", j, side, 1e3 * stated.joint_point_m)
@@ -239,5 +248,6 @@ def _of_inertia(name: str, body: int, std_percent: float) -> Iterator[Parameter]
         for k in range(i, 3):
             shape = np.zeros((3, 3))
             shape[i, k] = shape[k, i] = 1.0
+            # Twice the variance on the diagonal makes the distribution of E the same in all axes.
             std = std_percent * 2.0**0.5 if i == k else std_percent
             yield Parameter(f"{name} inertia {'xyz'[i]}{'xyz'[k]}", "%", "inertia", body, shape, std)

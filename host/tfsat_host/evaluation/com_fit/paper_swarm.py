@@ -127,6 +127,7 @@ class SwarmFit:
 
 def powers(vectors: FloatArray) -> FloatArray:
     """(N, 1 + p + p (p + 1) / 2): one, each of p numbers, and each product of two."""
+    # The upper triangle with its diagonal: each square and each product of two once.
     rows, columns = np.triu_indices(vectors.shape[1])
     return np.concatenate(
         [np.ones((len(vectors), 1)), vectors, vectors[:, rows] * vectors[:, columns]], axis=1
@@ -147,8 +148,10 @@ def momentum_polynomial(
     # As far out as the bounds, where rounding matters least.
     unit = offsets.bounds * np.eye(p)
     rows, columns = np.triu_indices(p, 1)
+    # The origin, both ways along each axis, and each pair: as many robots as coefficients.
     places = np.concatenate([np.zeros((1, p)), unit, -unit, unit[rows] + unit[columns]])
     averages = averaged_momentum(offsets.apply(places), kinematics, size).values
+    # From the first window, as J counts it; components before samples: (places, 3, k).
     strayed = (averages - averages[:, :1]).swapaxes(1, 2)
     coefficients = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
     return MomentumPolynomial(np.asarray(coefficients, dtype=np.float64).reshape(strayed.shape))
@@ -172,6 +175,7 @@ def swarm_fit(
         seeds: One or more, a swarm each.
     """
     offsets, settings = fit.offsets.alone, settings or SwarmSettings()
+    # One polynomial for all swarms: J then costs a matrix product a particle, and no dynamics.
     polynomial = momentum_polynomial(offsets, kinematics, size)
     minima = [
         minimize(
@@ -206,6 +210,7 @@ def _bottom(polynomial: MomentumPolynomial, start: FloatArray, bounds: FloatArra
     def at(vector: FloatArray) -> float:
         return float(polynomial.objective(vector[None])[0])
 
+    # Descend from the swarm's best: if J falls much the swarm had not arrived.
     descent = descend(
         at, start.tolist(), method="L-BFGS-B", bounds=[(-float(bound), float(bound)) for bound in bounds]
     )

@@ -61,6 +61,7 @@ def predict(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> P
         momentum: (3,) H, inertial axes.
     """
     body = body.tilt_hinges(kinematics.tilt_rad)
+    # Inertia and joint momentum follow from the joints alone: compute all samples at once.
     inverse = np.linalg.inv(conserved.locked_inertia(body, kinematics.angles_rad))
     joints = conserved.joint_momentum(body, kinematics.angles_rad) @ kinematics.joint_rate_rad_s[..., None]
     driven = -(inverse @ joints)[..., 0]
@@ -70,8 +71,10 @@ def predict(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> P
             step_s = kinematics.t_s[k] - kinematics.t_s[k - 1]
             # H is small: where it is seen from the last sample's attitude, it is off by a hundredth of itself.
             ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
+            # Trapezoid, the rate at its end predicted with the attitude at its beginning.
             attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
         rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
+    # Integrate by the routine that integrates the gyros, so that both sides are treated alike.
     return Prediction(momentum, rates, integrate_rates(kinematics.t_s, rates).as_matrix())
 
 
@@ -81,6 +84,7 @@ def _turn(rotation: FloatArray) -> FloatArray:
     angle = sqrt(x * x + y * y + z * z)
     # Below a microradian the series' first terms are exact to the last digit.
     first, second = (sin(angle) / angle, (1.0 - cos(angle)) / angle**2) if angle > 1e-6 else (1.0, 0.5)
+    # Rodrigues' formula with the cross-product matrix.
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
@@ -148,16 +152,20 @@ def attitude_error(
         covariance: (m, 3, 3) by `difference_covariance`, of the same body.
     """
     measured_rates = kinematics.own.rate_rad_s[:, body]
+    # The body's rate is the base's in its axes, and what the joints between them add.
     joint_part = np.einsum("nij,nj->ni", kinematics.own.gyro_map[:, body, :, 3:], kinematics.joint_rate_rad_s)
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
+    # Delay the model's rates by the gyros' low-pass, so that both sides have the same lag.
     predicted_rates = lag.apply(kinematics.t_s, exact)
     ours, theirs = (
         integrate_rates(kinematics.t_s, measured_rates),
         integrate_rates(kinematics.t_s, predicted_rates),
     )
+    # Carry the covariance of a small rotation over to the Euler angles, at the predicted attitude.
     by_turn = euler_zyx_by_turn(theirs.as_matrix())
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
     difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
+    # A floor of 1e-12 rad keeps quotients finite where a variance vanishes.
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
     return AttitudeError(
         kinematics.t_s, wrap_angle(difference), measured_rates - predicted_rates, std, spread[-1]
@@ -197,11 +205,14 @@ def difference_covariance(
         own_errors = np.concatenate([np.zeros_like(linearization.by_offsets), own_errors], axis=2)
     # by_momentum = -I^-1 R^T, so its inverse turns a rate back into a momentum.
     to_momentum = np.linalg.inv(linearization.by_momentum[quiet])
+    # A mean over the quiet samples: the momentum takes up the errors' mean effect there.
     momentum_by_errors = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
     explained = columns + linearization.by_momentum @ momentum_by_errors
+    # The time that each sample stands for; the attitude turns its rate into the first sample's axes.
     steps = np.gradient(kinematics.t_s)[:, None, None]
     to_first = kinematics.attitude * steps
     by_model, by_own = (np.cumsum(to_first @ part, axis=0) for part in (explained, rotation @ own_errors))
+    # Noise adds up in variance: the base's unexplained rate, and the own gyro against all together.
     noise = (
         kinematics.attitude
         @ (linearization.noise + rotation @ own.noise[:, body] @ rotation.swapaxes(1, 2))
@@ -290,6 +301,7 @@ class ModelInput:
         """Compare the measurement with the model at given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.correct(values), self.flown, self.quiet)
         linearization = derivatives(self.offsets, values, self.flown, momentum)
+        # Before a fit the sensors' errors are independent and of variance one.
         return self._compare_sides(
             values, linearization, np.eye(linearization.by_errors.shape[2]), fitted=False
         )
@@ -297,6 +309,7 @@ class ModelInput:
     def with_fit(self, fit: ModelFit) -> Sides:
         """Compare the measurement with the model at offsets that were fitted to this very drop."""
         p = len(self.offsets)
+        # Leave the momentum out: the prediction takes its own from the quiet samples.
         indices = np.r_[0:p, p + 3 : len(fit.covariance)]
         return self._compare_sides(
             fit.values, fit.derivatives, fit.covariance[np.ix_(indices, indices)], fitted=True
@@ -406,12 +419,15 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
     driven = driven_by(kinematics, motion.lag)
     fit = fit_model(offsets, kinematics)
     sensed, after, misfit = sensed_by(fit)
+    # Errors that turn the joints noticeably are no longer linear: take them off in earnest, and refit.
     for _ in range(_RELINEARIZED):
+        # Done where the linearization held; hopeless where the sensors contradict each other.
         if kinematics.turned_by(fit.errors) < _LINEAR_RAD or misfit > _CONTRADICTED:
             break
         kinematics = sensed.flown
         fit = fit_model(offsets, kinematics, fit)
         sensed, after, misfit = sensed_by(fit)
+    # Widen the offsets' covariance, but judge the corrected model by the errors as stated.
     if misfit > 1.0:
         stated, fit = fit, widen_fit(fit, misfit)
         after = sensed.with_fit(replace(fit, covariance=stated.covariance))

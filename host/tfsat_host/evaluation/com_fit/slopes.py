@@ -55,8 +55,10 @@ class MovingBodies(NamedTuple):
         """
         rotation, translation = poses(body, angles_rad)
         place = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
+        # First as one rigid body that turns with the base; its translation drops out below.
         rate = np.repeat(base_rate_rad_s[:, None], body.n_bodies, axis=1)
         velocity = np.cross(rate, place)
+        # Each joint then turns all bodies beyond it about its hinge.
         for step in body.steps:
             axis = step.sign * rotation[:, step.parent] @ body.joint_axis[step.joint]
             hinge = rotation[:, step.parent] @ body.joint_point_m[step.joint] + translation[:, step.parent]
@@ -80,8 +82,10 @@ class MovingBodies(NamedTuple):
         """
         com, velocity = self.com_m[:, body], self.velocity_m_s[:, body]
         rate = self.rate_rad_s[:, of]
+        # By the double cross product r x (w x d) = w (r.d) - d (r.w); both factors are (m, 3).
         across = rate[:, :, None] * com[:, None, :]
         across -= np.einsum("mi,mi->m", rate, com)[:, None, None] * np.eye(3)
+        # Rows v x e_j: the transpose of [v], which is -[v].
         across += np.cross(velocity[:, None], np.eye(3))
         return np.asarray(self.mass_kg[body] * across @ self.rotation[:, of])
 
@@ -95,6 +99,7 @@ def momentum_slopes(offsets: Offsets, vector: FloatArray, moving: MovingBodies) 
         moving: The robot with those offsets.
     """
     slopes = np.empty((len(moving.rate_rad_s), 3, len(offsets)))
+    # Parameters of one kind and body share what does not depend on them: one product for all.
     for (kind, of), columns in _by_what(offsets.parameters).items():
         parameters = [offsets.parameters[column] for column in columns]
         units = np.array([parameter.si for parameter in parameters])
@@ -119,17 +124,20 @@ def _slopes(
     moving: MovingBodies,
 ) -> FloatArray:
     """(m, 3, k) in SI, of k parameters of one kind and one body or joint."""
+    # By the mass's logarithm: the slope is the body's own share m r x v.
     if kind == "mass":
         momentum = moving.mass_kg[of] * np.cross(moving.com_m[:, of], moving.velocity_m_s[:, of])
         return np.asarray(momentum[..., None])
     if kind == "inertia":
         turn = moving.rotation[:, of]
+        # In the body's own axes, where a change of its tensor is constant.
         own_rate = np.einsum("mij,mi->mj", turn, moving.rate_rad_s[:, of])
         changes = np.stack([offsets.inertia_slope(parameter, vector) for parameter in parameters], axis=-1)
         return turn @ np.tensordot(own_rate, changes, ((1,), (1,)))
     if kind == "com":
         by_point = moving.shift_momentum(of, of)
     else:
+        # The point is fixed in both bodies of the hinge: moving it shifts all beyond by R_i d - R_o d.
         step = next(step for step in offsets.body.steps if step.joint == of)
         beyond = offsets.body.moved_by(of)
         shifts = [

@@ -27,6 +27,7 @@ def integrate_rates(t_s: FloatArray, rate_rad_s: FloatArray) -> Rotation:
         n rotations from that frame to where it was at the first sample.
     """
     before, after, steps_s = rate_rad_s[:-1], rate_rad_s[1:], np.diff(t_s)[:, None]
+    # Magnus expansion: the trapezoid, and the commutator of the rates at both ends.
     turns = 0.5 * steps_s * (before + after) + steps_s**2 / 12.0 * np.cross(before, after)
     steps = Rotation.from_rotvec(np.concatenate([np.zeros((1, 3)), turns])).as_quat()
     return Rotation.from_quat(_products(steps))
@@ -36,6 +37,7 @@ def _products(quaternions: FloatArray) -> FloatArray:
     """(n, 4): the product of all up to each, by doubling the reach of every one in each round."""
     reach = 1
     total = quaternions.T.copy()
+    # Prefix products in log2(n) rounds, each for all samples at once; the product is associative.
     while reach < total.shape[1]:
         total[:, reach:] = quaternion.product(total[:, :-reach], total[:, reach:])
         reach *= 2
@@ -81,6 +83,7 @@ class BodyMotion:
         # Without a turn the axis is undefined: the worst one counts.
         if angle < 1e-9:
             return angle, float(np.sqrt(np.linalg.eigvalsh(self.covariance(index)).max()))
+        # To first order only an error about the rotation's axis changes its angle.
         axis = turn / angle
         return angle, float(np.sqrt(axis @ self.covariance(index) @ axis))
 
@@ -116,11 +119,14 @@ def body_motion(t_s: FloatArray, rates: Rates, error_covariance: FloatArray, rat
     start, start_variance = _since_release(t[0], rate[0], rate_hz)
     attitude = start * integrate_rates(t, rate)
     matrices = attitude.as_matrix()
+    # J = integral of R dw/dp: an error that lasts adds up in amplitude.
     by = cumulative_trapezoid(matrices @ rates.by_errors[fall], t, axis=0, initial=0)
+    # Noise adds up in variance, after it is turned into inertial axes.
     turned = matrices @ rates.variance[fall] @ matrices.swapaxes(1, 2)
     weights = np.gradient(t)
     noise = np.cumsum(turned * (weights**2)[:, None, None], axis=0)
     holes = holes_of(t, rate, rate_hz)
+    # What straight lines across holes may miss: alike in all directions, as its axis is unknown.
     missed = start_variance + holes.variance_between(np.full_like(t, t[0]), t)
     noise = noise + missed[:, None, None] * np.eye(3)
     return BodyMotion(t, rate, attitude, by, error_covariance, noise, rates.bridged[fall])
@@ -134,4 +140,5 @@ def _since_release(t_s: float, rate_rad_s: FloatArray, rate_hz: float) -> tuple[
     if t_s <= GAP_PERIODS / rate_hz:
         return Rotation.identity(), 0.0
     turn = rate_rad_s * t_s
+    # As of a rate that jumps anywhere in a hole: see `holes_of`.
     return Rotation.from_rotvec(turn), float(turn @ turn) / 12.0

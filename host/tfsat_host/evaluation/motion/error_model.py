@@ -81,9 +81,12 @@ class Prior:
     ) -> Prior:
         """Build the prior of one drop; `lag` is the data sheet's, `axis_std_rad` the robot file's."""
         roots = [root_of(covariance) for covariance in samples.parameter_covariance]
+        # The second moment is between one pole's (0) and a pure delay's (d^2 / 2): d^2 / 4 either way.
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
         tilt = np.full(2 * len(start), axis_std_rad)
+        # An orthonormal basis of differences that sum to zero, (4, 1, 3): what is common is in the moments.
         differ = null_space(np.ones((1, len(roots))))[:, None]
+        # A slow clock stretches the response: the second moment by twice as much as the delay.
         low_pass = OSCILLATOR * np.array([[lag.delay_s], [2.0 * lag.second_s2]])
         late = np.array([[READ_APART_STD_S], [0.0]])
         apart = np.concatenate([low_pass * differ, late * differ], axis=2)
@@ -117,6 +120,7 @@ class Prior:
 
     def as_late(self, t_s: FloatArray, gyro_rates: FloatArray, errors: FloatArray) -> FloatArray:
         """(n, 4, 3) what gyros with the mean lag would show of what they show with errors (r,)."""
+        # One number a gyro, (4, 1): broadcast over samples and axes.
         by_delay, by_second = (self.apart @ errors[self.slower]).T[..., None]
         first = derivative(t_s, gyro_rates)
         return np.asarray(gyro_rates + by_delay * first + by_second * derivative(t_s, first))
@@ -174,6 +178,7 @@ def gyro_errors(
         own = slice(9 * body, 9 * body + 9)
         errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]
     first = derivative(t_s, gyro_rates)
+    # Columns by the lag's moments: first and second derivative of what the gyro shows.
     moments = np.stack([first, derivative(t_s, first)], axis=-1)
     errors[..., prior.moments] = moments * prior.lag
     errors[..., prior.slower] = moments @ prior.apart
@@ -202,9 +207,11 @@ def error_jacobians(
     """
     n = len(t_s)
     gyros = np.where(fused.bridged[..., None, None], 0.0, gyros)
+    # Errors reach the fused rates through the gains: those of gyros, and tilts that mislead the map.
     residual_by_errors = -gyros
     residual_by_errors[..., prior.tilts] += by_tilts * prior.tilt
     direct = -fused.gains @ residual_by_errors.reshape(n, -1, len(prior))
+    # What the angles have apart from integrated rates: their starts and their walks.
     own = np.zeros((n, len(prior.start), len(prior)))
     for joint, walk in enumerate(prior.walks):
         direct[:, 3 + joint, prior.walk(joint)] += walk.rate
@@ -217,9 +224,11 @@ def error_jacobians(
     own += turned_from(t_s, walked)
     both_by_angles, bodies_by_angles = by_angles
     angles = own
+    # Fixed point: angles follow from rates, and the fused rates from angles.
     for _ in range(_CARRIED):
         angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
     rates = direct + both_by_angles @ angles
+    # The pose's columns hold the fused rates' own change: `direct` goes with them, not `rates`.
     by_both = np.concatenate([fused.gyro_map, bodies_by_angles], axis=-1).reshape(n, -1, 6 + len(prior.start))
     bodies = (by_both @ np.concatenate([direct, angles], axis=1)).reshape(gyros.shape)
     bodies[..., prior.tilts] += by_tilts * prior.tilt
@@ -263,12 +272,16 @@ def random_walk(
     """
     knots = _knots(t_s, unsensed, fine_s, holes)
     left_knots, right = knots[:-1], knots[1:]
+    # Ramps (n, k): each step of the walk grows evenly from its knot to the next.
     angle = np.clip((t_s[:, None] - left_knots) / (right - left_knots), 0.0, 1.0)
     by_slope = np.interp(0.5 * (left_knots + right), t_s, unsensed.astype(float)) > 0.5
+    # White rate noise of one-sided density N integrates to the variance N^2 dt / 2.
     variance = 0.5 * density_rad_s_rthz**2 * (right - left_knots)
     variance = variance + np.where(by_slope, sensed_std_rad**2, 0.0)
+    # A hole lies between two knots of its own: what is missed in it is one step.
     variance = variance + holes.variance_between(left_knots, right)
     step = np.sqrt(variance)
+    # Where the slope stands for the rate, a step of the angle is an error of the rate as well.
     inside = (t_s[:, None] >= left_knots) & (t_s[:, None] < right) & by_slope
     return RandomWalk(angle * step, np.where(inside, step / (right - left_knots), 0.0))
 
@@ -276,8 +289,10 @@ def random_walk(
 def _knots(t_s: FloatArray, unsensed: BoolArray, fine_s: float, holes: Holes) -> FloatArray:
     coarse = np.arange(0.0, t_s[-1] + KNOT_S, KNOT_S)
     fine = np.arange(0.0, t_s[-1], fine_s)
+    # Finer knots only where the angle sensors' slope stands in for a gyro.
     fine = fine[np.interp(fine, t_s, unsensed.astype(float)) > 0.0]
     inner = np.concatenate([coarse, fine])
+    # No knots inside a hole, where no sample tells steps apart; its ends are knots instead.
     in_hole = (inner[:, None] > holes.from_s) & (inner[:, None] < holes.until_s)
     edges = np.concatenate([holes.from_s, holes.until_s])
     knots = np.unique(np.concatenate([[0.0], inner[~in_hole.any(axis=1)], edges[edges > 0.0]]))

@@ -44,9 +44,11 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
     if len(t_s) < 2:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
     blocks = Blocks.of(t_s - t_s[0], _DENSITY_BLOCK_S)
+    # Too short a rest tells less of the noise than the data sheet.
     if len(blocks.edges) < MIN_BLOCKS:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
     means = blocks.mean(rate_rad_s)
+    # Two-sample variance: half the squared difference of neighbouring means, as in an Allan variance.
     squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
     return np.array([_density(squares[:, gyro]) for gyro in range(rate_rad_s.shape[1])])
 
@@ -57,6 +59,7 @@ def _density(squares: FloatArray) -> float:
     They are NaN where the gyro did not answer.
     """
     finite_squares = squares[np.isfinite(squares)]
+    # Too few blocks, or readings that never change: neither shows the noise.
     if len(finite_squares) < 3 * MIN_BLOCKS or not finite_squares.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.
@@ -79,9 +82,12 @@ def sample_covariance(
         rate_hz: Sampling rate.
         low_pass: Of the gyros.
     """
+    # Ages are spread evenly over the output period: a twelfth of its square.
     age_variance = (AGE_SHARE * low_pass.output_period_s) ** 2 / 12.0
     change = derivative(t_s, rate_rad_s)
+    # A one-sided density N makes the variance N^2 f_s / 2 in a sample.
     white = 0.5 * rate_hz * densities[:, None, None] ** 2 * np.eye(3)
+    # One age for three axes: the outer product of the rate's change.
     return np.asarray(white + age_variance * change[..., None] * change[..., None, :])
 
 
@@ -122,6 +128,7 @@ class Lag:
 
     def remove(self, t_s: FloatArray, signal: FloatArray) -> FloatArray:
         """(n, ...) what was to be shown at each time, of what was shown."""
+        # Invert the low-pass by the first two terms of its Taylor series.
         first = derivative(t_s, signal)
         return np.asarray(signal + self.delay_s * first + self.second_s2 * derivative(t_s, first))
 
@@ -132,16 +139,20 @@ class Lag:
         """
         # A delay that a fit found below zero is no low-pass: all of it is then a shift.
         constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 0.0))), self.delay_s)
+        # The pole's exponent divides by it: never quite zero.
         constant_s = max(constant_s, _MIN_TIME_CONSTANT_S)
+        # Cubics carry the samples onto a grid that is fine enough for the pole.
         fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
         fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
         filtered = _one_pole(fine, constant_s / FINE_S)
+        # What the time constant leaves of the delay is a pure shift.
         late_s = t_s - (self.delay_s - constant_s)
         return np.column_stack([np.interp(late_s, fine_s, column) for column in filtered.T])
 
 
 def _one_pole(signals: FloatArray, constant: float) -> FloatArray:
     """(n, k) of signals that are linear between two samples; the time constant is in samples. It begins settled."""
+    # First-order hold: exact for an input that is linear between its samples.
     pole = np.exp(-1.0 / constant)
     mean = (1.0 - pole) * constant
     driven = np.concatenate([signals[:1], (1.0 - mean) * signals[1:] + (mean - pole) * signals[:-1]])
@@ -159,12 +170,14 @@ def smooth_rates(rates: FloatArray) -> FloatArray:
 
     With a sample's own noise in them, that noise times itself would be taken for information, and pull what is fitted.
     """
+    # An odd window, as the filter needs, and no longer than the record.
     window = min(SMOOTHED_SAMPLES, len(rates) - 1 + len(rates) % 2)
     return np.asarray(savgol_filter(rates, window, 3, axis=0) if window > 3 else rates)
 
 
 def sheet_lag(low_pass: LowPass) -> Lag:
     """Return the data sheet's lag; its second moment e is that of two equal poles."""
+    # On average a reading is half an output period old when it is read.
     delay_s = low_pass.gyro_delay_s + 0.5 * low_pass.output_period_s
     return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
 
@@ -172,6 +185,7 @@ def sheet_lag(low_pass: LowPass) -> Lag:
 def derivative(t_s: FloatArray, values: FloatArray) -> FloatArray:
     """(n, ...) by the parabola through each three neighbours; none of them across a hole."""
     steps = np.diff(t_s)
+    # Split at holes, and differentiate each part alone: a slope across a hole is none.
     holes = np.flatnonzero(steps > _HOLE_STEPS * np.median(steps)) + 1
     parts = [np.arange(first, last) for first, last in pairwise([0, *holes.tolist(), len(t_s)])]
     return np.concatenate(

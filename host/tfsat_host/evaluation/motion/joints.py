@@ -79,6 +79,7 @@ class SensedJoint:
     @property
     def mean_rad(self) -> FloatArray:
         """(n,) by those that answered, without the jump that one's silence would make; NaN where none did."""
+        # Shift both to their common mean, so that one's dropout makes no step.
         apart = self.angle_rad[:, 1] - self.angle_rad[:, 0]
         apart = apart[np.isfinite(apart)]
         half = 0.5 * float(apart.mean()) if len(apart) else 0.0
@@ -99,17 +100,22 @@ def _find_distrusted(
     if not both.any():
         return None
     apart = wrap_angle(angle_rad[both, 1] - angle_rad[both, 0])
+    # Both may differ by their zero points and bends, as the calibration states them.
     zeros = np.trace(sensors.zero_covariance) + np.trace(sensors.bend_covariance)
     limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
+    # A quantile, as single outliers are no lasting contradiction.
     if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
         return None
     usable_rows = both & np.isfinite(turned_rad)
     if usable_rows.any():
+        # A sound sensor keeps a constant difference to the gyros' integral; quantiles bound its range.
         drift = np.unwrap(angle_rad[usable_rows] - turned_rad[usable_rows, None], axis=0)
         low, high = np.quantile(drift, [_LASTING, 1.0 - _LASTING], axis=0)
         first, second = high - low
+        # Blame the one that strayed more, by a clear margin only.
         if abs(second - first) > 0.5 * limit:
             return int(second > first)
+    # Neither strayed, or no gyros tell: compare the first angles with where the servo held the joint.
     return int(np.abs(wrap_angle(angle_rad[both][0] - held_rad)).argmax())
 
 
@@ -152,10 +158,13 @@ def errors_by_sensors(
         outside_information: (r, r) information from elsewhere, and (r,) its right-hand side.
     """
     r, extra = len(errors), _NUISANCES * len(joints)
+    # Ten nuisances a joint: two zero points, and four coefficients of the bend of each sensor.
     sensors = block_diag(*(_nuisance_covariance(joint.sensors) for joint in joints))
     stated = np.asarray(np.linalg.inv(sensors), dtype=np.float64)
+    # Prior: lasting errors of unit variance, nuisances as the calibration states them.
     information = np.asarray(block_diag(np.eye(r), stated))
     right = np.zeros(r + extra)
+    # Other evidence, such as the neighbouring gyros', comes as normal equations of its own.
     information[:r, :r] += outside_information[0]
     right[:r] += outside_information[1]
     for j, joint in enumerate(joints):
@@ -164,6 +173,7 @@ def errors_by_sensors(
             there = np.isfinite(joint.angle_rad[:, k])
             rows = np.zeros((int(there.sum()), r + extra))
             rows[:, :r] = by_errors[there, j] * free
+            # Residual for absolute errors: as if those already in the angles had not been taken off.
             off = (joint.angle_rad[:, k] - angles_rad[:, j])[there] + rows[:, :r] @ errors
             rows[:, nuisance[k]] = -joint.sensors.direction[k]
             bend = nuisance[2 + 4 * k : 6 + 4 * k]
@@ -173,12 +183,14 @@ def errors_by_sensors(
             rows[:, bend] = -joint.sensors.direction[k] * curve
             information += rows.T @ rows / joint.noise_rad[k] ** 2
             right += rows.T @ off / joint.noise_rad[k] ** 2
+    # Keep the errors' block of the inverse: this marginalizes the nuisances.
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
     solution = covariance @ right
     return solution[:r], covariance[:r, :r], Squares.of(solution[r:], stated, covariance[r:, r:])
 
 
 def _nuisance_covariance(sensors: JointSensors) -> FloatArray:
+    # A tiny variance keeps the covariance of a sensor that is stated as exact invertible.
     bend = SHARED_CAUSE * sensors.bend_covariance + 1e-16 * np.eye(8)
     return np.asarray(block_diag(sensors.zero_covariance + 1e-16 * np.eye(2), bend))
 
@@ -189,6 +201,7 @@ def sample_noise_rad(angle_rad: FloatArray) -> float:
     second = second[np.isfinite(second)]
     if len(second) < 10:
         return float(np.deg2rad(0.1))
+    # Median absolute deviation (0.6745); a second difference has six times the variance of a sample.
     spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
     return float(max(spread, SENSOR_FLOOR_RAD))
 
@@ -232,6 +245,7 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
         angle = joint.mean_rad
         is_finite = np.isfinite(angle)
         if is_finite.sum() > SMOOTHED:
+            # Bridge missing readings: the filter needs equidistant samples.
             smooth = smooth_savitzky_golay(np.interp(t_s, t_s[is_finite], angle[is_finite]))
             rates[:, j] = derivative(t_s, smooth)
             stds[j] = sample_noise_rad(angle)
@@ -246,6 +260,7 @@ def smooth_savitzky_golay(values: FloatArray) -> FloatArray:
     The first and the last few share the cubic of the first and the last window.
     """
     half = SMOOTHED // 2
+    # Hat matrix of a cubic over one window: row k gives the fitted value at its sample k.
     powers = np.vander(np.arange(-half, half + 1) / half, _SMOOTHING_ORDER + 1)
     fitted = powers @ np.linalg.pinv(powers)
     inner = sliding_window_view(values, SMOOTHED) @ fitted[half]
@@ -317,6 +332,7 @@ class JointMotion:
 
     def std_rad(self) -> FloatArray:
         """(n,) standard deviation of the angle."""
+        # Diagonal of B C B^T, without the (n, n) matrix.
         variance = ((self.basis @ self.covariance) * self.basis).sum(axis=1) + self.smoothing_rad**2
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
@@ -328,6 +344,7 @@ class JointMotion:
 
 
 def _disagreement(sensed: SensedJoint, k: int, angle_rad: FloatArray) -> SensorDisagreement:
+    # As shown, so that a sensor which is not trusted is compared as well.
     off = wrap_angle(sensed.sensors.each(sensed.shown_rad)[:, k] - angle_rad)
     off = off[np.isfinite(off)]
     if not len(off):

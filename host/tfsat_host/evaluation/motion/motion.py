@@ -83,6 +83,7 @@ def motion_of(
         densities: (4,) noise of each gyro, rad/s/sqrt(Hz).
         low_pass: Of the gyros.
     """
+    # First decide which angle sensors to believe, by the gyros' integral and the servo's hold.
     sensed = tuple(
         SensedJoint.of(
             sensors,
@@ -116,6 +117,7 @@ def _bodies(samples: Samples, solved: FusionSolution, noise: FloatArray) -> tupl
     for b in range(noise.shape[1]):
         bridged = fused.bridged[:, b]
         apart = bridged[:, None, None]
+        # The own gyro where it answered, all gyros together elsewhere; errors and noise go with the choice.
         by_errors = np.where(apart, jacobians.bodies[:, b], jacobians.gyros[:, b])
         spread = fused.gyro_map[:, b] @ fused.covariance @ fused.gyro_map[:, b].swapaxes(1, 2)
         spread = np.where(apart, spread, noise[:, b])
@@ -134,6 +136,7 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
     # What turns about the axis looks the same from both bodies.
     rate = (samples.rate_rad_s[:, outer] - samples.rate_rad_s[:, inner]) @ model.joint_axis[joint]
     is_finite = np.isfinite(rate)
+    # The longest time without this rate, both ends of the record included, must be bridgeable.
     if (
         not is_finite.any()
         or np.diff(samples.t_s[is_finite], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > MAX_GAP_S
@@ -169,6 +172,7 @@ class InitialRate:
 def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
     """(n,) after the release has settled and before the first stroke; at least a few."""
     quiet = (t_s >= SETTLED_S) & (t_s < first_stroke_s - BEFORE_STROKE_S)
+    # An early stroke leaves too few quiet samples: take the first ones after settling all the same.
     if quiet.sum() < MIN_SAMPLES:
         first = int(np.searchsorted(t_s, SETTLED_S))
         quiet = np.zeros(len(t_s), bool)
@@ -182,8 +186,10 @@ def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, .
     for moved in motion.bodies:
         rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
         first, last = rows[0], rows[-1]
+        # A mean rate is a turn over a time: difference the Jacobians, as the same errors are in both ends.
         by = moved.by_errors[last] - moved.by_errors[first]
         turned = by @ moved.error_covariance @ by.T
+        # Noise accumulates: its share is the difference of two cumulative variances.
         turned = turned + moved.noise_covariance[last] - moved.noise_covariance[first]
         duration_s = moved.t_s[last] - moved.t_s[first]
         rate = moved.rate_rad_s[rows].mean(axis=0)
@@ -197,6 +203,7 @@ def notes_of(motion: Motion) -> list[str]:
     fall = motion.samples.fall
     answered = motion.samples.answered[fall]
     for body, bridged in enumerate((~answered).sum(axis=0), 1):
+        # A few isolated misses are ordinary: no note.
         if not single_misses(answered[:, body - 1]):
             share = 100.0 * bridged / fall.sum()
             notes.append(

@@ -77,7 +77,9 @@ def fuse(
     design = gyro_jacobian.reshape(n, 3 * bodies, -1)
     information: FloatArray = np.where(answered[..., None, None], np.linalg.inv(noise), 0.0)
     weighted = (information @ gyro_jacobian).reshape(design.shape)
+    # Normal equations of six unknowns at each sample, (n, 6, 6).
     normal = design.swapaxes(1, 2) @ weighted
+    # The angle sensors' slopes are worse than gyros: use them only where one is missing.
     joint_weights = np.where(answered.all(axis=1)[:, None], 0.0, 1.0 / sensed_variance)
     joints = np.arange(3, 3 + body.n_joints)
     normal[:, joints, joints] += joint_weights
@@ -85,6 +87,7 @@ def fuse(
     gains = inverse @ weighted.swapaxes(1, 2)
     readings = np.where(answered[..., None], rates_rad_s, 0.0).reshape(n, -1)
     both = np.einsum("nij,nj->ni", gains, readings)
+    # The slopes measure joint rates themselves: they enter by the joints' columns of the inverse.
     both += np.einsum("nij,nj->ni", inverse[:, :, 3:], joint_weights * np.nan_to_num(sensed_rate_rad_s))
     explained = np.einsum("nij,nj->ni", design, both).reshape(n, bodies, 3)
     return FusedRates(
@@ -108,6 +111,7 @@ def gyro_map(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     """
     rotation, _ = poses(body, angles_rad)
     jacobian = np.zeros((*rotation.shape[:2], 3, 3 + body.n_joints))
+    # Every body has the base's rate, in its own axes; a joint adds its axis to all bodies beyond.
     jacobian[..., :3] = rotation.swapaxes(-1, -2)
     for step in body.steps:
         axis = step.sign * np.einsum("nij,j->ni", rotation[:, step.parent], body.joint_axis[step.joint])
@@ -116,6 +120,7 @@ def gyro_map(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     return jacobian
 
 
+# Central differences of sines and cosines: the truncation stays below 1e-8.
 _STEP_RAD = 1e-4
 
 
@@ -137,8 +142,11 @@ def rates_by_angles(
     high, low = gyro_map(body, (angles_rad + steps[:, None]).reshape(-1, joints)).reshape(
         2, joints, n, *fused.gyro_map.shape[1:]
     )
+    # dD by each joint, (joints, n, 12, 6).
     turned = (high - low).reshape(joints, n, -1, 3 + joints) / (2.0 * _STEP_RAD)
+    # W (r - D x); a silent gyro has no residual.
     weighted = np.linalg.solve(noise, np.nan_to_num(fused.residual_rad_s)[..., None]).reshape(n, -1)
+    # dD x, (n, 12, joints).
     direct = np.moveaxis(turned @ fused.rates[..., None], 0, -1)[:, :, 0]
     both = fused.covariance @ np.einsum("knij,ni->njk", turned, weighted) - fused.gains @ direct
     bodies = direct.reshape(*fused.gyro_map.shape[:3], joints) + fused.gyro_map @ both[:, None]
@@ -157,6 +165,7 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: FusedRates) 
         fused: The rates.
     """
     rotation, _ = poses(body, angles_rad)
+    # Smoothed: with a sample's noise in them columns would correlate with what they are to explain.
     rates, joint_rate = smooth_rates(fused.body_rates()), smooth_rates(fused.joint_rate_rad_s)
     out = np.zeros((*rates.shape, 2 * body.n_joints))
     for step in body.steps:
@@ -164,6 +173,7 @@ def bodies_by_tilts(body: Multibody, angles_rad: FloatArray, fused: FusedRates) 
         rate = np.einsum("nij,nj->ni", child, rates[:, step.child])
         spin = step.sign * joint_rate[:, step.joint, None]
         axis = body.joint_axis[step.joint]
+        # Two effects of a tilt: the joint spins about another axis, and all beyond it are turned.
         for side, tilt in enumerate(across(axis)):
             turned = spin * (parent @ np.cross(tilt, axis)) - np.cross((parent - child) @ tilt, rate)
             for far in body.moved_by(step.joint):
@@ -201,6 +211,7 @@ def information_by_neighbours(
     fall = t_s >= 0.0
     n, r = int(fall.sum()), len(errors)
     bridged = fused.bridged[fall]
+    # Whiten each gyro's three rows; a silent one has none.
     whitening = np.where(bridged[..., None, None], 0.0, np.linalg.inv(np.linalg.cholesky(noise[fall])))
     residuals = (whitening @ np.nan_to_num(fused.residual_rad_s[fall])[..., None]).reshape(n, -1)
     rows = (whitening @ left_by_errors[fall]).reshape(n, -1, r) * free
@@ -208,5 +219,7 @@ def information_by_neighbours(
     normal, pull = flat.T @ flat, flat.T @ residuals.ravel()
     # The errors that are yet to be found explain a part of it.
     residuals = residuals + rows @ np.linalg.solve(normal + np.eye(r), -pull - errors)
+    # Discount it all by what is left over: ringing frames correlate samples, see `Blocks.excess`.
     excess = max(least_excess, Blocks.of(t_s[fall], _BLOCK_S).excess(rows, residuals, normal, np.eye(r)))
+    # The right-hand side is for absolute errors, not for a step from those believed.
     return normal / excess, (normal @ errors - pull) / excess

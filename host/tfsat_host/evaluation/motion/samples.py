@@ -17,6 +17,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US, SAMPLE_RATE_HZ
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
@@ -50,6 +51,7 @@ class Blocks(NamedTuple):
     @classmethod
     def of(cls, t_s: FloatArray, length_s: float) -> Blocks:
         """Build the blocks of n ascending times; blocks without a sample are left out."""
+        # A new block begins where the number of whole lengths changes.
         edges = np.flatnonzero(np.diff(np.floor(t_s / length_s), prepend=-np.inf))
         return cls(edges, np.diff(edges, append=len(t_s)))
 
@@ -71,8 +73,10 @@ class Blocks(NamedTuple):
             normal: (r, r) information in the rows, rows^T rows.
             prior: (r, r) information from elsewhere.
         """
+        # Gradient of each block, (blocks, r): correlated samples add up before they are squared.
         pulls = np.add.reduceat((residuals[:, None] @ rows)[:, 0], self.edges, axis=0)
         gain = np.linalg.inv(normal + prior)
+        # Expectation of that sum if all were unit noise.
         degrees_of_freedom = float((gain * normal).sum())
         return float(((pulls @ gain) * pulls).sum()) / degrees_of_freedom if degrees_of_freedom > 0.0 else 0.0
 
@@ -128,24 +132,32 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         raise EvaluationError(
             what="The recording holds no release.",
             meaning="It is no drop, or its release is lost; nothing can be said about a maneuver.",
-            next_step="See what it holds: tfsat-host decode",
+            next_step=Advice("See what it holds: ", NextStep("decode")),
         )
     until_s = end_of_fall_s(log) - LANDING_GUARD_S
     if until_s < MIN_DURATION_S:
         raise EvaluationError(
             what=f"The recording ends {until_s + LANDING_GUARD_S:.3f} s after the release.",
             meaning="It has nothing of the fall: there is nothing to evaluate.",
-            next_step="See what it holds: tfsat-host decode; fetch the recording again: tfsat-host log fetch",
+            next_step=Advice(
+                "See what it holds: ",
+                NextStep("decode"),
+                "; fetch the recording again: ",
+                NextStep("log fetch"),
+            ),
         )
+    # Keep a lead: derivatives at the release need neighbours before it.
     first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s], side="right")
     part = rows_of(log, slice(int(first), int(last)))
     answered = part.imu_valid & ~_find_saturated(part)
+    # A sample counts if any gyro answered: the others are bridged.
     sample_rows = np.flatnonzero(answered.any(axis=1))
     _require_no_hole(part.t_s[sample_rows], until_s)
     counts = Counts.from_log(part)
     calibrated = apply_calibration(counts, calibration, model)
     # At the samples' times, which those of `DropLog` are not.
     sensor_angles_rad = np.where(part.angle_valid, SensorSamples.from_counts(counts).sensor_angle_rad, np.nan)
+    # Silent and saturated gyros are NaN from here on.
     rates = np.where(answered[..., None], calibrated.rate_rad_s, np.nan)
     return Samples(
         part.t_s[sample_rows],
@@ -165,6 +177,7 @@ def _find_saturated(log: DropLog) -> BoolArray:
     memory_s = SATURATED_DELAYS * LowPass.of(log.header).gyro_delay_s
     out = log.clipped.copy()
     for row in np.flatnonzero(log.clipped.any(axis=1)):
+        # Before full scale, too: the input was cut off while the filter's output still rose.
         first, last = np.searchsorted(log.t_s, log.t_s[row] + np.array([-memory_s, memory_s]))
         out[first:last] |= log.clipped[row]
     return out
@@ -180,6 +193,7 @@ def end_of_fall_s(log: DropLog) -> float:
 
 
 def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
+    # Release and end are edges as well: nothing may be missing next to them.
     edges = np.concatenate([[0.0], t_s[t_s > 0.0], [until_s]])
     holes = np.diff(edges)
     if len(t_s) < 2 or holes.max() > MAX_GAP_S:
@@ -187,7 +201,12 @@ def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
         raise EvaluationError(
             what=f"No gyro has a sample between {edges[worst]:.3f} s and {edges[worst + 1]:.3f} s after the release.",
             meaning=f"Over more than {MAX_GAP_S:g} s no attitude can be carried: nothing can be evaluated.",
-            next_step="Look at the gaps: tfsat-host decode; fetch the recording's second copy: tfsat-host log fetch",
+            next_step=Advice(
+                "Look at the gaps: ",
+                NextStep("decode"),
+                "; fetch the recording's second copy: ",
+                NextStep("log fetch"),
+            ),
         )
 
 
@@ -212,6 +231,7 @@ class Holes:
 
     def variance_between(self, left_s: FloatArray, right_s: FloatArray) -> FloatArray:
         """(k,) of all holes between times (k,)."""
+        # A nanosecond for rounding: intervals may end exactly where a hole does.
         within = (self.from_s >= left_s[:, None] - 1e-9) & (self.until_s <= right_s[:, None] + 1e-9)
         return np.asarray((within * self.variance).sum(axis=1))
 
@@ -229,6 +249,7 @@ def holes_of(t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float) -> Holes:
     slope = np.linalg.norm(np.diff(rate, axis=0), axis=1) / steps
     variance = []
     for gap in first:
+        # The acceleration in the hole is unknown: take the greatest one nearby.
         near = np.abs(t_s[:-1] - t_s[gap]) < _NEAR_S + steps[gap]
         jumped = slope[gap] * steps[gap] ** 2 / np.sqrt(12.0)
         bent = slope[near].max() * steps[gap] ** 2 / 12.0
@@ -269,6 +290,7 @@ class Readings:
     @classmethod
     def of(cls, samples: Samples, gyros: Sequence[GyroCalibration]) -> Readings:
         """Build the readings of one drop, calibrated with `gyros`."""
+        # Back to raw readings, bias included: errors found later act on those, in sensor axes.
         own = [g.readings(samples.rate_rad_s[:, b]) + g.bias_rad_s for b, g in enumerate(gyros)]
         bridged = _bridged_over(samples.t_s, np.stack(own, axis=1))
         return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
@@ -303,5 +325,6 @@ def _away_from_holes(answered: BoolArray) -> BoolArray:
     for shift in range(1, _NEIGHBOURS + 1):
         near[shift:] |= ~answered[:-shift]
         near[:-shift] |= ~answered[shift:]
+    # Where that would leave no gyro at all, those that answered have to do.
     none = np.logical_and.reduce(near, axis=1)
     return np.where(none[:, None], answered, ~near)

@@ -59,12 +59,14 @@ _CLOSE_RAD = 1e-5
 _EXCESS, _EXCESS_UNCALIBRATED = 1.3, 4.0
 """Neighbouring gyros never count for more: frames give under a servo's load, and mountings without a calibration
 are off by so much that products of errors count."""
+# Mountings that are known better than this were measured; by design they are within 5 deg.
 _CALIBRATED_RAD = np.deg2rad(0.9)
 _RAMP_S = 9e-3
 """What two moments leave of a low-pass hangs together over a servo's ramp, and grows with the delay against the ramp's
 length. With it emulated strokes at 5 Hz have the errors that are stated."""
 _CHANCE_LEAST = 1 / 30_000
 """Of the gyros' errors by their calibration. Where they are less likely, neither they nor the axes are corrected."""
+# A joint's rate is the angle sensors' if they have more than half of its information.
 _BY_SLOPE = 0.5
 
 
@@ -148,6 +150,7 @@ class SensorFusion:
         start_angles_rad = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])
         geometry = _geometry(t, joints, start_angles_rad)
+        # Next to a hole a reading has no derivatives to take the lag off by: leave it out.
         rates = np.where(readings.usable[..., None], sheet.remove(t, measured_rates), np.nan)
         fused = fuse(body, geometry, rates, noise, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
@@ -156,6 +159,7 @@ class SensorFusion:
         axis_std_rad = (
             (model.uncertainty or ASSUMED).joint_axis_rad if _has_calibrated_gyros(samples) else 0.0
         )
+        # With angle sensors the start is free; without, it is near to where the servo holds the joint.
         started = np.where(answered, np.pi, UNSENSED_STD_RAD)
         prior = Prior.of(samples, sheet, axis_std_rad, started, walks)
         start = np.where(answered, 0.0, start_angles_rad)
@@ -171,6 +175,7 @@ class SensorFusion:
             implausible_s = solution.lag.delay_s
             free[self.prior.moments] = False
             solution = self._gauss_newton(free)
+        # Judge what the fusion changed by what was stated, before anything is held on that account.
         gyros, tilts = np.r_[self.prior.gyro], np.r_[self.prior.tilts]
         stated = (
             self._squares(solution, gyros),
@@ -178,6 +183,7 @@ class SensorFusion:
             self._squares(solution, tilts),
         )
         contradicted = bool(stated[0].sum > chdtri(stated[0].determined, _CHANCE_LEAST))
+        # Something else is wrong: keep gyros and axes as stated, rather than bend them to it.
         if contradicted:
             free[gyros] = free[tilts] = False
             solution = self._gauss_newton(free)
@@ -196,6 +202,7 @@ class SensorFusion:
         before, after = root @ root.T, root @ solution.jacobians.covariance[own, own] @ root.T
         parts = [solution.sensors]
         for body, off in enumerate(self.prior.parameters_of(solution.errors)):
+            # Biases are left out: weight and warmth change them, which the certificate does not state.
             mounting_and_scale = slice(9 * body + 3, 9 * body + 9)
             stated, posterior = (
                 covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
@@ -230,17 +237,21 @@ class SensorFusion:
         no_lag = free & ~self.prior.is_lag
         last_rad = np.inf
         for _ in range(_MAX_STEPS):
+            # Take off the errors found so far, fuse, and integrate the joints.
             here = self._at(errors, angles)
             columns = self._columns(here, covariance)
+            # What is left over: a gyro's own error, less what all gyros together make of it.
             residual_jacobian = columns.gyros - np.where(
                 here.fused.bridged[..., None, None], 0.0, columns.bodies
             )
             information = information_by_neighbours(
                 self.samples.t_s, here.fused, residual_jacobian, self.noise, errors, no_lag, self.least_excess
             )
+            # Angle sensors and neighbours in one system; here the lag is free.
             estimate, posterior, squares = errors_by_sensors(
                 self.joints, here.angles, columns.angles, errors, free, information
             )
+            # Judge the step by the joint angles that it leads to.
             proposed = here.angles + columns.angles @ (estimate - errors)
             change_rad = float(np.abs(proposed - angles).max())
             # It diverges where sensors contradict each other, as with another robot's certificate.
@@ -255,6 +266,7 @@ class SensorFusion:
     def _integrate(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> FusionSolution:
         """Compute the solution with the given errors, starting from joint angles near its own."""
         here = self._at(errors, angles)
+        # Rates are fused over a pose that follows from them: iterate until both agree.
         for _ in range(_MAX_STEPS):
             if np.abs(here.angles - here.fused_over).max() < _CLOSE_RAD:
                 break
@@ -269,6 +281,7 @@ class SensorFusion:
         """Rates without those errors, fused over joint angles (n, 3), and the joint angles that follow."""
         t, lag = self.samples.t_s, self.prior.lag_of(self.sheet, errors)
         gyros = self.readings.without(self.prior.parameters_of(errors))
+        # Bring all gyros to their mean lag first; one lag is then taken off all.
         measured_rates = self.prior.as_late(t, self.readings.rates(gyros), errors)
         rates = np.where(self.readings.usable[..., None], lag.remove(t, measured_rates), np.nan)
         body = self.body.tilt_hinges(self.prior.tilt_of(errors))
@@ -325,6 +338,7 @@ def _walk(
     """Build the random walk of one joint between two gyros with these noise densities (2,)."""
     return random_walk(
         samples.t_s,
+        # A joint's rate is a difference of two gyros: their noise adds in squares.
         float(np.sqrt((densities**2).sum())),
         fused.by_slopes[:, joint] > _BY_SLOPE,
         float(slopes.angle_std_rad[joint]),

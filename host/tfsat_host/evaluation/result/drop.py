@@ -32,7 +32,9 @@ def _quaternion(turn: Turn) -> Any:
 TURN: Columns = (
     Column("reorientation_deg", of="angle_rad", std="std_rad"),
     *fields("rotation_vector_deg euler_zyx_deg bridged"),
+    # Twice to degrees: a covariance is in square units.
     Column("attitude_covariance_deg2", of=lambda turn: np.rad2deg(np.rad2deg(turn.covariance))),
+    # Canonical sign: q and -q are one rotation, and a file should show only one of them.
     Column("quaternion_xyzw", of=_quaternion),
 )
 INITIAL_RATE: Columns = (Column("initial_rate_deg_s", of="rate_rad_s", std="std_rad_s"),)
@@ -113,6 +115,7 @@ JOINTS: Columns = (
 
 def joints(evaluation: Evaluation) -> list[JointEnds]:
     """Return the ends of all joints; NaN where the results of their sensors are withheld."""
+    # NaN withholds: a check of the sensors behind these angles failed.
     motion, factor = evaluation.motion, 1.0 if evaluation.gives() else np.nan
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
@@ -180,7 +183,9 @@ def _used(fit: ClockFit) -> str:
 
 def _greatest_residual_s(fit: ClockFit) -> float:
     return max(
-        (abs(residual.residual_s) for residual in fit.residuals if residual.used), default=float("nan")
+        # Events that were left out are findings of their own and would hide how well the others fit.
+        (abs(residual.residual_s) for residual in fit.residuals if residual.used),
+        default=float("nan"),
     )
 
 

@@ -59,6 +59,7 @@ def _error(label: str, error: AttitudeError, *, is_given: bool) -> Quantity:
     if not is_given:
         return Quantity(_NONE, unit="deg", label=label, note=_WITHHELD)
     norm = error.final_norm_rad
+    # The gradient of the norm is its unit vector; at zero there is none, and no deviation is given.
     along = error.final_rad / norm if norm > 0.0 else np.zeros(3)
     std = float(np.sqrt(along @ error.covariance @ along)) if norm > 0.0 else float("nan")
     note = f"at the end, {distance_words(error)}; rms {number(np.rad2deg(error.rms_rad), '.2g')} deg"
@@ -67,6 +68,7 @@ def _error(label: str, error: AttitudeError, *, is_given: bool) -> Quantity:
 
 def _largest_correction(evaluation: Evaluation) -> Quantity:
     fit = evaluation.explained.fit
+    # Among the centers of mass only: other offsets have other units.
     greatest = int(np.abs(fit.values[: fit.offsets.sought]).argmax())
     worth = worth_of(evaluation)
     if np.isnan(withholding_factor(evaluation)):
@@ -115,6 +117,7 @@ def _fall(evaluation: Evaluation) -> Quantity:
     landing = evaluation.instants.landing
     if landing is None:
         return Quantity(_NONE, unit="s", label="Fall", note="no accelerometer felt a landing")
+    # Both ends of the fall err, independently of one another.
     std = float(np.hypot(landing.std_s, evaluation.instants.release_std_s))
     note = "from the release by the switches to the shock that is felt"
     return Quantity(landing.t_s, std, "s", label="Fall", note=note)
@@ -132,6 +135,7 @@ def _change_of_force(evaluation: Evaluation) -> Quantity:
         return Quantity(_NONE, unit=MM_S2, label=label, note=_WITHHELD)
     if not np.isfinite(norms).any():
         return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")
+    # The worst body decides; bodies without both windows are NaN and left out.
     body = int(np.nanargmax(norms))
     along = changes[body] / norms[body] if norms[body] > 0.0 else np.zeros(3)
     std = float(np.sqrt(((along * stds[body]) ** 2).sum()))

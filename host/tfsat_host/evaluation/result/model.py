@@ -27,7 +27,9 @@ def significance(evaluation: Evaluation) -> float:
     """Distance of the offsets from zero over what 95 % of corrections of a right model stay below."""
     fit = evaluation.explained.fit
     p = len(fit.values)
+    # Marginal covariance of the offsets: momentum and sensors' errors are allowed for, not shown.
     squared = fit.values @ np.linalg.solve(fit.covariance[:p, :p], fit.values)
+    # Degrees of freedom are what the data determine: along the other directions the prior holds zero.
     return float(np.sqrt(squared / chdtri(max(fit.determined_numbers, 1.0), NOT_CALLED_FOR)))
 
 
@@ -36,6 +38,7 @@ def worth_of(evaluation: Evaluation) -> Worth:
     if evaluation.explained.withheld or evaluation.failed_checks:
         return "withheld"
     before = evaluation.explained.before.error.mahalanobis
+    # The model as filed predicts within its error, and the correction is within noise: leave the file.
     if before <= EXPECTED_DISTANCE and significance(evaluation) <= 1.0:
         return "not called for"
     return "to be made"
@@ -53,6 +56,7 @@ def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
             "within its own uncertainty.",
         )
+    # Along a weak direction a single offset is the prior's; only what they do together was measured.
     if evaluation.identifiability.undetermined:
         return (
             "The offsets go together: single ones along directions that the data do not determine are the prior's, "
@@ -147,9 +151,11 @@ def model(evaluation: Evaluation) -> dict[str, Any]:
     explained = evaluation.explained
     fit, before, after = explained.fit, explained.before.error, explained.after.error
     shape = (len(COM_BODIES), 3)
+    # The sought offsets come first: x, y, z of each corrected center of mass.
     centers = slice(fit.offsets.sought)
     times = withholding_factor(evaluation)
     errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
+    # Untrusted sensors void both errors; a withheld correction voids the second only.
     if not evaluation.gives():
         errors["before"] = dict.fromkeys(errors["before"])
     if np.isnan(times):
@@ -184,6 +190,7 @@ def offset_table(evaluation: Evaluation) -> Table:
     fit, swarm = evaluation.explained.fit, evaluation.swarm
     rows, columns = offsets(fit, withholding_factor(evaluation)), OFFSETS
     if swarm is not None:
+        # The swarm seeks the centers of mass only: match by name, the other rows stay unknown.
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
@@ -360,6 +367,7 @@ def comparison_tables(
     label = "all drops" if combined.agree else "all drops, DOUBTFUL"
     columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
     first = next(iter(fits.values()))
+    # Only a drop that was left out shows that a correction is the robot's, not the recording's.
     better = sum(prediction.improved for prediction in left_out)
     return [
         Table(

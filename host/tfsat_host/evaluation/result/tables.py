@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from math import isfinite
 
@@ -15,6 +15,7 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.drop import clock_table, joint_table, standing_table, stroke_table
 from tfsat_host.evaluation.result.model import error_table, offset_table
 from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector
 from tfsat_host.sdlog import DropLog
 
@@ -49,7 +50,12 @@ def _with_unit(attribute: str) -> Callable[[Check], str]:
 def _format_advice(check: Check) -> str:
     """Format a check's sentence, for a failed one with the likely cause and the next step."""
     cause = f"Likely cause: {check.cause.rstrip('.')}." if check.cause else ""
-    return " ".join(part for part in (check.sentence, cause, check.next_step) if part)
+    return _join(part for part in (check.sentence, cause, check.next_step) if part)
+
+
+def _join(texts: Iterable[str]) -> str:
+    """Put spaces between texts; the commands in them stay commands."""
+    return Advice(*[part for text in texts for part in (" ", text)][1:])
 
 
 CHECKS: Columns = (
@@ -110,8 +116,10 @@ def reasons_of(evaluation: Evaluation, verdict: Verdict) -> tuple[str, ...]:
     """
     failed = {check.sentence: check for check in evaluation.failed_checks}
     possible = sum(check.verdict != "not possible" for check in evaluation.checks)
+    # Few failures: each has its own likely cause and next step.
     if len(evaluation.failed_checks) <= NEARLY_ALL * possible:
         return tuple(_explain_check(failed[text]) if text in failed else text for text in verdict.reasons)
+    # Nearly all failed: the common input is wrong, and single causes would send people astray.
     everything = (
         f"{len(evaluation.failed_checks)} of {possible} checks failed at once, which no single sensor "
         "brings about: most "
@@ -125,7 +133,7 @@ def _explain_check(check: Check) -> str:
     parts = [f"{check.name}: {check.sentence}"]
     parts += [f"Likely cause: {check.cause}"] if check.cause else []
     parts += [check.next_step] if check.next_step else []
-    return " ".join(part if part.endswith((".", "!", "?")) else f"{part}." for part in parts)
+    return _join(part if part.endswith((".", "!", "?")) else Advice(part, ".") for part in parts)
 
 
 _COLUMNS = tuple(Column(name, name) for name in ("quantity", "value", "unit", "taken"))
@@ -194,8 +202,11 @@ class _Taken:
 
 def _misalignment_row(gyro: GyroCalibration, evaluation: Evaluation) -> list[str]:
     """Format the angle between the sensor's mounting and its design."""
+    # Rotation from the designed to the measured mounting; its angle follows from the trace.
     turn = gyro.rotation @ evaluation.model.imus[gyro.body - 1].sensor_to_body.T
+    # Rounding may take the cosine beyond one: clip it.
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
+    # Principal deviations of the tilt; the row shows the greatest, which holds in any direction.
     std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
     return [f"misalignment of body {gyro.body}", vector(np.array([angle]), std), "deg"]
 

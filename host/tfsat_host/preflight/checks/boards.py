@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, first_defect
-from tfsat_host.preflight.check import GoNoGo, PreflightCheck, go, no_go, not_made
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.preflight.check import GoNoGo, PreflightCheck, go, join_steps, no_go, not_made
 from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, require
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
 
-_FLASH = {
-    "sequencer": "make firmware, then: tfsat-host flash sequencer",
+_FLASH: dict[str, str] = {
+    "sequencer": Advice("make firmware, then: ", NextStep("flash sequencer")),
     "logger": "flash firmware/teensy_logger of this release onto the Teensy (docs/logger.md)",
 }
 
@@ -21,7 +22,7 @@ def check_protocol(evidence: Evidence) -> PreflightCheck:
     unreached = [(board.name, board.identity) for board in boards if isinstance(board.identity, Missing)]
     if unreached:
         reasons = " ".join(f"The {who} was not identified: {missing.reason}" for who, missing in unreached)
-        return not_made(reasons, " ".join(dict.fromkeys(missing.next_step for _, missing in unreached)))
+        return not_made(reasons, join_steps(" ", (missing.next_step for _, missing in unreached)))
     ours = ".".join(map(str, FIRMWARE_VERSION))
     for board in boards:
         identity = require(board.identity)
@@ -30,7 +31,7 @@ def check_protocol(evidence: Evidence) -> PreflightCheck:
         other = "another protocol than" if not identity.speaks_this_protocol else "another version than"
         return no_go(
             f"The {board.name}'s firmware {identity.firmware} is of {other} this program's {ours}.",
-            f"{_FLASH[board.name]}; or install the host package of the boards' release.",
+            Advice(_FLASH[board.name], "; or install the host package of the boards' release."),
             board=board.name,
             firmware=identity.firmware,
             protocol_hash=identity.protocol_hash,
@@ -72,17 +73,25 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
             "as when it was calibrated" if expected_image.calibrated else f"that of {expected_image.source}"
         )
         return go(f"{runs}, {whose}.", **numbers)
+    # What ran at the calibration need not be right: the board may have been flashed since on purpose.
     if expected_image.calibrated:
         return no_go(
             f"{runs}; when it was calibrated it ran {expected_image.crc} ({expected_image.source}).",
-            f"If it was flashed since, name what it runs now: --logger-image {identity.image_crc}. If not, "
-            f"{_FLASH[name]}.",
+            Advice(
+                f"If it was flashed since, name what it runs now: --logger-image {identity.image_crc}. If not, ",
+                _FLASH[name],
+                ".",
+            ),
             **numbers,
         )
     return no_go(
         f"{runs}, not {expected_image.crc} of {expected_image.source}.",
-        f"To run that one: {_FLASH[name]}. If what it runs is right, as the Arduino IDE made it, name that: "
-        f"--{name}-image {identity.image_crc}",
+        Advice(
+            "To run that one: ",
+            _FLASH[name],
+            ". If what it runs is right, as the Arduino IDE made it, name that: "
+            f"--{name}-image {identity.image_crc}",
+        ),
         **numbers,
     )
 
@@ -90,18 +99,19 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
 def check_state(evidence: Evidence) -> PreflightCheck:
     """Check that the sequencer is safe, without a latched fault or EEPROM damage, from beginning to end."""
     answers = require(evidence.sequencer)
+    # At both ends: a fault may latch during the preflight.
     for status in (answers.status, answers.later):
         state = status.state.name.lower()
         if status.fault != ErrorCode.NONE:
             what, _, cure = REMEDIES[status.fault]
             return no_go(
                 f"A fault is latched: {what[:1].lower()}{what[1:]}",
-                f"{cure} Only tfsat-host disarm clears the fault.",
+                Advice(cure, " Only ", NextStep("disarm"), " clears the fault."),
                 state=state,
                 fault=status.fault.name.lower(),
             )
         if status.state != SequencerState.SAFE:
-            return no_go(f"It is {state}, not safe.", "tfsat-host disarm", state=state)
+            return no_go(f"It is {state}, not safe.", Advice(NextStep("disarm")), state=state)
         if status.stores_damaged:
             return no_go(
                 describe_defects(status.stores_damaged),
@@ -112,14 +122,18 @@ def check_state(evidence: Evidence) -> PreflightCheck:
     return go("Safe: no fault, EEPROM whole, servos limp.", state="safe")
 
 
-_RESTARTS = {
+_RESTARTS: dict[ResetCause, tuple[str, str]] = {
     ResetCause.BROWN_OUT: (
         "its supply dipped",
         "Charge the battery and check its plugs; then switch the power off and on",
     ),
     ResetCause.WATCHDOG: (
         "its main loop hung",
-        "Save tfsat-host status --json and report it; flash the board again, then switch the power off and on",
+        Advice(
+            "Save ",
+            NextStep("status", ("--json",)),
+            " and report it; flash the board again, then switch the power off and on",
+        ),
     ),
 }
 
@@ -135,6 +149,7 @@ def check_restarts(evidence: Evidence) -> PreflightCheck:
         "logger_uptime_s": logger.later.uptime_ms / 1000,
     }
     boards = {"sequencer": sequencer.pace, "logger": logger.pace}
+    # A restart in between comes first: answers from before it are of another start.
     if restarted := [board for board, pace in boards.items() if pace is None]:
         return no_go(
             f"The {' and the '.join(restarted)} restarted during this preflight.",
@@ -145,7 +160,9 @@ def check_restarts(evidence: Evidence) -> PreflightCheck:
     if status.reset_cause in _RESTARTS:
         why, cure = _RESTARTS[status.reset_cause]
         return no_go(
-            f"{last}, was no switching on: {why}.", f"{cure}, and run this preflight again.", **numbers
+            f"{last}, was no switching on: {why}.",
+            Advice(cure, ", and run this preflight again."),
+            **numbers,
         )
     return go(f"{last}: {cause.replace('_', ' ')}; none since.", **numbers)
 
@@ -168,6 +185,7 @@ def check_battery(_evidence: Evidence) -> PreflightCheck:
 def check_switches(evidence: Evidence) -> PreflightCheck:
     """Check that both release switches are closed, for both boards, from beginning to end."""
     sequencer, logger = require(evidence.sequencer), require(evidence.logger)
+    # One bit for each switch, set while it is open; open at either end counts.
     opened = {
         "sequencer": sequencer.status.switches_open | sequencer.later.switches_open,
         "logger": logger.status.switches_open | logger.later.switches_open,
@@ -180,6 +198,7 @@ def check_switches(evidence: Evidence) -> PreflightCheck:
     several = len(wrong) > 1
     which = f"Release switch{'es' if several else ''} {' and '.join(map(str, wrong))} {'are' if several else 'is'}"
     by = [board for board, states in closed.items() if not all(states)]
+    # Both boards see the same switches: where one alone finds it open, its wire is at fault.
     if len(by) == 1:
         return no_go(
             f"{which} open for the {by[0]} and closed for the other board.",
@@ -188,6 +207,8 @@ def check_switches(evidence: Evidence) -> PreflightCheck:
         )
     return no_go(
         f"{which} open.",
-        "Seat the robot in the releaser until both switches click; tfsat-host monitor shows them.",
+        Advice(
+            "Seat the robot in the releaser until both switches click; ", NextStep("monitor"), " shows them."
+        ),
         **numbers,
     )

@@ -12,7 +12,8 @@ from tfsat_host.calibration.certificate.certificate import (
     summarize_shortcomings,
 )
 from tfsat_host.calibration.steps.evidence import Origin
-from tfsat_host.preflight.check import PreflightCheck, go, no_go, not_made
+from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.preflight.check import PreflightCheck, go, join_steps, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import DropPhase
 from tfsat_host.protocol.limits import IMU_COUNT
@@ -28,7 +29,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         return no_go(calibration.reason, calibration.next_step)
     logger = require(evidence.logger)
     if evidence.origin is None:
-        return not_made("Whose sensors these are the logger did not answer.", "tfsat-host status")
+        return not_made("Whose sensors these are the logger did not answer.", Advice(NextStep("status")))
     subject, last = calibration.subject, calibration.last_landing
     shortcomings = [
         defect
@@ -43,25 +44,38 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         "last_landing": None if last is None else last.isoformat(),
         "shortcomings": [{"quantity": defect.name, "reason": defect.reason} for defect in shortcomings],
     }
+    # The most fundamental first: another robot's, then incomplete or stale, then a landing that it lacks.
     if other := _of_others(evidence, calibration, evidence.origin):
         return no_go(
             other,
-            "Name the certificate of this robot with --calibration, or calibrate: tfsat-host calibrate show",
+            Advice(
+                "Name the certificate of this robot with --calibration, or calibrate: ",
+                NextStep("calibrate show"),
+            ),
             **numbers,
         )
     if shortcomings:
         commands = commands_of(shortcomings)
         return no_go(
             f"It does not hold for the next drop: {summarize_shortcomings(shortcomings)}.",
-            ", ".join(commands)
+            join_steps(", ", commands)
             if len(commands) <= _NAMED
-            else f"tfsat-host calibrate show names all {len(commands)} commands; the first is: {commands[0]}",
+            else Advice(
+                NextStep("calibrate show"),
+                f" names all {len(commands)} commands; the first is: ",
+                commands[0],
+            ),
             **numbers,
         )
     if landed_unnoted(logger.status, logger.recording_since, logger.computer_unix_s, calibration):
         return no_go(
             "The logger saw a landing that is not in the certificate, which is from before that.",
-            "tfsat-host log fetch all, tfsat-host decode of that recording next to the certificate; then calibrate.",
+            Advice(
+                NextStep("log fetch", ("all",)),
+                ", ",
+                NextStep("decode"),
+                " of that recording next to the certificate; then calibrate.",
+            ),
             **numbers,
         )
     newest = max(

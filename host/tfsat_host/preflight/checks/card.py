@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
 from tfsat_host.preflight.evidence import (
     Evidence,
@@ -47,8 +48,10 @@ def check_card(evidence: Evidence) -> PreflightCheck:
     status, card = answers.status, answers.later.card
     numbers = {"card": card.name.lower(), "logger_state": status.state.name.lower()}
     error = _CARD_REMEDIES.get(card)
+    # A card that was given up during a recording left the error of that, which says more than its state.
     if status.state == LoggerState.FAILED and status.error != ErrorCode.NONE:
         error = status.error
+    # A full card is sound: its room is judged by check_room().
     if card == CardState.FULL and error == ErrorCode.CARD_FULL and status.state != LoggerState.FAILED:
         return go("It is there and can be read; its room is another check.", **numbers)
     if error is not None:
@@ -69,7 +72,7 @@ def check_ram(evidence: Evidence) -> PreflightCheck:
     return judge(
         ["a drop"] if holds else [],
         "The logger's RAM holds {} that no card has.",
-        "Keep the power on. tfsat-host log fetch ram",
+        Advice("Keep the power on. ", NextStep("log fetch", ("ram",))),
         "RAM holds no drop that no card has.",
         ram_holds_drop=bool(holds),
     )
@@ -86,7 +89,10 @@ def check_room(evidence: Evidence) -> PreflightCheck:
     return judge(
         [need] if card == CardState.FULL or free_mib < needed_mib else [],
         "{} MiB.",
-        "tfsat-host log fetch all, then log erase all; or put in another card. For fewer drops: --drops N",
+        Advice(
+            NextStep("log fetch", ("all",)),
+            ", then log erase all; or put in another card. For fewer drops: --drops N",
+        ),
         f"{need}.",
         free_mib=free_mib,
         needed_mib=needed_mib,
@@ -104,12 +110,14 @@ def check_writing(evidence: Evidence) -> PreflightCheck:
         raise Unreached(answers.card)
     check = _of_trial(answers.card) if isinstance(answers.card, Trial) else _of_running(answers.card)
     if answers.left and not check.blocks:
-        return no_go(answers.left, "tfsat-host record stop, then tfsat-host log list", **check.evidence)
+        next_step = Advice(NextStep("record stop"), ", then ", NextStep("log list"))
+        return no_go(answers.left, next_step, **check.evidence)
     return check
 
 
 def _of_trial(trial: Trial) -> PreflightCheck:
     wrong = _slow(trial.samples_dropped, trial.stall_max_ms, trial.ring_peak_blocks, trial.ring_blocks)
+    # Without those dropped before the card: the rest was written and did not come back.
     lost = trial.samples_lost - trial.samples_dropped
     if lost > 0 or trial.blocks_lost:
         wrong.append(f"{max(lost, 0)} samples and {trial.blocks_lost} blocks were lost on the card")
@@ -127,6 +135,7 @@ def _of_trial(trial: Trial) -> PreflightCheck:
 
 
 def _of_running(running: RunningRecording) -> PreflightCheck:
+    # Blocks that wait, times what each stands for, bound the longest stall from above.
     stall_ms = round(1000 * running.ring_peak_blocks * running.block_s)
     expected = running.watched_s / running.block_s
     # How long the card took to prepare the file is in the ring's peak: where it is high it tells nothing of stalls.

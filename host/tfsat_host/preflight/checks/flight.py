@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from tfsat_host.maneuver import Schedule
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, require
@@ -25,6 +26,7 @@ def check_maneuver(evidence: Evidence) -> PreflightCheck:
     stored = answers.maneuver
     if isinstance(stored, Missing):
         return no_go(stored.reason, stored.next_step)
+    # In the board's own integers, 0.01 deg and us: equality is exact.
     file_strokes = tuple((stroke.joint, stroke.angle_cdeg, stroke.t_us) for stroke in schedule.strokes)
     numbers = {
         "crc": f"{stored.crc:04x}",
@@ -32,7 +34,9 @@ def check_maneuver(evidence: Evidence) -> PreflightCheck:
         "origin": stored.origin.name.lower(),
         "strokes": [_stroke(row) for row in stored.strokes],
     }
-    upload = "tfsat-host upload-sequence --file maneuver.toml, then run this preflight again."
+    upload = Advice(
+        NextStep("upload-sequence", ("--file", "maneuver.toml")), ", then run this preflight again."
+    )
     if stored.origin == Origin.FACTORY:
         return no_go("No maneuver was uploaded: the board would refuse to arm.", upload, **numbers)
     if stored.strokes != file_strokes or stored.speed_cdeg_s != schedule.speed_cdeg_s:
@@ -76,11 +80,14 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
         return not_made("What would fly cannot be read.", answers.maneuver.next_step)
     settings = answers.settings.settings
     origin = answers.settings.origin.name.lower()
+    # The board's own strokes against its own settings, as ARM judges them: the file does not enter.
     misfit = find_misfit(answers.maneuver.moves, settings)
     return judge(
         [] if misfit is None else [misfit],
         "The stored maneuver does not fit the servo settings: {}.",
-        "Upload a smaller maneuver, or correct the joint's limits with tfsat-host upload-servos.",
+        Advice(
+            "Upload a smaller maneuver, or correct the joint's limits with ", NextStep("upload-servos"), "."
+        ),
         f"The stored maneuver fits the servo settings ({origin}).",
         origin=origin,
         limits_deg=[[servo.min_cdeg / 100, servo.max_cdeg / 100] for servo in settings.servos],
@@ -112,7 +119,12 @@ def _of_facility(
     return judge(
         [" ".join(failed)] if failed else [],
         "{}",
-        "tfsat-host envelope --file maneuver.toml shows all of it; tfsat-host design makes one that fits.",
+        Advice(
+            NextStep("envelope", ("--file", "maneuver.toml")),
+            " shows all of it; ",
+            NextStep("design"),
+            " makes one that fits.",
+        ),
         words(checks),
         **{check.name: {key: getattr(check, key) for key in _NUMBERS} for check in checks},
     )

@@ -15,6 +15,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.dynamics import Multibody, poses
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.check import PreflightCheck, judge, not_made
 from tfsat_host.preflight.evidence import (
     Evidence,
@@ -46,6 +47,7 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
     wrong = []
     for body in range(IMU_COUNT):
         that, valid = f"that of body {body + 1}", counts.imu_valid[:, body]
+        # 0 is an IMU that does not answer at all, which its validity shows below.
         if who[body] and who[body] not in IMU_PARTS:
             wrong.append(f"{that} is no part that the logger knows (WHO_AM_I 0x{who[body]:02x})")
         elif not valid.any():
@@ -57,8 +59,11 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
     return judge(
         wrong,
         "Of the IMUs {}.",
-        "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
-        "switch the power off and on.",
+        Advice(
+            NextStep("status"),
+            " and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
+            "switch the power off and on.",
+        ),
         f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.",
         who_am_i=[f"{byte:02x}" for byte in who],
         samples=len(counts.t_us),
@@ -74,18 +79,22 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
     """
     sensors = sensors_of(evidence)
     bodies = sensors.responding_imus()
+    # (n, m, 3) of the m bodies whose IMU answered.
     rates = sensors.si.rate_rad_s[:, bodies]
     forces_g = sensors.si.accel_m_s2[:, bodies] / STANDARD_GRAVITY_M_S2
+    # Half against half shows a slow turn or a warming die, which the scatter does not.
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
     scatter = rates.std(axis=0).max(axis=1)
     drift = np.abs(second - first).max(axis=1)
     shake = forces_g.std(axis=0).max(axis=1)
     weight = np.linalg.norm(forces_g.mean(axis=0), axis=1)
+    # A gyro always has noise: one value throughout measures nothing.
     constant = ~np.ptp(rates, axis=0).any(axis=1)
     wrong = []
     for k, body in enumerate(bodies + 1):
         if constant[k]:
             wrong.append(f"the gyro of body {body} gave one value only")
+        # One cause for each sensor: motion to and fro explains a drift, shaking a wrong weight.
         if scatter[k] > STILL_RATE_RAD_S:
             wrong.append(f"body {body} turns to and fro by {np.rad2deg(scatter[k]):.1f} deg/s")
         elif drift[k] > DRIFT_RAD_S:
@@ -142,9 +151,12 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     # A joint whose sensors are silent counts as closed.
     to_base = poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
     rates, warmer_c, down = _calibrate_rates(sensors, calibration, bodies, to_base)
+    # How well a bias repeats after power-up, and its drift with the die's temperature since.
     allowed = MAX_BIAS_CHANGE_DEG_S + MAX_BIAS_DRIFT_DEG_S_C * warmer_c
+    # About the median over the bodies, which one bad gyro does not shift.
     apart = np.abs(rates - np.median(rates, axis=0)).max(axis=1)
     middle = np.median(down, axis=0)
+    # Clip the cosine: rounding may leave the domain of arccos.
     tilt = np.rad2deg(np.arccos(np.clip(down @ middle / np.linalg.norm(middle), -1.0, 1.0)))
     wrong = []
     for k, body in enumerate(bodies + 1):
@@ -157,8 +169,11 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     return judge(
         wrong,
         "Calibrated, {}.",
-        "Are two IMUs' plugs exchanged, was one replaced or moved? If not: tfsat-host calibrate bias, "
-        "and misalignment of what was moved.",
+        Advice(
+            "Are two IMUs' plugs exchanged, was one replaced or moved? If not: ",
+            NextStep("calibrate bias"),
+            ", and misalignment of what was moved.",
+        ),
         f"Calibrated, all gyros agree within {2 * apart.max():.2f} deg/s and on where down is "
         f"within {2 * tilt.max():.1f} deg.",
         bodies=(bodies + 1).tolist(),
@@ -179,9 +194,12 @@ def _calibrate_rates(
         valid = sensors.live.counts.imu_valid[:, body]
         gyro = calibration.gyros[body]
         reading = sensors.si.rate_rad_s[valid, body].mean(axis=0)
+        # By the calibration from sensor to body axes, by the joint angles from there to base axes.
         rates.append(np.rad2deg(to_base[body] @ gyro.body_rates(reading[None, :])[0]))
         temperature_c = float(sensors.si.temperature_c[valid, body].mean())
+        # No temperature on file: no drift is allowed for.
         warmer.append(abs(temperature_c - gyro.temperature_c) if np.isfinite(gyro.temperature_c) else 0.0)
+        # At rest an accelerometer reads the support's reaction: down is against it.
         force = to_base[body] @ gyro.rotation @ sensors.si.accel_m_s2[valid, body].mean(axis=0)
         down.append(-force / max(float(np.linalg.norm(force)), 1e-9))
     return np.array(rates), np.array(warmer), np.array(down)
@@ -206,14 +224,18 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
                 wrong.append(f"sensor {k} of joint {joint} does not answer at every sample")
             elif column in frozen:
                 wrong.append(f"sensor {k} of joint {joint} shows one value without any noise")
+        # NaN where one of the two is silent, which is told above.
         if np.isfinite(apart[row]) and apart[row] > MAX_DISAGREEMENT_RAD:
             first, second = np.rad2deg(angles[row])
             wrong.append(f"the two of joint {joint} show {first:+.1f} and {second:+.1f} deg")
     return judge(
         wrong,
         "Of the angle sensors {}.",
-        "tfsat-host monitor shows them: check wire and magnet. One whose magnet had slipped needs "
-        "tfsat-host calibrate zero --joint N --anew",
+        Advice(
+            NextStep("monitor"),
+            " shows them: check wire and magnet. One whose magnet had slipped needs ",
+            NextStep("calibrate zero", ("--joint", "N", "--anew")),
+        ),
         f"Both sensors of each joint answer and agree within {np.rad2deg(apart.max()):.1f} deg.",
         joint_deg=np.rad2deg(angles).tolist(),
         apart_deg=np.rad2deg(apart).tolist(),
@@ -235,7 +257,9 @@ def check_start_pose(evidence: Evidence) -> PreflightCheck:
     return judge(
         [", ".join(away)] if away else [],
         f"The start pose is 0 ± {START_POSE_DEG:g} deg, but {{}}.",
-        "Bring the joint to 0 deg by hand or with tfsat-host jog, then run this preflight again.",
+        Advice(
+            "Bring the joint to 0 deg by hand or with ", NextStep("jog"), ", then run this preflight again."
+        ),
         f"All joints are at the start pose: {', '.join(f'{angle:+.1f}' for angle in degrees)} deg.",
         joint_deg=degrees.tolist(),
         allowed_deg=START_POSE_DEG,
@@ -247,6 +271,7 @@ def _frozen(sensors: Sensors, evidence: Evidence) -> set[int]:
     counts = sensors.live.counts
     if len(counts.t_us) < _MIN_SAMPLES:
         return set()
+    # With less noise than half a count, one value is what a sound sensor shows.
     return {
         column
         for joint in certificate_of_these(evidence).joints

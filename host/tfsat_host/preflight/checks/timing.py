@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, Pace, require, sensors_of
 from tfsat_host.units import US_PER_S
@@ -28,18 +29,19 @@ MIN_RATE_HZ = 100
 """The shortest stroke speeds up within 0.05 s, of which five samples show the shape."""
 RANGE_OVER_RATE = 1.5
 """A body turns with its joint, against it, and with what the release left: a gyro needs more than the fastest joint."""
-_SET = "tfsat-host logger-settings set --clock"
+_SET = Advice(NextStep("logger-settings set", ("--clock",)))
 
 
 def check_clock(evidence: Evidence) -> PreflightCheck:
     """Check that the computer's time of day is plausible, and that the logger's clock agrees with it."""
     now = f"{evidence.now.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
     numbers: dict[str, object] = {"computer": evidence.now.astimezone(UTC).isoformat()}
+    # The computer's clock first, as the logger's is judged by it.
     if behind := _behind(evidence):
         newest, whose = behind
         return no_go(
             f"This computer's clock shows {now}; {whose} is of {newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
-            "Set this computer's clock, then the logger's: " + _SET,
+            Advice("Set this computer's clock, then the logger's: ", _SET),
             **numbers,
         )
     logger = require(evidence.logger)
@@ -58,6 +60,7 @@ def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
 
     Returns None if no such date is known.
     """
+    # Dates that must lie in the past: this program's, the certificate's, the youngest file's.
     known_dates = [(EARLIEST, "this program")]
     if not isinstance(evidence.calibration, Missing):
         known_dates.append((evidence.calibration.written, f"the certificate {evidence.calibration_file}"))
@@ -79,12 +82,14 @@ def check_paces(evidence: Evidence) -> PreflightCheck:
         off, doubt = _off(pace)
         numbers[f"{board}_off_ppm"] = 1e6 * off
         numbers[f"{board}_doubt_ppm"] = 1e6 * doubt
+        # The doubt alone exceeds the limit: neither GO nor NO-GO can be said.
         if doubt >= MAX_CLOCK_RATE_ERROR:
             return not_made(
                 f"The {board} answered too slowly to compare its clock: it is known to {100 * doubt:.1f} % only.",
                 "Plug it in without a hub, and run this preflight again.",
                 **numbers,
             )
+        # Beyond doubt only: slow answers over USB must not condemn a board.
         if abs(off) - doubt > MAX_CLOCK_RATE_ERROR:
             wrong.append(f"the {board}'s runs {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
     return judge(
@@ -107,9 +112,11 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
     """Rate as set, times even, no tick left out; by live samples on the logger's clock."""
     logger, live = require(evidence.logger), sensors_of(evidence).live
     wanted_hz, t_us = logger.settings.rate_hz, live.counts.t_us
+    # Between consecutive numbers only: samples that the link lost are no jitter of the timer.
     steps_us = np.diff(t_us)[np.diff(live.index) == 1]
     if len(steps_us) < 2 or t_us[-1] <= t_us[0]:
         return not_made("Too few live samples came one after the other.", "Plug the logger in without a hub.")
+    # By sample numbers, so that lost ones do not lower the rate.
     rate_hz = float(live.index[-1] - live.index[0]) * 1e6 / float(t_us[-1] - t_us[0])
     jitter_us = float(np.sqrt(np.mean((steps_us - 1e6 / wanted_hz) ** 2)))
     late = logger.later.late_ticks - logger.status.late_ticks
@@ -123,8 +130,12 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
     return judge(
         wrong,
         "The logger does not keep its time: {}.",
-        "An IMU that answers slowly holds it up: tfsat-host status, and check wires and pull-ups of the buses; "
-        "or lower the rate: tfsat-host logger-settings set --rate 280",
+        Advice(
+            "An IMU that answers slowly holds it up: ",
+            NextStep("status"),
+            ", and check wires and pull-ups of the buses; or lower the rate: ",
+            NextStep("logger-settings set", ("--rate", "280")),
+        ),
         f"{rate_hz:.2f} Hz, jitter {jitter_us:.1f} us, no tick left out.",
         rate_hz=rate_hz,
         set_hz=wanted_hz,
@@ -148,7 +159,7 @@ def check_ranges(evidence: Evidence) -> PreflightCheck:
     return judge(
         wrong,
         "The logger's settings do not hold the maneuver: {}.",
-        "tfsat-host logger-settings set --factory, or name better ones",
+        Advice(NextStep("logger-settings set", ("--factory",)), ", or name better ones"),
         f"{settings.rate_hz} Hz, gyros to {settings.gyro_range_deg_s} deg/s for joints of {fastest:.0f} deg/s.",
         rate_hz=settings.rate_hz,
         gyro_range_deg_s=settings.gyro_range_deg_s,

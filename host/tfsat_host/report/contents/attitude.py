@@ -53,17 +53,21 @@ def euler_angles(evaluation: Evaluation) -> EulerAngles:
     moved = evaluation.motion.bodies[BODY_1]
     measured = moved.attitude.as_matrix()
     driven = driven_samples(evaluation)
+    # Both models begin where the measured attitude is when the release has settled.
     start = measured[driven][0]
     carried = evaluation.explained.driven.rotation[:, BODY_1]
 
     def by_model(sides: Sides) -> FloatArray:
+        # (k, 3, 3) attitude of the base, then of body 1 on it, counted from the first of them.
         base = sides.prediction.attitude @ carried
         turned = start @ (base[0].T @ base)
         return pad_rows(driven, continuous(euler_zyx_rad(turned)))
 
     covariance = np.stack([moved.covariance(index) for index in range(len(moved.t_s))])
     by_turn = euler_zyx_by_turn(measured)
+    # First-order propagation J P J^T, from a small rotation vector to the Euler angles.
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
+    # Rounding may leave a variance of nearly 0 below it.
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 0.0))
     angles = continuous(euler_zyx_rad(measured))
     return EulerAngles(
@@ -117,6 +121,7 @@ def _beside_error_deg(evaluation: Evaluation, angles: EulerAngles, *, last: bool
     apart = (angles.measured_rad - angles.before_rad)[
         driven
     ] - evaluation.explained.before.error.euler_zyx_rad
+    # Both curves were unwrapped on their own: they may be whole turns apart.
     size = np.rad2deg(np.abs(wrap_angle(apart)))
     return float(size[-1].max() if last else size.max())
 

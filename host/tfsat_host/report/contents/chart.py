@@ -129,6 +129,7 @@ def spectrum_chart(
         names: Theirs.
         components: Their colors.
     """
+    # Without bin 0, the mean, and without zeros: a logarithmic axis has a place for neither.
     before, after = (
         np.where(spectrum.amplitude[1:] > 0.0, spectrum.amplitude[1:], np.nan)
         for spectrum in (compared.before, compared.after)
@@ -178,6 +179,7 @@ def plot_of(chart: Chart) -> Plot:
 
 def numbers(values: FloatArray) -> list[float | None]:
     """Convert values to a list for JSON, with None for NaN and infinity."""
+    # As objects: an array of floats cannot hold None.
     json_values = values.astype(object)
     json_values[~np.isfinite(values)] = None
     return list(json_values.tolist())

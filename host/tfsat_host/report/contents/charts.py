@@ -87,6 +87,7 @@ def unexplained_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the base's rate residual that constant momentum does not explain."""
     explained, kinematics = evaluation.explained, evaluation.explained.driven.flown
     rows = evaluation.motion.t_s >= kinematics.t_s[0]
+    # As filed, only constant momentum explains the rate; the corrected side is the residual of the fit.
     before = residual_rate(
         explained.driven.offsets.body, kinematics, explained.before.prediction.momentum_kg_m2_s
     )
@@ -132,6 +133,7 @@ def averaged_momentum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of the angular momentum by the paper's moving average."""
     averages = dict(averages_of(evaluation))
     sides: list[Side] = [
+        # The moving average has no values at the ends: place those it has by their times.
         (kind, pad_rows(np.isin(evaluation.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
         for kind, average in averages.items()
     ]
@@ -154,6 +156,7 @@ def averages_of(evaluation: Evaluation) -> tuple[tuple[Kind, MovingAverage], ...
     A shorter record is averaged over all its samples.
     """
     kinematics = evaluation.explained.driven.flown
+    # A window longer than the record would leave no value at all.
     size = min(PAPER_SIZE, len(kinematics.t_s))
     return tuple((kind, averaged_momentum(body, kinematics, size)) for kind, body in bodies_of(evaluation))
 
@@ -207,6 +210,7 @@ def commanded_rad(evaluation: Evaluation) -> FloatArray | None:
     angles = np.tile([servo.start_rad for servo in evaluation.model.servos], (len(t_s), 1))
     for timed, stroke in zip(evaluation.schedule.strokes, evaluation.strokes, strict=True):
         begin = stroke.logged_s if np.isfinite(stroke.logged_s) else timed.t_s
+        # A ramp at the average speed; at least the clock's microsecond, so that nothing divides by 0.
         took = max(s_from_us(timed.end_us - timed.t_us), 1e-6)
         share = np.clip((t_s - begin) / took, 0.0, 1.0)
         angles[:, timed.joint - 1] += np.deg2rad(timed.angle_deg) * share
@@ -217,6 +221,7 @@ def gyro_residual_chart(evaluation: Evaluation) -> Chart:
     """Build the chart of each gyro's residual against the motion that fits all of them best."""
     residual_deg_s = np.rad2deg(evaluation.motion.fused.residual_rad_s)
     residual_deg_s = np.where(evaluation.motion.samples.fall[:, None, None], residual_deg_s, np.nan)
+    # (n, bodies, 3) body by body, each smoothed along time.
     averaged = np.stack([_moving_average(body) for body in residual_deg_s.swapaxes(0, 1)], axis=1)
     return Chart(
         "gyro_residuals",
@@ -244,11 +249,14 @@ def force_chart(evaluation: Evaluation) -> Chart:
 def specific_force_g(evaluation: Evaluation) -> FloatArray:
     """(n, 4, 3) at the motion's samples, body axes, less the zero-g output; NaN where that or the sample is missing."""
     log, t_s = evaluation.log, evaluation.motion.t_s
+    # Calibrate only the part that the motion covers: a log may be minutes on the hook.
     first, last = np.searchsorted(log.t_s, [t_s[0], t_s[-1]])
     part = rows_of(log, slice(int(first), int(last) + 1))
     calibrated = apply_calibration(Counts.from_log(part), evaluation.calibration, evaluation.model)
+    # The motion's samples are some of the log's: find each by its time.
     rows = np.searchsorted(part.t_s, t_s)
     forces = calibrated.specific_force_m_s2[rows] / STANDARD_GRAVITY_M_S2
+    # A body without a quiet window has no zero-g output, hence no force: NaN.
     zero = np.full(forces.shape[1:], np.nan)
     quiet = evaluation.micro_gravity.windows[0]
     for body in quiet.bodies:
@@ -267,6 +275,7 @@ def _moving_average(values: FloatArray) -> FloatArray:
     weights, half = np.full(AVERAGED, 1.0 / AVERAGED), AVERAGED // 2
     averaged = np.full(values.shape, np.nan)
     if len(values) >= AVERAGED:
+        # Full windows only: both ends stay NaN instead of being averaged with zeros.
         inner = [np.convolve(column, weights, mode="valid") for column in values.T]
         averaged[half : len(values) - half] = np.column_stack(inner)
     return averaged
@@ -277,6 +286,7 @@ def window_chart(evaluation: Evaluation) -> Chart:
     t_s = evaluation.explained.driven.flown.t_s
     shares = {window: leakage(t_s, window, SHOWN_HZ) for window in WINDOWS}
     lines = [
+        # The floor gives exact zeros a place on the logarithmic axis.
         Line(f"{window} window", np.maximum(share, _FLOOR), 3 if window == "Hann" else 0, "measured")
         for window, (_, share) in shares.items()
     ]

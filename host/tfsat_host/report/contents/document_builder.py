@@ -184,6 +184,7 @@ def _text(column: Column, row: Any) -> str:
     cell = column.cell(row)
     if isinstance(cell, Quantity):
         return _HYPHEN.sub("−", cell.text())
+    # Names keep their hyphens: only numbers get a real minus.
     is_name = column.words is None and isinstance(column.value(row), str)
     return cell if is_name else _HYPHEN.sub("−", cell)
 
@@ -223,6 +224,7 @@ def provenance_table(drop: ReportedDrop) -> quantity.Table:
 def _logger(evaluation: Evaluation) -> str:
     header = evaluation.log.header
     firmware = ".".join(map(str, header.firmware_version))
+    # An emulated logger has no flashed image whose CRC could tell its firmware.
     kind = "emulated" if evaluation.log.is_emulated else f"image {header.image_crc:08x}"
     serial = header.board_serial.hex() if any(header.board_serial) else "unknown"
     return f"serial {serial}, firmware {firmware} ({kind}), protocol {header.protocol_hash.hex()}"

@@ -50,10 +50,12 @@ def _all(evaluation: Evaluation) -> Iterator[Event]:
 def _strokes(evaluation: Evaluation) -> Iterator[Event]:
     """Yield the strokes as flown; without a schedule, the edges of the stroke line."""
     for stroke in evaluation.strokes:
+        # The best start that is known: as measured, as logged, as scheduled.
         begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
         turned = f"{number(np.rad2deg(stroke.size_rad), '+.1f')} deg" if stroke.moved else "did not move"
         label = f"{stroke.number}: joint {stroke.joint}, {turned}"
         yield _event(begin, "stroke", label, stroke.end_s if np.isfinite(stroke.end_s) else None)
+    # Without a schedule the stroke line's edges are all that tells of strokes.
     if evaluation.schedule is None:
         for event in evaluation.log.events:
             if event.name == "stroke":
@@ -73,6 +75,7 @@ def _switches(evaluation: Evaluation) -> Iterator[Event]:
     log = evaluation.log
     for index in range(SWITCH_COUNT):
         edges = [event for event in log.events if event.name == "switch_edge" and event.index == index]
+        # Contacts bounce for milliseconds: of edges in quick succession the last one counts.
         for edge, following in zip_longest(edges, edges[1:]):
             if following is None or following.t_us - edge.t_us > _BOUNCE_US:
                 state = "opened" if edge.arg else "closed"

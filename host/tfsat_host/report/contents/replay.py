@@ -48,7 +48,9 @@ def body_poses(evaluation: Evaluation) -> BodyPoses:
     attitude = moved.attitude.as_matrix()
     driven = driven_samples(evaluation)
     offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.before
+    # A prediction begins at the identity: turn it into the inertial axes of the measured attitude.
     predicted = attitude[driven][0] @ sides.prediction.attitude
+    # The ghost is built by the model as filed, the measured robot by the corrected one.
     ghost = _place_bodies(offsets.body, evaluation.model, angles[driven], predicted)
     corrected = offsets.correct(evaluation.explained.fit.values)
     return BodyPoses(
@@ -61,10 +63,13 @@ def _place_bodies(
 ) -> FloatArray:
     """(k, b, 7) of joint angles (k, joints) and attitudes (k, 3, 3) of the base."""
     rotation, translation = poses(body, angles_rad)
+    # (k, b, 3) centers of mass in base axes, then (k, 3) the robot's, weighted by mass.
     com = np.einsum("kbij,bj->kbi", rotation, body.com_m) + translation
     center = np.einsum("b,kbi->ki", body.mass_kg / body.mass_kg.sum(), com)
+    # Origins about the robot's CoM: in free fall that point is inertial.
     origin = np.einsum("kbij,bj->kbi", rotation, model.origin_m) + translation - center[:, None]
     turned = attitude[:, None] @ rotation
+    # Scipy takes one stack of matrices: flatten (k, b), then restore it.
     quaternion = Rotation.from_matrix(turned.reshape(-1, 3, 3)).as_quat().reshape(*turned.shape[:2], 4)
     return np.concatenate([np.einsum("kij,kbj->kbi", attitude, origin), quaternion], axis=2)
 
@@ -91,6 +96,7 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     if not len(corners_m):
         return [[(com_m - _HALF_CUBE_M).tolist(), (com_m + _HALF_CUBE_M).tolist()]]
     count, remainder = divmod(len(corners_m), _CORNERS)
+    # Corners that are not eight by eight are no boxes: take the one around all of them.
     boxes = corners_m[None] if remainder else corners_m.reshape(count, _CORNERS, 3)
     return [[box.min(axis=0).tolist(), box.max(axis=0).tolist()] for box in boxes]
 

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -36,15 +37,19 @@ from tfsat_host.run.bundle.manifest import (
 
 MARKER = b"tfsat bundle, format 1"
 """The archive's comment: by it the command knows its own file."""
+# The earliest time that ZIP knows, one mode and one system for all: the bytes depend on contents only.
 _TIME = (1980, 1, 1, 0, 0, 0)
 _MODE = stat.S_IFREG | 0o644
 _UNIX = 3
 _CHUNK_BYTES = 1 << 20
+# Fixed part of a local file header (APPNOTE.TXT 4.3.7); name and extra field come after it.
 _LOCAL_HEADER_BYTES = 30
+# Bit 0 of the general purpose flags.
 _ENCRYPTED = 0x1
 _SHOWN = 8
 _NOTHING = "Nothing was unpacked."
 _TIGHT = "no bundle is packed so tightly"
+# What zipfile and zlib raise where bytes were flipped or are missing.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError)
 
 PATH_CHARACTERS_MAX = 400
@@ -95,6 +100,7 @@ def trouble_with_name(name: str) -> str | None:
         return "is absolute: it would be written outside of the folder"
     if _FORBIDDEN.search(name):
         return "holds a character that not every system allows in a name"
+    # Invisible or direction-turning code points can make a name look like another.
     if any(unicodedata.category(character) in _UNSEEN for character in name):
         return "holds a character that cannot be seen"
     return next(filter(None, map(_trouble_with_part, name.split("/"))), None)
@@ -105,8 +111,10 @@ def _trouble_with_part(part: str) -> str | None:
         return "leads out of the folder by `..`"
     if part in ("", "."):
         return "has an empty part"
+    # Windows drops dots and spaces at the end: two names would become one file.
     if part[-1] in ". " or part[0] == " ":
         return "has a part that ends in a dot or a space, or begins with one"
+    # Reserved with any ending: CON.txt is the console.
     if _DEVICE.fullmatch(part):
         return "is a device on Windows"
     try:
@@ -134,6 +142,7 @@ def trouble_with_file(path: Path, root: Path) -> str | None:
         if path.is_symlink():
             return "is a link that leads nowhere"
         raise
+    # Compare real paths: any part of the path may be a link out of the folder.
     real = os.path.realpath(path)
     if not Path(real).is_relative_to(os.path.realpath(root)):
         return f"is a link that leads out of the folder, to {real}"
@@ -173,7 +182,9 @@ def write_archive(path: Path, files: Mapping[str, Path]) -> None:
         archive.comment = MARKER
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, _TIME)
+            # The Unix mode is in the upper half of the external attributes.
             entry.create_system, entry.external_attr = _UNIX, _MODE << 16
+            # Known beforehand, so that zipfile decides on ZIP64 before it writes the header.
             entry.file_size = files[name].stat().st_size
             with files[name].open("rb") as source, archive.open(entry, "w") as target:
                 shutil.copyfileobj(source, target, _CHUNK_BYTES)
@@ -198,17 +209,20 @@ def unpack(archive: Path, folder: Path, limits: Limits = LIMITS) -> tuple[Manife
         with zipfile.ZipFile(archive) as opened:
             return _unpack(opened, archive, folder, limits)
     except (*_DAMAGE, NotImplementedError, ValueError, RuntimeError) as error:
+        # zipfile raises NotImplementedError and RuntimeError for methods and encryption that it lacks.
         raise BundleError(
             what=f"{archive} is no ZIP archive, or it is damaged: {error}.",
             meaning=_NOTHING,
-            next_step="Take the bundle from a copy; tfsat-host bundle makes one.",
+            next_step=Advice("Take the bundle from a copy; ", NextStep("bundle"), " makes one."),
         ) from error
 
 
 def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits) -> tuple[Manifest, str]:
+    # The central directory first: names and sizes are judged before anything is unpacked.
     entries = _checked_entries(opened, archive, limits)
     if MANIFEST not in entries:
         _refuse(archive, f"has no {MANIFEST}: it is no bundle")
+    # The manifest is read into memory: bound its size.
     if entries[MANIFEST].file_size > limits.manifest_bytes:
         _refuse(archive, f"has a {MANIFEST} of {entries[MANIFEST].file_size} bytes")
     buffer = io.BytesIO()
@@ -216,9 +230,11 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
     manifest = parse_manifest(buffer.getvalue(), str(archive))
     _check_listed(manifest, entries, archive)
     folder.parent.mkdir(parents=True, exist_ok=True)
+    # Beside the target, so that the final rename stays on one file system.
     unpacked = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     try:
         (unpacked / MANIFEST).write_bytes(buffer.getvalue())
+        # Check every file instead of stopping at the first: the error then names all the damage.
         wrong = [
             name
             for name, file in sorted(manifest.files.items())
@@ -255,6 +271,7 @@ def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, 
     """Writes one file, never more than its stated size; gives the SHA-256 of what came."""
     digest, remaining_bytes = hashlib.sha256(), entry.file_size
     with opened.open(entry) as source:
+        # One byte more than stated is asked for, so that a stream that goes on is caught and not written.
         while chunk := source.read(min(_CHUNK_BYTES, remaining_bytes + 1)):
             remaining_bytes -= len(chunk)
             if remaining_bytes < 0:
@@ -285,8 +302,12 @@ def _damage_error(manifest: Manifest, wrong: list[str], archive: Path) -> Bundle
         f"{_list_names(wrong)}.",
         meaning=f"{'It was' if is_single else 'They were'} damaged or changed after the bundle was "
         f"made. {_NOTHING} {recording_text}",
-        next_step=f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
-        "rest, and tfsat-host bundle rescued/run makes a new one of it.",
+        next_step=Advice(
+            f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
+            "rest, and ",
+            NextStep("bundle", ("rescued/run",)),
+            " makes a new one of it.",
+        ),
     )
 
 
@@ -304,6 +325,7 @@ def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> 
     if collision := collision_among(entry.filename for entry in entries):
         first_name, two = collision
         _refuse(archive, f"holds {first_name!r} and {two!r}, which some system takes for one")
+    # A bomb may be spread over many small entries: judge the sums as well.
     total, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
     if total > limits.bytes:
         _refuse(archive, f"would unpack to {total} bytes; {limits.bytes} are allowed")
@@ -314,6 +336,7 @@ def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> 
     for entry in sorted(entries, key=lambda entry: entry.header_offset):
         if entry.header_offset < end:
             _refuse(archive, f"holds {entry.filename!r}, which lies over another file")
+        # A lower bound of the entry's extent: name and extra field are not counted.
         end = entry.header_offset + _LOCAL_HEADER_BYTES + entry.compress_size
     return {entry.filename: entry for entry in entries}
 
@@ -321,10 +344,12 @@ def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> 
 def _check_entry(entry: zipfile.ZipInfo, archive: Path, limits: Limits) -> None:
     name, size, packed = entry.orig_filename, entry.file_size, entry.compress_size
     trouble = trouble_with_name(name.removesuffix("/"))
+    # zipfile cuts names at NUL and exchanges separators: what was checked must be what is written.
     if trouble is None and entry.filename != name:
         trouble = "is not written as it is read"
     if trouble:
         _refuse(archive, f"holds a file whose name {trouble}: {name[:200]!r}")
+    # 0 where the archive has no Unix mode.
     kind = stat.S_IFMT(entry.external_attr >> 16)
     what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
     checks = (
@@ -354,6 +379,7 @@ def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archi
         if entries[name].file_size != file.bytes:
             says = f"{entries[name].file_size} bytes; its manifest says {file.bytes}"
             _refuse(archive, f"holds {name!r} with {says}")
+    # What the evaluation is to be computed from must be in the bundle itself.
     for file_name in (manifest.evaluated.recording, *manifest.evaluated.files.values()):
         if file_name not in listed:
             _refuse(archive, f"was evaluated with {file_name!r}, which is not in it")

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+# A number with a decimal point that is no part of a word or of a version such as 1.2.3.
 _DECIMAL = re.compile(r"(?<![\w.])[+\-−]?\d+\.\d+(?:e[+-]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
 _FIGURE = re.compile(r"[^\s(),;:]*\d[^\s(),;:]*(?<!\.)")
 """A word with a digit in it: a number with its sign, a date, an id."""
@@ -105,11 +106,13 @@ class _Place(NamedTuple):
 def _walk(first: Any, two: Any, tolerance: Tolerance, at: _Place) -> Iterator[Difference]:
     if isinstance(first, dict) and isinstance(two, dict):
         for name in dict.fromkeys((*first, *two)):
+            # Entries of an object share no unit: each number is judged by its own size.
             inner = _Place(f"{at.key}.{name}" if at.key else str(name), str(name), 0.0)
             yield from _walk(first.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner)
     elif isinstance(first, list) and isinstance(two, list):
         if len(first) != len(two):
             yield Difference(f"{at.key} (length)", len(first), len(two), None)
+        # Entries of a list do: a rounding error beside the largest one is no difference.
         scale = max(at.scale, _largest(first), _largest(two))
         for index, (a, b) in enumerate(zip(first, two, strict=False)):
             yield from _walk(a, b, tolerance, _Place(f"{at.key}[{index}]", at.name, scale))
@@ -129,9 +132,12 @@ def _format_value(value: Any) -> Any:
 
 def same_figures(first_text: str, two: str) -> bool:
     """Return whether two sentences have the same figures, within one unit in the last decimal digit."""
+    # Keep the words with a digit: another version may say the same in other words.
     first_text, two = (" ".join(_FIGURE.findall(text)) for text in (first_text, two))
+    # Whatever is no decimal (counts, dates, ids, their order) must be equal.
     if _DECIMAL.sub("#", first_text) != _DECIMAL.sub("#", two):
         return False
+    # One unit in the last digit of the coarser one; 1.001 allows for decimals rounded to binary.
     return all(
         abs(_value(a) - _value(b)) <= 1.001 * max(_last_digit(a), _last_digit(b))
         for a, b in zip(_DECIMAL.findall(first_text), _DECIMAL.findall(two), strict=True)
@@ -151,10 +157,12 @@ def _apart(first_value: float, two: float, tolerance: Tolerance, scale: float) -
     if first_value == two:
         return False
     allowed = max(tolerance.relative * max(abs(first_value), abs(two), scale), tolerance.absolute)
+    # Written so that NaN, or a tolerance that became infinite, counts as apart.
     return not abs(first_value - two) <= allowed < math.inf
 
 
 def _is_number(value: object) -> bool:
+    # type() keeps flags out: True must not pass for 1.
     return isinstance(value, float) or (type(value) is int and abs(value) < _WHOLE_MAX)
 
 
@@ -170,5 +178,6 @@ def _largest(values: list[Any]) -> float:
         elif _is_number(value):
             largest = max(largest, abs(float(value)))
         elif value is not None:
+            # Anything else in the list: its numbers have no common scale.
             return 0.0
     return largest

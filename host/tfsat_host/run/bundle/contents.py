@@ -15,6 +15,7 @@ from tfsat_host.calibration.certificate.certificate import in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
 from tfsat_host.run.bundle.archive import collision_among, trouble_with_file, trouble_with_name
@@ -34,6 +35,7 @@ from tfsat_host.run.record import RECORD, parse_record
 from tfsat_host.sdlog import DropLog, load
 
 RUN = "run"
+_BUNDLE = NextStep("bundle")
 _TAKEN = (
     RECORD,
     PREFLIGHT,
@@ -82,6 +84,7 @@ class BundleContents:
         real, root = path.resolve(), self.folder.resolve()
         inside = real.is_relative_to(root)
         name = f"{RUN}/{real.relative_to(root).as_posix()}" if inside else f"{kind}/{path.name}"
+        # A name that some file system refuses or confuses gives way to a plain one with a number.
         if trouble_with_name(name) or collision_among({*self.files, name} - ({name} & self.files.keys())):
             name = f"{kind}/{len(self.files)}-{re.sub(r'[^A-Za-z0-9.-]+', '_', path.name).strip('._')}"
         self.files[name] = path
@@ -111,7 +114,7 @@ def collect(
     place: Path,
     options: EvaluationOptions,
     *,
-    command: str = "bundle",
+    command: NextStep = _BUNDLE,
     nothing: str = "Nothing was bundled.",
 ) -> tuple[BundleContents, EvaluationInputs]:
     """Looks for all files of a drop, as `evaluate` would.
@@ -131,6 +134,7 @@ def collect(
         contents.log = load(files.recording, session=options.session)
     except TfsatError as error:
         contents.refusal = error
+    # A recording that cannot be decoded does not say whether it was emulated: look for both certificates.
     kinds = (False, True) if contents.log is None else (origin_of_log(contents.log.header).emulated,)
     tried = (find_certificate(options.calibration, contents.folder, Path(), emulated=kind) for kind in kinds)
     certificate = next((candidate for candidate in tried if candidate is not None), None)
@@ -190,6 +194,7 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
     """
     folder = recordings_folder(certificate)
     inside = f"{name.removesuffix('.toml')}-recordings"
+    # Kept certificates too: the one that held at the release may be an earlier version.
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
         if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
             contents.add_named(f"{inside}/{path.name}", path, certificate.parent)
@@ -206,6 +211,7 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
         contents.lack(
             "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn_names}."
         )
+    # Each recording that the certificate rests on must be there unchanged, or it cannot be recomputed.
     for paper in calibration.papers:
         path, bundle_name = folder / paper.file, f"{inside}/{paper.file}"
         if not path.is_file():
@@ -239,6 +245,7 @@ def _add_others(contents: BundleContents, *, listed: bool) -> None:
 
     If `listed`, everything else in the folder is named as left out.
     """
+    # Real paths, as a file of another kind may lie in a folder that is listed here.
     bundled_paths = {os.path.realpath(path) for path in contents.files.values()}
     for path in sorted(contents.folder.iterdir()):
         if (
@@ -280,13 +287,15 @@ def doubts_of(contents: BundleContents, inputs: EvaluationInputs, preflight: Any
     They are lost samples, files of another robot, and files changed since a rehearsal left them.
     `preflight` is the contents of `preflight.json`.
     """
-    doubts = []
+    doubts: list[str] = []
     if contents.log is not None:
         if contents.log.verdict != "complete" or contents.log.samples_lost:
             doubts.append(
-                f"{contents.recording.name} is {contents.log.verdict}, {contents.log.samples_lost} "
-                "samples are lost. What is "
-                "missing: tfsat-host decode"
+                Advice(
+                    f"{contents.recording.name} is {contents.log.verdict}, {contents.log.samples_lost} "
+                    "samples are lost. What is missing: ",
+                    NextStep("decode"),
+                )
             )
         doubts += _of_other_robots(
             origin_of_log(contents.log.header).logger_serial, contents, inputs, preflight
@@ -318,6 +327,7 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
     sha256 = checked.get("sha256") if isinstance(checked, dict) else None
     if not isinstance(sha256, str):
         return f"preflight.json does not say which {kind} was checked."
+    # The landing has rewritten the certificate: the checked one may be among the kept versions.
     is_archived = kind == "calibration" and sha256 in at_hand.values()
     if is_archived or (name is not None and at_hand.get(name) == sha256):
         return ""
@@ -352,6 +362,7 @@ def _not_as_rehearsed(folder: Path) -> list[str]:
 
     The list is empty if no rehearsal was run in the folder.
     """
+    # Files that decode and report write again may differ; the emulator's hidden truth may not.
     return [
         f"{name} {'was changed since' if (folder / name).is_file() else 'is gone:'} the rehearsal left it."
         for name, sha256 in rehearsed_files(folder).items()

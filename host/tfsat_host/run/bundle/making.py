@@ -47,6 +47,7 @@ from tfsat_host.run.files import (
 from tfsat_host.run.record import verify
 
 ENDING = ".tfsat.zip"
+# For a recording without a time of day: a fixed date keeps the bundle's bytes reproducible.
 _NO_TIME = datetime(1980, 1, 1, tzinfo=UTC)
 _SOURCES = ("robot", "calibration", "maneuver", "video", "laser", "facility")
 """In the order in which a report names them."""
@@ -137,6 +138,7 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
     for inside, path in contents.files.items():
         (folder / inside).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, folder / inside)
+    # Evaluate the copies and not the originals: what is bundled is what was computed from.
     recomputation = recompute(folder, name, inputs)
     computed_texts = {EVALUATION: _json(recomputation.evaluation), ENVIRONMENT: _json(environment())}
     if recomputation.page is None:
@@ -146,6 +148,7 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
     else:
         computed_texts[REPORT] = recomputation.page
     for inside, text in computed_texts.items():
+        # As bytes: ends of lines must not depend on the system.
         (folder / inside).write_bytes(text.encode())
     files = {
         inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
@@ -234,6 +237,7 @@ def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEv
             robot = drop_evaluation.robot_of(options.robot)
             evaluated_run = drop_evaluation.evaluate_run(folder / inputs.recording, options, robot)
         except TfsatError as error:
+            # A refusal is a result as well, and is compared like one.
             return RecomputedEvaluation(
                 _relative({"error": jsonable(error_as_dict(error))}, roots), None, None
             )
@@ -256,6 +260,7 @@ def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEv
             ),
             options.as_arguments(),
         )
+        # No path of this computer may show: the same drop gives the same bytes anywhere.
         page = render(_relative(document_of([drop], evaluated_run.recorded or _NO_TIME), roots))
         certificate_name = None if certificate is None else _relative(str(certificate), roots)
         return RecomputedEvaluation(_relative(result, roots), page, certificate_name)
@@ -277,6 +282,7 @@ def _options(folder: Path, scratch: Path, inputs: EvaluationInputs) -> Evaluatio
 
 def _copy_certificate(folder: Path, scratch: Path, certificate: str) -> Path:
     """Copy the certificate and its earlier versions, and return the path of the copy."""
+    # With its kept versions: which of them held at the release is decided again.
     copy = scratch / certificate
     copy.parent.mkdir(parents=True)
     shutil.copyfile(folder / certificate, copy)

@@ -191,6 +191,7 @@ def sources_sha256() -> str:
     """
     package = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
+    # Sorted by POSIX name: the same sources give the same hash on every system.
     for name, path in sorted((path.relative_to(package).as_posix(), path) for path in package.rglob("*.py")):
         digest.update(f"{name} {sha256_of(path)}\n".encode())
     return digest.hexdigest()

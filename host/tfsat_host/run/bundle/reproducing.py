@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
@@ -20,6 +19,7 @@ from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.bundle import making
@@ -159,9 +159,9 @@ def reproduce(
         what = f"{bundle} is a folder" if is_folder else f"There is no file {bundle}"
         make = "To make one of a run" if is_folder else "Name the file; to make one of a run"
         raise BundleError(
-            what=f"{what}; BUNDLE is a file that tfsat-host bundle makes, such as run.tfsat.zip.",
+            what=f"{what}; BUNDLE is a file that {NextStep('bundle')} makes, such as run.tfsat.zip.",
             meaning="Nothing was unpacked.",
-            next_step=f"{make}: tfsat-host bundle {shlex.quote(str(bundle)) if is_folder else 'RUN'}",
+            next_step=Advice(f"{make}: ", NextStep("bundle", (str(bundle) if is_folder else "RUN",))),
         )
     folder = Path(folder or bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
     with notices.progress("Unpacking and checking"):
@@ -173,6 +173,7 @@ def reproduce(
             _report(folder, recomputation),
             *_calibrations(folder, manifest, recomputation),
         )
+    # What was wrong when it was bundled stays wrong, even if it no longer shows in the copies.
     record = tuple(_find_changes(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
     return Reproduction(folder, manifest, manifest_sha256, compared, record, environment)
@@ -221,6 +222,7 @@ def _report(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPart:
     bundled: Any = NOT_THERE
     sentence = "The bundle has no report."
     try:
+        # Compare the data embedded in the page and not its markup.
         bundled = document_in((folder / REPORT).read_text(encoding="utf-8"))
     except FileNotFoundError:
         if recomputation.page is None:
@@ -291,6 +293,7 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
         return ComparedPart("calibration", None, f"{name}: {why}{drawn_text}")
     try:
         evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in calibration.papers]
+        # Which landing it knew when it was computed is not recorded: solve with each, keep the closest.
         tried = [
             _solved_differently(calibration, evidence, model, landing) for landing in _landings(calibration)
         ]
@@ -301,6 +304,7 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
     sentence, unmeasured_names = f"The calibration was recomputed from {of}.", []
     if calibration.drawn:
         measured = measured_by(evidence)
+        # Neither drawn by the rehearsal nor recorded: these values rest on nothing that was bundled.
         unmeasured_names = [
             quantity for quantity in DRAWABLE if quantity not in (*calibration.drawn, *measured)
         ]
@@ -317,6 +321,7 @@ def _landings(calibration: Calibration) -> list[datetime | None]:
     newest = max(paper.taken for paper in calibration.papers)
     landing_times = [landing.at for landing in calibration.landings]
     before = [at for at in landing_times if at <= newest]
+    # The likeliest first: the last one before the newest recording, then back to none.
     return list(dict.fromkeys([*reversed(before), None, *(at for at in landing_times if at > newest)]))
 
 
@@ -337,6 +342,7 @@ def _solved_differently(
             ),
             servo_taken=tuple(servo_evidence.taken for servo_evidence, _ in servos),
         )
+    # Compare the values that the certificate's file holds.
     then, now = (_plain(certificate_values(version)) for version in (calibration, again))
     return differences(then, now, CERTIFICATE_TOLERANCE)
 

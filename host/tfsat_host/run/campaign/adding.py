@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import shutil
 import tempfile
 from contextlib import suppress
@@ -17,6 +16,7 @@ from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.run.bundle.archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
@@ -100,15 +100,15 @@ def add(
         OSError: something cannot be read or written.
     """
     campaign.read(folder)
-    command = f"campaign add {shlex.quote(str(folder))}"
     if note is not None:
-        example = f'tfsat-host {command} {shlex.quote(str(run))} --note "wind from the west"'
-        campaign.check_note(note, example)
+        example = NextStep("campaign add", (str(folder), str(run)))
+        campaign.check_note(note, Advice(example, ' --note "wind from the west"'))
     _check_places(folder, run, move=move)
-    contents, _ = collect(run, AS_FOUND, command=command, nothing=_NOTHING)
+    contents, _ = collect(run, AS_FOUND, command=NextStep("campaign add", (str(folder),)), nothing=_NOTHING)
     if isinstance(contents.refusal, NoBlockError):  # no drop: its number could never be given again
         raise TfsatError(what=contents.refusal.what, meaning=_NOTHING, next_step=contents.refusal.next_step)
     _require_text_name(contents.recording)
+    # Staged inside of the campaign, so that the final rename stays on one file system.
     staged = Path(tempfile.mkdtemp(prefix=campaign.STAGING, dir=folder))
     try:
         with notices.progress(f"Copying {run}"):
@@ -118,10 +118,13 @@ def add(
     except campaign.SameDropError as error:
         raise _with_samples(error, contents, folder) from error
     finally:
+        # After the rename there is nothing left here; after an error nothing of the copy stays.
         shutil.rmtree(staged, ignore_errors=True)
     place = folder / entry.folder
+    # mkdtemp() makes a folder that only its owner may read.
     with suppress(OSError):  # a file system without permissions keeps its own
         place.chmod(0o755)
+    # A run of which anything was left out is not deleted.
     moved = move and not left_out
     if moved:
         try:
@@ -141,7 +144,7 @@ def _doubts_of(contents: BundleContents) -> list[str]:
         return [f"Its recording cannot be decoded: it is kept, and left out of the report.{why}"]
     if contents.log.verdict == "complete":
         return []
-    return [f"Its recording is {contents.log.verdict}. What is missing: tfsat-host decode"]
+    return [Advice(f"Its recording is {contents.log.verdict}. What is missing: ", NextStep("decode"))]
 
 
 def _with_samples(error: campaign.SameDropError, contents: BundleContents, folder: Path) -> TfsatError:
@@ -184,9 +187,11 @@ def _copy(run: Path, contents: BundleContents, staged: Path) -> dict[str, str]:
     left_out = {
         name.removeprefix("run/"): why for name, why in contents.left_out.items() if why != MADE_AGAIN
     }
+    # A folder is copied whole: names that a bundle could not hold are no obstacle here.
     if run.is_dir():
         named = {name: why for name, why in left_out.items() if "its name" not in why}
         left_out = named | _copy_folder(run, staged)
+    # What was found elsewhere, as the certificate may be, comes to lie beside the recording.
     for name, path in contents.files.items():
         kind, _, inside = name.partition("/")
         if kind in ("run", "calibration") and not (staged / inside).exists():
@@ -201,6 +206,7 @@ def _copy_folder(run: Path, staged: Path) -> dict[str, str]:
     Nor the mark by which a rehearsal knows a folder that it may make again: a drop of a campaign is none.
     """
     left_out = {}
+    # os.walk() passes over errors by default: half a run must not pass for a whole one.
     for here, folders, files in os.walk(run, onerror=_stop):
         below = Path(here).relative_to(run)
         (staged / below).mkdir(exist_ok=True)
@@ -225,9 +231,11 @@ def _sign(staged: Path, contents: BundleContents, notices: Notices) -> list[str]
 
     That is not signed again: it would look as if it had always been so.
     """
+    # Verify first: a new signature would hide what was changed since the old one.
     findings = verify(staged)
     certificates = []
     for name in (CERTIFICATE, EMULATED_CERTIFICATE):
+        # Before the hash is taken, as any later evaluation would write the landing into it.
         _teach_landing(staged / name, contents)
         certificates += [staged / name, *sorted(recordings_folder(staged / name).glob("[!.]*"))]
     named = (contents.recording.name, MANEUVER, ROBOT, PREFLIGHT)
@@ -237,7 +245,7 @@ def _sign(staged: Path, contents: BundleContents, notices: Notices) -> list[str]
         there = [path for path in files if path.is_file() and path not in changed]
         sign(staged, there, f"{campaign.SIGNED_BY} {__version__}", datetime.now(UTC))
     except RecordError as error:
-        notices.warn(f"The drop's record was not gone on with. {error.what} {error.next_step}")
+        notices.warn(Advice(f"The drop's record was not gone on with. {error.what} ", error.next_step))
     return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]
 
 

@@ -5,7 +5,6 @@ Every drop's folder holds its own copy of its entry: an index that is lost or da
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from typing import Any
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.quantity import UNKNOWN, Column, Columns
 from tfsat_host.run.campaign.entries import (
     NUMBER_MAX,
@@ -102,11 +102,12 @@ def init(folder: Path) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _lock_campaign(folder):
+        # Numbered folders without an index are a campaign whose index was lost.
         if (folder / INDEX).exists() or _folders(folder):
             raise CampaignError(
                 what=f"{folder} is a campaign already.",
                 meaning=_UNCHANGED,
-                next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
+                next_step=Advice(NextStep("campaign list", (str(folder),))),
             )
         _require_no_run(folder)
         write_whole(folder / INDEX, format_index(()).encode())
@@ -125,10 +126,11 @@ def read(folder: Path) -> Contents:
         raise CampaignError(
             what=f"{folder} is no campaign: it holds neither {INDEX} nor drops.",
             meaning="Nothing was done.",
-            next_step=f"Make it one: tfsat-host campaign init {shlex.quote(str(folder))}",
+            next_step=Advice("Make it one: ", NextStep("campaign init", (str(folder),))),
         )
     index_entries, findings, damaged = _read_index(index)
     entries_by_number = {drop.number: drop for drop in index_entries}
+    # What a lost or damaged index does not name is adopted from the folders' own entries.
     for number, path in sorted(folders.items()):
         if number not in entries_by_number:
             entry, sentence = _adopt_entry(path, number)
@@ -137,6 +139,7 @@ def read(folder: Path) -> Contents:
                 entries_by_number[number] = entry
     findings += filter(None, (_gone_or_other(folder, drop, drop.number in folders) for drop in index_entries))
     drops = tuple(entries_by_number[number] for number in sorted(entries_by_number))
+    # Folders that cannot be read count in the maximum, too: a number is never given twice.
     return Contents(drops, tuple(findings), max([*entries_by_number, *folders], default=0), damaged)
 
 
@@ -178,12 +181,14 @@ def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> Dro
             raise CampaignError(
                 what=f"{folder} has had {NUMBER_MAX} drops.",
                 meaning="Nothing was added.",
-                next_step="Begin another one: tfsat-host campaign init",
+                next_step=Advice("Begin another one: ", NextStep("campaign init")),
             )
         entry = entry_of(contents.next_number)
         _check_new(folder, contents.drops, entry)
+        # Its own entry goes in before the rename, so that the drop appears whole.
         (staged / DROP).write_text(format_drop(entry), encoding="utf-8")
         staged.rename(folder / entry.folder)
+        # The index comes last: after a crash in between, read() adopts the folder.
         _write(folder, contents, (*contents.drops, entry), entry.added)
     return entry
 
@@ -196,7 +201,7 @@ def note(folder: Path, number: int, text: str) -> DropEntry:
         BusyError: another program is writing it.
         OSError: something cannot be written.
     """
-    check_note(text, f'tfsat-host campaign note {shlex.quote(str(folder))} {number} "wind from the west"')
+    check_note(text, Advice(NextStep("campaign note", (str(folder), str(number))), ' "wind from the west"'))
     return _change_entry(folder, number, lambda drop, at: drop.with_note(at, text))
 
 
@@ -215,11 +220,11 @@ def void(folder: Path, number: int, why: str) -> DropEntry:
         raise CampaignError(
             what=f"Drop {number} of {folder} is void already: {before.void.text}",
             meaning=_UNCHANGED,
-            next_step=f'To write something about it: tfsat-host campaign note {place} "…"',
+            next_step=Advice("To write something about it: ", NextStep("campaign note", place), ' "…"'),
         )
 
-    place = f"{shlex.quote(str(folder))} {number}"
-    check_note(why, f'tfsat-host campaign void {place} "the hook was caught"')
+    place = (str(folder), str(number))
+    check_note(why, Advice(NextStep("campaign void", place), ' "the hook was caught"'))
     return _change_entry(folder, number, voided)
 
 
@@ -234,9 +239,10 @@ def _change_entry(folder: Path, number: int, change: Callable[[DropEntry, dateti
             raise CampaignError(
                 what=f"{folder} has no drop {number}; there are: {there}.",
                 meaning=_UNCHANGED,
-                next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
+                next_step=Advice(NextStep("campaign list", (str(folder),))),
             )
         changed = change(before, at)
+        # The drop's own copy changes as well, as a lost index is rebuilt from it.
         if (folder / changed.folder).is_dir():
             write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
         _write(folder, contents, [changed if drop == before else drop for drop in contents.drops], at)
@@ -255,7 +261,9 @@ def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     if not recording.is_file():
         return [f"{recording} is missing."]
     changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
+    # What was signed after the drop came in does not count as evidence.
     findings = verify(place, closed_by=SIGNED_BY)
+    # The recording was compared with the index above: its finding is not told twice.
     return changes + [
         record_finding.sentence for record_finding in findings if record_finding.name != drop.recording
     ]
@@ -267,7 +275,7 @@ def check_note(text: str, example: str) -> None:
         raise CampaignError(
             what="A note is one line of printable text.",
             meaning=_UNCHANGED,
-            next_step=f"Write it in quotes: {example}",
+            next_step=Advice("Write it in quotes: ", example),
         )
 
 
@@ -280,23 +288,27 @@ def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> No
 
     Drops are also compared by the recording's own id: two copies off one card may differ in length.
     """
+    # A void drop does not stand in the way: another copy of it may take its place.
     counting = [drop for drop in drops if drop.void is None]
     same = next((drop for drop in counting if drop.sha256 == entry.sha256), None)
     alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
     there = same or alike
     if there is None:
         return
-    place = f"{shlex.quote(str(folder))} {there.number}"
+    place = (str(folder), str(there.number))
     error = SameDropError(
         what=f"This recording is drop {there.number} of {folder} already ({there.folder})."
         if same
         else f"The recording {entry.session} is drop {there.number} of {folder} already ({there.folder}), in "
         "another copy.",
         meaning="One drop counts once; nothing was added.",
-        next_step=f'To write something about it: tfsat-host campaign note {place} "…"'
+        next_step=Advice("To write something about it: ", NextStep("campaign note", place), ' "…"')
         if same
-        else f"If this copy is to stand for it: tfsat-host campaign void {place} "
-        '"another copy follows", then add this one again.',
+        else Advice(
+            "If this copy is to stand for it: ",
+            NextStep("campaign void", place),
+            ' "another copy follows", then add this one again.',
+        ),
     )
     error.drop = there
     raise error
@@ -341,8 +353,8 @@ def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
         what = f"cannot be read ({own}): only the index knows this drop"
         if not (place / DROP).exists():
             what = "is gone: only the index knows this drop"
-    again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it again."
-    return f"{place / DROP} {what}. {again}"
+    again = NextStep("campaign note", (str(folder), str(drop.number)))
+    return Advice(f"{place / DROP} {what}. ", again, " writes it again.")
 
 
 def _folders(folder: Path) -> dict[int, Path]:
@@ -371,6 +383,7 @@ def _adopt_entry(path: Path, number: int) -> tuple[DropEntry | None, str]:
     own = _own_entry(path)
     if isinstance(own, str):
         return None, f"{path} is not in the index, and its own {DROP} cannot be read: {own}."
+    # Adopted, a folder that was copied by hand would count one drop twice.
     if own.number != number:
         copied = f"holds the {DROP} of {folder_name(own.number)}: it was renamed or copied by hand."
         return None, f"{path} {copied}"

@@ -23,6 +23,7 @@ _FOLDER = re.compile(r"drop-([0-9]{4})")
 
 
 def _number(value: object) -> int:
+    # type(), as isinstance() takes True for 1.
     if type(value) is not int or not 1 <= value <= NUMBER_MAX:
         raise ValueError(f"{value!r} is no drop's number")
     return value
@@ -36,6 +37,7 @@ def _robot(value: object) -> str:
 
 def _file_name(value: object) -> str:
     name = json_values.text(value)
+    # Separators, a drive's colon or NUL would let an edited index name a file elsewhere.
     if not name or name in (".", "..") or re.search(r"[/\\:\x00]", name):
         raise ValueError(f"{name!r} is no file's name")
     return name

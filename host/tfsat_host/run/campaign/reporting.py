@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from tfsat_host.crash import bug_error
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.quantity import UNKNOWN, Column, Columns
 from tfsat_host.report.document import PageTable
@@ -101,6 +101,7 @@ class CampaignReport:
         table_rows = []
         for drop, attempt in self.tried:
             evaluated_run = None if isinstance(attempt, TfsatError) else attempt
+            # The recording's own word, where it was decoded, goes before the index's.
             robot = drop.robot if evaluated_run is None else dropped_robot(evaluated_run.found.log).kind
             notes = "; ".join(note.text for note in drop.notes) or UNKNOWN
             table_rows.append({**row_of(drop.number, evaluated_run), "robot": robot, "notes": notes})
@@ -108,8 +109,8 @@ class CampaignReport:
 
     def sentences(self) -> list[str]:
         """List the drops left out, with reasons, and the separation of different robots, as sentences."""
-        sentences = [
-            f"Drop {drop.number} cannot be evaluated: {attempt.what} {attempt.next_step}"
+        sentences: list[str] = [
+            Advice(f"Drop {drop.number} cannot be evaluated: {attempt.what} ", attempt.next_step)
             for drop, attempt in self.tried
             if isinstance(attempt, TfsatError)
         ]
@@ -176,6 +177,7 @@ def report(
     if robot is not None:
         drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
     tried = [(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
+    # Offsets are of one robot and its file: only drops that share both are combined.
     robots = by_robot(
         [(drop.number, attempt) for drop, attempt in tried if isinstance(attempt, EvaluatedRun)]
     )
@@ -194,13 +196,16 @@ def _nothing_to_compare(folder: Path, findings: Sequence[str]) -> TfsatError:
 
     It includes the campaign's findings: drops lost from the campaign are not the same as no drops.
     """
-    wrong, place = " ".join(findings), shlex.quote(str(folder))
+    wrong, place = " ".join(findings), str(folder)
     return TfsatError(
         what=f"{folder} has no drops with a recording that count.{f' {wrong}' if wrong else ''}",
         meaning="There is nothing to compare; no report was written.",
-        next_step=f"Copy {folder} back from where it is whole. What is left of it: tfsat-host campaign list {place}"
+        next_step=Advice(
+            f"Copy {folder} back from where it is whole. What is left of it: ",
+            NextStep("campaign list", (place,)),
+        )
         if wrong
-        else f"tfsat-host campaign add {place} RUN",
+        else Advice(NextStep("campaign add", (place, "RUN"))),
     )
 
 
@@ -219,6 +224,7 @@ def _try_evaluation(
     except TfsatError as error:
         return error
     except BrokenPipeError:
+        # Whoever read the output is gone: that is no fault of this drop.
         raise
     except Exception as error:  # noqa: BLE001  kept with its traceback, named, and the report goes on
         bug = bug_error(error, ("campaign", "report", str(folder), str(recording)))
@@ -237,8 +243,11 @@ def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
         raise TfsatError(
             what=f"It is not as it came into the campaign: {' '.join(changes)}",
             meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
-            next_step="Put the file back as it was. If the change is meant: copy the drop's folder to another place, "
-            f"tfsat-host campaign void {shlex.quote(str(folder))} {drop.number}, then campaign add the copy.",
+            next_step=Advice(
+                "Put the file back as it was. If the change is meant: copy the drop's folder to another place, ",
+                NextStep("campaign void", (str(folder), str(drop.number))),
+                ", then campaign add the copy.",
+            ),
         )
 
 
@@ -276,6 +285,7 @@ def by_robot(numbered_runs: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRob
     """Group the drops by robot; `numbered_runs` are their numbers and evaluations."""
     grouped: dict[_Key, list[tuple[int, EvaluatedRun]]] = {}
     for number, run in numbered_runs:
+        # The robot file by its contents, as each drop's folder has a copy of its own.
         key = (dropped_robot(run.found.log), sha256_of(run.found.model.path))
         grouped.setdefault(key, []).append((number, run))
     return [

@@ -1,0 +1,98 @@
+"""Commands to type next, completed by what this command was given: ports, certificate, robot, image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tfsat_host.next_step import Advice, NextStep
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+_SEQUENCER = ("arm", "disarm", "jog", "upload-sequence", "upload-servos", "flash sequencer")
+_LOGGER = ("record", "log", "logger-settings", "flash logger", "calibrate")
+_EITHER = ("status", "preflight")
+_MOVES_JOINTS = ("calibrate scale", "calibrate servo")
+"""They need the sequencer, too."""
+
+
+def complete_text(text: str, args: Namespace) -> str:
+    """Return a text as it is shown: an `Advice` with its commands completed, anything else as it is."""
+    return text.with_commands(lambda step: complete_command(step, args)) if isinstance(text, Advice) else text
+
+
+def complete_command(step: NextStep, args: Namespace) -> NextStep:
+    """Add the options that this command was given and that one takes, unless it has them.
+
+    Args:
+        step: A command by its author's knowledge.
+        args: What was typed for the running command.
+    """
+    if "--help" in step.arguments:
+        return step
+    options = (*_files(step, args), *_devices(step, args))
+    added = [word for option in options if option[0] not in step.arguments for word in option]
+    return step.with_arguments(*added)
+
+
+def device_options(args: Namespace) -> tuple[str, ...]:
+    """Return the device option as the user gave it."""
+    if args.emulated:
+        return ("--emulated",)
+    return () if args.port is None else ("--port", args.port)
+
+
+def _files(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
+    running = getattr(args, "command", "")
+    names = {"calibrate": ("out", "robot"), "flash": ("hex",)}.get(running, ())
+    for name in names if step.command.startswith(f"{running} ") else ():
+        if getattr(args, name, None) is not None:
+            yield f"--{name}", str(getattr(args, name))
+
+
+def _devices(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
+    boards = _boards(step.command)
+    if not boards or "emulated" not in args:
+        return
+    if args.emulated:
+        yield ("--emulated",)
+        return
+    # The certificate is on the disk: showing it asks no board.
+    if step.command == "calibrate show":
+        return
+    ports = _ports(args)
+    if step.command == "preflight":
+        for board, option in (("sequencer", "--port"), ("logger", "--logger-port")):
+            if board in ports:
+                yield option, ports[board]
+        return
+    port = next((ports[board] for board in boards if ports.get(board) is not None), None)
+    if port is not None:
+        yield "--port", port
+    if step.command in _MOVES_JOINTS and boards == ("logger",) and ports.get("sequencer") is not None:
+        yield "--sequencer-port", ports["sequencer"]
+
+
+def _boards(command: str) -> tuple[str, ...]:
+    """Return the boards that a command may talk to under its option --port."""
+    for names, boards in (
+        (_SEQUENCER, ("sequencer",)),
+        (_LOGGER, ("logger",)),
+        (_EITHER, ("sequencer", "logger")),
+    ):
+        if any(command == name or command.startswith(f"{name} ") for name in names):
+            return boards
+    return ()
+
+
+def _ports(args: Namespace) -> dict[str, str]:
+    """Return the ports that were named, by board."""
+    if "logger_port" in args:
+        ports = {"sequencer": args.port, "logger": args.logger_port}
+    elif "sequencer_port" in args:
+        ports = {"sequencer": args.sequencer_port, "logger": args.port}
+    else:
+        running = f"{args.command} {getattr(args, 'board', '')}".strip()
+        ports = dict.fromkeys(_boards(running) or ("sequencer", "logger"), args.port)
+    return {board: port for board, port in ports.items() if port is not None}
