@@ -54,6 +54,10 @@ class Advice(str):
         advice.parts = tuple(flat)
         return advice
 
+    def __str__(self) -> str:
+        """Return the text with its commands: `str` of an advice is an advice."""
+        return self
+
     def __reduce__(self) -> tuple[type[Self], tuple[str | NextStep, ...]]:
         """Keep the commands on the way to another process."""
         return type(self), self.parts

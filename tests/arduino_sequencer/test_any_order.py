@@ -193,12 +193,12 @@ class AnyOrder(SideBySide):
         assert self.model.jogged is not None
         self.request(JogRequest(self.model.jogged.joint, 9001, to_cdeg, JOG_CONFIRM))
 
-    @rule(wanted=st.sampled_from([*SETTINGS, *SENSELESS]), times=st.integers(1, 2))
+    @rule(settings_request=st.sampled_from([*SETTINGS, *SENSELESS]), times=st.integers(1, 2))
     def write_settings(self, settings_request: SettingsWriteRequest, times: int) -> None:
         for _ in range(times):
             self.request(settings_request)
 
-    @rule(wanted=st.sampled_from(SETTINGS), data=st.data())
+    @rule(settings_request=st.sampled_from(SETTINGS), data=st.data())
     def ask_while_settings_are_stored(
         self, settings_request: SettingsWriteRequest, data: st.DataObject
     ) -> None:

@@ -43,7 +43,7 @@ from tfsat_host.robot import load_robot
 
 
 def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    code, steps = calibrate(*COMMAND, typed="\n\n", _2=do_nothing, _4=wrong_side)
+    code, steps = calibrate(*COMMAND, stdin_text="\n\n", _2=do_nothing, _4=wrong_side)
     assert code == 0
     assert [step.key for step in steps] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
     output = capsys.readouterr()
@@ -56,7 +56,7 @@ def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.C
 def test_q_after_a_refusal_keeps_what_was_accepted(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, steps = calibrate(*COMMAND, typed="q\n", _3=do_nothing)
+    code, steps = calibrate(*COMMAND, stdin_text="q\n", _3=do_nothing)
     assert (code, len(steps)) == (1, 3)
     error_text = capsys.readouterr().err
     assert "Ended before all steps were done." in error_text
@@ -116,7 +116,7 @@ def test_nothing_is_written_when_the_first_step_is_refused(
 
 
 def test_json_is_one_object_also_after_a_refusal(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _ = calibrate(*COMMAND, "--json", typed="\n\n", _2=do_nothing)
+    code, _ = calibrate(*COMMAND, "--json", stdin_text="\n\n", _2=do_nothing)
     output = capsys.readouterr()
     assert code == 1
     assert "error" in json.loads(output.out)

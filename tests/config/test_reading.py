@@ -139,7 +139,12 @@ def joints_by_number(top: Table) -> dict[int, Table]:
         ("rate = 20", "rate = 0", lambda top: servo_of(joints_by_number(top)[1]), "24: joint of number 1, servo.rate: 0"),
         ("number = 1", "number = 2", joints_by_number, "23: joint 2, number: number 2 is described"),
         ("number = 1", "number = 3", joints_by_number, "23: joint 2, number: 3 is not"),
-        ("", "", lambda top: top.numbered("joint", "number", 3), "17: joint: there is no [[joint]] of number 3"),
+        (
+            "",
+            "",
+            lambda top: top.tables_by_number("joint", "number", 3),
+            "17: joint: there is no [[joint]] of number 3",
+        ),
         ("", "", lambda top: top.tables("fast"), "8: fast: true is not tables, each below its own line [[fast]]"),
         ("", "", lambda top: top.tables("leg", needed=True), "1: leg: is missing"),
         ("", "", lambda top: top.only("format name"), "3: empty: is not known here"),
@@ -157,7 +162,7 @@ def test_a_wrong_entry_is_named_with_its_line(old: str, new: str, read: Read, wh
     ("read", "cure", "code"),
     [
         (lambda top: top.number("name"), "Give `name` a finite number.", Fault.WRONG_TYPE),
-        (lambda top: top.number("name", wanted="metres, such as 2"), "Give `name` metres, such as 2.",
+        (lambda top: top.number("name", requirement="metres, such as 2"), "Give `name` metres, such as 2.",
          Fault.WRONG_TYPE),
         (lambda top: top.number("width_m"), "Add `width_m`: a finite number.", Fault.MISSING_KEY),
         (lambda top: top.only("format name"), "Remove it or correct its name; known are: format, name.",

@@ -9,6 +9,7 @@ import pytest
 from tests.docs.documents import GUIDE
 from tests.paths import REPOSITORY
 from tfsat_host.devices.ports import PortProblem
+from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -18,7 +19,9 @@ REFERENCE = (REPOSITORY / "protocol" / "reference.md").read_text(encoding="utf-8
 @pytest.mark.parametrize("code", [code for code in ErrorCode if code is not ErrorCode.NONE])
 def test_every_error_code_has_its_row(code: ErrorCode) -> None:
     """Error codes each have a row in the troubleshooting page, in the words of the screen."""
-    cells = " | ".join(REMEDIES[code]).replace("\n", " ")
+    what, meaning, remedy = REMEDIES[code]
+    remedy_text = "".join(f"`{part}`" if isinstance(part, NextStep) else part for part in remedy.parts)
+    cells = " | ".join((what, meaning, remedy_text)).replace("\n", " ")
     assert f"| {int(code)} | `{code.name.lower()}` | {cells} |" in REFERENCE
 
 

@@ -65,7 +65,7 @@ def test_the_real_avrdude_notices_what_was_not_kept(
     assert error["code"] == "verify-failed"
     assert "What was read back from the board is not what was written" in error["what"]
     assert "bootloader is intact" in error["meaning"]
-    assert f"tfsat-host flash sequencer --hex {image} --force" in error["next_step"]
+    assert f"tfsat-host flash sequencer --force --hex {image}" in error["next_step"]
 
 
 def test_avrdude_is_called_as_the_arduino_ide_calls_it(

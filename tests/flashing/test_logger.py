@@ -154,7 +154,7 @@ def test_a_loader_that_fails_tells_how_to_go_on(
     monkeypatch.setenv("FAKE_LOADER_SAYS", "error writing to Teensy")
     error = flash(capsys, "--hex", logger_hex, expect=1)["error"]
     assert error["code"] == "loader-failed" and "error writing to Teensy" in error["what"]
-    assert f"tfsat-host flash logger --hex {logger_hex} --force" in error["next_step"]
+    assert f"tfsat-host flash logger --force --hex {logger_hex}" in error["next_step"]
 
 
 def test_a_teensy_in_its_bootloader_has_no_port_and_is_flashed_with_force(

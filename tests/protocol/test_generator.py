@@ -154,7 +154,7 @@ def change_spec(tmp_path: Path, old: str, new: str) -> Spec:
         ('name = "blocks", type = "u32"', 'name = "blocks", type = "u8[480]"', "LogFooter does not fit"),
         ('meaning = "Nothing was changed."', 'meaning = ""', "meaning and remedy are missing"),
         (
-            'remedy = "tfsat-host upload-sequence 59 70"',
+            'remedy = "`tfsat-host upload-sequence 59 70`"',
             'remedy = ""',
             "error no_maneuver: meaning and remedy",
         ),

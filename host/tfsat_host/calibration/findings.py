@@ -274,7 +274,7 @@ _LINES: Final[dict[StepKind, Callable[[Row], str]]] = {
 }
 _MISSING = (
     *fields("name reason"),
-    Column("command", of=lambda gap: Advice(gap.next_step)),
+    Column("command", of=lambda gap: Advice(gap.command)),
 )
 _BODY = Column("body", "gyro", words=lambda row: f"body {row['body']}")
 _TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {

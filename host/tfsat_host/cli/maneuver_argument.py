@@ -97,7 +97,7 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
         raise UsageError(
             what="Two angles are needed: A of joint 1 and B of joint 2.",
             meaning="Nothing was done.",
-            next_step=Advice(_by_angles(args), "   or   ", _by_file(args)),
+            next_step=Advice(_by_angles(args), ", or ", _by_file(args)),
         )
     servos = (
         [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]] if robot is not None else []

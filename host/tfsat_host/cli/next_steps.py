@@ -31,16 +31,13 @@ def complete_command(step: NextStep, args: Namespace) -> NextStep:
     """
     if "--help" in step.arguments:
         return step
+    if getattr(args, "emulated", False) and "--port" in step.arguments:
+        # A board that was found inside this process has no port that could be typed.
+        at = step.arguments.index("--port")
+        step = NextStep(step.command, step.arguments[:at] + step.arguments[at + 2 :])
     options = (*_files(step, args), *_devices(step, args))
     added = [word for option in options if option[0] not in step.arguments for word in option]
     return step.with_arguments(*added)
-
-
-def device_options(args: Namespace) -> tuple[str, ...]:
-    """Return the device option as the user gave it."""
-    if args.emulated:
-        return ("--emulated",)
-    return () if args.port is None else ("--port", args.port)
 
 
 def _files(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
@@ -55,6 +52,9 @@ def _devices(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
     boards = _boards(step.command)
     if not boards or "emulated" not in args:
         return
+    # A recording says itself whose it is.
+    if "--log" in step.arguments:
+        return
     if args.emulated:
         yield ("--emulated",)
         return
@@ -67,10 +67,11 @@ def _devices(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:
             if board in ports:
                 yield option, ports[board]
         return
-    port = next((ports[board] for board in boards if ports.get(board) is not None), None)
-    if port is not None:
-        yield "--port", port
-    if step.command in _MOVES_JOINTS and boards == ("logger",) and ports.get("sequencer") is not None:
+    # Of two ports the right one for `status` depends on why it is recommended; without one it finds both boards.
+    named = [ports[board] for board in boards if board in ports]
+    if len(set(named)) == 1:
+        yield "--port", named[0]
+    if step.command in _MOVES_JOINTS and "sequencer_port" in args and "sequencer" in ports:
         yield "--sequencer-port", ports["sequencer"]
 
 
@@ -88,6 +89,8 @@ def _boards(command: str) -> tuple[str, ...]:
 
 def _ports(args: Namespace) -> dict[str, str]:
     """Return the ports that were named, by board."""
+    if "port" not in args:
+        return {}
     if "logger_port" in args:
         ports = {"sequencer": args.port, "logger": args.logger_port}
     elif "sequencer_port" in args:

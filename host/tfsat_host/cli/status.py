@@ -11,6 +11,7 @@ from tfsat_host.cli.usage import add_options
 from tfsat_host.devices.ports import BOARDS, BoardName
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -87,7 +88,8 @@ def _stand_against_arming(
 
 def _show(rows: Rows, out: Output) -> None:
     for name, text in rows:
-        out.line(f"{name:<14} {text}" if name.startswith(" ") else f"{name:<10} {text}")
+        width = 14 if name.startswith(" ") else 10
+        out.line(Advice(f"{name:<{width}} ", text))
 
 
 def _ask(place: Place) -> tuple[BoardName, dict[str, Any], Rows]:

@@ -64,14 +64,14 @@ def _show_table(settings: servo_settings.ServoSettings, line: str, out: Output) 
 def _check_usage(args: argparse.Namespace) -> None:
     if sum((args.file is not None, args.factory, args.show)) != 1:
         what = "One of FILE, --factory and --show is needed, and only one."
-        next_step = Advice(NextStep("upload-servos", ("servos.toml",)), "   or   ", _SHOW)
+        next_step = Advice(NextStep("upload-servos", ("servos.toml",)), ", or ", _SHOW)
     elif args.out is not None and not args.show:
         what = "--out writes what is on the board: it goes with --show only."
         show = NextStep("upload-servos", ("--show", "--out", str(args.out)))
         next_step = Advice("First ", show, ", then the upload without --out.")
     elif args.dry_run and args.show:
         what = "--dry-run touches no board, and --show asks one."
-        next_step = Advice(_SHOW, "   or   ", NextStep("upload-servos", ("FILE", "--dry-run")))
+        next_step = Advice(_SHOW, ", or ", NextStep("upload-servos", ("FILE", "--dry-run")))
     else:
         if args.out is not None:
             refuse_existing(args.out, force=args.force)

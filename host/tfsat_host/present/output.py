@@ -112,7 +112,9 @@ class Output:
 
         from tfsat_host.present.tables import table_of
 
-        listed = list(rows)
+        listed = [
+            [self._complete(value) if isinstance(value, str) else value for value in row] for row in rows
+        ]
         cells = [[_cell(value) for value in row] for row in listed]
         # A column is aligned right if all of its cells are numbers.
         numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]

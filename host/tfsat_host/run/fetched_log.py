@@ -152,7 +152,7 @@ class Copy:
                 f"  {facts['verdict']}: {facts['samples']} samples in {facts['duration_s']:.3f} s, {rate}, "
                 f"{facts['samples_lost']} lost"
             )
-            out.line(Advice("  ", NextStep("decode"), f" {self.path}"))
+            out.line(Advice("  ", NextStep("decode", (str(self.path),))))
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:

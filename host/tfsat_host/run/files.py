@@ -151,7 +151,9 @@ def run_files(
         raise TfsatError(
             what=f"{recording} is what decode made of a recording, not the recording itself.",
             meaning=nothing,
-            next_step=Advice(command, f" {raw if raw.is_file() else 'SD.bin, the file off the card'}"),
+            next_step=Advice(command.with_arguments(str(raw)))
+            if raw.is_file()
+            else Advice(command, " SD.bin, the file off the card"),
         )
     default = recording.parent / MANEUVER
     return RunFiles(recording, maneuver or (default if default.is_file() else None))

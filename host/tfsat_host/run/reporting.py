@@ -118,7 +118,7 @@ def report(
         raise TfsatError(
             what="None of the drops can be evaluated.",
             meaning="No report was written.",
-            next_step=Advice("Look at the first alone: ", NextStep("evaluate"), f" {places[0]}"),
+            next_step=Advice("Look at the first alone: ", NextStep("evaluate", (str(places[0]),))),
         )
     drops = [report_drop(files.names[run.files.recording], run) for run in runs]
     compared = Comparison.of(runs)

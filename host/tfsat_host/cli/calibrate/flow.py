@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from datetime import UTC, datetime
+from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
 from tfsat_host.cli.calibrate.operator import Terminal, give_result, record
+from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
@@ -72,6 +74,7 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
     origin = origin_of_log(log.header)
     # What is to be typed next is for the robot of the recording, not for whatever is plugged in.
     here = argparse.Namespace(**{**vars(args), "emulated": origin.emulated})
+    out.complete_command = partial(complete_command, args=here)
     with commands_as_typed(here, out):
         rested = rest_of(log, args.log, origin)
         campaign = open_campaign(args, origin, model, out)

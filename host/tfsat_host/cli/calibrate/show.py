@@ -11,6 +11,7 @@ from tfsat_host.calibration.findings import Row, value_text
 from tfsat_host.calibration.review import age_words, in_future, landing_words, review
 from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
 from tfsat_host.cli.calibrate.operator import OF_EMULATED
+from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import UNKNOWN, Column
@@ -89,7 +90,7 @@ def _below(calibration: Calibration, result: Row) -> list[str]:
     if commands:
         lacking = sum(row["state"] != "valid" for row in rows)
         lines += ["", f"{lacking} of {len(rows)} quantities are missing for the next drop. Type:"]
-        lines += [f"  {command}" for command in commands]
+        lines += [Advice("  ", command) for command in commands]
     else:
         ready = "Nothing is missing for the next drop."
         lines += ["", ready if result["ready"] else "Every quantity is there, but see below."]
