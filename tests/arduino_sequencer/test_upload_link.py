@@ -11,8 +11,8 @@ from tests.arduino_sequencer.store_model import without_markers
 from tests.fixtures.sequencer.board import Board
 from tests.fixtures.sequencer.cable import NEW, OLD, Cable, connect, rows
 from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
-from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
+from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.messages import (

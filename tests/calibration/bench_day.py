@@ -16,17 +16,17 @@ from scipy.spatial.transform import Rotation
 from tests.calibration.emulated_day import DAY_BEGINS, all_steps, record_step
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, StepKind, rest, sweeps, swings, turn, zero
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.robot import RobotModel, load_robot
 
 MODEL = load_robot()

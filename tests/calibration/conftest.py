@@ -13,8 +13,8 @@ from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind
 from tfsat_host.cli.calibrate.bench import Bench, origin_of
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 
 
 @pytest.fixture

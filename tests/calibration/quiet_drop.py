@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.fixtures.emulated_drop import drop
+from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, US_PER_S
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.robot import DEFAULT_SEED, US_PER_S
 
 
 @cache

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tfsat_host.calibration.steps.step import Step, swings
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import EmulatedRobot
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 
 FILE = Path("calibration-emulated.toml")
 COMMAND = ("calibrate", "misalignment", "--joint", "2", "--port", "x")

@@ -16,14 +16,14 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, servo, zero
 from tfsat_host.cli.calibrate.bench import Bench, EmulatedPerson, origin_of
-from tfsat_host.cli.calibrate.jog import measure_servo
+from tfsat_host.cli.calibrate.jogged_joint import measure_servo
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, ideal
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.live_sample import LiveSample

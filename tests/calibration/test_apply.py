@@ -22,10 +22,10 @@ from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import swings
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.robot import load_robot
 

@@ -14,12 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.calibration.some_calibration import MEASURED, drawn_calibration, whole_calibration
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.file import (
     format_calibration,
     parse_calibration,
     read_calibration,
 )
-from tfsat_host.calibration.errors import CalibrationError
 
 WHOLE = format_calibration(whole_calibration())
 

@@ -13,8 +13,8 @@ import pytest
 from tests.calibration.quiet_drop import quiet_drop
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.emulated.emulated_robot import DEFAULT_SEED
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.robot import DEFAULT_SEED
 from tfsat_host.robot import load_robot
 
 TRUTH = draw_as_built(DEFAULT_SEED)

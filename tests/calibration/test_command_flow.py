@@ -28,12 +28,12 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind, zero
 from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
-from tfsat_host.cli.calibrate.operator import record
+from tfsat_host.cli.calibrate.person import record
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import Board

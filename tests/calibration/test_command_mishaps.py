@@ -18,10 +18,10 @@ from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
 from tfsat_host.cli.calibrate.arguments import MAX_TURN_DEG
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.main import main
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, EmulatedRobot
 from tfsat_host.emulated.imperfections import draw, draw_as_built
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
 MAX_FILE_BYTES = 8192
 RECORDINGS = Path("calibration-emulated-recordings")

@@ -23,10 +23,10 @@ from tests.calibration.bench_day import (
     slip_sensor,
     true_rotation,
 )
-from tfsat_host.calibration.certificate.campaign import Campaign, note_landing
+from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.certificate.calibration_campaign import Campaign, note_landing
 from tfsat_host.calibration.certificate.certificate import Landing, Subject
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.evidence import file_name, from_bytes, to_bytes
 from tfsat_host.file_lock import one_at_a_time
 

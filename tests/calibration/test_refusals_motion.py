@@ -37,7 +37,7 @@ from tests.calibration.bench_day import (
 )
 from tests.calibration.cases import Make, case, check_refused, record_move
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step

@@ -27,7 +27,7 @@ from tests.calibration.bench_day import (
 )
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.robot import RobotModel

@@ -23,7 +23,7 @@ from tests.calibration.servo_rig import (
 )
 from tests.cli.process import RunCli
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.servos.servo_findings import gain_of, left_by, offset_of
 from tfsat_host.calibration.servos.servo_map import settings_from_map
@@ -31,12 +31,12 @@ from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_p
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
-from tfsat_host.cli.calibrate.jog import TourInterrupted, sweep
+from tfsat_host.cli.calibrate.jogged_joint import TourInterrupted, sweep
 from tfsat_host.cli.main import main
 from tfsat_host.devices.jogging import JogError
+from tfsat_host.emulated.emulated_robot import BoardIndex, Reset
 from tfsat_host.emulated.imperfections import draw_as_built, ideal
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
-from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.servo_settings import FACTORY
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.arduino_sequencer.servo_model import TICK_NS, pulse_centi_ns
 from tests.calibration.simulated_servo import FACTORY_SERVO, SimulatedServo
 from tests.servo_settings.values import valid_settings
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import (
     ServoMap,

@@ -33,13 +33,13 @@ from tests.calibration.bench_day import (
     true_rotation,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.emulated.manual_motion import Operator
 
 X, Y, Z = np.eye(3)

@@ -13,13 +13,13 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import Step, rest, sweeps, swings, turn, zero
-from tfsat_host.cli.calibrate.operator import Picture, line_of
+from tfsat_host.cli.calibrate.person import Picture, line_of
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.robot import load_robot
 
 MODEL = load_robot()

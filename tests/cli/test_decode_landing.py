@@ -22,10 +22,10 @@ from tests.cli.certified import (
     write_drop,
 )
 from tests.cli.process import RunCli
-from tfsat_host.calibration.certificate.archive import certificate_for, measured_after
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.run.certificate import notices
+from tfsat_host.calibration.certificate.recordings_archive import certificate_for, measured_after
+from tfsat_host.run.certificate_check import notices
 
 FILE = Path("calibration.toml")
 COPIED = DROPPED + 2 * HOUR

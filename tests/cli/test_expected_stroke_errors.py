@@ -12,7 +12,7 @@ import pytest
 
 from tests.calibration.simulated_servo import SimulatedServo
 from tests.cli.process import RunCli
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import ServoMap, settings_from_map
 from tfsat_host.cli import stroke_errors

@@ -16,7 +16,7 @@ import serial
 from tests.cli.process import RunCli
 from tfsat_host.cli import ports
 from tfsat_host.cli.main import main
-from tfsat_host.devices.ports import (
+from tfsat_host.devices.serial_ports import (
     BoardName,
     PortError,
     PortInfo,

@@ -136,7 +136,12 @@ def joints_by_number(top: Table) -> dict[int, Table]:
         ("{ x = 1 }", "1", lambda top: top.table("inside"), "15: inside: 1 is not a table"),
         ("rate = 20", "rate = 0", servo_rate, "24: joint 2, servo.rate: 0 is not a number above 0"),
         ("servo.rate = 20", "", servo_rate, "22: joint 2, servo: is missing"),
-        ("rate = 20", "rate = 0", lambda top: servo_of(joints_by_number(top)[1]), "24: joint of number 1, servo.rate: 0"),
+        (
+            "rate = 20",
+            "rate = 0",
+            lambda top: servo_of(joints_by_number(top)[1]),
+            "24: joint of number 1, servo.rate: 0",
+        ),
         ("number = 1", "number = 2", joints_by_number, "23: joint 2, number: number 2 is described"),
         ("number = 1", "number = 3", joints_by_number, "23: joint 2, number: 3 is not"),
         (

@@ -32,7 +32,7 @@ FOLDER = "/tmp/contract-"
 """Of the same length everywhere, as lines are filled with it."""
 _DRAWN = "x" * 8
 _HEXADECIMAL = re.compile(r"\b([0-9a-f]{64}|[0-9a-f]{16}|[0-9a-f]{12}|[0-9a-f]{8})\b")
-_DATE_OR_TIME = re.compile(r"\b20\d\d-?\d\d-?\d\d(T\d{6}(\.\d+|Z)?)?|\b\d\d:\d\d(:\d\d)?\b")
+_AGE_OR_MOMENT = re.compile(r"\b\d+(?= days\b)|\b20\d\d-?\d\d-?\d\d(T\d{6}(\.\d+|Z)?)?|\b\d\d:\d\d(:\d\d)?\b")
 
 Result = dict[str, Any]
 """Of one line: `typed`; and `exit`, `document` and `files`, or the `text` that says all of them."""
@@ -143,7 +143,7 @@ def _without_moments(transcript: str, folder: Path) -> str:
     transcript = transcript.replace(str(folder), FOLDER + _DRAWN).replace(__version__, "VERSION")
     transcript = re.sub(r"/\S*/robots/", "ROBOTS/", transcript)
     transcript = _HEXADECIMAL.sub(lambda id_: "x" * len(id_[0]), transcript)
-    transcript = _DATE_OR_TIME.sub(lambda moment: re.sub(r"\d", "0", moment[0]), transcript)
+    transcript = _AGE_OR_MOMENT.sub(lambda moment: re.sub(r"\d", "0", moment[0]), transcript)
     return "".join(f"{line.rstrip()}\n" for line in transcript.splitlines())
 
 

@@ -14,7 +14,7 @@ import serial
 
 from tests.devices.scripted import hello, reply
 from tfsat_host.devices.client import ATTEMPTS, Client, NoAnswer
-from tfsat_host.devices.ports import PortError, PortProblem
+from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.protocol.enums import Board
 from tfsat_host.protocol.framing import FrameReceiver

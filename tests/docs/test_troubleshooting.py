@@ -8,7 +8,7 @@ import pytest
 
 from tests.docs.documents import GUIDE
 from tests.paths import REPOSITORY
-from tfsat_host.devices.ports import PortProblem
+from tfsat_host.devices.serial_ports import PortProblem
 from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES

@@ -9,7 +9,7 @@ from itertools import product
 import pytest
 
 from tests.paths import REPOSITORY
-from tfsat_host.devices.ports import PortInfo, identify
+from tfsat_host.devices.serial_ports import PortInfo, identify
 
 PATH = REPOSITORY / "tools" / "udev" / "60-tfsat.rules"
 LINES = [line for line in PATH.read_text(encoding="ascii").splitlines() if line and not line.startswith("#")]

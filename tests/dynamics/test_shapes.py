@@ -21,7 +21,7 @@ from tfsat_host.dynamics import (
     poses,
     stroke_rotation,
 )
-from tfsat_host.dynamics.momentum import angular_momentum, inertia_and_joint_momentum
+from tfsat_host.dynamics.spatial_momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.robot import load_robot
 
 Shape = tuple[int, ...]

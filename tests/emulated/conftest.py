@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.emulated.served import Served
-from tfsat_host.emulated.robot import EmulatedRobot
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.server import RobotServer
 from tfsat_host.emulated.state import ServedFolder
 

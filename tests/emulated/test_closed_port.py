@@ -13,9 +13,9 @@ from tests.emulated.served import TIMEOUT_S, Served
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.build import sequencer_hex
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.server import STEP_US, RobotServer
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS
 from tfsat_host.protocol.messages import (

@@ -6,9 +6,9 @@ import pytest
 
 from tests.emulated.test_control import Person
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.server import RobotServer
-from tfsat_host.emulated.transport import EmulatedTransport
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from tests.emulated.test_control import Person
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.server import RobotServer
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.limits import BLOCK_BYTES, CARD_SYNC_MS, SAMPLE_RATE_HZ
 from tfsat_host.sdlog import load
 

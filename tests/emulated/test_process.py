@@ -15,7 +15,7 @@ import pytest
 from tests.cli.process import RunCli
 from tests.emulated.served import TIMEOUT_S, Served
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import PortError, open_serial
+from tfsat_host.devices.serial_ports import PortError, open_serial
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built
 from tfsat_host.emulated.state import served_by_dead_process

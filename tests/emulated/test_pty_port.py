@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tfsat_host.devices.ports import PortError, PortProblem, open_serial
+from tfsat_host.devices.serial_ports import PortError, PortProblem, open_serial
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.server import PtyPort
 

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.process import RunCli
 from tests.emulated.served import Served
 from tests.emulated.test_control import Person
-from tfsat_host.devices.ports import PortError
+from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.server import RobotServer
 

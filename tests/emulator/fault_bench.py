@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.fixtures.emulated_drop import OF_THE_PAPER, Act, read_card, releaser
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.emulated.robot import EmulatedRobot
 from tfsat_host.sdlog import DropLog
 
 BROKEN_AT_US = 500_000

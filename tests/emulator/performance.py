@@ -11,11 +11,11 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, ideal
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 
 TRUTH_US = 2_000
 

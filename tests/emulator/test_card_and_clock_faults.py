@@ -10,9 +10,9 @@ import pytest
 from tests.emulator.fault_bench import SEED, do_nothing, fly
 from tests.fixtures.emulated_drop import read_card, releaser
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import ideal
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import SequencerState
 
 BOTH = pytest.mark.parametrize("sequencer", ["native", "avr"])

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.emulated_certificate import careful_certificate
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu
 from tfsat_host.robot import load_robot

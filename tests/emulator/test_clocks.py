@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.fixtures.emulated_drop import OF_THE_PAPER, read_card, releaser
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import draw, draw_as_built, ideal
 from tfsat_host.emulated.library import EmulationError
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
 from tfsat_host.protocol.messages import HelloRequest

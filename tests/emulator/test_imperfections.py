@@ -12,9 +12,9 @@ from tests.emulator.performance import perform
 from tfsat_host.calibration.steps.step import sweeps, turn
 from tfsat_host.devices.jogging import Jog, JogClient
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 
 SEEDS = range(40)
 

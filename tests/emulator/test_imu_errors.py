@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from tests.emulator.fault_bench import SEED, do_nothing, record
 from tests.fixtures.emulated_drop import read_card, releaser
 from tests.paths import HOST
+from tfsat_host.emulated.emulated_robot import BoardIndex
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu, shipped_imus
 from tfsat_host.emulated.library import EmulationError
-from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.sdlog import DropLog
 
 PARTS = pytest.mark.parametrize("name", ["mpu6050", "adis16465_2"])

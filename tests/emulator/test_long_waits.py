@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tests.emulator.fault_bench import SEED
 from tests.fixtures.emulated_drop import read_card, releaser
+from tfsat_host.emulated.emulated_robot import BoardIndex
 from tfsat_host.emulated.imperfections import Imperfections, ideal
-from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.sdlog import DropLog
 
 WARM = replace(

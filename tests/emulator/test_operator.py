@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from tests.emulator.performance import Performance, perform
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps, swings, turn, zero
 from tfsat_host.devices.jogging import Jog, JogClient
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.manual_motion import LEAD_S, Operator
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
-from tfsat_host.emulated.transport import EmulatedTransport
 
 STOPS_DEG = (30, 60, 90, 60, 30, 0) * 2
 PERSON = Operator(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tfsat_host.emulated.emulated_robot import PUSH_OFF_M_S, SETTLE_US, EmulatedRobot
 from tfsat_host.emulated.imperfections import ideal
-from tfsat_host.emulated.robot import PUSH_OFF_M_S, SETTLE_US, EmulatedRobot
 
 FALL_US = 1_500_000
 GRAVITY_M_S2 = 9.80665

@@ -9,9 +9,9 @@ import pytest
 
 from tests.emulator.fault_bench import SEED, do_nothing, record
 from tests.fixtures.emulated_drop import read_card, releaser
-from tfsat_host.emulated.faults import Faults
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.fault_injection import Faults
 from tfsat_host.emulated.library import EmulationError
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.robot import load_robot
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from tests.rehearsal.days import rehearse_drop
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.rehearsal.drop import session_seed
+from tfsat_host.rehearsal.rehearsed_drop import session_seed
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import load_robot
 

@@ -16,7 +16,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.com_fit.com_fit import fit_model
-from tfsat_host.evaluation.com_fit.momentum import flown_of
+from tfsat_host.evaluation.com_fit.momentum_residual import flown_of
 from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

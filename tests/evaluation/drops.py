@@ -14,11 +14,11 @@ from tests.fixtures.emulated_drop import DLPF_42_HZ, Drop, drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.devices.logger_settings import FACTORY
-from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.devices.logger_configuration import FACTORY
+from tfsat_host.emulated.emulated_certificate import careful_certificate
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
-from tfsat_host.evaluation.com_fit.momentum import FallSamples, flown_of
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, flown_of
 from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import samples_of

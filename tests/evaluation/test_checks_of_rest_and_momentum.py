@@ -27,7 +27,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks.diagnosis import AS_FILED
 from tfsat_host.evaluation.checks.drop_checks import checks_of
-from tfsat_host.evaluation.checks.rest import across_std
+from tfsat_host.evaluation.checks.rest_checks import across_std
 from tfsat_host.evaluation.micro_gravity import AtRest
 from tfsat_host.sdlog import DropLog
 

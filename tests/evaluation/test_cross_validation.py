@@ -24,7 +24,12 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.com_fit.com_fit import fit_model, widen_fit
 from tfsat_host.evaluation.com_fit.cross_validation import FittedDrop, combine, cross_validate, left_aside
-from tfsat_host.evaluation.com_fit.momentum import derivatives, flown_of, inertial_momentum, residual_rate
+from tfsat_host.evaluation.com_fit.momentum_residual import (
+    derivatives,
+    flown_of,
+    inertial_momentum,
+    residual_rate,
+)
 from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

@@ -19,7 +19,7 @@ from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.rehearsal.drop import rehearse
+from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

@@ -11,7 +11,7 @@ from tests.evaluation.drops import MODEL, fit_drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import identifiability
-from tfsat_host.evaluation.com_fit.momentum import FallSamples
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
 
 SEEDS = (1, 2, 3, 4)

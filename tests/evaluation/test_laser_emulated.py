@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.fixtures.emulated_drop import OF_THE_PAPER, releaser
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S
+from tfsat_host.emulated.emulated_robot import SETTLE_US, US_PER_S
 from tfsat_host.evaluation.camera import LaserTracks, read_tracks
 from tfsat_host.evaluation.laser_identity import Reading, _others
 from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyRotation

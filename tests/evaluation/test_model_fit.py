@@ -16,7 +16,7 @@ from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
-from tfsat_host.evaluation.com_fit.momentum import Derivatives, FallSamples, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.momentum_residual import Derivatives, FallSamples, derivatives, flown_of
 from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, com_offsets, model_offsets
 from tfsat_host.evaluation.com_fit.prediction import (
     EXPECTED_DISTANCE,

@@ -7,7 +7,12 @@ import pytest
 
 from tests.evaluation.drops import few_of, fit_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
-from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
+from tfsat_host.evaluation.com_fit.momentum_residual import (
+    PAPER_SIZE,
+    averaged_momentum,
+    cutoff_hz,
+    moving_average,
+)
 
 RATE_HZ = 280.0
 

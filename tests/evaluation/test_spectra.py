@@ -8,7 +8,7 @@ import pytest
 from tests.evaluation.drops import few_of, fit_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.com_fit.momentum import inertial_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum
 from tfsat_host.evaluation.spectra import (
     WINDOWS,
     Window,

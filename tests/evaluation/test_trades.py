@@ -13,7 +13,7 @@ from tests.fixtures.emulated_drop import DLPF_42_HZ
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import couplings
-from tfsat_host.evaluation.com_fit.momentum import FallSamples, flown_of, momentum_of
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, flown_of, momentum_of
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
 from tfsat_host.evaluation.motion.motion import motion_of
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from tests.devices.scripted import ScriptedTransport, hello, reply
-from tfsat_host.devices.ports import PortError, PortInfo, open_error
+from tfsat_host.devices.serial_ports import PortError, PortInfo, open_error
 from tfsat_host.devices.transport import Transport
-from tfsat_host.flashing.flash import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
+from tfsat_host.flashing.flasher import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
 from tfsat_host.flashing.loader import Computer, FlashError
 from tfsat_host.protocol.enums import Board
 

@@ -20,10 +20,10 @@ from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import Transport
-from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import format_maneuver, four_stroke, schedule_maneuver
 
@@ -116,7 +116,7 @@ def ready_robot(
     folder.mkdir(exist_ok=True)
     monkeypatch.chdir(folder.parent)
     (folder / "maneuver.toml").write_text(format_maneuver(MANEUVER), encoding="utf-8")
-    monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", WATCH_S)
+    monkeypatch.setattr("tfsat_host.preflight.logger_queries.WATCH_S", WATCH_S)
     with EmulatedRobot(imperfections=truth, seed=SEED) as robot:
         robot.advance(SETTLE_US)
         measured_at = (datetime.now(UTC) - timedelta(hours=1)).replace(microsecond=0)

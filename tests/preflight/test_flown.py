@@ -9,8 +9,8 @@ import pytest
 
 from tests.run.bundle.commands import command
 from tfsat_host.protocol.limits import BLOCK_MAGIC
-from tfsat_host.run.preflight import require_not_flown
-from tfsat_host.run.record import sign
+from tfsat_host.run.prepared_run import require_not_flown
+from tfsat_host.run.signed_record import sign
 
 
 @pytest.mark.parametrize("file_name", ["drop.json", "SD.bin", "DROP0003.BIN", "record.json"])

@@ -15,7 +15,7 @@ from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.enums import LoggerState, SequencerState
-from tfsat_host.run.record import entries_of, verify
+from tfsat_host.run.signed_record import entries_of, verify
 
 DOCUMENT = DOCS / "preflight.md"
 
@@ -23,7 +23,7 @@ DOCUMENT = DOCS / "preflight.md"
 def test_a_healthy_robot_is_go_and_its_result_is_signed(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", 6.0)
+    monkeypatch.setattr("tfsat_host.preflight.logger_queries.WATCH_S", 6.0)
     result = ready.preflight(expect=0)
     assert (result["verdict"], result["reasons"], found_wrong(result), not_made(result)) == (
         "go",

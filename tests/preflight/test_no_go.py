@@ -15,10 +15,10 @@ import pytest
 
 from tests.preflight.ready_robot import MANEUVER, ReadyRobot, check, found_wrong, not_made
 from tfsat_host.calibration.certificate.certificate import Landing
-from tfsat_host.devices.logger_settings import FACTORY
-from tfsat_host.emulated.faults import CardDefect
+from tfsat_host.devices.logger_configuration import FACTORY
+from tfsat_host.emulated.emulated_robot import BoardIndex, Reset
+from tfsat_host.emulated.fault_injection import CardDefect
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
-from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.servo_settings import FACTORY as SERVOS
 
@@ -217,7 +217,9 @@ def test_two_checks_tell_of_a_gyro_that_lost_its_gain(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ten times its bias is more than the data sheet allows, and not what the others say."""
-    monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", 6.0)  # its noise is ten times as much, too
+    monkeypatch.setattr(
+        "tfsat_host.preflight.logger_queries.WATCH_S", 6.0
+    )  # its noise is ten times as much, too
     ready.robot.faults.imu(4, "saturated")
     result = ready.preflight(expect=4)
     assert found_wrong(result) == {"gyro-biases", "gyros-agree"}

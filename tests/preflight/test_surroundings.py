@@ -13,8 +13,8 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.cli.main import main
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import PortError, PortProblem
-from tfsat_host.emulated.robot import BoardIndex
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import BoardIndex
 from tfsat_host.maneuver import format_maneuver
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.protocol.enums import Board

@@ -14,9 +14,9 @@ from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
 from tfsat_host.cli.preflight_report import complete_steps, transports
-from tfsat_host.devices.ports import PortError, PortProblem
+from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.check import no_go
+from tfsat_host.preflight.preflight_check import no_go
 from tfsat_host.present.output import Output
 
 

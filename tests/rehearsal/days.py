@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.result.tables import CHECKS
+from tfsat_host.evaluation.result.evaluation_tables import CHECKS
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.plan.facility import load_tower
@@ -22,10 +22,10 @@ from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.quantity import records
 from tfsat_host.rehearsal.day import DROPPED, NoGo, Preflight
-from tfsat_host.rehearsal.drop import Drop, rehearse
 from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
 from tfsat_host.rehearsal.fault import Fault, Moment, Outcome
 from tfsat_host.rehearsal.judgement import JudgedDay, came_of, moved_deg
+from tfsat_host.rehearsal.rehearsed_drop import Drop, rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
 from tfsat_host.robot import load_robot

@@ -8,7 +8,7 @@ from tests.paths import DOCS
 from tests.rehearsal import days
 from tests.rehearsal.days import Day, Days
 from tfsat_host.rehearsal.fault import Fault, Moment, Outcome, words_of
-from tfsat_host.rehearsal.faults import FAULTS, GROUPS
+from tfsat_host.rehearsal.fault_catalog import FAULTS, GROUPS
 
 PAGE = DOCS / "faults.md"
 _MOMENTS = "\n".join(

@@ -14,8 +14,8 @@ from tests.paths import DOCS
 from tests.rehearsal.days import SCHEDULE, preflight
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S
 from tfsat_host.emulated.imu_part import ImuPart, load_imu, wander_std_deg_s
-from tfsat_host.rehearsal.comparison import EstimateAndTruth
 from tfsat_host.rehearsal.series import RehearsedDrop, Series, fly_many
+from tfsat_host.rehearsal.truth_comparison import EstimateAndTruth
 from tfsat_host.robot import load_robot
 
 PAGE = DOCS / "imus.md"

@@ -18,11 +18,10 @@ from tests.rehearsal.days import SCHEDULE, SEED, Days, fly_day, turned_deg
 from tests.rehearsal.faults_page import MISMATCHES, PAGE, diagnosis, row
 from tests.run.bundle.commands import command, result
 from tfsat_host.emulated.build import sequencer_hex
-from tfsat_host.emulated.robot import US_PER_S
+from tfsat_host.emulated.emulated_robot import US_PER_S
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.rehearsal import faults, series
-from tfsat_host.rehearsal.drop import rehearse
+from tfsat_host.rehearsal import fault_catalog, series
 from tfsat_host.rehearsal.fault import (
     AT,
     GUARD_US,
@@ -33,8 +32,9 @@ from tfsat_host.rehearsal.fault import (
     between,
     words_of,
 )
-from tfsat_host.rehearsal.faults import FAULTS, GROUPS, fault_named, power_cut
+from tfsat_host.rehearsal.fault_catalog import FAULTS, GROUPS, fault_named, power_cut
 from tfsat_host.rehearsal.judgement import came_of
+from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
@@ -297,7 +297,7 @@ def wrong_catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Change the catalog to demand, wrongly, that a jolt keeps the robot from flying."""
     demands = at_any_moment(Outcome.STANDS_STILL)
     wrong = [replace(fault, outcomes=demands) if fault.name == "crane-jolt" else fault for fault in FAULTS]
-    monkeypatch.setattr(faults, "FAULTS", tuple(wrong))
+    monkeypatch.setattr(fault_catalog, "FAULTS", tuple(wrong))
     monkeypatch.chdir(tmp_path)
 
 

@@ -18,15 +18,15 @@ from tests.run.campaign.test_campaign import contents
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.maneuver import four_stroke
 from tfsat_host.rehearsal import day as days
-from tfsat_host.rehearsal import drop as drops
+from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal import series
-from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.folder import WAITING, Before, ResultFolder
+from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import RehearsedDrop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
-from tfsat_host.run import reporting
+from tfsat_host.run import drop_report
 from tfsat_host.run.bundle.reproducing import document_in
 from tfsat_host.run.files import REHEARSED
 
@@ -229,7 +229,7 @@ def evaluated_run(shared_rehearsal: Rehearsing, tmp_path_factory: pytest.TempPat
         (RunFolder, "_write_preflight", 1),
         (RunFolder, "_write_card", 1),
         (RunFolder, "_note_landing", 1),
-        (reporting, "report", 1),
+        (drop_report, "report", 1),
     ],
 )
 def test_ctrl_c_leaves_every_byte_of_the_rehearsal_before(

@@ -13,16 +13,16 @@ from scipy.spatial.transform import Rotation
 from tests.evaluation.drops import MODEL
 from tests.fixtures.emulated_drop import Drop, drop
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.dynamics.spatial_momentum import locked_inertia
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.library import robot_config
-from tfsat_host.emulated.robot import EmulatedRobot
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import CALIBRATED
 from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.faults import FAULTS, GROUPS, STRIKES, fault_named
+from tfsat_host.rehearsal.fault_catalog import FAULTS, GROUPS, STRIKES, fault_named
 from tfsat_host.rehearsal.hidden import HiddenDrop, draw_hidden, hidden_drop
 from tfsat_host.rehearsal.mismatches import BUILT as BUILDING
 from tfsat_host.rehearsal.mismatches import SIZED_STRIKES, strained_inertia

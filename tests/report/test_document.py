@@ -17,7 +17,7 @@ from tests.report.reported_drop import MADE, drop_of, evaluate_run, folder, numb
 from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.result.model import significance, worth_of
+from tfsat_host.evaluation.result.model_result import significance, worth_of
 from tfsat_host.quantity import plus_minus
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import document_of

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.report.reported_drop import evaluate_run, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.report.contents.attitude import euler_angles
+from tfsat_host.report.contents.attitude_charts import euler_angles
 
 
 def test_every_line_fits_its_axis(drop: Any) -> None:

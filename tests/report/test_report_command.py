@@ -14,11 +14,11 @@ from tests.report.opened import Opened
 from tests.run.bundle.commands import command, keep_evaluations, result
 from tfsat_host.report import figures as figure_files
 from tfsat_host.report.figures import FORMATS
-from tfsat_host.report.recording import MARKER
-from tfsat_host.run import reporting
+from tfsat_host.report.foxglove_export import MARKER
+from tfsat_host.run import drop_report
+from tfsat_host.run.drop_report import PAGE_MARKER
 from tfsat_host.run.files import EVALUATION_MARKER, REHEARSED, names_of
-from tfsat_host.run.reporting import PAGE_MARKER
-from tfsat_host.sdlog import errors as extras
+from tfsat_host.sdlog import log_errors as extras
 
 DRAWN = "rate-error"
 HOSTILE = "<img src=x onerror=alert(1)>"
@@ -32,9 +32,9 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(reporting, "FIGURES", {DRAWN: None})
+    monkeypatch.setattr(drop_report, "FIGURES", {DRAWN: None})
     for write in ("write_evaluated_mcap", "write_figure"):
-        monkeypatch.setattr(reporting, write, lambda *arguments: arguments[-1].write_bytes(MARKER))
+        monkeypatch.setattr(drop_report, write, lambda *arguments: arguments[-1].write_bytes(MARKER))
     run_folder(tmp_path / "run")
     return tmp_path / "run"
 

@@ -17,7 +17,7 @@ from tests.paths import REPOSITORY
 from tests.report.reported_drop import evaluate_run, report_drop
 from tfsat_host.output_files import was_made_with
 from tfsat_host.report.contents.replay import body_poses
-from tfsat_host.report.recording import MARKER, write_evaluated_mcap
+from tfsat_host.report.foxglove_export import MARKER, write_evaluated_mcap
 
 Topics = dict[str, list[tuple[int, Any]]]
 

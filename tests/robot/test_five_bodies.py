@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.emulated.robot import EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_robot import EmulatedRobot, EmulationError
 from tfsat_host.robot import RobotFileError, default_robot_path, load_robot
 
 FILE = Path(__file__).with_name("five_bodies.toml")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.robot import default_robot_path, find_robot, load_robot, shipped_robots
-from tfsat_host.robot.summary import totals
+from tfsat_host.robot.robot_summary import totals
 
 FIVE = Path(__file__).with_name("five_bodies.toml")
 

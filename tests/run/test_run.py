@@ -15,7 +15,8 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.run import EvaluationOptions, Run
 from tfsat_host.run.bundle.reproducing import reproduce
-from tfsat_host.run.campaign import adding, campaign, reporting
+from tfsat_host.run.campaign import adding, campaign_folder
+from tfsat_host.run.campaign import campaign_report as reporting
 from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
 
@@ -83,11 +84,11 @@ def test_a_bundle_is_the_commands_and_gives_itself_again(run: Path) -> None:
 def test_a_campaign_compares_its_drops(run: Path, tmp_path: Path) -> None:
     run_folder(tmp_path / "second", seed=2)
     folder = Path("season")
-    campaign.init(folder)
+    campaign_folder.init(folder)
     assert adding.add(folder, run, note="calm").entry.number == 1
     assert adding.add(folder, Path("second"), move=True).moved
     with pytest.raises(TfsatError, match="A note is one line"):
-        campaign.note(folder, 1, "two\nlines")
+        campaign_folder.note(folder, 1, "two\nlines")
     campaign_report = reporting.report(folder)
     (robot,) = campaign_report.robots
     assert (

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.run.record import (
+from tfsat_host.run.signed_record import (
     RECORD,
     Entry,
     RecordError,

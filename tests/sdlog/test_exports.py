@@ -19,7 +19,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.sdlog import DropLog, export_arrays, load
 from tfsat_host.sdlog.export_arrays import write_mat, write_npz
 from tfsat_host.sdlog.export_tables import write_csv, write_events_csv
-from tfsat_host.sdlog.summary import metadata
+from tfsat_host.sdlog.log_summary import metadata
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.export_mcap import METADATA_NAME, QUICK_LOOK, BodyFrames, write_mcap
-from tfsat_host.sdlog.summary import metadata
+from tfsat_host.sdlog.log_summary import metadata
 
 NO_FRAMES = BodyFrames((), (), ())
 SENSORS = [f"/joint_{joint}/sensor_{sensor}" for joint in (1, 2, 3) for sensor in (1, 2)]

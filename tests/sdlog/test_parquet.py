@@ -14,11 +14,11 @@ from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recordin
 from tests.sdlog.test_values import by_name, write
 from tfsat_host.run.exports import FORMATS, write_decoded
 from tfsat_host.sdlog import DropLog, export_tables, load
-from tfsat_host.sdlog import errors as extras
+from tfsat_host.sdlog import log_errors as extras
 from tfsat_host.sdlog.droplog import flag_columns
-from tfsat_host.sdlog.errors import MissingExtraError
 from tfsat_host.sdlog.export_tables import METADATA_KEY, write_events_parquet, write_parquet
-from tfsat_host.sdlog.summary import metadata
+from tfsat_host.sdlog.log_errors import MissingExtraError
+from tfsat_host.sdlog.log_summary import metadata
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES
 from tfsat_host.protocol.messages import Sample
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.imu_validity import FROZEN_READINGS, invalidate_repeated
-from tfsat_host.sdlog.summary import grave_warnings, single_misses, warnings
+from tfsat_host.sdlog.log_summary import grave_warnings, single_misses, warnings
 
 
 def with_pause(pause_us: int) -> Recorder:

@@ -11,7 +11,7 @@ from tests.sdlog.encoder import HEADER, Recorder
 from tests.sdlog.test_decode_command import decode, decode_json
 from tests.sdlog.test_values import assert_values, write
 from tfsat_host.sdlog import load
-from tfsat_host.sdlog.errors import LogError
+from tfsat_host.sdlog.log_errors import LogError
 
 STARTED_US = 1_790_000_000_000_000
 HOUR_US = 3_600_000_000

@@ -9,7 +9,7 @@ import numpy as np
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import estimate_biases
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence

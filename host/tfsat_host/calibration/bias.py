@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.counts import Counts

@@ -17,7 +17,6 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import joint_angles
 from tfsat_host.calibration.solution import SensorKnowledge
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import (
     MIN_DURATION_S,
     SWEEP_SHARE,
@@ -33,6 +32,7 @@ from tfsat_host.calibration.steps.step import (
     Step,
     StepKind,
 )
+from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.messages import LiveReply
 from tfsat_host.robot import RobotModel

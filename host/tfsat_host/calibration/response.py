@@ -16,12 +16,12 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import few
-from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import TURN_SHARE, SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
+from tfsat_host.calibration.steps.step_motion import Motion
 
 TILT_STD_RAD = np.deg2rad(0.2)
 """How far a body's axis may be from the one about which it is turned on a table, about each of two axes."""

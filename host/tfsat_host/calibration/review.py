@@ -7,8 +7,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.certificate import Calibration, Paper, quantities
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.calibration.findings import Row, value_rows
 from tfsat_host.calibration.steps.evidence import sha256
 from tfsat_host.next_step import Advice

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Protocol
 
-from tfsat_host.calibration.certificate.campaign import Campaign
+from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.certificate.calibration_campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import SensorKnowledge
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Axis, Step, StepKind, rest, sweeps, swings, turn, zero

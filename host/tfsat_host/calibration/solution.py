@@ -21,8 +21,8 @@ from tfsat_host.calibration.response import (
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.steps.evidence import Evidence, newest
-from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.calibration.sweep_fit import Rests, fit_sweeps, rests_of_sweep
 from tfsat_host.calibration.zero import estimate_zero, with_zero
 from tfsat_host.robot import RobotModel

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.response import Response, rest_means
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.statistics import few
-from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.sensor_samples import find_rests
+from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.next_step import Advice, NextStep
 
 MIN_RESTS = 6

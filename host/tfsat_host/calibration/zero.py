@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_answers

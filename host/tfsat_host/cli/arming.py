@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _arm(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.present.stored_settings import maneuver_as_dict
-    from tfsat_host.run.arming import arm
+    from tfsat_host.run.robot_arming import arm
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:

@@ -17,8 +17,15 @@ from tfsat_host.cli.usage import OUTPUT
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import DropInDanger, LoggerClient, drop_in_danger
-from tfsat_host.devices.ports import BOARDS, BoardName, PortError, PortProblem, find_port, port_variable
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.serial_ports import (
+    BOARDS,
+    BoardName,
+    PortError,
+    PortProblem,
+    find_port,
+    port_variable,
+)
 from tfsat_host.devices.transport import SerialTransport, Transport
 from tfsat_host.errors import Interrupted, RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep
@@ -188,9 +195,9 @@ def emulated_transports(
     out: Output, stack: ExitStack, *, model: RobotModel | None = None, as_built: bool = False
 ) -> dict[BoardName, Transport]:
     """Connect to both boards of the `--emulated` robot, which lives as long as `stack`; see `kept_robot`."""
-    from tfsat_host.emulated.robot import BoardIndex
+    from tfsat_host.emulated.emulated_robot import BoardIndex
+    from tfsat_host.emulated.emulated_transport import EmulatedTransport
     from tfsat_host.emulated.state import kept_robot
-    from tfsat_host.emulated.transport import EmulatedTransport
 
     robot = stack.enter_context(kept_robot(out.note, model=model, as_built=as_built))
     return {board: EmulatedTransport(robot, BoardIndex[board.upper()]) for board in BOARDS}

@@ -13,7 +13,7 @@ from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
 
 if TYPE_CHECKING:
-    from tfsat_host.run.campaign.reporting import CampaignReport
+    from tfsat_host.run.campaign.campaign_report import CampaignReport
 
 _ACTIONS = f"""
 init    make a folder a campaign, without drops
@@ -44,13 +44,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Does what was typed."""
-    from tfsat_host.run.campaign import campaign
+    from tfsat_host.run.campaign import campaign_folder
 
     match args.action:
         case "init":
-            campaign.init(args.dir)
+            campaign_folder.init(args.dir)
             add = f"The first drop comes in by: {NextStep('campaign add', (str(args.dir), 'RUN'))}"
-            result = {"campaign": str(args.dir), "index": str(args.dir / campaign.INDEX)}
+            result = {"campaign": str(args.dir), "index": str(args.dir / campaign_folder.INDEX)}
             out.result(result, f"Campaign  {args.dir}. {add}")
         case "add":
             from tfsat_host.run.campaign.adding import add as add_run
@@ -59,13 +59,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
             out.result(added.as_dict(), added.sentence)
             return _warn_and_exit_code(added.doubts, out)
         case "note":
-            drop = campaign.note(args.dir, args.number, args.text)
+            drop = campaign_folder.note(args.dir, args.number, args.text)
             out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
         case "void":
-            drop = campaign.void(args.dir, args.number, args.text)
+            drop = campaign_folder.void(args.dir, args.number, args.text)
             out.result(drop.as_dict(), f"Drop {drop.number}  void: {args.dir / drop.folder} is not counted.")
         case "next":
-            following = campaign.next_drop(args.dir)
+            following = campaign_folder.next_drop(args.dir)
             out.result(following, str(following["number"]))
             return _warn_and_exit_code(following["findings"], out)
         case action:
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign import list_drops
+    from tfsat_host.run.campaign.campaign_folder import list_drops
 
     listed = list_drops(args.dir)
     drops = listed["drops"]
@@ -86,7 +86,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show_list(drops: Sequence[dict[str, Any]], out: Output) -> None:
-    from tfsat_host.run.campaign.campaign import LISTED
+    from tfsat_host.run.campaign.campaign_folder import LISTED
 
     if drops:
         show_rows(LISTED, drops, out)
@@ -97,7 +97,7 @@ def _show_list(drops: Sequence[dict[str, Any]], out: Output) -> None:
 
 
 def _report(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.reporting import report
+    from tfsat_host.run.campaign.campaign_report import report
 
     campaign_report = report(args.dir, args.robot, args.out, force=args.force, notices=out)
     out.result(
@@ -110,8 +110,8 @@ def _report(args: argparse.Namespace, out: Output) -> int:
 
 def _show_report(campaign_report: CampaignReport, out: Output) -> None:
     """Print the drops, why some are left out, each robot's combined results, and the report's path."""
-    from tfsat_host.present.evaluation import show_comparison
-    from tfsat_host.run.campaign.reporting import DROPS_OF_ALL
+    from tfsat_host.present.evaluation_text import show_comparison
+    from tfsat_host.run.campaign.campaign_report import DROPS_OF_ALL
 
     show_rows(DROPS_OF_ALL, campaign_report.rows(), out, title="All drops")
     for sentence in campaign_report.sentences():

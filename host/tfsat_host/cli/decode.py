@@ -51,10 +51,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
     from tfsat_host.notices import recordings_lines
-    from tfsat_host.present.recording import show_recording
+    from tfsat_host.present.recording_text import show_recording
     from tfsat_host.run.exports import held_calibration
     from tfsat_host.sdlog.load import load
-    from tfsat_host.sdlog.summary import summary
+    from tfsat_host.sdlog.log_summary import summary
 
     _require_one_format(args)
     with out.progress(f"Reading {args.file}", total=1.0) as advance:

@@ -83,8 +83,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
 
-    from tfsat_host.plan.design import design
     from tfsat_host.plan.design_result import document, lines, propose, warnings
+    from tfsat_host.plan.maneuver_design import design
 
     with out.progress("Designing the maneuver", total=1.0) as advance:
         best_design = design(robot, _settings(args), advance)

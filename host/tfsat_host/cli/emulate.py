@@ -17,7 +17,7 @@ from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.emulated_robot import EmulatedRobot
     from tfsat_host.emulated.state import Kept, ServedFolder
     from tfsat_host.robot import RobotModel
 
@@ -85,8 +85,8 @@ def require_pseudo_terminals(platform: str) -> None:
 
 def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
     from tfsat_host.emulated.build import sequencer_hex
+    from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, EmulatedRobot
     from tfsat_host.emulated.imperfections import draw, draw_as_built
-    from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
     draw_imperfections = draw_as_built if args.as_built else draw
     return EmulatedRobot(

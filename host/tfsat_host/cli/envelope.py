@@ -29,8 +29,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Computes the reach of the maneuver and compares everything with the facility."""
     from tfsat_host.dynamics.simulation import robot_limits
-    from tfsat_host.plan.envelope import envelope_of
     from tfsat_host.plan.facility import load_tower
+    from tfsat_host.plan.reach_envelope import envelope_of
     from tfsat_host.plan.tower_checks import check_maneuver, document, lines
     from tfsat_host.robot import load_robot
 

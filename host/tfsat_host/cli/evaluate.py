@@ -93,7 +93,7 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show(run: EvaluatedRun, out: Output) -> None:
-    from tfsat_host.present.evaluation import show_evaluation
+    from tfsat_host.present.evaluation_text import show_evaluation
 
     calibration = "none"
     when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
@@ -106,7 +106,7 @@ def _show(run: EvaluatedRun, out: Output) -> None:
 
 
 def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Output) -> None:
-    from tfsat_host.present.evaluation import show_comparison
+    from tfsat_host.present.evaluation_text import show_comparison
     from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
 
     for attempt in tried:

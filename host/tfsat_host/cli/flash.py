@@ -36,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
-    from tfsat_host.flashing.flash import BOOTLOADER, FLASHERS
+    from tfsat_host.flashing.flasher import BOOTLOADER, FLASHERS
     from tfsat_host.flashing.loader import MARKS, Computer
     from tfsat_host.present.terminal import Narration
 

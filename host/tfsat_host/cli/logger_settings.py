@@ -13,7 +13,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.logger_settings import StoredLoggerSettings
+    from tfsat_host.devices.logger_configuration import StoredLoggerSettings
     from tfsat_host.protocol.messages import LoggerSettings
 
 _SETTINGS = (
@@ -58,7 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows or sets."""
     from tfsat_host.cli.boards import offering_emulated, open_logger
-    from tfsat_host.devices.logger_settings import check
+    from tfsat_host.devices.logger_configuration import check
 
     sets = args.action == "set"
     changes = _wanted_settings(args) if sets else {}
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
-    from tfsat_host.devices.logger_settings import FACTORY
+    from tfsat_host.devices.logger_configuration import FACTORY
 
     named = {name: value for _, name, *_ in _SETTINGS if (value := getattr(args, name)) is not None}
     if not named and not args.factory and not args.clock:
@@ -105,7 +105,7 @@ def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _show(stored: StoredLoggerSettings, before: LoggerSettings, out: Output) -> None:
-    from tfsat_host.devices.logger_settings import DLPF_HZ, bus_arithmetic
+    from tfsat_host.devices.logger_configuration import DLPF_HZ, bus_arithmetic
     from tfsat_host.protocol.enums import Origin
 
     now = stored.settings

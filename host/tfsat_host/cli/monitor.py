@@ -93,7 +93,7 @@ def _open(
 @contextmanager
 def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
     """Yield the function that shows a reading: as JSON lines, a picture in place, or one line per second."""
-    from tfsat_host.present.monitor import UNCALIBRATED, Picture, as_json, one_line
+    from tfsat_host.present.monitor_view import UNCALIBRATED, Picture, as_json, one_line
 
     if out.json_mode:
         yield lambda t_s, watched: out.stream(as_json(t_s, watched))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from tfsat_host.cli.usage import OUTPUT, add_options
-from tfsat_host.devices.ports import PortInfo, identify, system_ports
+from tfsat_host.devices.serial_ports import PortInfo, identify, system_ports
 from tfsat_host.present.output import Output
 
 

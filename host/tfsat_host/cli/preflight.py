@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
     from tfsat_host.cli.preflight_report import complete_steps, evidence_of, show
     from tfsat_host.preflight import judge, may_drop
-    from tfsat_host.run.preflight import PreparedRun, result_of, runs_natively, write_result
+    from tfsat_host.run.prepared_run import PreparedRun, result_of, runs_natively, write_result
 
     files = PreparedRun.open(
         args.run,

@@ -16,23 +16,23 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
-from tfsat_host.devices.ports import BoardName, port_variable
+from tfsat_host.devices.serial_ports import BoardName, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
-from tfsat_host.preflight.check import SEE
-from tfsat_host.preflight.evidence import Missing, RunningRecording
+from tfsat_host.preflight.preflight_check import SEE
+from tfsat_host.preflight.preflight_evidence import Missing, RunningRecording
 from tfsat_host.present.output import Output
-from tfsat_host.run.certificate import command_options
+from tfsat_host.run.certificate_check import command_options
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from tfsat_host.devices.transport import Transport
-    from tfsat_host.preflight.evidence import Evidence
+    from tfsat_host.preflight.preflight_evidence import Evidence
     from tfsat_host.present.output import Output
-    from tfsat_host.run.preflight import PreparedRun, WrittenResult
+    from tfsat_host.run.prepared_run import PreparedRun, WrittenResult
 
 
 _NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
@@ -71,7 +71,7 @@ def _require_named_logger() -> None:
 
     With an explicit `--port` no other ports are scanned.
     """
-    from tfsat_host.devices.ports import PortError, PortProblem
+    from tfsat_host.devices.serial_ports import PortError, PortProblem
 
     variable = port_variable("logger")
     if not os.environ.get(variable):
@@ -87,9 +87,9 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
 
     Raises NotNow, Interrupted, TfsatError.
     """
-    from tfsat_host.preflight.boards import ask_boards
-    from tfsat_host.preflight.evidence import BoardEvidence, Evidence
-    from tfsat_host.preflight.logger import WATCH_S, Trace
+    from tfsat_host.preflight.board_queries import ask_boards
+    from tfsat_host.preflight.logger_queries import WATCH_S, Trace
+    from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence
 
     trace = Trace()
     try:

@@ -57,8 +57,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Rehearse one drop or a series, or list the faults."""
-    from tfsat_host.present.rehearsal import show
-    from tfsat_host.rehearsal.faults import list_faults
+    from tfsat_host.present.rehearsal_text import show
+    from tfsat_host.rehearsal.fault_catalog import list_faults
     from tfsat_host.rehearsal.judgement import STILL_DEG
     from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
     from tfsat_host.rehearsal.result import schedule_notices
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
     """Raises Interrupted on Ctrl-C; what was flown until then is written and shown."""
-    from tfsat_host.present.rehearsal import show_series
+    from tfsat_host.present.rehearsal_text import show_series
 
     with stop_wish() as stop:
         series = rehearsal.run_many(args.out, args.runs, args.seed, force=args.force, notices=out, stop=stop)

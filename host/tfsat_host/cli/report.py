@@ -12,7 +12,7 @@ from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.run.reporting import Report
+    from tfsat_host.run.drop_report import Report
 
 
 _USAGE = f"""
@@ -37,7 +37,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop, draws, writes."""
-    from tfsat_host.run.reporting import ReportOptions, report
+    from tfsat_host.run.drop_report import ReportOptions, report
 
     report_options = ReportOptions(args.out, args.figures, args.mcap, args.force)
     drop_report = report(args.runs, options_of(args), report_options, out)

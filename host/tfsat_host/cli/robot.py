@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Reads, checks, shows."""
     from tfsat_host.robot import load_robot
-    from tfsat_host.robot.summary import lines, summary
+    from tfsat_host.robot.robot_summary import lines, summary
 
     facts = summary(load_robot(args.robot))
     out.result(facts, lambda: show(lines(facts), out))

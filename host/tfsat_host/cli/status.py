@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.boards import PLACE, Place, absent, interruptible, most_telling, places
 from tfsat_host.cli.usage import add_options
-from tfsat_host.devices.ports import BOARDS, BoardName
+from tfsat_host.devices.serial_ports import BOARDS, BoardName
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice

@@ -26,7 +26,7 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
-from tfsat_host.devices.ports import BoardName, port_variable
+from tfsat_host.devices.serial_ports import BoardName, port_variable
 from tfsat_host.errors import UsageError
 from tfsat_host.output_files import refuse_special
 from tfsat_host.protocol.limits import JOINT_COUNT

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Self, TypeVar
 
-from tfsat_host.devices.ports import PortProblem
+from tfsat_host.devices.serial_ports import PortProblem
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep

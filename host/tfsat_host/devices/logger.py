@@ -17,7 +17,7 @@ from tfsat_host.devices.log_transfer import (
     fetch_blocks,
     list_logs,
 )
-from tfsat_host.devices.logger_settings import StoredLoggerSettings
+from tfsat_host.devices.logger_configuration import StoredLoggerSettings
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 from tfsat_host.devices.client import BoardIdentity, Client
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.serial_ports import BoardName
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import Board, SequencerState

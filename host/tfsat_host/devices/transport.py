@@ -7,7 +7,7 @@ import select
 import time
 from typing import TYPE_CHECKING, Protocol
 
-from tfsat_host.devices.ports import PortError, PortProblem, open_serial
+from tfsat_host.devices.serial_ports import PortError, PortProblem, open_serial
 from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:

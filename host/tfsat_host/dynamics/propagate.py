@@ -24,9 +24,9 @@ from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import batch_last, matvec, solve_symmetric, transpose, upper
 from tfsat_host.dynamics.history import JointHistory
-from tfsat_host.dynamics.momentum import compose_bodies, inertia_and_joint_momentum, kinetic_energy_j
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
+from tfsat_host.dynamics.spatial_momentum import compose_bodies, inertia_and_joint_momentum, kinetic_energy_j
 from tfsat_host.dynamics.stroke import GAIN, GAUSS, TOLERANCE_RAD, magnus6
 
 DEFAULT_STEP_S = 0.01

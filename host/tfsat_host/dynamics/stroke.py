@@ -30,8 +30,8 @@ from tfsat_host.dynamics.components import (
     solve_symmetric,
     transpose,
 )
-from tfsat_host.dynamics.momentum import Composite, compose_bodies
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
+from tfsat_host.dynamics.spatial_momentum import Composite, compose_bodies
 
 _SIDEWAYS = np.eye(3)
 

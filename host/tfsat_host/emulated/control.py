@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.calibration.steps.step import TURN_ROUNDS, Axis
-from tfsat_host.emulated.faults import CardDefect
+from tfsat_host.emulated.emulated_operator import sweep_motion, turn_axis, turn_motion
+from tfsat_host.emulated.emulated_robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
+from tfsat_host.emulated.fault_injection import CardDefect
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.emulated.operator import sweep_motion, turn_axis, turn_motion
-from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.emulated.server import RobotServer
 from tfsat_host.errors import TfsatError
 

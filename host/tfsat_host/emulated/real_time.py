@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from tfsat_host.emulated.control import ControlLines, LineTooLong
-from tfsat_host.emulated.robot import US_PER_S
+from tfsat_host.emulated.emulated_robot import US_PER_S
 from tfsat_host.emulated.server import STEP_US, RobotServer
 from tfsat_host.errors import TfsatError
 

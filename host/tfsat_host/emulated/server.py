@@ -9,7 +9,7 @@ import termios
 import tty
 from pathlib import Path
 
-from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
+from tfsat_host.emulated.emulated_robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
 from tfsat_host.emulated.state import Kept, ServedFolder
 from tfsat_host.errors import TfsatError
 from tfsat_host.whole_file import write_whole

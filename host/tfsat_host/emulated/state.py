@@ -22,7 +22,7 @@ from tfsat_host.user_folders import state_folder
 from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.emulated_robot import EmulatedRobot
     from tfsat_host.robot import RobotModel
 
 
@@ -104,7 +104,7 @@ def load_eeprom(path: Path) -> bytes | None:
     Raises:
         TfsatError: the file is not an EEPROM image.
     """
-    from tfsat_host.emulated.robot import EEPROM_BYTES
+    from tfsat_host.emulated.emulated_robot import EEPROM_BYTES
 
     image = _read(path)
     if image is not None and len(image) != EEPROM_BYTES:
@@ -169,8 +169,8 @@ def kept_robot(
         BuildError: it cannot be built.
         TfsatError: the kept state is damaged.
     """
+    from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
     from tfsat_host.emulated.imperfections import draw, draw_as_built
-    from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
 
     storage = KeptState.of_user()
     before = storage.load()

@@ -23,8 +23,8 @@ from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, Mark
 from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, Check, withheld_by
 from tfsat_host.evaluation.checks.drop_checks import checks_of
-from tfsat_host.evaluation.checks.recording import maneuver_check
-from tfsat_host.evaluation.checks.rest import start_pose_check
+from tfsat_host.evaluation.checks.recording_checks import maneuver_check
+from tfsat_host.evaluation.checks.rest_checks import start_pose_check
 from tfsat_host.evaluation.checks.small_faults import AXIS, NO_SENSORS, STATED_TOO_WELL
 from tfsat_host.evaluation.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.com_fit.identifiability import Identifiability, identifiability

@@ -20,7 +20,7 @@ from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.contradictions import two_releases
-from tfsat_host.sdlog.summary import grave_warnings
+from tfsat_host.sdlog.log_summary import grave_warnings
 
 Level = Literal["good", "doubtful", "failed"]
 

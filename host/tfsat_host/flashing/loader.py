@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tfsat_host.devices.ports import PortInfo, open_error, open_serial, system_ports
+from tfsat_host.devices.serial_ports import PortInfo, open_error, open_serial, system_ports
 from tfsat_host.devices.transport import SerialTransport, Transport
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep

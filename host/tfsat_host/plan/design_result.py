@@ -11,10 +11,10 @@ from typing import Any
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.plan.design import Candidate, Design, Robust
-from tfsat_host.plan.envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import format_sequence
+from tfsat_host.plan.maneuver_design import Candidate, Design, Robust
+from tfsat_host.plan.reach_envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.tower_checks import Check, check_maneuver
 from tfsat_host.quantity import Column, Table, vector
 from tfsat_host.robot import RobotModel

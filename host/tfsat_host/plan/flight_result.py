@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics import Multibody, TimedMove, history_from_moves, servo_moves
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
+from tfsat_host.plan.orbit_flight import Flight, Step, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.polish import least_time
 from tfsat_host.plan.primitives import Primitive

@@ -10,7 +10,6 @@ import numpy as np
 
 from tfsat_host.dynamics.simulation import arrivals_s
 from tfsat_host.maneuver import Schedule
-from tfsat_host.plan.envelope import Envelope, permissible_transversal_velocities
 from tfsat_host.plan.facility import (
     DropTower,
     pause_s,
@@ -19,6 +18,7 @@ from tfsat_host.plan.facility import (
     residual_force_n,
     vertical_travel_mm,
 )
+from tfsat_host.plan.reach_envelope import Envelope, permissible_transversal_velocities
 from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import s_from_us

@@ -4,7 +4,7 @@
 Knows nothing of ports, terminals or folders.
 """
 
-from tfsat_host.preflight.check import GoNoGo, PreflightCheck
 from tfsat_host.preflight.checks import judge, may_drop
+from tfsat_host.preflight.preflight_check import GoNoGo, PreflightCheck
 
 __all__ = ["GoNoGo", "PreflightCheck", "judge", "may_drop"]

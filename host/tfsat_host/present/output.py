@@ -110,7 +110,7 @@ class Output:
             return
         from rich.text import Text
 
-        from tfsat_host.present.tables import table_of
+        from tfsat_host.present.text_tables import table_of
 
         listed = [
             [self._complete(value) if isinstance(value, str) else value for value in row] for row in rows

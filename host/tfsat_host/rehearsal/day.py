@@ -12,28 +12,34 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from tfsat_host.calibration.certificate.campaign import with_measured
+from tfsat_host.calibration.certificate.calibration_campaign import with_measured
 from tfsat_host.calibration.certificate.certificate import Calibration, Paper
 from tfsat_host.calibration.steps.evidence import Evidence as Rest
 from tfsat_host.calibration.steps.evidence import LiveSource, file_name, read_step, sha256, to_bytes, until_s
 from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, Upload
-from tfsat_host.emulated.certificate import careful_certificate
-from tfsat_host.emulated.operator import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.emulated_operator import EmulatedOperator
+from tfsat_host.emulated.emulated_robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.errors import RefusedError
 from tfsat_host.flashing.image import load_image
 from tfsat_host.maneuver import Schedule
-from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import DropTower
+from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
 from tfsat_host.preflight import PreflightCheck, judge, may_drop
-from tfsat_host.preflight.boards import ask_boards
-from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, Reference, origin_of_logger
-from tfsat_host.preflight.logger import Trace
+from tfsat_host.preflight.board_queries import ask_boards
+from tfsat_host.preflight.logger_queries import Trace
+from tfsat_host.preflight.preflight_evidence import (
+    BoardEvidence,
+    Evidence,
+    Missing,
+    Reference,
+    origin_of_logger,
+)
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel

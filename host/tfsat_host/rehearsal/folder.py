@@ -14,7 +14,7 @@ from pathlib import Path
 from tfsat_host.errors import UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.output_files import check_may_write
-from tfsat_host.run.campaign.campaign import DROP, INDEX
+from tfsat_host.run.campaign.campaign_folder import DROP, INDEX
 from tfsat_host.run.files import RECORDING, REHEARSED, rehearsed_files
 from tfsat_host.whole_file import write_whole
 

@@ -21,9 +21,9 @@ from tfsat_host.evaluation.com_fit.com_fit import ModelFit, linearize
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, four_stroke, schedule_maneuver
-from tfsat_host.plan.design import maneuver_of
 from tfsat_host.plan.loops import Sequence as Loop
 from tfsat_host.plan.loops import classes, format_sequence
+from tfsat_host.plan.maneuver_design import maneuver_of
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.plan.study import end_at_interrupt, usable_cores
 from tfsat_host.protocol.limits import FALL_US, IMU_COUNT, PAUSE_MIN_US, SCHEDULE_GRID_US

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.emulated.certificate import worse_certificate
+from tfsat_host.emulated.emulated_certificate import worse_certificate
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.truth import CORRECTED_BODIES, Truth

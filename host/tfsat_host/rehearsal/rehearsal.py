@@ -16,20 +16,20 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
-from tfsat_host.rehearsal import drop as drops
+from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal import series as many
-from tfsat_host.rehearsal.comparison import truth_text
 from tfsat_host.rehearsal.day import Preflight
-from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.faults import faults_named
+from tfsat_host.rehearsal.fault_catalog import faults_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
+from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.result import result_of
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import Series
+from tfsat_host.rehearsal.truth_comparison import truth_text
 from tfsat_host.robot import RobotModel, load_robot
-from tfsat_host.run import reporting
+from tfsat_host.run import drop_report
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, ROBOT
 from tfsat_host.sdlog import DropLog
@@ -314,10 +314,10 @@ def _evaluate_folder(
     if log is None or drop.refused is not None:
         return None, None
     # Announced before it is written, so that an interruption removes half a page.
-    folder.announce(reporting.PAGE)
+    folder.announce(drop_report.PAGE)
     try:
         # Dated by the rehearsal's clock: the same rehearsal gives the same bytes.
-        report = reporting.report([folder.path], made_at=folder.collected)
+        report = drop_report.report([folder.path], made_at=folder.collected)
     except TfsatError as error:
         return None, error
     folder.files += report.files

@@ -17,11 +17,11 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import records
-from tfsat_host.rehearsal.comparison import COMPARED, compare_with_truth, turned_rad
 from tfsat_host.rehearsal.day import DROPPED, NoGo
-from tfsat_host.rehearsal.drop import HOOK_S, Drop
 from tfsat_host.rehearsal.judgement import JudgedDay, moved_deg
+from tfsat_host.rehearsal.rehearsed_drop import HOOK_S, Drop
 from tfsat_host.rehearsal.truth import Truth
+from tfsat_host.rehearsal.truth_comparison import COMPARED, compare_with_truth, turned_rad
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, ROBOT

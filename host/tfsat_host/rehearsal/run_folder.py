@@ -8,19 +8,24 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.calibration.certificate.archive import kept_copy, recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.recordings_archive import (
+    kept_copy,
+    recordings_folder,
+    write_certificate,
+)
 from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
-from tfsat_host.rehearsal.comparison import truth_table
-from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.folder import ResultFolder
+from tfsat_host.rehearsal.rehearsed_drop import Drop
+from tfsat_host.rehearsal.truth_comparison import truth_table
 from tfsat_host.report.figures import FORMATS
 from tfsat_host.report.figures import MARKER as FIGURE
-from tfsat_host.report.recording import MARKER as MCAP
-from tfsat_host.run.campaign.campaign import DROP, INDEX
-from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log
+from tfsat_host.report.foxglove_export import MARKER as MCAP
+from tfsat_host.run.campaign.campaign_folder import DROP, INDEX
+from tfsat_host.run.certificate_check import is_of_robot, note_landing_of, origin_of_log
+from tfsat_host.run.drop_report import PAGE_MARKER
 from tfsat_host.run.exports import write_decoded
 from tfsat_host.run.files import (
     EMULATED_CERTIFICATE,
@@ -33,9 +38,8 @@ from tfsat_host.run.files import (
     rehearsed_files,
 )
 from tfsat_host.run.held_maneuver import note_name, note_text
-from tfsat_host.run.preflight import hashes_of, result_of, write_result
-from tfsat_host.run.record import RECORD
-from tfsat_host.run.reporting import PAGE_MARKER
+from tfsat_host.run.prepared_run import hashes_of, result_of, write_result
+from tfsat_host.run.signed_record import RECORD
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.whole_file import write_whole
 

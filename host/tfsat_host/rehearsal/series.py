@@ -24,14 +24,14 @@ from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.quantity import fields, record, records
-from tfsat_host.rehearsal import drop as drops
-from tfsat_host.rehearsal.comparison import EstimateAndTruth, compare_with_truth
+from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal.day import DROPPED, Preflight
-from tfsat_host.rehearsal.drop import Drop
-from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.fault_catalog import fault_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
+from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth import Truth, drawn_truth, hash_of, truth_as_filed
+from tfsat_host.rehearsal.truth_comparison import EstimateAndTruth, compare_with_truth
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.files import MANEUVER, ROBOT
 from tfsat_host.sdlog import DropLog, load

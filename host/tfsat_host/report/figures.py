@@ -18,7 +18,7 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.plotting import load_matplotlib
 from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
-from tfsat_host.report.contents.events import events_of
+from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.document import Event
 
 if TYPE_CHECKING:

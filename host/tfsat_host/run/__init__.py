@@ -21,7 +21,7 @@ from tfsat_host.run.files import AS_FOUND, EvaluationOptions, RunFiles, run_file
 if TYPE_CHECKING:
     from tfsat_host.run.bundle.making import WrittenBundle
     from tfsat_host.run.drop_evaluation import EvaluatedRun
-    from tfsat_host.run.reporting import Report, ReportOptions
+    from tfsat_host.run.drop_report import Report, ReportOptions
 
 __all__ = ["EvaluationOptions", "Run"]
 
@@ -73,7 +73,7 @@ class Run:
         Raises:
             TfsatError: it cannot be evaluated, or something is in the way.
         """
-        from tfsat_host.run.reporting import ReportOptions, report
+        from tfsat_host.run.drop_report import ReportOptions, report
 
         return report([self.place], self.options, report_options or ReportOptions(), notices)
 

@@ -22,7 +22,7 @@ from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.offsets import Kind, Parameter
 from tfsat_host.evaluation.com_fit.prediction import ModelComparison
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.model import correction_sentences, worth_of
+from tfsat_host.evaluation.result.model_result import correction_sentences, worth_of
 from tfsat_host.robot import RobotFileError, RobotModel
 from tfsat_host.robot.loading import parse_robot
 from tfsat_host.run.files import CORRECTED_MARKER

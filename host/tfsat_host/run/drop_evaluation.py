@@ -14,9 +14,9 @@ from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
-from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
-from tfsat_host.evaluation.result.model import model
-from tfsat_host.evaluation.result.tables import CAUSES, CHECKS
+from tfsat_host.evaluation.result.drop_result import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
+from tfsat_host.evaluation.result.evaluation_tables import CAUSES, CHECKS
+from tfsat_host.evaluation.result.model_result import model
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
@@ -25,7 +25,7 @@ from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.quantity import Column, Columns, json_objects, record, records
 from tfsat_host.robot import RobotModel, find_robot, load_robot
-from tfsat_host.run.certificate import (
+from tfsat_host.run.certificate_check import (
     CheckedCertificate,
     hold_against,
     is_of_robot,
@@ -45,7 +45,7 @@ from tfsat_host.run.files import (
 )
 from tfsat_host.run.held_maneuver import find_commanded
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.summary import metadata
+from tfsat_host.sdlog.log_summary import metadata
 
 _NO_MANEUVER = (
     "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "

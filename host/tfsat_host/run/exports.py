@@ -41,7 +41,7 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
     Raises:
         TfsatError: a file exists that is not ours, or a format's library is missing; nothing was written.
     """
-    from tfsat_host.sdlog.errors import check_extra
+    from tfsat_host.sdlog.log_errors import check_extra
 
     # All libraries first, so that a missing one leaves no half of the files.
     for name in formats:
@@ -125,7 +125,7 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
     Returns:
         `calibration` (None: there is none) and `quiet_s` for `--json`.
     """
-    from tfsat_host.run.certificate import hold_against, origin_of_log, unreadable_as_json
+    from tfsat_host.run.certificate_check import hold_against, origin_of_log, unreadable_as_json
     from tfsat_host.run.files import find_certificate
 
     file = find_certificate(named, log.path.parent, Path(), emulated=origin_of_log(log.header).emulated)
@@ -151,7 +151,7 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
 
     from tfsat_host.calibration.bias import quiet_before_release
     from tfsat_host.calibration.steps.sensor_samples import SensorSamples
-    from tfsat_host.run.certificate import command_options, origin_of_log, time_of_day
+    from tfsat_host.run.certificate_check import command_options, origin_of_log, time_of_day
 
     quiet = quiet_before_release(log)
     if quiet is None:

@@ -24,8 +24,8 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
 from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, note_held
-from tfsat_host.sdlog.errors import LogError
-from tfsat_host.sdlog.summary import summary
+from tfsat_host.sdlog.log_errors import LogError
+from tfsat_host.sdlog.log_summary import summary
 from tfsat_host.units import US_PER_S
 from tfsat_host.user_folders import NoUserFolder
 

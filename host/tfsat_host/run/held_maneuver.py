@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.devices.last_run import holds_what_flew
-from tfsat_host.devices.ports import PortError, PortProblem, find_port, port_variable
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, maneuver_from_board
+from tfsat_host.devices.serial_ports import PortError, PortProblem, find_port, port_variable
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver

@@ -25,7 +25,7 @@ from tfsat_host.protocol.limits import (
 )
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, HEADER_BYTES
 
-from .errors import LogError
+from .log_errors import LogError
 
 LATEST_TIME_US = 1 << 60
 """A logger's clock cannot show more; a block with a later time is not believed."""

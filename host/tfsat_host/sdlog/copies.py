@@ -16,7 +16,7 @@ from tfsat_host.arrays import BoolArray, IntArray, RecordArray
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .blocks import PIECE, look, merge_pieces
-from .errors import changed_while_read
+from .log_errors import changed_while_read
 from .source import CHUNK_BLOCKS, LogSource
 
 _WINDOW = 16384

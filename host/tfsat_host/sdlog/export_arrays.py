@@ -19,7 +19,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 
 from .droplog import SENSORS_PER_JOINT, DropLog, rows_of
-from .summary import metadata
+from .log_summary import metadata
 
 NPZ_MARKER = b"made by tfsat-host decode"
 """The archive's comment: how the command knows a file of its own."""

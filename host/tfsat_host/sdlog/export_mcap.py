@@ -28,8 +28,8 @@ from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.protocol.limits import IMU_COUNT
 
 from .droplog import SENSORS_PER_JOINT, CountColumn, DropLog, physical_columns
-from .errors import check_extra
-from .summary import metadata, warnings
+from .log_errors import check_extra
+from .log_summary import metadata, warnings
 
 MCAP_MARKER = b"made by tfsat-host decode"
 """The library's name in the file's first record: how the command knows a file of its own."""

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import BoolArray, IntArray
 
 from .droplog import EVENT_COLUMNS, CountColumn, DropLog, flag_columns, physical_columns
-from .errors import check_extra
-from .summary import metadata
+from .log_errors import check_extra
+from .log_summary import metadata
 
 _CHUNK_ROWS = 8192
 _INDEX_COLUMNS = ("sample", "t_us", "t_s")

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from .droplog import DropLog
-from .errors import MissingExtraError, check_extra
 from .export_tables import METADATA_KEY, first_row, write_events_csv
+from .log_errors import MissingExtraError, check_extra
 
 
 def is_of_recording(path: Path, log: DropLog) -> bool | None:

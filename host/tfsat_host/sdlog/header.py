@@ -15,7 +15,7 @@ from tfsat_host.protocol.log_layout import LOG_HEADER_DTYPE
 from tfsat_host.protocol.messages import LogHeader
 from tfsat_host.protocol.record import ProtocolError
 
-from .errors import LOOK_AGAIN, LogError
+from .log_errors import LOOK_AGAIN, LogError
 
 _FIELDS: Mapping[str, Any] = np.dtype(LOG_HEADER_DTYPE).fields or {}
 _WALL_CLOCK_AT: int = _FIELDS["wall_clock_us"][1]

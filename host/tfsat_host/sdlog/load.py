@@ -21,9 +21,9 @@ from .block_decoder import BlockDecoder
 from .blocks import LATEST_TIME_US, BlockScan, PieceList, as_pieces, look, look_at_tail
 from .contradictions import block_doubts, exchange_doubts, release_doubts, steps_of_time
 from .droplog import DropLog, Verdict
-from .errors import LogError, changed_while_read
 from .events import complete_header, find_exchanges, read_events
 from .imu_validity import invalidate_by_events, invalidate_exchanged, invalidate_repeated
+from .log_errors import LogError, changed_while_read
 from .recordings import Assembly, Census, assemble
 from .release import find_release
 from .source import CHUNK_BLOCKS, LogSource, find_shift

@@ -21,8 +21,8 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
 
 from .copies import take_each_number_once
-from .errors import LogError, NoBlockError, SessionError
 from .header import WALL_CLOCK
+from .log_errors import LogError, NoBlockError, SessionError
 from .source import LogSource
 
 ChosenBy = Literal["only one", "asked for", "header", "time of day", "place"]

@@ -18,7 +18,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .blocks import MAGIC, is_sound
-from .errors import LOOK_AGAIN, LogError, NoBlockError, changed_while_read, not_seekable, unreadable
+from .log_errors import LOOK_AGAIN, LogError, NoBlockError, changed_while_read, not_seekable, unreadable
 
 CHUNK_BLOCKS = 4096
 """Blocks that are read at a time (2 MiB, which stay in the processor's cache)."""

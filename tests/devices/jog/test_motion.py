@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.jogging import ORDER_S, Jog, JogClient, JogEnd, JogError, JogRefused
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S

@@ -13,8 +13,8 @@ from tests.devices.jog.test_motion import angles_deg, fastest_deg_s, go_on, is_l
 from tests.devices.scripted import ScriptedTransport
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.jogging import JogClient, JogEnd, JogError, JogRefused, JogTour
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_SPEED_CDEG_S

@@ -8,9 +8,9 @@ from types import TracebackType
 from typing import Self
 
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import PortError, PortProblem
-from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
 

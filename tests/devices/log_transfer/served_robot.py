@@ -12,9 +12,9 @@ import pytest
 from tests.cli.process import RunCli
 from tests.emulated.served import Served
 from tfsat_host.emulated.control import execute
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.server import RobotServer
-from tfsat_host.emulated.transport import EmulatedTransport
 
 _STEP_US = 10_000
 

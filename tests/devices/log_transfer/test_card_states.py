@@ -8,7 +8,7 @@ from tests.devices.log_transfer.bench import Bench
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import CardError, LoggerClient, ram_seconds
-from tfsat_host.emulated.faults import CardDefect
+from tfsat_host.emulated.fault_injection import CardDefect
 from tfsat_host.errors import RefusedError
 from tfsat_host.protocol.enums import CardState, DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import RING_BLOCKS, SAMPLE_RATE_HZ

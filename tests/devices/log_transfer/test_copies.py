@@ -14,7 +14,7 @@ from tests.devices.log_transfer.bench import Bench
 from tests.devices.log_transfer.served_robot import LoggerAtPort, robot_here
 from tfsat_host.cli.main import main
 from tfsat_host.devices.log_copies import PartialLog, PartialLogError
-from tfsat_host.devices.ports import PortError
+from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
 

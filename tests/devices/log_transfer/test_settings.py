@@ -9,9 +9,9 @@ import pytest
 from tests.devices.log_transfer.bench import Bench
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.logger_settings import bus_arithmetic, check, rate_max_hz
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.devices.logger_configuration import bus_arithmetic, check, rate_max_hz
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import ErrorCode, Origin
 from tfsat_host.protocol.messages import LoggerSettings

@@ -22,8 +22,8 @@ from tfsat_host.devices.log_transfer import (
     session_of,
 )
 from tfsat_host.devices.monitoring import StreamMeter
-from tfsat_host.devices.ports import PortError
-from tfsat_host.emulated.robot import BoardIndex
+from tfsat_host.devices.serial_ports import PortError
+from tfsat_host.emulated.emulated_robot import BoardIndex
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.framing import FrameReceiver
 from tfsat_host.protocol.limits import BLOCK_BYTES

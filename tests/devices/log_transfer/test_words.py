@@ -10,7 +10,7 @@ from tests.devices.log_transfer.bench import Bench
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import drop_in_danger, state_words
 from tfsat_host.present.logger_state import logger_state
-from tfsat_host.present.recording import event_words
+from tfsat_host.present.recording_text import event_words
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.run.fetched_log import Copy

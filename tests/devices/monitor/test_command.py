@@ -24,7 +24,7 @@ from tests.emulated.served import TIMEOUT_S, Served
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import SerialTransport
-from tfsat_host.present.monitor import UNCALIBRATED
+from tfsat_host.present.monitor_view import UNCALIBRATED
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import pytest
 
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.monitoring import LoggerWatch, SequencerWatch, StreamMeter, convert
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import SequencerState

@@ -11,10 +11,10 @@ from rich.console import Console
 
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.monitoring import WatchedBoards
-from tfsat_host.devices.ports import PortError, PortProblem
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.present.monitor import Picture, one_line
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
+from tfsat_host.present.monitor_view import Picture, one_line
 from tfsat_host.protocol.enums import ErrorCode, LoggerState, SequencerState
 from tfsat_host.robot import load_robot
 

@@ -17,9 +17,9 @@ from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, ro
 from tfsat_host.dynamics.history import TimedMove, servo_moves
 from tfsat_host.dynamics.simulation import arrivals_s
 from tfsat_host.maneuver import schedule_maneuver
-from tfsat_host.plan.design import Design, candidate, search
-from tfsat_host.plan.design import design as designed
 from tfsat_host.plan.loops import Sequence, best_sequence, classes
+from tfsat_host.plan.maneuver_design import Design, candidate, search
+from tfsat_host.plan.maneuver_design import design as designed
 from tfsat_host.plan.optimum import Summit, climb, find_optimum, value_and_gradient
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import SwarmOptimum, minimize
@@ -308,7 +308,7 @@ def test_turns_end_with_the_best_of_their_rounds(
         rounds.append(swarm_optimum.value + 0.01 * len(rounds))
         return replace(swarm_optimum, value=rounds[-1])
 
-    monkeypatch.setattr("tfsat_host.plan.design.minimize", worsen_optimum)
+    monkeypatch.setattr("tfsat_host.plan.maneuver_design.minimize", worsen_optimum)
     settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
     optimum, _ = search(Problem.of(drop_tower, settings), settings)
     assert len(rounds) > 1

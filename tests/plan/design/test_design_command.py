@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.plan import design as planning
+from tfsat_host.plan import maneuver_design as planning
 from tfsat_host.plan.problem import DesignSettings
 from tfsat_host.robot import RobotModel, load_robot
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from tests.plan.facility.robots import schedule_of, scissors, starting_at
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody
-from tfsat_host.plan.envelope import (
+from tfsat_host.plan.reach_envelope import (
     Envelope,
     EnvelopeError,
     envelope_of,

@@ -9,8 +9,8 @@ import pytest
 
 from tests.plan.facility.robots import schedule_of
 from tfsat_host.maneuver import Schedule
-from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import load_tower, vertical_travel_mm
+from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check, check_maneuver, release_velocities_mm_s
 from tfsat_host.robot import load_robot
 

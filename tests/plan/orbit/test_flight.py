@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.plan.flight import (
+from tfsat_host.plan.orbit_flight import (
     AttitudeSensor,
     Flight,
     drawn_robot,

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.flight import unit_quaternion
+from tfsat_host.plan.orbit_flight import unit_quaternion
 from tfsat_host.plan.planner import Planner, Route, TimeToGo, lookup, remainder, search, trim_primitive
 from tfsat_host.plan.polish import least_time
 from tfsat_host.plan.primitives import PrimitiveTable

@@ -13,10 +13,10 @@ import pytest
 from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, record_good_step
 from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
 from tests.run.bundle.commands import command, keep_evaluations
-from tfsat_host.calibration.certificate.campaign import Campaign
+from tfsat_host.calibration.certificate.calibration_campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject
 from tfsat_host.run.bundle.making import RecomputedEvaluation
-from tfsat_host.run.record import sign
+from tfsat_host.run.signed_record import sign
 
 PREFLIGHT = '{"go": true, "boards": {"sequencer": {"firmware": "0.1.0", "image_crc": "1a2b3c4d"}}}\n'
 PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'

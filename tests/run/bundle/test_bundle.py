@@ -16,7 +16,7 @@ from tests.run.bundle.commands import command, result, rewrite_json
 from tfsat_host import __version__
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.run.bundle.manifest import BundleError, parse_manifest
-from tfsat_host.run.record import sign
+from tfsat_host.run.signed_record import sign
 
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 AT = datetime(2026, 1, 5, 8, 40, tzinfo=UTC)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.run.bundle.comparison import (
+from tfsat_host.run.bundle.json_comparison import (
     EVALUATION_TOLERANCE,
     REPORT_TOLERANCE,
     Tolerance,

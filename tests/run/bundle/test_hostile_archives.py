@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.run.bundle.commands import command
-from tfsat_host.run.bundle.archive import LIMITS, Limits, collision_among, trouble_with_name, unpack
+from tfsat_host.run.bundle.bundle_archive import LIMITS, Limits, collision_among, trouble_with_name, unpack
 from tfsat_host.run.bundle.manifest import (
     BundledFile,
     BundleError,

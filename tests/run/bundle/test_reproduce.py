@@ -16,7 +16,7 @@ from tests.calibration.bench_day import REST, SWINGS, ZERO, record_good_step
 from tests.evaluation.run_folder import CERTIFICATE
 from tests.run.bundle.commands import command, result, rewrite, rewrite_json
 from tests.run.bundle.conftest import PAGE, STEPS
-from tfsat_host.calibration.certificate.campaign import note_landing
+from tfsat_host.calibration.certificate.calibration_campaign import note_landing
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.calibration.steps.evidence import to_bytes

@@ -20,7 +20,7 @@ from tfsat_host.robot import RobotModel, find_robot
 from tfsat_host.run import drop_evaluation as one_run
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import EvaluationOptions
-from tfsat_host.run.record import sign
+from tfsat_host.run.signed_record import sign
 
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 

@@ -13,7 +13,7 @@ import pytest
 from tests.evaluation.run_folder import CERTIFICATE
 from tests.run.bundle.commands import command, result
 from tests.run.campaign.test_campaign import contents, index_of
-from tfsat_host.run.record import sign, verify
+from tfsat_host.run.signed_record import sign, verify
 
 
 def words(text: str) -> str:

@@ -16,9 +16,9 @@ import numpy as np
 
 from tests.validation.design_bench.mujoco_rollout import reorientation_by_rollout
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
-from tfsat_host.plan.design import search
 from tfsat_host.plan.grid import distribution
 from tfsat_host.plan.loops import sequences
+from tfsat_host.plan.maneuver_design import search
 from tfsat_host.plan.optimum import find_optimum
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.robot import RobotModel, load_robot

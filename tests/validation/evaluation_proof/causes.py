@@ -12,9 +12,9 @@ from tests.validation.evaluation_proof.hidden import hidden
 from tests.validation.simulation_based_calibration.drops import FILED, maneuver
 from tests.validation.tables import csv_text
 from tfsat_host.calibration.steps.low_pass import LowPass
+from tfsat_host.evaluation.checks.cause_evidence import SOUND, TIE
 from tfsat_host.evaluation.checks.check import Cause
 from tfsat_host.evaluation.checks.drop_checks import checks_of
-from tfsat_host.evaluation.checks.evidence import SOUND, TIE
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
 from tfsat_host.evaluation.com_fit.prediction import compare_model
 from tfsat_host.evaluation.motion.motion import motion_of

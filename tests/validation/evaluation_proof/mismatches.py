@@ -18,7 +18,7 @@ from tests.validation.evaluation_proof.hidden import hidden
 from tests.validation.simulation_based_calibration.drops import CHIPS, FILED, maneuver
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.result.model import worth_of
+from tfsat_host.evaluation.result.model_result import worth_of
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.robot import Uncertainty
 from tfsat_host.sdlog import DropLog

@@ -24,7 +24,7 @@ from tests.validation.evaluation_proof.paper_tables import PAPER_COLUMNS, paper_
 from tests.validation.evaluation_proof.results import row_of
 from tests.validation.evaluation_proof.robots import Robot, robot_of
 from tests.validation.evaluation_proof.summary import BODY_2_Z_MAX_MM, COM_MAX_MM, RMS_MAX_DEG
-from tfsat_host.evaluation.checks.evidence import SOUND
+from tfsat_host.evaluation.checks.cause_evidence import SOUND
 from tfsat_host.evaluation.evaluation import evaluate
 
 TABLES = DOCS / "evaluation-proof"

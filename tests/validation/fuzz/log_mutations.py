@@ -21,7 +21,7 @@ from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import BlockHeader
 from tfsat_host.sdlog import DropLog, LogError, load
-from tfsat_host.sdlog.summary import summary, warnings
+from tfsat_host.sdlog.log_summary import summary, warnings
 
 NEW, OLD = 0x1234ABCD, 0x0BADCAFE
 _OPEN = ALL_VALID | 0x0C00

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from tests.validation.paper_numbers.numbers import GIVEN, Row, row
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import (
     DropTower,
     pause_s,
@@ -13,6 +12,7 @@ from tfsat_host.plan.facility import (
     release_velocity_mm_s,
     residual_force_n,
 )
+from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.robot import RobotModel
 
 PAPERS_ENVELOPE_MM = 100.0

@@ -9,8 +9,8 @@ import numpy as np
 from tests.validation.paper_numbers.numbers import Row, row
 from tfsat_host.arrays import FloatArray
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.plan.design import candidate, search
 from tfsat_host.plan.loops import sequences
+from tfsat_host.plan.maneuver_design import candidate, search
 from tfsat_host.plan.optimum import find_optimum
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.robot import RobotModel

@@ -9,8 +9,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final
 
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
-from tfsat_host.calibration.certificate.tables import (
+from tfsat_host.calibration.certificate.certificate_tables import (
     Item,
     gyro_table,
     joint_table,
@@ -24,7 +25,6 @@ from tfsat_host.calibration.certificate.tables import (
     text,
     written_values,
 )
-from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config
 from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT

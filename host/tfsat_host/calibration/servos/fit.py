@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import fdtri
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import few
 from tfsat_host.next_step import Advice, NextStep

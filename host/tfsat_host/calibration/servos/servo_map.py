@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.statistics import few
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics, sensor_columns
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint

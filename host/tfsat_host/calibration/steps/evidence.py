@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host import __version__
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.counts import COLUMNS, Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import Step, StepKind

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from tfsat_host.calibration.errors import CalibrationError, NotKeptError
+from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptError
 from tfsat_host.calibration.steps.step import AXES, Axis
 from tfsat_host.cli.usage import number
 from tfsat_host.errors import Interrupted, TfsatError, UsageError

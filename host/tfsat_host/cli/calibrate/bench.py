@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.emulated.operator import EmulatedOperator
+    from tfsat_host.emulated.emulated_operator import EmulatedOperator
     from tfsat_host.robot import RobotModel
 
 LEAD_S = 3.0
@@ -138,11 +138,11 @@ def open_bench(
         ):
             yield Bench(logger, PersonAtPrompt(out, jogging=jog), origin_of(logger), sequencer)
         return
+    from tfsat_host.emulated.emulated_operator import EmulatedOperator
+    from tfsat_host.emulated.emulated_robot import BoardIndex
+    from tfsat_host.emulated.emulated_transport import EmulatedTransport
     from tfsat_host.emulated.manual_motion import Operator
-    from tfsat_host.emulated.operator import EmulatedOperator
-    from tfsat_host.emulated.robot import BoardIndex
     from tfsat_host.emulated.state import kept_robot
-    from tfsat_host.emulated.transport import EmulatedTransport
 
     with kept_robot(out.note, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -154,6 +154,6 @@ def open_bench(
 
 def origin_of(logger: LoggerClient) -> Origin:
     """Whose sensors hang on the logger; a core that runs natively is an emulated robot's."""
-    from tfsat_host.preflight.evidence import origin_of_logger
+    from tfsat_host.preflight.preflight_evidence import origin_of_logger
 
     return origin_of_logger(logger.identity, logger.status().who_am_i)

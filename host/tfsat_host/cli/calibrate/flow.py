@@ -8,15 +8,15 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
-from tfsat_host.cli.calibrate.operator import Terminal, give_result, record
+from tfsat_host.cli.calibrate.person import Terminal, give_result, record
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.certificate.campaign import Campaign
+    from tfsat_host.calibration.certificate.calibration_campaign import Campaign
     from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence, Origin
     from tfsat_host.calibration.steps.step import Axis, Step
@@ -32,7 +32,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
     """
     from tfsat_host.calibration.session import Session, steps_of, with_rest
     from tfsat_host.calibration.steps.step import StepKind
-    from tfsat_host.cli.calibrate import jog
+    from tfsat_host.cli.calibrate import jogged_joint
     from tfsat_host.cli.calibrate.bench import open_bench
     from tfsat_host.robot import load_robot
 
@@ -50,7 +50,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
 
         def read(step: Step, calibration: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
-                return jog.sweep(step, bench, out)
+                return jogged_joint.sweep(step, bench, out)
             return record(step, bench, calibration, model, out)
 
         terminal = Terminal(read, len(steps), model, args, out)
@@ -65,7 +65,7 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
     """Takes a rest out of a recording, judges and keeps it as one on the bench."""
     from tfsat_host.calibration.bias import rest_of
     from tfsat_host.robot import load_robot
-    from tfsat_host.run.certificate import origin_of_log
+    from tfsat_host.run.certificate_check import origin_of_log
     from tfsat_host.sdlog.load import load
 
     model = load_robot(args.robot)
@@ -106,7 +106,7 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
         CalibrationError: it is of other sensors, damaged, or its recordings are.
         TfsatError: nothing can be written there.
     """
-    from tfsat_host.calibration.certificate.campaign import Campaign
+    from tfsat_host.calibration.certificate.calibration_campaign import Campaign
     from tfsat_host.calibration.certificate.certificate import Subject
     from tfsat_host.output_files import check_may_write
 

@@ -14,7 +14,7 @@ from tfsat_host.cli.boards import warn_of_misfit
 from tfsat_host.cli.calibrate.arguments import commands_as_typed, resume_command
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
-from tfsat_host.cli.calibrate.jog import measure_servo
+from tfsat_host.cli.calibrate.jogged_joint import measure_servo
 from tfsat_host.next_step import Advice
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict

@@ -10,7 +10,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.findings import Row, value_text
 from tfsat_host.calibration.review import age_words, in_future, landing_words, review
 from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
-from tfsat_host.cli.calibrate.operator import OF_EMULATED
+from tfsat_host.cli.calibrate.person import OF_EMULATED
 from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows

@@ -50,7 +50,7 @@ class Check:
         cause: The likely cause of a failure; begins with `unknown` where no hypothesis explains the data; None unless
             it failed.
         next_step: What to do about a failure; None unless it failed.
-        causes: The kinds of cause that were compared for it, the likeliest first; see `evidence.py`.
+        causes: The kinds of cause that were compared for it, the likeliest first; see `cause_evidence.py`.
         protects: The results that are wrong by more than they state where it fails, of `rates`, `attitudes`, `strokes`,
             `offsets` (the correction) and `micro-gravity`; empty where what it finds is in their uncertainty.
     """

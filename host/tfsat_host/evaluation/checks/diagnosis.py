@@ -9,18 +9,18 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.checks.check import NATS, Cause, Check, Kind
-from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.evidence import (
+from tfsat_host.evaluation.checks.cause_evidence import (
     TestedHypothesis,
     in_words,
     of_no_kind,
     rank_causes,
     try_hypotheses,
 )
+from tfsat_host.evaluation.checks.check import NATS, Cause, Check, Kind
+from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.gross_faults import gross_faults
 from tfsat_host.evaluation.checks.model_rows import ModelRows
-from tfsat_host.evaluation.checks.sensors import AS_STATED, LITTLE_STATED, WEIGHT, is_measured
+from tfsat_host.evaluation.checks.sensor_agreement import AS_STATED, LITTLE_STATED, WEIGHT, is_measured
 from tfsat_host.evaluation.checks.small_faults import (
     AXIS,
     NO_SENSORS,

@@ -7,10 +7,10 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.consistency import consistency_of
 from tfsat_host.evaluation.checks.diagnosis import evidence_check, explain_checks, whole_residual
-from tfsat_host.evaluation.checks.momentum import momentum_checks
-from tfsat_host.evaluation.checks.recording import completeness_checks
-from tfsat_host.evaluation.checks.rest import BIAS, noise_check, rest_checks
-from tfsat_host.evaluation.checks.sensors import (
+from tfsat_host.evaluation.checks.momentum_checks import momentum_checks
+from tfsat_host.evaluation.checks.recording_checks import completeness_checks
+from tfsat_host.evaluation.checks.rest_checks import BIAS, noise_check, rest_checks
+from tfsat_host.evaluation.checks.sensor_agreement import (
     attitude_check,
     axes_check,
     lag_check,

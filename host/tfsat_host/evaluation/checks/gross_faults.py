@@ -9,8 +9,8 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.checks.cause_evidence import Hypothesis
 from tfsat_host.evaluation.checks.consistency import Consistency, sensor_name
-from tfsat_host.evaluation.checks.evidence import Hypothesis
 from tfsat_host.evaluation.checks.small_faults import LOOK, ROBOT, by_blocks, fixed_words, late
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
 from tfsat_host.evaluation.motion.gyro_signal import sheet_lag

@@ -14,7 +14,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum import FallSamples, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, derivatives, flown_of
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles

@@ -9,9 +9,9 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import WEIGHT_STD_RAD_S
 from tfsat_host.calibration.statistics import root_of
+from tfsat_host.evaluation.checks.cause_evidence import SOUND, Hypothesis, Words
 from tfsat_host.evaluation.checks.check import UNKNOWN
 from tfsat_host.evaluation.checks.consistency import sensor_name
-from tfsat_host.evaluation.checks.evidence import SOUND, Hypothesis, Words
 from tfsat_host.evaluation.checks.stated_errors import axis_std_rad
 from tfsat_host.evaluation.checks.whole_residual import WholeResidual
 from tfsat_host.next_step import Advice, NextStep

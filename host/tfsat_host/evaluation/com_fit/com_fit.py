@@ -18,8 +18,13 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.dynamics.momentum import locked_inertia
-from tfsat_host.evaluation.com_fit.momentum import Derivatives, FallSamples, derivatives, inertial_momentum
+from tfsat_host.dynamics.spatial_momentum import locked_inertia
+from tfsat_host.evaluation.com_fit.momentum_residual import (
+    Derivatives,
+    FallSamples,
+    derivatives,
+    inertial_momentum,
+)
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.samples import Blocks
 

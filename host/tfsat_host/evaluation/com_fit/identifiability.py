@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import across
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum import FallSamples
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 
 DETERMINED_SHARE = 0.5
 """A direction is determined if the fit leaves less than this share of what the prior allowed."""

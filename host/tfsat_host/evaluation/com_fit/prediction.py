@@ -14,12 +14,12 @@ import numpy as np
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
-from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics import spatial_momentum as conserved
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widen_fit
-from tfsat_host.evaluation.com_fit.momentum import (
+from tfsat_host.evaluation.com_fit.momentum_residual import (
     Derivatives,
     FallSamples,
     derivatives,

@@ -17,7 +17,7 @@ from tfsat_host.evaluation.motion.rate_fusion import FusedRates
 from tfsat_host.evaluation.motion.samples import MAX_GAP_S, Samples, turned_from
 from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution, SensorFusion
 from tfsat_host.robot import RobotModel
-from tfsat_host.sdlog.summary import single_misses
+from tfsat_host.sdlog.log_summary import single_misses
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.model import distance_words, withholding_factor, worth_of
+from tfsat_host.evaluation.result.model_result import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

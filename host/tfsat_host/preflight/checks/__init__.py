@@ -5,29 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from tfsat_host.preflight.check import PreflightCheck, not_made
-from tfsat_host.preflight.checks import boards, calibration, card, flight, sensors, timing
-from tfsat_host.preflight.evidence import Evidence, Unreached
+from tfsat_host.preflight.checks import board_checks, calibration, card, flight_checks, sensor_checks, timing
+from tfsat_host.preflight.preflight_check import PreflightCheck, not_made
+from tfsat_host.preflight.preflight_evidence import Evidence, Unreached
 
 _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
-    "protocol": boards.check_protocol,
-    "sequencer-image": lambda evidence: boards.check_image(evidence.sequencer_board),
-    "logger-image": lambda evidence: boards.check_image(evidence.logger_board),
-    "sequencer-state": boards.check_state,
-    "restarts": boards.check_restarts,
-    "battery": boards.check_battery,
-    "maneuver": flight.check_maneuver,
-    "servo-limits": flight.check_servos,
-    "pause": flight.check_pause,
-    "duration": flight.check_duration,
-    "envelope": flight.check_envelope,
-    "switches": boards.check_switches,
-    "gyros-present": sensors.check_imus,
-    "gyros-still": sensors.check_stillness,
-    "gyro-biases": sensors.check_biases,
-    "gyros-agree": sensors.check_agreement,
-    "joint-sensors": sensors.check_sensors,
-    "start-pose": sensors.check_start_pose,
+    "protocol": board_checks.check_protocol,
+    "sequencer-image": lambda evidence: board_checks.check_image(evidence.sequencer_board),
+    "logger-image": lambda evidence: board_checks.check_image(evidence.logger_board),
+    "sequencer-state": board_checks.check_state,
+    "restarts": board_checks.check_restarts,
+    "battery": board_checks.check_battery,
+    "maneuver": flight_checks.check_maneuver,
+    "servo-limits": flight_checks.check_servos,
+    "pause": flight_checks.check_pause,
+    "duration": flight_checks.check_duration,
+    "envelope": flight_checks.check_envelope,
+    "switches": board_checks.check_switches,
+    "gyros-present": sensor_checks.check_imus,
+    "gyros-still": sensor_checks.check_stillness,
+    "gyro-biases": sensor_checks.check_biases,
+    "gyros-agree": sensor_checks.check_agreement,
+    "joint-sensors": sensor_checks.check_sensors,
+    "start-pose": sensor_checks.check_start_pose,
     "calibration": calibration.check_calibration,
     "card": card.check_card,
     "ram": card.check_ram,

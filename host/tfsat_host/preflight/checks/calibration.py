@@ -13,8 +13,8 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.check import PreflightCheck, go, join_steps, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, require
+from tfsat_host.preflight.preflight_check import PreflightCheck, go, join_steps, no_go, not_made
+from tfsat_host.preflight.preflight_evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import DropPhase
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LoggerStatusReply

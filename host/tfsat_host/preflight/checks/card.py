@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
-from tfsat_host.preflight.evidence import (
+from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go, not_made
+from tfsat_host.preflight.preflight_evidence import (
     Evidence,
     Failed,
     Missing,

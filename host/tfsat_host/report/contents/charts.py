@@ -8,7 +8,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.com_fit.momentum import (
+from tfsat_host.evaluation.com_fit.momentum_residual import (
     PAPER_SIZE,
     MovingAverage,
     averaged_momentum,
@@ -18,7 +18,11 @@ from tfsat_host.evaluation.com_fit.momentum import (
 from tfsat_host.evaluation.com_fit.prediction import BODY_1
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
-from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
+from tfsat_host.report.contents.attitude_charts import (
+    attitude_error_chart,
+    attitude_spectrum_chart,
+    euler_chart,
+)
 from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, Side, lines_of, pad_rows, spectrum_chart
 from tfsat_host.sdlog.droplog import rows_of
 from tfsat_host.units import STANDARD_GRAVITY_M_S2, s_from_us

@@ -19,15 +19,21 @@ import numpy as np
 from tfsat_host import __version__, quantity
 from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.evaluation_tables import (
+    calibration_table,
+    reasons_of,
+    release_time,
+    tables_of,
+    utc,
+)
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
-from tfsat_host.evaluation.result.tables import calibration_table, reasons_of, release_time, tables_of, utc
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.quantity import UNKNOWN, Column, Quantity
 from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts import charts_of
-from tfsat_host.report.contents.events import events_of
+from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.contents.replay import replay_of
 from tfsat_host.report.document import FORMAT, Document, Drop, Fold, KeyNumber, PageTable, PageVerdict
 

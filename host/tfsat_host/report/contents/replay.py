@@ -14,7 +14,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.report.contents.attitude import driven_samples
+from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
 from tfsat_host.report.document import Replay, ReplayBody
 from tfsat_host.robot import RobotModel

@@ -10,17 +10,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.certificate import in_words
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
-from tfsat_host.run.bundle.archive import collision_among, trouble_with_file, trouble_with_name
+from tfsat_host.run.bundle.bundle_archive import collision_among, trouble_with_file, trouble_with_name
 from tfsat_host.run.bundle.manifest import EvaluationInputs, Missing
-from tfsat_host.run.certificate import origin_of_log
+from tfsat_host.run.certificate_check import origin_of_log
 from tfsat_host.run.files import (
     PREFLIGHT,
     EvaluationOptions,
@@ -31,7 +31,7 @@ from tfsat_host.run.files import (
     run_files,
 )
 from tfsat_host.run.held_maneuver import find_note
-from tfsat_host.run.record import RECORD, parse_record
+from tfsat_host.run.signed_record import RECORD, parse_record
 from tfsat_host.sdlog import DropLog, load
 
 RUN = "run"

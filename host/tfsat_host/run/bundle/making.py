@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tfsat_host import __version__
-from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict, jsonable
@@ -21,7 +21,7 @@ from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, 
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
 from tfsat_host.run import drop_evaluation
-from tfsat_host.run.bundle.archive import MARKER, write_archive
+from tfsat_host.run.bundle.bundle_archive import MARKER, write_archive
 from tfsat_host.run.bundle.contents import RUN, BundleContents, collect, doubts_of, not_as_checked
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
@@ -35,7 +35,7 @@ from tfsat_host.run.bundle.manifest import (
     environment,
     format_manifest,
 )
-from tfsat_host.run.certificate import origin_of_log
+from tfsat_host.run.certificate_check import origin_of_log
 from tfsat_host.run.files import (
     AS_FOUND,
     MADE_BY_EVALUATE,
@@ -44,7 +44,7 @@ from tfsat_host.run.files import (
     EvaluationOptions,
     names_of,
 )
-from tfsat_host.run.record import verify
+from tfsat_host.run.signed_record import verify
 
 ENDING = ".tfsat.zip"
 # For a recording without a time of day: a fixed date keeps the bundle's bytes reproducible.

@@ -10,11 +10,11 @@ from datetime import datetime
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from tfsat_host.calibration.certificate.archive import recordings_folder
-from tfsat_host.calibration.certificate.campaign import measured_by, with_measured
+from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.certificate.calibration_campaign import measured_by, with_measured
 from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, in_words
 from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
@@ -23,8 +23,9 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.bundle import making
-from tfsat_host.run.bundle.archive import unpack
-from tfsat_host.run.bundle.comparison import (
+from tfsat_host.run.bundle.bundle_archive import unpack
+from tfsat_host.run.bundle.contents import RUN, not_as_checked
+from tfsat_host.run.bundle.json_comparison import (
     CERTIFICATE_TOLERANCE,
     EVALUATION_TOLERANCE,
     NOT_THERE,
@@ -33,7 +34,6 @@ from tfsat_host.run.bundle.comparison import (
     Tolerance,
     differences,
 )
-from tfsat_host.run.bundle.contents import RUN, not_as_checked
 from tfsat_host.run.bundle.making import RecomputedEvaluation
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
@@ -44,7 +44,7 @@ from tfsat_host.run.bundle.manifest import (
     changed_since,
 )
 from tfsat_host.run.files import PREFLIGHT
-from tfsat_host.run.record import verify
+from tfsat_host.run.signed_record import verify
 
 _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
 """Of a run's folder: results of a rehearsal or of an earlier evaluation."""

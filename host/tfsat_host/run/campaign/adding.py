@@ -12,17 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from tfsat_host import __version__
-from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
-from tfsat_host.run.bundle.archive import trouble_with_file
+from tfsat_host.run.bundle.bundle_archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
-from tfsat_host.run.campaign import campaign
+from tfsat_host.run.campaign import campaign_folder
 from tfsat_host.run.campaign.entries import DropEntry
-from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log, time_of_day
+from tfsat_host.run.certificate_check import is_of_robot, note_landing_of, origin_of_log, time_of_day
 from tfsat_host.run.files import (
     AS_FOUND,
     CERTIFICATE,
@@ -36,9 +36,9 @@ from tfsat_host.run.files import (
     ROBOT,
     UNKNOWN,
 )
-from tfsat_host.run.record import RecordError, sign, verify
+from tfsat_host.run.signed_record import RecordError, sign, verify
 from tfsat_host.sdlog import load
-from tfsat_host.sdlog.errors import NoBlockError
+from tfsat_host.sdlog.log_errors import NoBlockError
 
 _NOTHING = "Nothing was added."
 
@@ -99,23 +99,25 @@ def add(
         TfsatError: it is no campaign or no run, or the campaign has this drop. Nothing was added.
         OSError: something cannot be read or written.
     """
-    campaign.read(folder)
+    campaign_folder.read(folder)
     if note is not None:
         example = NextStep("campaign add", (str(folder), str(run)))
-        campaign.check_note(note, Advice(example, ' --note "wind from the west"'))
+        campaign_folder.check_note(note, Advice(example, ' --note "wind from the west"'))
     _check_places(folder, run, move=move)
     contents, _ = collect(run, AS_FOUND, command=NextStep("campaign add", (str(folder),)), nothing=_NOTHING)
     if isinstance(contents.refusal, NoBlockError):  # no drop: its number could never be given again
         raise TfsatError(what=contents.refusal.what, meaning=_NOTHING, next_step=contents.refusal.next_step)
     _require_text_name(contents.recording)
     # Staged inside of the campaign, so that the final rename stays on one file system.
-    staged = Path(tempfile.mkdtemp(prefix=campaign.STAGING, dir=folder))
+    staged = Path(tempfile.mkdtemp(prefix=campaign_folder.STAGING, dir=folder))
     try:
         with notices.progress(f"Copying {run}"):
             left_out = _copy(run, contents, staged)
         changed = _sign(staged, contents, notices)
-        entry = campaign.add(folder, staged, lambda number: _entry(number, run, contents, staged, note))
-    except campaign.SameDropError as error:
+        entry = campaign_folder.add(
+            folder, staged, lambda number: _entry(number, run, contents, staged, note)
+        )
+    except campaign_folder.SameDropError as error:
         raise _with_samples(error, contents, folder) from error
     finally:
         # After the rename there is nothing left here; after an error nothing of the copy stays.
@@ -147,7 +149,7 @@ def _doubts_of(contents: BundleContents) -> list[str]:
     return [Advice(f"Its recording is {contents.log.verdict}. What is missing: ", NextStep("decode"))]
 
 
-def _with_samples(error: campaign.SameDropError, contents: BundleContents, folder: Path) -> TfsatError:
+def _with_samples(error: campaign_folder.SameDropError, contents: BundleContents, folder: Path) -> TfsatError:
     """Add to the error which of the two copies holds more samples."""
     try:
         there = len(load(folder / error.drop.folder / error.drop.recording))
@@ -243,7 +245,7 @@ def _sign(staged: Path, contents: BundleContents, notices: Notices) -> list[str]
     files = [*(staged / name for name in named), *certificates]
     try:
         there = [path for path in files if path.is_file() and path not in changed]
-        sign(staged, there, f"{campaign.SIGNED_BY} {__version__}", datetime.now(UTC))
+        sign(staged, there, f"{campaign_folder.SIGNED_BY} {__version__}", datetime.now(UTC))
     except RecordError as error:
         notices.warn(Advice(f"The drop's record was not gone on with. {error.what} ", error.next_step))
     return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]

@@ -18,7 +18,7 @@ from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.last_run import holds_what_flew
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.sequencer import StoredManeuver, Upload
-from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.emulated_robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     quantities,
     with_landing,
 )
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
-from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.whole_file import write_whole
 
 _KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"

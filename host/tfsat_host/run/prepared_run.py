@@ -20,17 +20,17 @@ from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import check_may_write
-from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import DropTower, load_tower
+from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
 from tfsat_host.preflight import PreflightCheck, may_drop
-from tfsat_host.preflight.evidence import Evidence, Missing, Reference
+from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Reference
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.robot import RobotModel, load_robot
-from tfsat_host.run.campaign.campaign import DROP
+from tfsat_host.run.campaign.campaign_folder import DROP
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
-from tfsat_host.run.record import entries_of, sign
+from tfsat_host.run.signed_record import entries_of, sign
 from tfsat_host.whole_file import write_whole
 
 _MADE_BY = "tfsat-host preflight"

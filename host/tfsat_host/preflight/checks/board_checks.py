@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, first_defect
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.check import GoNoGo, PreflightCheck, go, join_steps, no_go, not_made
-from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, require
+from tfsat_host.preflight.preflight_check import GoNoGo, PreflightCheck, go, join_steps, no_go, not_made
+from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence, Missing, require
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES

@@ -10,12 +10,13 @@ from typing import TypeVar
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.client import BoardClient, BoardIdentity, VerifyError
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
+from tfsat_host.devices.serial_ports import BoardName
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.evidence import (
+from tfsat_host.preflight.logger_queries import Advance, Trace, ask_logger
+from tfsat_host.preflight.preflight_evidence import (
     Clock,
     Evidence,
     Missing,
@@ -24,7 +25,6 @@ from tfsat_host.preflight.evidence import (
     SequencerAnswers,
     origin_of_logger,
 )
-from tfsat_host.preflight.logger import Advance, Trace, ask_logger
 from tfsat_host.protocol.enums import SequencerState
 
 Board = TypeVar("Board", bound=BoardClient)

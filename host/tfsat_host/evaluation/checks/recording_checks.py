@@ -11,7 +11,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.evaluation.checks.check import Check, Kind
 from tfsat_host.evaluation.checks.consistency import sensor_name
-from tfsat_host.evaluation.checks.momentum import QUIET_RAD_S
+from tfsat_host.evaluation.checks.momentum_checks import QUIET_RAD_S
 from tfsat_host.evaluation.checks.stated_errors import MAX_HOLE_S
 from tfsat_host.evaluation.clocks import MAX_EDGES, RESONATOR_PPM, stroke_edges
 from tfsat_host.evaluation.motion.motion import Motion

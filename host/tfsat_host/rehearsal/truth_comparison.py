@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.quantity import Columns, fields
-from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 

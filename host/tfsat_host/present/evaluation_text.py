@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.evaluation_tables import reasons_of, tables_of
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
-from tfsat_host.evaluation.result.model import remarks as model_remarks
-from tfsat_host.evaluation.result.tables import reasons_of, tables_of
+from tfsat_host.evaluation.result.model_result import remarks as model_remarks
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, sentences, show_quantities, show_table, write_labelled

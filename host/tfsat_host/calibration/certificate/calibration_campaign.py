@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.acceptance import check_step
-from tfsat_host.calibration.certificate.archive import recordings_folder, write_certificate
+from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptError
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Landing,
@@ -18,7 +18,7 @@ from tfsat_host.calibration.certificate.certificate import (
     with_landing,
 )
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.errors import CalibrationError, NotKeptError
+from tfsat_host.calibration.certificate.recordings_archive import recordings_folder, write_certificate
 from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import Baseline, Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes

@@ -17,12 +17,19 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.quantity import UNKNOWN, Column, Columns
 from tfsat_host.report.document import PageTable
 from tfsat_host.run import drop_evaluation
-from tfsat_host.run.campaign.campaign import changes_in, read
+from tfsat_host.run.campaign.campaign_folder import changes_in, read
 from tfsat_host.run.campaign.entries import DropEntry
 from tfsat_host.run.drop_comparison import DROPS, Comparison, row_of
 from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
+from tfsat_host.run.drop_report import (
+    PAGE,
+    ReportFiles,
+    ReportOptions,
+    explain_absence,
+    report_drop,
+    together,
+)
 from tfsat_host.run.files import EMULATED, EvaluationOptions
-from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, explain_absence, report_drop, together
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]

@@ -35,8 +35,8 @@ from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.statistics import root_of
-from tfsat_host.dynamics.momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.spatial_momentum import angular_momentum, inertia_and_joint_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.com_fit.slopes import MovingBodies, momentum_slopes
 from tfsat_host.evaluation.motion.attitude import integrate_rates

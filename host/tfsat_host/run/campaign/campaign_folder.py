@@ -29,7 +29,7 @@ from tfsat_host.run.campaign.entries import (
     parse_index,
 )
 from tfsat_host.run.files import PREFLIGHT, REHEARSED
-from tfsat_host.run.record import RECORD, verify
+from tfsat_host.run.signed_record import RECORD, verify
 from tfsat_host.whole_file import write_whole
 
 INDEX = "campaign.json"

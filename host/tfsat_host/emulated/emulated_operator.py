@@ -16,8 +16,8 @@ from tfsat_host.calibration.steps.step import (
     Step,
     StepKind,
 )
+from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.manual_motion import LEAD_S, Leg, Motion, Operator
-from tfsat_host.emulated.robot import EmulatedRobot
 
 SWING_DEG = 60.0
 SWING_PERIOD_S = 2.0

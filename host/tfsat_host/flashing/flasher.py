@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Protocol
 
 from tfsat_host.devices.client import BoardIdentity, Client, NoAnswer, WrongBoard
-from tfsat_host.devices.ports import (
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.serial_ports import (
     BoardName,
     Identity,
     PortError,
@@ -23,7 +24,6 @@ from tfsat_host.devices.ports import (
     find_port,
     identify,
 )
-from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.flashing.image import Image, default_hex, load_image, load_teensy_image
 from tfsat_host.flashing.loader import (

@@ -13,7 +13,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import Progress, Variant, ensure_built
-from tfsat_host.emulated.faults import CardSlot, Faults
+from tfsat_host.emulated.fault_injection import CardSlot, Faults
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library, require_the_boards_numbers, robot_config
 from tfsat_host.emulated.library import BoardIndex as BoardIndex

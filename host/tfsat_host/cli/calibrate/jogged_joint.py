@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.calibrate.operator import drawn_or_lines, warn_of_losses
+from tfsat_host.cli.calibrate.person import drawn_or_lines, warn_of_losses
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.present.output import NotConfirmed, Output

@@ -12,8 +12,8 @@ from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop import clock_table, joint_table, standing_table, stroke_table
-from tfsat_host.evaluation.result.model import error_table, offset_table
+from tfsat_host.evaluation.result.drop_result import clock_table, joint_table, standing_table, stroke_table
+from tfsat_host.evaluation.result.model_result import error_table, offset_table
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector

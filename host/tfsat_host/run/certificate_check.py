@@ -8,8 +8,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.calibration.certificate.archive import CertificateOfDrop, certificate_for, measured_after
-from tfsat_host.calibration.certificate.campaign import note_landing
+from tfsat_host.calibration.certificate.calibration_campaign import note_landing
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Landing,
@@ -19,6 +18,11 @@ from tfsat_host.calibration.certificate.certificate import (
     with_landing,
 )
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.recordings_archive import (
+    CertificateOfDrop,
+    certificate_for,
+    measured_after,
+)
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, TypeVar
 
-from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
 from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
@@ -17,7 +17,7 @@ from tfsat_host.present.output import Output
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-    from tfsat_host.calibration.certificate.campaign import Campaign
+    from tfsat_host.calibration.certificate.calibration_campaign import Campaign
     from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.calibration.progress import BodyLevel, StepProgress
     from tfsat_host.calibration.solution import SensorKnowledge

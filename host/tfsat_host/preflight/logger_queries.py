@@ -18,11 +18,11 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.ports import PortError
+from tfsat_host.devices.serial_ports import PortError
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.checks.calibration import landed_unnoted
-from tfsat_host.preflight.evidence import (
+from tfsat_host.preflight.preflight_evidence import (
     Clock,
     Failed,
     LiveSamples,

@@ -10,13 +10,13 @@ from math import nan
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.emulated.certificate import careful_certificate
-from tfsat_host.emulated.faults import CardDefect
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.emulated_robot import US_PER_S, BoardIndex, Reset
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
+from tfsat_host.emulated.fault_injection import CardDefect
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.robot import US_PER_S, BoardIndex, Reset
-from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep

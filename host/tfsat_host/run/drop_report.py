@@ -22,12 +22,12 @@ from tfsat_host.report.contents.document_builder import table as page_table
 from tfsat_host.report.document import PageTable
 from tfsat_host.report.figures import FIGURES, FORMATS, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
-from tfsat_host.report.recording import MARKER as MCAP_MARKER
-from tfsat_host.report.recording import write_evaluated_mcap
+from tfsat_host.report.foxglove_export import MARKER as MCAP_MARKER
+from tfsat_host.report.foxglove_export import write_evaluated_mcap
 from tfsat_host.run.drop_comparison import Comparison, Refused, try_evaluation
 from tfsat_host.run.drop_evaluation import EvaluatedRun, robot_of
 from tfsat_host.run.files import AS_FOUND, EvaluationOptions, names_of, run_files
-from tfsat_host.sdlog.errors import check_extra
+from tfsat_host.sdlog.log_errors import check_extra
 
 PAGE = "report.html"
 PAGE_MARKER = b"<title>tfsat report</title>"

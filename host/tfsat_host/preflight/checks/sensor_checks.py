@@ -16,8 +16,8 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.zero import MAX_DISAGREEMENT_RAD
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight.check import PreflightCheck, judge, not_made
-from tfsat_host.preflight.evidence import (
+from tfsat_host.preflight.preflight_check import PreflightCheck, judge, not_made
+from tfsat_host.preflight.preflight_evidence import (
     Evidence,
     Sensors,
     certificate_of_these,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tfsat_host.devices.ports import PortError, PortProblem
-from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import US_PER_S, BoardIndex, EmulatedRobot
 
 _STEP_US = 500
 _WRITE_TIMEOUT_S = 1.0

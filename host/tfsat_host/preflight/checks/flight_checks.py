@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
-from tfsat_host.preflight.check import PreflightCheck, go, judge, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, require
+from tfsat_host.preflight.preflight_check import PreflightCheck, go, judge, no_go, not_made
+from tfsat_host.preflight.preflight_evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.servo_settings import find_misfit
 

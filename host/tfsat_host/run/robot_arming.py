@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from tfsat_host.devices.arm_refusal import arm_refusal
-from tfsat_host.devices.ports import PortError, find_port, port_variable
+from tfsat_host.devices.serial_ports import PortError, find_port, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.stored_settings import flight_words
@@ -163,7 +163,7 @@ def _logger(
     """
     from tfsat_host.devices.logger import LoggerClient, stalled_recording
     from tfsat_host.devices.transport import SerialTransport
-    from tfsat_host.preflight.evidence import origin_of_logger
+    from tfsat_host.preflight.preflight_evidence import origin_of_logger
 
     if sequencer_named and not os.environ.get(port_variable("logger")):
         operator.warn(
@@ -224,7 +224,7 @@ def _calibration(named: Path | None, origin: Origin | None, operator: Operator) 
     if file is None:
         return None
     from tfsat_host.calibration.certificate.file import read_calibration
-    from tfsat_host.run.certificate import as_json, notices, unreadable_as_json
+    from tfsat_host.run.certificate_check import as_json, notices, unreadable_as_json
 
     try:
         calibration = read_calibration(file)

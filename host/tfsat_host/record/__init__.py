@@ -1,1 +1,0 @@
-"""What was done to a run, in order: each entry names files by hash, and the entry before it."""

@@ -1,5 +1,0 @@
-"""`sign` and `verify` under the name that they had before `tfsat_host.run.record`."""
-
-from tfsat_host.run.record import sign, verify
-
-__all__ = ["sign", "verify"]
