@@ -14,7 +14,7 @@ import pytest
 from tests.cli.process import RunCli
 from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.completion import SHELLS, completion_script
-from tfsat_host.rehearsal.fault_catalog import FAULTS
+from tfsat_host.rehearsal.faults.fault_catalog import FAULTS
 
 Complete = Callable[..., set[str]]
 

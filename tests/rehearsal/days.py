@@ -22,8 +22,8 @@ from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.quantity import records
 from tfsat_host.rehearsal.day import DROPPED, NoGo, Preflight
-from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
-from tfsat_host.rehearsal.fault import Fault, Moment, Outcome
+from tfsat_host.rehearsal.faults.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
+from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome
 from tfsat_host.rehearsal.judgement import JudgedDay, came_of, moved_deg
 from tfsat_host.rehearsal.rehearsed_drop import Drop, rehearse
 from tfsat_host.rehearsal.series import decode_drop

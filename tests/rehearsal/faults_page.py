@@ -7,8 +7,8 @@ from collections.abc import Callable
 from tests.paths import DOCS
 from tests.rehearsal import days
 from tests.rehearsal.days import Day, Days
-from tfsat_host.rehearsal.fault import Fault, Moment, Outcome, words_of
-from tfsat_host.rehearsal.fault_catalog import FAULTS, GROUPS
+from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, words_of
+from tfsat_host.rehearsal.faults.fault_catalog import FAULTS, GROUPS
 
 PAGE = DOCS / "faults.md"
 _MOMENTS = "\n".join(

@@ -21,8 +21,10 @@ from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.emulated_robot import US_PER_S
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.rehearsal import fault_catalog, series
-from tfsat_host.rehearsal.fault import (
+from tfsat_host.rehearsal import series
+from tfsat_host.rehearsal.faults import fault_catalog
+from tfsat_host.rehearsal.faults.card_faults import cut_power
+from tfsat_host.rehearsal.faults.fault import (
     AT,
     GUARD_US,
     Fault,
@@ -32,16 +34,14 @@ from tfsat_host.rehearsal.fault import (
     between,
     words_of,
 )
-from tfsat_host.rehearsal.fault_catalog import FAULTS, GROUPS, fault_named, power_cut
+from tfsat_host.rehearsal.faults.fault_catalog import FAULTS, GROUPS, fault_named
 from tfsat_host.rehearsal.judgement import came_of
 from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 
-SOUND = Fault(
-    "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), preflight=()
-)
+SOUND = Fault("none", "Nothing goes wrong.", Moment.POWERED, at_any_moment(Outcome.FLIES), preflight=())
 named: Any = {"ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed}
 SLOW = "calibration-of-another-robot"
 """Its fit takes long to settle."""
@@ -158,7 +158,7 @@ def test_power_cuts_around_the_landing(day_of: Days, offset_us: int) -> None:
     """
     full_log = day_of(SOUND).log
     drop = fly_day(
-        replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
+        replace(POWER_CUTS[0], strike=partial(cut_power, after_us=GUARD_US + offset_us)), despite=False
     )
     log = decode_drop(drop)
     assert full_log is not None and full_log.release_us is not None and log.release_us is not None

@@ -89,7 +89,7 @@ def completion_script(shell: str) -> str:
 
 
 def _faults() -> list[str]:
-    from tfsat_host.rehearsal.fault_catalog import FAULTS
+    from tfsat_host.rehearsal.faults.fault_catalog import FAULTS
 
     return [fault.name for fault in FAULTS]
 

@@ -58,7 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Rehearse one drop or a series, or list the faults."""
     from tfsat_host.present.rehearsal_text import show
-    from tfsat_host.rehearsal.fault_catalog import list_faults
+    from tfsat_host.rehearsal.faults.fault_catalog import list_faults
     from tfsat_host.rehearsal.judgement import STILL_DEG
     from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
     from tfsat_host.rehearsal.result import schedule_notices

@@ -15,8 +15,8 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.spatial_momentum import locked_inertia
 from tfsat_host.maneuver import Schedule
-from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.fault_catalog import fault_named
+from tfsat_host.rehearsal.faults.fault import Fault
+from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import Truth, drawn_truth

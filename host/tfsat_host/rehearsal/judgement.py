@@ -17,7 +17,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.quantity import fields, record, records
 from tfsat_host.rehearsal.day import NoGo
-from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT, FAULT, Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import BEFORE_PREFLIGHT, FAULT, Fault, Outcome
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.log_summary import warnings

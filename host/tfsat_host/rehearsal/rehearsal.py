@@ -19,8 +19,8 @@ from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal import series as many
 from tfsat_host.rehearsal.day import Preflight
-from tfsat_host.rehearsal.fault import Fault
-from tfsat_host.rehearsal.fault_catalog import faults_named
+from tfsat_host.rehearsal.faults.fault import Fault
+from tfsat_host.rehearsal.faults.fault_catalog import faults_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
 from tfsat_host.rehearsal.rehearsed_drop import Drop

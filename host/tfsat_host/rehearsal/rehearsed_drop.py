@@ -26,7 +26,7 @@ from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import day as days
 from tfsat_host.rehearsal.day import Day, NoGo, Preflight, PreflightOutcome
-from tfsat_host.rehearsal.fault import GUARD_US, Fault, Moment
+from tfsat_host.rehearsal.faults.fault import GUARD_US, Fault, Moment
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.held_maneuver import HeldManeuver

@@ -26,7 +26,7 @@ from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.quantity import fields, record, records
 from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal.day import DROPPED, Preflight
-from tfsat_host.rehearsal.fault_catalog import fault_named
+from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
 from tfsat_host.rehearsal.rehearsed_drop import Drop

@@ -16,7 +16,7 @@ from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.rehearsal.fault_catalog import fault_named
+from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel, load_robot
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.maneuver import Schedule
-from tfsat_host.rehearsal.fault_catalog import fault_named
+from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.hidden import draw_hidden, hidden_drop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import RobotModel, Uncertainty

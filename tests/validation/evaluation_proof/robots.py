@@ -17,7 +17,7 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu
 from tfsat_host.emulated.manual_motion import Operator
-from tfsat_host.rehearsal.fault_catalog import fault_named
+from tfsat_host.rehearsal.faults.fault_catalog import fault_named
 from tfsat_host.rehearsal.truth import ROBOTS_IMU, Truth
 from tfsat_host.robot import RobotModel
 

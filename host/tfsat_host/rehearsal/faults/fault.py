@@ -52,16 +52,6 @@ def between(first: Moment, last: Moment) -> tuple[Moment, ...]:
     return moments[moments.index(first) : moments.index(last) + 1]
 
 
-def moments_of(words: str) -> tuple[Moment, ...]:
-    """Parse the text that `words_of` made into moments; empty text gives none. Raises KeyError."""
-    if words == "any moment":
-        return tuple(Moment)
-    names = words.replace(" to ", ", ").split(", ") if words else []
-    # `a to b` gives both ends of a span of the day, a list each moment itself.
-    ends = [Moment[name.upper().replace("-", "_")] for name in names]
-    return between(*ends) if " to " in words else tuple(ends)
-
-
 def words_of(moments: Collection[Moment]) -> str:
     """Format moments as people type them: `any moment`, `powered to armed`, or each by its name."""
     chosen = tuple(moment for moment in Moment if moment in moments)
@@ -80,29 +70,33 @@ class Outcome(Enum):
     STOPS = "stops at once and stays where it is"
     NOT_DROPPED = "is not dropped"
 
-    @property
-    def typed(self) -> str:
-        """As in `faults.toml`."""
-        return self.name.lower().replace("_", "-")
-
 
 Outcomes = Mapping[Moment, Outcome]
 """What comes of a fault by the moment at which it strikes; at a moment that is missing it cannot be."""
 
 
-def outcomes_between(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
+def outcomes_between(first: Moment, last: Moment, outcome: Outcome) -> dict[Moment, Outcome]:
     """Map all moments from `first` to `last` to the same outcome."""
     return dict.fromkeys(between(first, last), outcome)
 
 
-def at_any_moment(outcome: Outcome) -> Outcomes:
+def at_any_moment(outcome: Outcome) -> dict[Moment, Outcome]:
     """Map every moment to the same outcome."""
     return dict.fromkeys(Moment, outcome)
 
 
+def break_part(part: str, *how: object) -> Callable[[Day], object]:
+    """Build a strike that calls a method of the emulated robot's `Faults` with these arguments."""
+    return lambda day: getattr(day.robot.faults, part)(*how)
+
+
+def _do_nothing(*_: object) -> None:
+    """Strike nothing: the robot is so from the day's beginning."""
+
+
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How large a fault is.
+    """How large a fault is; where several numbers go wrong, one standard deviation of each.
 
     Attributes:
         value: By default; 0: as if it were not there.
@@ -126,8 +120,8 @@ class Fault:
         name: To type.
         what: What happens, a sentence that is true at every moment in `outcomes`.
         moment: When.
-        strike: Does it; with a size, given that and a generator of the day's seed, too.
         outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
+        strike: Does it; with a size, given that and a generator of the day's seed, too.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
         preflight: Checks of the preflight that find it if it is there before the preflight; empty: none can;
@@ -140,8 +134,8 @@ class Fault:
     name: str
     what: str
     moment: Moment
-    strike: Callable[..., object]
     outcomes: Outcomes
+    strike: Callable[..., object] = _do_nothing
     complete: bool = True
     noticed: str = ""
     preflight: tuple[str, ...] | None = None

@@ -1,0 +1,100 @@
+"""Faults of the boards: resets, clocks, and an upload that breaks off or is another one."""
+
+from __future__ import annotations
+
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.serial_ports import PortError, PortProblem
+from tfsat_host.emulated.emulated_robot import BoardIndex, Reset
+from tfsat_host.emulated.emulated_transport import EmulatedTransport
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.rehearsal.day import Day
+from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, break_part, outcomes_between
+
+FRAMES_BEFORE_CRASH = 3
+
+
+class _DyingTransport(EmulatedTransport):
+    """A cable whose program dies after a few frames."""
+
+    _left = FRAMES_BEFORE_CRASH
+
+    def write(self, data: bytes) -> None:
+        """Sends, until the program is dead."""
+        if not self._left:
+            raise PortError(PortProblem.OTHER, what="The program was killed.", next_step="Start it again.")
+        self._left -= 1
+        super().write(data)
+
+
+def _crash_host(day: Day) -> None:
+    dying = SequencerClient.connect(_DyingTransport(day.robot, BoardIndex.SEQUENCER))
+    try:
+        dying.upload(day.schedule)
+    except PortError as error:
+        day.setbacks.append(f"The upload broke off and was begun again: {error.what}")
+    # A new program connects; the day's own upload, which follows, begins again from the start.
+    dying.close()
+    day.reconnect()
+
+
+FAULTS = (
+    Fault(
+        "host-crash-in-upload",
+        "The program that uploads is killed after 3 frames; the team starts it again.",
+        Moment.POWERED,
+        {Moment.POWERED: Outcome.FLIES},
+        strike=_crash_host,
+    ),
+    Fault(
+        "wrong-maneuver",
+        "18/90 is uploaded after the maneuver was read back.",
+        Moment.UPLOADED,
+        outcomes_between(Moment.UPLOADED, Moment.RECORDING, Outcome.FLIES),
+        strike=lambda day: day.sequencer.upload(schedule_maneuver(four_stroke(18.0, 90.0))),
+        noticed="Another maneuver was flown",
+        preflight=("maneuver",),
+    ),
+    Fault(
+        "watchdog-while-armed",
+        "The sequencer's watchdog restarts it while it hangs armed on the hook.",
+        Moment.LIFTED,
+        {Moment.LIFTED: Outcome.FLIES},
+        strike=lambda day: day.robot.reset(Reset.WATCHDOG),
+    ),
+    Fault(
+        "watchdog-while-falling",
+        "The sequencer's watchdog restarts it halfway through the fall.",
+        Moment.FALLING,
+        {Moment.FALLING: Outcome.STOPS},
+        strike=lambda day: day.robot.reset(Reset.WATCHDOG),
+        noticed="Stroke",
+    ),
+    Fault(
+        "brown-out-at-release",
+        "The sequencer's supply sags at the moment of the release; it restarts with its switches open.",
+        Moment.RELEASE,
+        {Moment.RELEASE: Outcome.STANDS_STILL},
+        strike=lambda day: day.robot.reset(Reset.BROWN_OUT),
+        noticed="did not move",
+    ),
+    Fault(
+        "sequencer-clock-fast",
+        "The sequencer's clock runs 1 % fast.",
+        Moment.POWERED,
+        outcomes_between(Moment.POWERED, Moment.FALLING, Outcome.FLIES),
+        strike=break_part("clock", "sequencer", 10_000.0),
+        noticed="clock runs",
+        preflight=("clock-pace",),
+        part="sequencer's clock",
+    ),
+    Fault(
+        "logger-clock-fast",
+        "The logger's clock runs 1 % fast.",
+        Moment.POWERED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        strike=break_part("clock", "logger", 10_000.0),
+        noticed="clock runs",
+        preflight=("clock-pace",),
+        part="logger's clock",
+    ),
+)

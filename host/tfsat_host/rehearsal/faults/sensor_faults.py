@@ -1,0 +1,137 @@
+"""Faults of servos, gyros, angle sensors and their calibration."""
+
+from __future__ import annotations
+
+from tfsat_host.emulated.emulated_certificate import careful_certificate
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.rehearsal.day import CALIBRATED, Day
+from tfsat_host.rehearsal.faults.fault import (
+    Fault,
+    Moment,
+    Outcome,
+    at_any_moment,
+    break_part,
+    outcomes_between,
+)
+
+_ANOTHER_ROBOT_SEED = 4711
+
+
+def _take_foreign_calibration(day: Day) -> None:
+    day.calibration = careful_certificate(
+        day.robot.model, draw_as_built(_ANOTHER_ROBOT_SEED), _ANOTHER_ROBOT_SEED, CALIBRATED
+    )
+
+
+FAULTS = (
+    Fault(
+        "servo-dead",
+        "The servo of joint 1 does not turn.",
+        Moment.LIFTED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        strike=break_part("servo", 1, "dead"),
+        noticed="did not move",
+        preflight=(),
+        part="servo of joint 1",
+    ),
+    Fault(
+        "servo-slow",
+        "The servo of joint 1 reaches a quarter of its rate.",
+        Moment.LIFTED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        strike=break_part("servo", 1, "slow"),
+        noticed="had not come to rest",
+        preflight=(),
+        part="servo of joint 1",
+    ),
+    Fault(
+        "servo-reversed",
+        "The servo of joint 1 turns the other way.",
+        Moment.LIFTED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        strike=break_part("servo", 1, "reversed"),
+        noticed="wrong way",
+        preflight=(),
+        part="servo of joint 1",
+    ),
+    Fault(
+        "gyro-dead",
+        "The IMU of body 4 answers no more.",
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("imu", 4, "dead"),
+        noticed="body 4",
+        preflight=("gyros-present",),
+        part="IMU of body 4",
+    ),
+    Fault(
+        "gyro-frozen",
+        "The IMU of body 4 repeats one reading.",
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("imu", 4, "frozen"),
+        noticed="body 4",
+        preflight=("gyros-present",),
+        part="IMU of body 4",
+    ),
+    Fault(
+        "gyro-swapped",
+        "The plugs of the IMUs of bodies 3 and 4 were exchanged after the calibration.",
+        Moment.POWERED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("imu", 4, "swapped", 3),
+        noticed="IMUs of bodies 3 and 4 exchanged",
+        preflight=("gyros-agree",),
+        part="IMU of body 4",
+    ),
+    Fault(
+        "gyro-saturated",
+        "The gyro of body 4 shows ten times its rate, and clips.",
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("imu", 4, "saturated"),
+        noticed="body 4",
+        preflight=("gyro-biases", "gyros-agree"),
+        part="IMU of body 4",
+    ),
+    Fault(
+        "bus-glitch",
+        "A disturbance spoils one transfer with the IMU of body 4: at most one of its samples is lost.",
+        Moment.FALLING,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("glitch", 4),
+        noticed="gave no value in 1 of",
+        preflight=(),
+        part="IMU of body 4",
+    ),
+    Fault(
+        "bus-stuck",
+        "The bus of the IMUs of bodies 3 and 4 is held low.",
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("bus", 2, True),
+        noticed="body 3",
+        preflight=("gyros-present",),
+        part="bus of the IMUs of bodies 3 and 4",
+    ),
+    Fault(
+        "angle-sensor-slipped",
+        "The magnet of joint 1's first angle sensor slips by 200 deg and wraps.",
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        strike=break_part("angle_sensor", 1, "turned", 200.0),
+        noticed="joint 1",
+        preflight=("joint-sensors",),
+        part="first angle sensor of joint 1",
+    ),
+    Fault(
+        "calibration-of-another-robot",
+        "The calibration at hand is another robot's.",
+        Moment.POWERED,
+        at_any_moment(Outcome.FLIES),
+        strike=_take_foreign_calibration,
+        noticed="it is not used",
+        preflight=("gyros-agree", "joint-sensors", "start-pose", "calibration"),
+        part="calibration",
+    ),
+)
