@@ -7,6 +7,8 @@ the drop, and what to type or do next. The command line prints these three and e
 
 from __future__ import annotations
 
+from tfsat_host.exit_code import ExitCode
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class TfsatError(Exception):
-    """Something failed (exit code 1).
+    """Something failed.
 
     Args:
         what: What happened, one sentence, with the names and numbers involved.
@@ -26,7 +28,7 @@ class TfsatError(Exception):
         details: What else `--json` has of it.
     """
 
-    exit_code: ClassVar[int] = 1
+    exit_code: ClassVar[ExitCode] = ExitCode.FAILED
     code: Any = None
     details: Mapping[str, Any] = {}
 
@@ -54,24 +56,24 @@ class TfsatError(Exception):
 
 
 class UsageError(TfsatError):
-    """The command was called in a way it does not understand (exit code 2)."""
+    """The command was called in a way it does not understand."""
 
-    exit_code: ClassVar[int] = 2
+    exit_code: ClassVar[ExitCode] = ExitCode.USAGE
 
 
 class DataLossError(TfsatError):
-    """The work was done, but data was lost or is doubtful (exit code 3)."""
+    """The work was done, but data was lost or is doubtful."""
 
-    exit_code: ClassVar[int] = 3
+    exit_code: ClassVar[ExitCode] = ExitCode.DATA_LOSS
 
 
 class RefusedError(TfsatError):
-    """An interlock refused; nothing was changed (exit code 4)."""
+    """An interlock refused; nothing was changed."""
 
-    exit_code: ClassVar[int] = 4
+    exit_code: ClassVar[ExitCode] = ExitCode.REFUSED
 
 
 class Interrupted(TfsatError):
-    """Ctrl-C while a board was connected (exit code 130)."""
+    """Ctrl-C while a board was connected."""
 
-    exit_code: ClassVar[int] = 130
+    exit_code: ClassVar[ExitCode] = ExitCode.INTERRUPTED

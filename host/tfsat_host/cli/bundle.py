@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
-from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.errors import UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         **archive.manifest.as_dict(),
     }
     out.result(result, lambda: _show(archive, out))
-    return DataLossError.exit_code if archive.lost else 0
+    return ExitCode.DATA_LOSS if archive.lost else 0
 
 
 def _show(archive: WrittenBundle, out: Output) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_actions, drop_number, output_file_name
-from tfsat_host.errors import DataLossError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
@@ -80,7 +80,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
     drops = listed["drops"]
 
     out.result(listed, lambda: _show_list(drops, out))
-    return _warn_and_exit_code(listed["findings"], out) or DataLossError.exit_code * any(
+    return _warn_and_exit_code(listed["findings"], out) or ExitCode.DATA_LOSS * any(
         drop["changes"] for drop in drops
     )
 
@@ -104,7 +104,7 @@ def _report(args: argparse.Namespace, out: Output) -> int:
         {"campaign": str(args.dir), **campaign_report.as_dict()}, lambda: _show_report(campaign_report, out)
     )
     return _warn_and_exit_code(campaign_report.findings, out) or (
-        0 if campaign_report.good else DataLossError.exit_code
+        0 if campaign_report.good else ExitCode.DATA_LOSS
     )
 
 
@@ -130,4 +130,4 @@ def _show_report(campaign_report: CampaignReport, out: Output) -> None:
 def _warn_and_exit_code(sentences: Sequence[str], out: Output) -> int:
     """Warn with these sentences and return the exit code they call for."""
     out.warn_each(sentences)
-    return DataLossError.exit_code if sentences else 0
+    return ExitCode.DATA_LOSS if sentences else 0

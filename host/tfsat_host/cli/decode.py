@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import OUTPUT, add_options
-from tfsat_host.errors import DataLossError, TfsatError, UsageError
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 from tfsat_host.run.exports import FORMATS
 
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         )
     facts["files"] = {name: str(path) for name, path in written.files.items()}
     out.result(facts, lambda: show_recording(facts, out))
-    return DataLossError.exit_code if facts["warnings"] else 0
+    return ExitCode.DATA_LOSS if facts["warnings"] else 0
 
 
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:

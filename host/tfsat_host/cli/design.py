@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import OUTPUT, ROBOT, add_options, number, seed, whole_number
-from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.errors import UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -97,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     out.result(
         document(best_design, proposal, path), lambda: show(lines(best_design, proposal, path, option), out)
     )
-    return DataLossError.exit_code if proposal.failed else 0
+    return ExitCode.DATA_LOSS if proposal.failed else 0
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:

@@ -6,7 +6,7 @@ import argparse
 
 from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.usage import INITIAL_RATE, OUTPUT, ROBOT
-from tfsat_host.errors import DataLossError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
 
@@ -54,4 +54,4 @@ def run(args: argparse.Namespace, out: Output) -> int:
         "notices": list(schedule.notices),
     }
     out.result(result, lambda: show(lines(tower, envelope, checks), out))
-    return 0 if result["fits"] else DataLossError.exit_code
+    return 0 if result["fits"] else ExitCode.DATA_LOSS

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
-from tfsat_host.errors import DataLossError, TfsatError, UsageError
+from tfsat_host.errors import UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.json_values import jsonable
 from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
@@ -71,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             f"Robot written to {path_text}. The next drop by it: "
             f"{NextStep('simulate', ('59', '70', '--robot', path_text))}"
         )
-    return DataLossError.exit_code if evaluated_run.verdict.level != "good" else 0
+    return ExitCode.DATA_LOSS if evaluated_run.verdict.level != "good" else 0
 
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
@@ -85,11 +86,11 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     out.result(result, lambda: _show_several(tried, compared, out))
     _write(args, result, out)
     if len(evaluated_runs) < len(tried):
-        return TfsatError.exit_code
+        return ExitCode.FAILED
     doubtful = any(run.verdict.level != "good" for run in evaluated_runs) or (
         compared is not None and compared.doubts
     )
-    return DataLossError.exit_code if doubtful else 0
+    return ExitCode.DATA_LOSS if doubtful else 0
 
 
 def _show(run: EvaluatedRun, out: Output) -> None:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import add_actions, device, file_name
-from tfsat_host.errors import DataLossError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
     card_left_out = args.which is None and listing.card_error is not None
     if card_left_out:
         out.warn(f"Nothing of the card was fetched. {listing.card_error}")
-    return DataLossError.exit_code if card_left_out or any(copy.warnings for copy in copies) else 0
+    return ExitCode.DATA_LOSS if card_left_out or any(copy.warnings for copy in copies) else 0
 
 
 def _show(copies: list[Copy], released: bool, out: Output) -> None:

@@ -12,6 +12,7 @@ from io import TextIOWrapper
 
 from tfsat_host.cli.commands import HELPS, overview
 from tfsat_host.errors import TfsatError
+from tfsat_host.exit_code import ExitCode
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from typing import TextIO
 
     from tfsat_host.present.output import Output
-
-EXIT_INTERRUPTED = 130
 
 
 def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) -> int:
@@ -48,7 +47,7 @@ def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) ->
         return _flush(code, out)
     except BrokenPipeError:
         _discard(sys.stdout)
-        return TfsatError.exit_code
+        return ExitCode.FAILED
 
 
 def _flush(code: int, out: Output) -> int:
@@ -74,7 +73,7 @@ def _flush(code: int, out: Output) -> int:
         )
     if out.stderr_error is not None:
         _discard(sys.stderr)
-        code = code or TfsatError.exit_code
+        code = code or ExitCode.FAILED
     return code
 
 
@@ -112,7 +111,7 @@ def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int
         return out.error(error)
     except KeyboardInterrupt:
         out.error(_interrupt_error(talks_to_boards="emulated" in args))
-        return EXIT_INTERRUPTED
+        return ExitCode.INTERRUPTED
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from tfsat_host.cli.usage import OUTPUT, add_options, number, seed, whole_number
-from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.errors import UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -98,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     write_all(files, force=args.force)
     result |= {"file": args.out, "history": args.history}
     out.result(result, lambda: show(lines(result), out))
-    return 0 if flight.reached else DataLossError.exit_code
+    return 0 if flight.reached else ExitCode.DATA_LOSS
 
 
 def _above_zero(text: str) -> float:

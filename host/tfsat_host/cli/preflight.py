@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from tfsat_host.cli.usage import add_options, device, whole_number
-from tfsat_host.errors import RefusedError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 
 DROPS = 10
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.warn(leftovers)
     if written.error is not None:
         raise written.error
-    return 0 if may_drop(checks) else RefusedError.exit_code
+    return 0 if may_drop(checks) else ExitCode.REFUSED
 
 
 def _crc(text: str) -> str:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import open_logger, refuse_emulated
 from tfsat_host.cli.usage import add_actions, device
-from tfsat_host.errors import DataLossError, RefusedError
+from tfsat_host.errors import RefusedError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
@@ -140,4 +141,4 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                     NextStep("logger-settings set", ("--file-mib", "64")),
                 )
             )
-    return DataLossError.exit_code if lost or file_full else 0
+    return ExitCode.DATA_LOSS if lost or file_full else 0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import OUTPUT, add_options, output_file_name
-from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -57,9 +57,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     for sentence in doubts:
         out.warn(sentence)
     if drop_report.refused:
-        return TfsatError.exit_code
+        return ExitCode.FAILED
     doubtful = doubts or any(evaluated_run.verdict.level != "good" for evaluated_run in drop_report.runs)
-    return DataLossError.exit_code if doubtful else 0
+    return ExitCode.DATA_LOSS if doubtful else 0
 
 
 def _show(drop_report: Report, out: Output) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import OUTPUT, add_options
-from tfsat_host.errors import DataLossError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
 from tfsat_host.quantity import Column, Columns
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     reproduction = reproduce(args.bundle, args.out, out)
     result = {"bundle": str(args.bundle), **reproduction.as_dict()}
     out.result(result, lambda: _show(result, reproduction.compared, out))
-    return 0 if reproduction.same and not reproduction.incomplete else DataLossError.exit_code
+    return 0 if reproduction.same and not reproduction.incomplete else ExitCode.DATA_LOSS
 
 
 def _show(result: dict[str, Any], compared: Sequence[ComparedPart], out: Output) -> None:

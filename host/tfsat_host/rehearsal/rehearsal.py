@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 from tfsat_host.emulated.build import Variant, ensure_built, sequencer_hex
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
-from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.exit_code import ExitCode
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
@@ -271,9 +272,9 @@ class RehearsedMany:
         """0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go; else 3."""
         result = self.result
         if result["no_go"] and not result["dropped"]:
-            return RefusedError.exit_code
+            return ExitCode.REFUSED
         as_planned = result["good"] == result["runs"] and not result["broke_design"]
-        return 0 if as_planned else DataLossError.exit_code
+        return 0 if as_planned else ExitCode.DATA_LOSS
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,11 +298,11 @@ class FinishedRehearsal:
         """0 if all went as planned; 4: the preflight kept the robot from being dropped; else 3."""
         drop, log = self.judged.drop, self.judged.log
         if drop.checked is not None and drop.refused is not None and not drop.checked.go:
-            return RefusedError.exit_code
+            return ExitCode.REFUSED
         # What the evaluation finds good may still be wrong by the truth, or by the strokes commanded.
         by_design = not self.result["warnings"] and not broke_design(drop)
         as_planned = self.judged.good and log is not None and log.verdict == "complete" and by_design
-        return 0 if as_planned else DataLossError.exit_code
+        return 0 if as_planned else ExitCode.DATA_LOSS
 
 
 def _evaluate_folder(
