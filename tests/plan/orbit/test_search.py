@@ -114,7 +114,7 @@ def test_a_chain_is_never_slower_than_what_it_is_made_from_nor_faster_than_the_b
         room = limits[list(primitive.shape.joints)]
         assert (primitive.displacement_rad >= room[:, 0] - 1e-12).all()
         assert (primitive.displacement_rad <= room[:, 1] + 1e-12).all()
-    monkeypatch.setattr("tfsat_host.plan.planner.shortened", lambda *_: None)
+    monkeypatch.setattr("tfsat_host.plan.planner.shorten_chain", lambda *_: None)
     assert chain.duration_s < planner.chain(needed).duration_s + 1e-12
 
 
