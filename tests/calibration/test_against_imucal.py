@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from tests.calibration.ferraris_bench import GRAVITY_M_S2, ROUNDS, TURN_RAD, Ferraris, Imu
 from tests.calibration.synthetic_gyro import RATE_HZ
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.mounting import solve_mounting, wahba
+from tfsat_host.calibration.misalignment import solve_misalignment, wahba
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.statistics import mean_and_covariance
 
@@ -70,7 +70,7 @@ def by_ours(data: Ferraris, *, from_one_turn: bool = False) -> Found:
         angles = np.array([turns.angle_rad[rest].mean() for rest in turns.rests])
         length, std = length_between_rests(t_s, rates @ response.reading, turns.rests, angles)
         responses.append(with_length(response, length, std))
-    mounting = solve_mounting(responses, wahba(responses))
+    mounting = solve_misalignment(responses, wahba(responses))
     return Found(bias, mounting.scale, mounting.rotation, mounting.rotation @ np.diag(1.0 / mounting.scale))
 
 

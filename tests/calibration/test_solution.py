@@ -34,7 +34,7 @@ from tests.calibration.bench_day import (
 )
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.misalignment import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence

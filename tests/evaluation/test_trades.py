@@ -22,7 +22,7 @@ TOGETHER = {f"body {body} CoM y" for body in (1, 2, 3, 4)} | {f"joint {joint} po
 """Joint 2 turns about y, along which its point is free."""
 EVERYTHING, GYROS = slice(None), slice(0, 44)
 """The gyros' 36 parameters, the two moments of their delay and the tilts of the axes."""
-SENSORS = {"gyro delay", "gyro bias", "gyro mounting", "gyro scale", "hinge axes", "joint angles"}
+SENSORS = {"gyro delay", "gyro bias", "gyro misalignment", "gyro scale", "hinge axes", "joint angles"}
 
 
 @cache

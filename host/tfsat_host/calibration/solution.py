@@ -10,7 +10,12 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from tfsat_host.calibration.bias import estimate_biases, with_bias
-from tfsat_host.calibration.mounting import check_mounting, check_sense, check_turn_axis, with_mounting
+from tfsat_host.calibration.misalignment import (
+    check_misalignment,
+    check_sense,
+    check_turn_axis,
+    with_misalignment,
+)
 from tfsat_host.calibration.response import (
     Response,
     axis_response,
@@ -164,8 +169,8 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
         for gyro in gyros:
             # Check fresh responses only: before a landing the sensor may have sat otherwise.
             fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
-            check_mounting(gyro.body, fresh, model)
-        gyros = tuple(with_mounting(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
+            check_misalignment(gyro.body, fresh, model)
+        gyros = tuple(with_misalignment(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
     used_evidence = [*moving, *baseline.used(entry.taken for entry in moving)]
     return Solution(
         baseline.gyros(gyros),

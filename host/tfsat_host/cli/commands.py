@@ -11,7 +11,7 @@ HELPS = {
     "plan": "chain loops of the joints to a target attitude",
     "envelope": "check a maneuver against the drop tower",
     "rehearse": "fly a maneuver with the real firmware, robot emulated",
-    "calibrate": "measure biases, zero points, mountings, scales, servos",
+    "calibrate": "measure biases, zero points, misalignments, scales, servos",
     "decode": "turn a card's recording into engineering units",
     "evaluate": "what the robot did, whether the model knew, and ± of both",
     "report": "an evaluated drop as one offline page with plots, replay",

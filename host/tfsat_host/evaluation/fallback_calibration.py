@@ -11,7 +11,7 @@ import numpy as np
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
-from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.misalignment import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts
@@ -57,7 +57,9 @@ def with_fallbacks(
     initial_calibration = calibration or _design_calibration(log, model)
     lacking = {gap.name: gap for gap in initial_calibration.shortcomings(recorded)}
     notes = (
-        [] if calibration else ["There is no calibration: mountings, scale factors and bends are by design."]
+        []
+        if calibration
+        else ["There is no calibration: misalignments, scale factors and bends are by design."]
     )
     gyros, rested = [], np.zeros(len(initial_calibration.gyros), bool)
     for index, gyro in enumerate(initial_calibration.gyros):

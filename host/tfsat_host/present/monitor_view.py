@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
 
 UNCALIBRATED = (
-    "Rates as the gyros read them, bias and mounting included. "
+    "Rates as the gyros read them, bias and misalignment included. "
     "Joint angles by the robot file's zeros: uncalibrated."
 )
 

@@ -23,7 +23,7 @@ AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 DRAWABLE = {
     "bias": "biases of the gyros",
     "zero": "zero points",
-    "misalignment": "mountings of the gyros",
+    "misalignment": "misalignments of the gyros",
     "scale": "scale factors and the angle sensors' bend",
     "servo": "maps of the servos",
 }

@@ -50,7 +50,7 @@ Right = tuple[str, FloatArray, str, str]
 def _put_right(data: Consistency) -> Iterator[Right]:
     """Faults without unknown numbers."""
     yield from _exchanged_axes(data)
-    yield from _turned_mountings(data)
+    yield from _changed_misalignments(data)
     yield from _wrong_orders(data)
     yield from _exchanged_sensors(data)
 
@@ -92,7 +92,7 @@ def _exchanged_axes(data: Consistency) -> Iterator[Right]:
         yield from _reread(data, body, exchanges, gyro, rest)
 
 
-def _turned_mountings(data: Consistency) -> Iterator[Right]:
+def _changed_misalignments(data: Consistency) -> Iterator[Right]:
     """Yield gyros turned by a right angle since their calibration; the bias stays with the sensor."""
     exchanges = signed_exchanges()
     turns = exchanges[np.linalg.det(exchanges) > 0.0]

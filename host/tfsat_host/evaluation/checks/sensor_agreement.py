@@ -27,7 +27,7 @@ _RATES, _ANGLES = ("rates", "attitudes", "strokes", "offsets"), ("strokes", "off
 AS_STATED = Kind("sensors as stated", STATED, _RATES)
 AXES = Kind("axes as stated", STATED, ("offsets",))
 WEIGHT = Kind("gyros without their weight", STATED, ("rates", "attitudes", "offsets"))
-LITTLE_STATED = "Not all mountings and zero points were measured: little is stated of them."
+LITTLE_STATED = "Not all misalignments and zero points were measured: little is stated of them."
 LAG = Kind("lag of the gyros", "ms", _RATES)
 LAG_STDS = 3.0
 """Of what a chip may be from its sheet, and its readings from their time stamps: settings are 1 to 5 ms apart."""

@@ -22,7 +22,7 @@ AXIS, WEIGHT_FELT = "joint axis", "g-sensitivity"
 NO_SENSORS = frozenset({"masses", "inertias", "hinge points", "CoM", AXIS, "push", SOUND, UNKNOWN})
 """Kinds of causes of which no sensor is wrong, as far as is known."""
 STATED_TOO_WELL = frozenset(
-    {"gyro bias", "gyro mounting", "gyro scale", WEIGHT_FELT, "timing", "certificate"}
+    {"gyro bias", "gyro misalignment", "gyro scale", WEIGHT_FELT, "timing", "certificate"}
 )
 """Kinds that last the whole drop: with greater ± the certificate is right."""
 _SCALE, _TURNED_RAD, _BIAS_RAD_S = 0.01, np.deg2rad(0.5), np.deg2rad(0.3)
@@ -122,9 +122,9 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
             off = list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))
             return f"{gyro} stale calibration, its bias has changed by {off} deg/s{since}"
 
-        def mounting(numbers: FloatArray, gyro: str = gyro) -> str:
+        def misalignment(numbers: FloatArray, gyro: str = gyro) -> str:
             off_deg = np.rad2deg(_TURNED_RAD * np.linalg.norm(numbers))
-            return f"{gyro} stale calibration, its mounting has turned by {off_deg:.2f} deg"
+            return f"{gyro} stale calibration, its misalignment has changed by {off_deg:.2f} deg"
 
         def scale(numbers: FloatArray, gyro: str = gyro) -> str:
             # The Jacobian is taken at the rates as shown, which are off by the same factor.
@@ -135,7 +135,9 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
         ranged = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
         again = {kind: Advice(NextStep(f"calibrate {kind}")) for kind in ("bias", "misalignment", "scale")}
         yield Hypothesis("gyro bias", _BIAS_RAD_S * columns[:, :3], bias, again["bias"])
-        yield Hypothesis("gyro mounting", _TURNED_RAD * columns[:, 3:6], mounting, again["misalignment"])
+        yield Hypothesis(
+            "gyro misalignment", _TURNED_RAD * columns[:, 3:6], misalignment, again["misalignment"]
+        )
         for free in (columns[:, 6:], ranged):
             yield Hypothesis("gyro scale", _SCALE * free, scale, again["scale"])
 

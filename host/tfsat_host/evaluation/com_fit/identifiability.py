@@ -142,7 +142,7 @@ PARTNERS = 3
 ONE_TO_ONE = 0.2
 BETTER_SHARE = 0.8
 """A combination is shown if its standard deviation is so much smaller than the offset's alone."""
-_GYRO_GROUPS = ("gyro bias", "gyro mounting", "gyro scale")
+_GYRO_GROUPS = ("gyro bias", "gyro misalignment", "gyro scale")
 _KINDS = {"com": "centers of mass", "mass": "masses", "inertia": "inertias", "point": "hinge points"}
 _NUISANCE_CENTER = "center of mass of body 4"
 _DELAY = "gyro delay"

@@ -15,7 +15,7 @@ from tests.calibration.synthetic_gyro import (
     swings,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.mounting import Mounting, describe_mounting, solve_mounting
+from tfsat_host.calibration.misalignment import Misalignment, describe_misalignment, solve_misalignment
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.statistics import few, mean_and_covariance
@@ -41,7 +41,7 @@ def response(
     )
 
 
-def errors(gyro: Gyro, mounting: Mounting) -> tuple[FloatArray, FloatArray]:
+def errors(gyro: Gyro, mounting: Misalignment) -> tuple[FloatArray, FloatArray]:
     """(6,) errors, rotation vector in sensor axes and scale, and their stated standard deviations."""
     off = Rotation.from_matrix(mounting.rotation.T @ gyro.mounting).as_rotvec()
     return np.concatenate([off, mounting.scale - gyro.scale]), np.sqrt(np.diag(mounting.covariance))
@@ -55,7 +55,7 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
         rng = np.random.default_rng(seed)
         gyro = Gyro.draw_random(rng)
         turned = response(gyro, Z, rng, angle_rad=2.0 * np.pi)  # by hand, through a full turn
-        mounting = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng), turned], gyro.nominal)
+        mounting = solve_misalignment([response(gyro, X, rng), response(gyro, Y, rng), turned], gyro.nominal)
         off[seed], stated[seed] = errors(gyro, mounting)
         misfits.append(mounting.misfit / mounting.degrees_of_freedom)
     assert np.degrees(np.sqrt((off[:, :3] ** 2).sum(axis=1).mean())) < 0.05
@@ -69,7 +69,7 @@ def test_rotation_and_scale_of_many_gyros_and_their_intervals(robots: int) -> No
 def test_the_axis_that_no_joint_turns_keeps_the_datasheets_tolerance() -> None:
     rng = np.random.default_rng(3)
     gyro = Gyro(np.eye(3), np.array([1.02, 0.98, 1.025]), np.zeros(3))
-    mounting = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
+    mounting = solve_misalignment([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
     off, stated = errors(gyro, mounting)
     assert stated[5] == pytest.approx(SCALE_STD, rel=0.02)
     assert np.abs(off[3:5]).max() < 0.003
@@ -85,7 +85,7 @@ def test_directions_alone_tell_the_mounting_of_a_gyro_with_equal_scales() -> Non
         rate = np.gradient(angle, 1.0 / RATE_HZ)
         responses.append(direction(gyro.reads(rate[:, None] * axis + unsteady, rng), axis, rate))
     assert not any(response.has_length for response in responses)
-    off, _ = errors(gyro, solve_mounting(responses, gyro.nominal))
+    off, _ = errors(gyro, solve_misalignment(responses, gyro.nominal))
     assert np.degrees(np.abs(off[:3]).max()) < 0.1
 
 
@@ -94,8 +94,8 @@ def test_a_response_about_another_axis_than_it_says_shows_as_misfit() -> None:
     gyro = Gyro.draw_random(rng)
     wrong = response(gyro, Rotation.from_rotvec([0.0, 0.0, 0.1]).apply(Y), rng)
     wrong = Response(Y, wrong.reading, wrong.covariance, True)
-    mounting = solve_mounting([response(gyro, X, rng), wrong], gyro.nominal)
-    right = solve_mounting([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
+    mounting = solve_misalignment([response(gyro, X, rng), wrong], gyro.nominal)
+    right = solve_misalignment([response(gyro, X, rng), response(gyro, Y, rng)], gyro.nominal)
     assert right.misfit < 12.0  # six numbers
     assert mounting.misfit > 100.0
 
@@ -169,6 +169,6 @@ def test_batch_means_know_that_filtered_noise_repeats_itself() -> None:
 def test_how_a_sensor_sits_is_said_in_words(turn_deg: tuple[float, ...], says: str) -> None:
     nominal = Rotation.from_euler("xyz", [90, 0, 90], degrees=True).as_matrix()
     rotation = nominal @ Rotation.from_rotvec(np.radians(turn_deg)).as_matrix()
-    description = describe_mounting(rotation, nominal)
+    description = describe_misalignment(rotation, nominal)
     assert description.endswith(says) or says in description
     assert bool(description) == bool(says)

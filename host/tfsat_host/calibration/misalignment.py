@@ -58,7 +58,7 @@ _OR_DIRECTION = (
 
 
 @dataclass(frozen=True, eq=False)
-class Mounting:
+class Misalignment:
     """How one gyro sits, and what it makes of a rate.
 
     Attributes:
@@ -76,12 +76,12 @@ class Mounting:
     degrees_of_freedom: int
 
 
-def solve_mounting(
+def solve_misalignment(
     responses: Sequence[Response],
     nominal: FloatArray,
     hinges: FloatArray = NO_HINGES,
     lean_std_rad: float = 0.0,
-) -> Mounting:
+) -> Misalignment:
     """Fit the mounting to responses about any number of axes, with the design as prior.
 
     Args:
@@ -109,7 +109,7 @@ def solve_mounting(
     # Every prior row pays for the parameter that it constrains; a direction has two components across it.
     freedom = sum(3 if response.has_length else 2 for response in responses)
     # Cut the leans out only after inverting: the marginal covariance includes what they leave open.
-    return Mounting(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
+    return Misalignment(rotation, scale, np.asarray(np.linalg.inv(normal)[:6, :6]), misfit, freedom)
 
 
 def spans_two_axes(responses: Sequence[Response]) -> bool:
@@ -131,7 +131,7 @@ def wahba(responses: Sequence[Response]) -> FloatArray:
 
 
 class _Prior(NamedTuple):
-    """See `solve_mounting`."""
+    """See `solve_misalignment`."""
 
     nominal: FloatArray
     hinges: FloatArray
@@ -194,7 +194,9 @@ def _linearize(
     return normal, right, misfit
 
 
-def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: RobotModel) -> GyroCalibration:
+def with_misalignment(
+    gyro: GyroCalibration, responses: Sequence[Response], model: RobotModel
+) -> GyroCalibration:
     """Fit the gyro's mounting and scale factors to its responses.
 
     If the responses disagree by more than they should, their covariances are widened by as much (Birge 1932).
@@ -204,12 +206,12 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     # Parallel joints make one hinge with a common lean; rounding makes equal axes compare equal.
     hinges = np.unique(np.abs(np.round(model.joint_axis, 9)), axis=0)
     lean_std_rad = (model.uncertainty or ASSUMED).joint_axis_rad
-    mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
+    mounting_fit = solve_misalignment(weighed, nominal, hinges, lean_std_rad)
     # Birge ratio: excess misfit widens all responses alike; a small misfit never narrows them.
     ratio = mounting_fit.misfit / max(1, mounting_fit.degrees_of_freedom)
     if ratio > 1.0:
         weighed = [replace(response, covariance=ratio * response.covariance) for response in weighed]
-        mounting_fit = solve_mounting(weighed, nominal, hinges, lean_std_rad)
+        mounting_fit = solve_misalignment(weighed, nominal, hinges, lean_std_rad)
     covariance = gyro.covariance.copy()
     covariance[3:, 3:] = mounting_fit.covariance
     # All directions date from before the last landing, which may have turned the sensor since.
@@ -260,7 +262,7 @@ def _add_doubt(response: Response, doubt_rad: float) -> Response:
     return replace(response, covariance=response.covariance + doubt)
 
 
-def check_mounting(body: int, responses: Sequence[Response], model: RobotModel) -> None:
+def check_misalignment(body: int, responses: Sequence[Response], model: RobotModel) -> None:
     """Refuses what no mounting, or another one than the robot file's, explains.
 
     Raises:
@@ -361,7 +363,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
     off = float(Rotation.from_matrix(nominal.T @ rotation).magnitude())
     if off <= MAX_MISALIGNMENT_RAD:
         return
-    words = describe_mounting(rotation, nominal)
+    words = describe_misalignment(rotation, nominal)
     rows = np.rint(rotation).astype(int)
     # A matrix can be proposed only where the measured mounting rounds to right angles.
     upright = bool(words) and np.array_equal(rows @ rows.T, np.eye(3))
@@ -375,7 +377,7 @@ def _check_rotation(body: int, rotation: FloatArray, nominal: FloatArray) -> Non
     )
 
 
-def describe_mounting(rotation: FloatArray, nominal: FloatArray) -> str:
+def describe_misalignment(rotation: FloatArray, nominal: FloatArray) -> str:
     """Describe a sensor's mounting relative to its design; empty if it is mounted as designed.
 
     Args:
