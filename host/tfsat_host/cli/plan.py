@@ -59,10 +59,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
-    from tfsat_host.plan.flight_result import document, lines, write_joint_motion
-    from tfsat_host.plan.orbit_flight import AttitudeSensor, drawn_robot, fly, unit_quaternion
-    from tfsat_host.plan.planner import Planner
-    from tfsat_host.plan.primitives import primitive_table
+    from tfsat_host.plan.orbit.orbit_flight import AttitudeSensor, drawn_robot, fly, unit_quaternion
+    from tfsat_host.plan.orbit.orbit_planner import Planner
+    from tfsat_host.plan.orbit.orbit_result import document, lines, write_joint_motion
+    from tfsat_host.plan.orbit.primitives import primitive_table
     from tfsat_host.robot import load_robot
 
     if args.out is not None and args.out == args.history:

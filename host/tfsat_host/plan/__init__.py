@@ -2,8 +2,8 @@
 
 design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`
 sensitivity   how sure a rotation is: `parameters` and their errors, `study` (here or on a `cluster`)
-orbit         loops on a `grid`, `primitives`, a `planner` of chains, a `flight` with feedback
-facility      a drop tower's file and release, the `envelope` of a maneuver, and `tower_checks` of both
+orbit         `orbit`: primitives, chains of them planned and polished, a flight with feedback; loops on a `grid`
+facility      a drop tower's file and release, the `reach_envelope` of a maneuver, and `tower_checks` of both
 
     found = design(load_robot(), DesignSettings(time_limit_s=1.5))
     found.optimum.alpha_deg, found.optimum.sequence, found.gap_deg

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from tests.dynamics.random_robots import random_robot
-from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
+from tfsat_host.plan.orbit.primitives import PrimitiveTable, primitive_table
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.path import find_robot
 

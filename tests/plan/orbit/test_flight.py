@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.plan.orbit_flight import (
+from tfsat_host.plan.orbit.orbit_flight import (
     AttitudeSensor,
     Flight,
     drawn_robot,
@@ -15,8 +15,8 @@ from tfsat_host.plan.orbit_flight import (
     fly_primitive,
     open_loop_error_rad,
 )
-from tfsat_host.plan.planner import Planner
-from tfsat_host.plan.primitives import PrimitiveTable
+from tfsat_host.plan.orbit.orbit_planner import Planner
+from tfsat_host.plan.orbit.primitives import PrimitiveTable
 from tfsat_host.robot import RobotModel
 
 DEG = float(np.radians(1.0))

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.plan import primitives
+from tfsat_host.plan.orbit import primitives
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.path import find_robot
 

@@ -11,7 +11,7 @@ import pytest
 from tests.dynamics.random_robots import random_robot
 from tfsat_host.dynamics import path_rotation, quaternion
 from tfsat_host.plan.grid import OrbitError
-from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
+from tfsat_host.plan.orbit.primitives import PrimitiveTable, primitive_table
 from tfsat_host.robot import RobotModel
 
 

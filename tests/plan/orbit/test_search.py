@@ -8,10 +8,18 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.orbit_flight import unit_quaternion
-from tfsat_host.plan.planner import Planner, Route, TimeToGo, lookup, remainder, search, trim_primitive
-from tfsat_host.plan.polish import least_time
-from tfsat_host.plan.primitives import PrimitiveTable
+from tfsat_host.plan.orbit.chain_polish import least_time
+from tfsat_host.plan.orbit.orbit_flight import unit_quaternion
+from tfsat_host.plan.orbit.orbit_planner import (
+    Planner,
+    Route,
+    TimeToGo,
+    lookup,
+    remainder,
+    search,
+    trim_primitive,
+)
+from tfsat_host.plan.orbit.primitives import PrimitiveTable
 
 GOAL_RAD = float(np.radians(1.0))
 TARGETS_DEG = [(90.0, 0.0, 0.0), (-45.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (150.0, -8.0, 12.0)]
@@ -114,7 +122,7 @@ def test_a_chain_is_never_slower_than_what_it_is_made_from_nor_faster_than_the_b
         room = limits[list(primitive.shape.joints)]
         assert (primitive.displacement_rad >= room[:, 0] - 1e-12).all()
         assert (primitive.displacement_rad <= room[:, 1] + 1e-12).all()
-    monkeypatch.setattr("tfsat_host.plan.planner.shorten_chain", lambda *_: None)
+    monkeypatch.setattr("tfsat_host.plan.orbit.orbit_planner.shorten_chain", lambda *_: None)
     assert chain.duration_s < planner.chain(needed).duration_s + 1e-12
 
 

@@ -11,9 +11,9 @@ from tests.validation.paper_numbers.numbers import Row, row
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
 from tfsat_host.plan.grid import distribution
 from tfsat_host.plan.grid_result import DROP_TEST_CORRECTED_ERROR_DEG, DROP_TEST_ERROR_DEG, expected_error_deg
-from tfsat_host.plan.orbit_flight import fly
-from tfsat_host.plan.planner import Planner
-from tfsat_host.plan.primitives import primitive_table
+from tfsat_host.plan.orbit.orbit_flight import fly
+from tfsat_host.plan.orbit.orbit_planner import Planner
+from tfsat_host.plan.orbit.primitives import primitive_table
 from tfsat_host.robot import RobotModel
 
 JOINT_RATE_DEG_S = 30.0

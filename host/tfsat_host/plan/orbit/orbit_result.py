@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics import Multibody, TimedMove, history_from_moves, servo_moves
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.plan.orbit_flight import Flight, Step, fly, open_loop_error_rad
-from tfsat_host.plan.planner import Planner
-from tfsat_host.plan.polish import least_time
-from tfsat_host.plan.primitives import Primitive
+from tfsat_host.plan.orbit.chain_polish import least_time
+from tfsat_host.plan.orbit.orbit_flight import Flight, Step, fly, open_loop_error_rad
+from tfsat_host.plan.orbit.orbit_planner import Planner
+from tfsat_host.plan.orbit.primitives import Primitive
 from tfsat_host.quantity import Column, Columns, Table, fields, record, records
 from tfsat_host.robot import RobotModel
 

@@ -20,8 +20,8 @@ from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
-from tfsat_host.plan.polish import shorten_chain
-from tfsat_host.plan.primitives import Primitive, PrimitiveTable
+from tfsat_host.plan.orbit.chain_polish import shorten_chain
+from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 
 # Slower than this is taken as this: a robot that cannot turn about an axis at all.
 _SLOWEST_RAD_S = 1e-6

@@ -17,7 +17,7 @@ from scipy import optimize
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
-from tfsat_host.plan.primitives import Primitive, PrimitiveTable, Shape
+from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable, Shape
 
 # Central differences: truncation near 1e-10 and rounding near 1e-11 are far below any tolerance.
 _DIFFERENCE_RAD = 1e-5

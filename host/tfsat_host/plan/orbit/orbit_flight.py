@@ -21,9 +21,9 @@ from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.grid import OrbitError
+from tfsat_host.plan.orbit.orbit_planner import Chain, Planner, backwards, remainder
+from tfsat_host.plan.orbit.primitives import Primitive
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
-from tfsat_host.plan.planner import Chain, Planner, backwards, remainder
-from tfsat_host.plan.primitives import Primitive
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 
