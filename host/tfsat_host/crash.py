@@ -1,4 +1,4 @@
-"""A bug of tfsat: its traceback goes into a file, which the error names."""
+"""A bug of tfsat: its traceback and the end of the debug log go into a file, which the error names."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host import __version__
+from tfsat_host.debug_log import MAX_RECENT_LINES, recent_lines
 from tfsat_host.errors import TfsatError
 from tfsat_host.user_folders import NoUserFolder, state_folder
 
@@ -22,6 +23,8 @@ def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
             f"tfsat-host {__version__}, Python {platform.python_version()}, {platform.platform()}\n",
             f"arguments: {list(argv)}\n\n",
             *traceback.format_exception(error),
+            f"\nThe last {MAX_RECENT_LINES} lines of the debug log:\n",
+            *(f"{line}\n" for line in recent_lines()),
         ]
     )
     summary = str(error).partition("\n")[0]

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 from pathlib import Path
+
+_LOG = logging.getLogger(__name__)
 
 
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file, hexadecimal; a card's image is read piece by piece. Raises OSError."""
+    _LOG.debug("hashing %s", path)
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

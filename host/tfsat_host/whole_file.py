@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+
+_LOG = logging.getLogger(__name__)
 
 _NOT_SUPPORTED = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOTTY)
 """What file systems answer that have no such thing."""
@@ -44,6 +47,7 @@ def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
         # A temporary file is for its owner alone; the finished one is like any other.
         _give_usual_mode(temporary)
         temporary.replace(target)
+        _LOG.debug("wrote %s", target)
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:

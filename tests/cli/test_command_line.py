@@ -8,6 +8,7 @@ import json
 import os
 import pty
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -17,10 +18,11 @@ from typing import NoReturn
 import pytest
 
 from tests.cli.process import RunCli
+from tests.paths import REPOSITORY
 from tfsat_host.cli import envelope, ports, upload_sequence
-from tfsat_host.cli.commands import HELPS
+from tfsat_host.cli.commands import EXAMPLES, GROUPS, HELPS
 from tfsat_host.cli.main import main
-from tfsat_host.cli.parser import module_of
+from tfsat_host.cli.parser import module_of, parser_with
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 from tfsat_host.robot import default_robot_path
 
@@ -102,6 +104,21 @@ def test_help_names_every_command_and_every_exit_code(tfsat_host: RunCli) -> Non
         assert command in text
     for words in ("0 done", "1 failed", "2 usage", "3 done but", "4 refused", "130 interrupted"):
         assert words in text
+
+
+def test_the_helps_groups_are_the_readmes() -> None:
+    readme = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (the \w+) \| (`.+`) \|$", readme, re.MULTILINE)
+    assert {group: [*commands] for group, commands in GROUPS.items()} == {
+        group: re.findall(r"`([\w-]+)`", words) for group, words in rows
+    }
+
+
+@pytest.mark.parametrize("command", HELPS)
+def test_a_commands_help_ends_with_an_example_that_can_be_typed(command: str, tfsat_host: RunCli) -> None:
+    words = shlex.split(EXAMPLES[command])
+    assert parser_with((command,))[0].parse_args(words).command == command
+    assert tfsat_host(command, "--help").stdout.endswith(f"Example: tfsat-host {EXAMPLES[command]}\n")
 
 
 def test_no_arguments_show_the_help(tfsat_host: RunCli) -> None:

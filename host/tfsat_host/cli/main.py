@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from tfsat_host.present.output import Output
 
 
+_DEBUG = "--debug"
+"""Anywhere on the line: it is no option of a command, and nobody should have to remember where it goes."""
+
+
 def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) -> int:
     """Runs one command.
 
@@ -34,13 +38,18 @@ def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) ->
         The exit code: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
         4 refused by an interlock, 130 interrupted.
     """
-    argv = sys.argv[1:] if argv is None else argv
+    typed = sys.argv[1:] if argv is None else argv
+    argv = [word for word in typed if word != _DEBUG]
     _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "°" must not end a command
     from tfsat_host.present.output import Output
 
+    if argv and argv[0] not in ("-h", "--help"):
+        from tfsat_host import debug_log
+
+        debug_log.start(shown=_DEBUG in typed or os.environ.get("TFSAT_DEBUG", "") not in ("", "0"))
     out = Output(json_mode="--json" in argv)
     try:
         code = _dispatch(argv, out, heed_interrupts=heed_interrupts)

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from tfsat_host import __version__
-from tfsat_host.cli.commands import HELPS, overview
+from tfsat_host.cli.commands import EXAMPLES, HELPS, overview
 from tfsat_host.cli.suggestions import refuse_choice, refuse_missing_action
 from tfsat_host.cli.usage import accept_negative_numbers
 from tfsat_host.errors import UsageError
@@ -64,6 +64,7 @@ def parser_with(names: Container[str]) -> tuple[Parser, dict[str, ModuleType]]:
                 name,
                 help=text,
                 description=f"{text[:1].upper()}{text[1:]}.",
+                epilog=f"Example: tfsat-host {EXAMPLES[name]}",
                 formatter_class=_formatter,
                 allow_abbrev=False,
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -12,6 +13,8 @@ from pathlib import Path
 from tfsat_host.config.places import Path as Entry
 from tfsat_host.config.places import places_of
 from tfsat_host.config.table import ConfigKind, Fault, Table, shorten_value
+
+_LOG = logging.getLogger(__name__)
 
 _LONG_NUMBER = re.compile(r"[0-9_]{4300}")  # Python's limit for integers
 _MAX_DOTS = 20
@@ -52,6 +55,7 @@ def read_config(path: Path, kind: ConfigKind) -> Table:
         if path.stat().st_size > kind.bytes_max:
             raise kind.refusal(f"{path}: this is no {kind.name}: it is too large.", Fault.SYNTAX)
         text = path.read_text(encoding="utf-8-sig")
+        _LOG.debug("read %s: a %s", path, kind.name)
     except OSError as error:
         what = f"The {kind.name} {path} cannot be read: {error.strerror or error}."
         raise kind.refusal(what, Fault.UNREADABLE) from error

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Self, TypeVar
 
+from tfsat_host.debug_log import STREAM
 from tfsat_host.devices.serial_ports import PortProblem
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
@@ -18,6 +20,8 @@ from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_H
 from tfsat_host.protocol.live_sample import LiveSample
 from tfsat_host.protocol.record import Payload
 from tfsat_host.protocol.remedies import REMEDIES
+
+_LOG = logging.getLogger(__name__)
 
 Reply = TypeVar("Reply", bound=Payload)
 LogPiece = msg.LogPartStream | msg.LogZerosStream
@@ -222,6 +226,9 @@ def _other_protocol(port: str, identity: BoardIdentity) -> WrongBoard:
     )
 
 
+_STREAMS = (msg.LiveSampleStream.TYPE, msg.LogPartStream.TYPE, msg.LogZerosStream.TYPE)
+
+
 class Client:
     """The host's end of a link to one board.
 
@@ -267,7 +274,14 @@ class Client:
         # One number for all repetitions of a request: whichever copy is answered, the reply fits.
         self._sequence = (self._sequence + 1) & 0xFF
         frame = encode_frame(Frame(request_type, self._sequence, message.encode()))
-        for _ in range(attempts):
+        for attempt in range(1, attempts + 1):
+            _LOG.debug(
+                "%s > %s, number %d, attempt %d",
+                self.transport.name,
+                type(message).__name__,
+                self._sequence,
+                attempt,
+            )
             # A zero first ends whatever a broken cable left half-sent.
             self.transport.write(b"\0" + frame)
             payload = self._await(request_type)
@@ -297,6 +311,15 @@ class Client:
         frames = []
         # Streams come unasked between replies: queue them for their own readers.
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
+            level = STREAM if frame.type in _STREAMS else logging.DEBUG
+            _LOG.log(
+                level,
+                "%s < type %#04x, number %d, %d bytes",
+                self.transport.name,
+                frame.type,
+                frame.sequence,
+                len(frame.payload),
+            )
             if frame.type == msg.LiveSampleStream.TYPE:
                 self._live.append(LiveSample.from_payload(frame.payload))
             elif frame.type == msg.LogPartStream.TYPE:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -18,6 +19,8 @@ from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     import serial
+
+_LOG = logging.getLogger(__name__)
 
 BoardName = Literal["sequencer", "logger"]
 Mode = Literal["sketch", "bootloader"]
@@ -130,12 +133,15 @@ def find_port(
         PortError: no port looks like the board, several do, or it waits in its bootloader.
     """
     if explicit is not None:
+        _LOG.debug("%s: port %s, as named", board, explicit)
         return explicit
     variable = port_variable(board)
     if named := (os.environ if environ is None else environ).get(variable):
+        _LOG.debug("%s: port %s, by %s", board, named, variable)
         return named
     ports = list(list_ports())
     candidates = [port for port in ports if identify(port) == Identity(board, "sketch")]
+    _LOG.debug("%s: %d of %d ports look like it", board, len(candidates), len(ports))
     if len(candidates) == 1:
         return candidates[0].device
     if candidates:  # choosing one might arm the wrong robot

@@ -6,6 +6,7 @@ or was stood in for. `failed`: there are no numbers.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -21,6 +22,8 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.log_summary import grave_warnings
+
+_LOG = logging.getLogger(__name__)
 
 Level = Literal["good", "doubtful", "failed"]
 
@@ -59,6 +62,8 @@ def verdict_of(
             other sensors, or how old it is. Sentences.
         against_maneuver: Why the maneuver's file is not what was commanded. Sentences.
     """
+    for check in evaluation.checks:
+        _LOG.debug("check %s: %s", check.name, check.sentence)
     failed = [check.sentence for check in evaluation.failed_checks]
     moved = [rest.remark for rest in evaluation.standing if rest.unexpected]
     groups: tuple[tuple[str, Iterable[str]], ...] = (

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -23,6 +24,8 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.file_lock import one_at_a_time
 from tfsat_host.run.files import is_inside
 from tfsat_host.whole_file import write_whole
+
+_LOG = logging.getLogger(__name__)
 
 RECORD = "record.json"
 _LOCK = ".record.lock"
@@ -176,6 +179,7 @@ def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
         if path.stat().st_size > _RECORD_BYTES_MAX:
             raise ValueError("it is too large")
         data = path.read_bytes()
+        _LOG.debug("read %s: a run's record", path)
         entries, last = parse_record(data.decode("utf-8"))
     except ValueError as error:
         sentence = f"{path} is no record of a run, or it is damaged: {error}."

@@ -7,6 +7,7 @@ that can be shown.
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import stat
 from collections.abc import Iterator
@@ -19,6 +20,8 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from .blocks import MAGIC, is_sound
 from .log_errors import LOOK_AGAIN, LogError, NoBlockError, changed_while_read, not_seekable, unreadable
+
+_LOG = logging.getLogger(__name__)
 
 CHUNK_BLOCKS = 4096
 """Blocks that are read at a time (2 MiB, which stay in the processor's cache)."""
@@ -47,6 +50,7 @@ class LogSource:
                 raise not_seekable(path)
             # Unbuffered: chunks go straight into the callers' own buffers.
             self._file = path.open("rb", buffering=0)
+            _LOG.debug("opened %s: a recording", path)
         except FileNotFoundError:
             raise LogError(
                 f"There is no file {path}.",

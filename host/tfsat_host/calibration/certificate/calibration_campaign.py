@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -27,6 +28,8 @@ from tfsat_host.file_lock import LockError, one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import RobotModel
 from tfsat_host.whole_file import write_whole
+
+_LOG = logging.getLogger(__name__)
 
 _Papers = Mapping[tuple[str, datetime], Paper]
 
@@ -274,6 +277,7 @@ def _read(path: Path, paper: Paper) -> Evidence:
     )
     try:
         data = path.read_bytes()
+        _LOG.debug("read %s: a recording of the calibration", path)
     except FileNotFoundError as error:
         raise CalibrationError(
             what=f"The recording {path}, on which the calibration rests, is not there.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,6 +15,8 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.whole_file import write_whole
+
+_LOG = logging.getLogger(__name__)
 
 _KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"
 
@@ -90,6 +93,7 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
     present = read_calibration(path)
     if not measured_after(present, landing_time):
         # Nothing in it is newer than the landing: it is the one that held during the fall.
+        _LOG.debug("certificate %s: nothing in it is newer than the landing", path)
         return CertificateOfDrop(path, present)
     unreadable: list[str] = []
     # Newest first; what cannot be read is reported, for it might have been the right one.
@@ -100,6 +104,7 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
             unreadable.append(error.what)
             continue
         if calibration.subject == present.subject:
+            _LOG.debug("certificate %s: the newest from before the release", copy_path)
             return CertificateOfDrop(copy_path, _with_landings_of(present, calibration), tuple(unreadable))
     return CertificateOfDrop(path, present, tuple(unreadable))
 

@@ -21,22 +21,22 @@ _SEQUENCER_PORT = """\
 --sequencer-port PORT  serial port of the sequencer, which moves the joint; without it the environment's
                            TFSAT_SEQUENCER_PORT, else the one port that looks like this board"""
 _QUANTITIES = f"""
-bias          what the gyros read at rest
+bias          biases of the gyros, at rest
     Read all gyros while the robot lies still.
 
     --log FILE  take it from the quiet minutes of a recording before its release; needs no board
-zero          what the angle sensors show where a joint is closed
+zero          zero points of the angle sensors, joints closed
     Read the angle sensors while the holding attachment keeps a joint, or all of them, closed.
 
     ! --joint  which joint
     ! --all    all joints at once, an attachment on each
     --anew     do not compare it with the last zero: after a sensor that had slipped was fastened
-misalignment  which way each gyro's axes point, from swings about a joint
+misalignment  misalignment of the gyros' axes, from swings about a joint
     Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.
 
     --anew     sensors were moved or fastened: what was measured before counts as before a landing
     * --joint  which joint
-scale         how much the gyros read too much or too little, and how the angle sensors bend
+scale         scale factors of the gyros, and nonlinearity of the angle sensors
     Compare the gyros with the angle sensors while a joint is moved from rest to rest, or with a turn of the whole robot
     through a known angle.
 
@@ -45,13 +45,13 @@ scale         how much the gyros read too much or too little, and how the angle 
                        the axis about which no joint turns
     --jog              with --joint: the sequencer's servo moves the joint, not a hand
     {_SEQUENCER_PORT}
-servo         where a servo takes its joint when commanded to an angle
+servo         servo map: the angle that a joint reaches, by commanded angle
     Have the sequencer move a joint through its range, both ways, and measure where it stops.
 
     * --joint    which joint
     --no-upload  measure only: the sequencer keeps its servo settings
     {_SEQUENCER_PORT}
-show          all that is calibrated, how old it is, and what is missing for a drop
+show          all calibrated quantities, their age, and what a drop still needs
     Show what a certificate holds, and what the next drop cannot rely on.
 
     certificate:

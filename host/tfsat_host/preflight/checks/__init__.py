@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from tfsat_host.preflight.checks import board_checks, calibration, card, flight_checks, sensor_checks, timing
 from tfsat_host.preflight.preflight_check import PreflightCheck, not_made
 from tfsat_host.preflight.preflight_evidence import Evidence, Unreached
+
+_LOG = logging.getLogger(__name__)
 
 _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
     "protocol": board_checks.check_protocol,
@@ -47,9 +50,11 @@ def judge(evidence: Evidence) -> tuple[PreflightCheck, ...]:
 
 def _make_check(name: str, check: Callable[[Evidence], PreflightCheck], evidence: Evidence) -> PreflightCheck:
     try:
-        return replace(check(evidence), name=name)
+        result = check(evidence)
     except Unreached as error:
-        return replace(not_made(error.missing.reason, error.missing.next_step), name=name)
+        result = not_made(error.missing.reason, error.missing.next_step)
+    _LOG.debug("%s: %s, %s", name, result.verdict.name, result.sentence)
+    return replace(result, name=name)
 
 
 def may_drop(checks: Iterable[PreflightCheck]) -> bool:
