@@ -48,7 +48,7 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     assert status.json["settings"]["origin"] == "factory"
     assert status.json["reset_cause"] == "power_on"
     assert status.rows["state"] == "safe"
-    assert status.rows["arming"] == "nothing stands against it"
+    assert status.rows["arming"] == "ready to arm"
     assert status.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
     assert status.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
     assert status.rows["last run"] == "none since power was switched on"
@@ -135,7 +135,7 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
         "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
     )
     assert status.rows["last refusal"] == refusal_text
-    assert status.rows["arming"] == "nothing stands against it"
+    assert status.rows["arming"] == "ready to arm"
 
 
 def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:

@@ -121,13 +121,13 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     )
     result = evaluate("run")
     assert result.code == 3
-    assert result.out.startswith(
-        "Verdict     DOUBTFUL. EMULATED robot. The calibration does not hold as it is"
+    assert result.words.startswith(
+        "Verdict DOUBTFUL. EMULATED robot. The calibration is not valid for this drop"
     )
     assert "Measured before the last landing" in result.words
     assert "To measure: tfsat-host calibrate bias" in result.words
     assert "The bias of body 1, 2, 3, 4 is that of the" in result.words
-    assert "which does not hold as it is" in result.words
+    assert "(not valid for this drop)" in result.words
 
 
 def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
@@ -191,7 +191,7 @@ def test_lost_samples(run: Path) -> None:
     evaluation = evaluate_to_json("run", expect=3)
     assert "samples are lost" in reasons(evaluation)
     assert evaluation["recording"]["samples_lost"] > 5
-    assert "the recording is not whole" in evaluation["verdict"]["sentence"].lower()
+    assert "the recording is incomplete" in evaluation["verdict"]["sentence"].lower()
 
 
 def test_a_hole_that_nothing_can_be_carried_over(run: Path) -> None:

@@ -49,7 +49,7 @@ GROUPS = {
 HELPS = {name: text for commands in GROUPS.values() for name, text in commands.items()}
 EXAMPLES = {
     "robot": "robot drop_tower",
-    "design": "design --time-limit 1.5 --out maneuver.toml",
+    "design": "design --out maneuver.toml",
     "simulate": "simulate 59 70",
     "envelope": "envelope 59 70",
     "sensitivity": "sensitivity 59 70",
@@ -71,7 +71,7 @@ EXAMPLES = {
     "decode": "decode SD.bin --out run1",
     "evaluate": "evaluate run1",
     "report": "report run1",
-    "campaign": "campaign add season run1 --note 'calm, 12 deg C'",
+    "campaign": "campaign add season run1",
     "bundle": "bundle run1 --out drop1.tfsat.zip",
     "reproduce": "reproduce drop1.tfsat.zip",
     "rehearse": "rehearse 59 70 --fault gyro-dead",

@@ -99,10 +99,10 @@ def _show(run: EvaluatedRun, out: Output) -> None:
     calibration = "none"
     when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
     if run.held is not None:
-        calibration = f"{run.held.path}, which {'does not hold as it is' if run.held.objections else 'holds'}"
+        calibration = f"{run.held.path} ({'not valid for this drop' if run.held.objections else 'valid'})"
     recording = f"{run.files.recording}, {run.found.log.session:08x}, released {when}"
     maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
-    sources = (("Calibrated", calibration), ("Maneuver", maneuver))
+    sources = (("Calibration", calibration), ("Maneuver", maneuver))
     show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out)
 
 

@@ -73,13 +73,13 @@ def _stand_against_arming(
 
     The sequencer does not know of the logger.
     """
-    from tfsat_host.present.sequencer_state import NOTHING_AGAINST_IT
+    from tfsat_host.present.sequencer_state import READY_TO_ARM
 
     refusal = (board_states["logger"] or {}).get("arm_refusal")
     if refusal is None or "sequencer" not in answers:
         return
     state, rows = answers["sequencer"]
-    arming = ("  arming", NOTHING_AGAINST_IT)
+    arming = ("  arming", READY_TO_ARM)
     if arming in rows:
         state["arm_refusal"] = refusal
         text = f"would be refused because of the logger. {refusal['what']} {refusal['next_step']}"

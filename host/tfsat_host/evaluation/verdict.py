@@ -70,16 +70,16 @@ def verdict_of(
         (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
         ("results are withheld", _withheld(evaluation)),
         (
-            f"all ± are as if the {evaluation.widened} were {evaluation.widening:.1f} times less sure",
+            f"all ± are widened: the {evaluation.widened} taken {evaluation.widening:.1f} times as uncertain",
             _widening_reasons(evaluation),
         ),
-        ("the recording is not whole", _of_recording(evaluation)),
-        ("the calibration does not hold as it is", against_calibration),
+        ("the recording is incomplete", _of_recording(evaluation)),
+        ("the calibration is not valid for this drop", against_calibration),
         ("another maneuver than maneuver.toml was flown", against_maneuver),
-        ("something stands in for data that is missing", evaluation.notes),
+        ("default values are used for missing data", evaluation.notes),
         ("not every stroke was flown as commanded", _of_strokes(evaluation.strokes)),
-        ("a joint moved where it should stand", moved),
-        ("the fall was not as it should be", _of_fall(evaluation)),
+        ("a joint moved between its strokes", moved),
+        ("the fall differs from a free fall with this maneuver", _of_fall(evaluation)),
         (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.gives() else ()),
     )
     # Generators give their reasons once, but these are needed twice.
@@ -131,10 +131,9 @@ def refusal_verdict(error: TfsatError) -> Verdict:
 
 def _good(evaluation: Evaluation) -> str:
     passed = sum(check.verdict == "passed" for check in evaluation.checks)
-    checks = "the one check passed" if passed == 1 else f"all {passed} checks passed"
     missed = int((~evaluation.log.imu_valid).sum() + (~evaluation.log.angle_valid).sum())
-    samples = "no sample is missing" if missed == 0 else f"single missed readings ({missed}) are bridged"
-    return f"Nothing speaks against it: {checks}, {samples}, the calibration holds."
+    samples = "no samples lost" if missed == 0 else f"no samples lost ({missed} single readings bridged)"
+    return f"{passed} of {passed} checks passed, {samples}, calibration valid."
 
 
 def _of_recording(evaluation: Evaluation) -> Iterator[str]:

@@ -45,7 +45,7 @@ MAX_RESETS = 255
 # Typical levels of the ATmega32U4's BODLEVEL fuses, from 000 on.
 BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
 """By the brown_out_level of the board's status; None: the detector is off."""
-NOTHING_AGAINST_IT = "nothing stands against it"
+READY_TO_ARM = "ready to arm"
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
 _ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
 
@@ -185,7 +185,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
 
 def _arming_text(refusal: BoardError | None) -> str:
     if refusal is None:
-        return NOTHING_AGAINST_IT
+        return READY_TO_ARM
     if refusal.code == ErrorCode.FAULT_LATCHED:
         return Advice(
             f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: ",

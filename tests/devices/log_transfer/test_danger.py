@@ -49,7 +49,7 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
 
     status_text = tower.read_output("status")
     assert "Warning: The logger records, but its card is missing." in status_text
-    assert "nothing stands against it" not in status_text
+    assert "ready to arm" not in status_text
     assert "arming would be refused because of the logger." in status_text
     assert tower("status")["sequencer"]["arm_refusal"]["what"] == refused["what"]
     monitored = tower.read_output("monitor", "--for", "0.5")
