@@ -133,6 +133,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "evaluate run --out evaluation.json --json",
         "evaluate nowhere --json",
         "evaluate run",
+        "evaluate run --full",
         "evaluate nowhere",
     ),
     "report": (
@@ -162,7 +163,6 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "rehearse 59 70 --out no-go --fault gyro-dead@powered --json",
         "rehearse --list-faults --json",
         "rehearse 59 70 --out again --seed 3",
-        "rehearse --list-faults",
     ),
 }
 

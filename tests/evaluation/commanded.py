@@ -30,11 +30,11 @@ class Said:
         return json.loads(self.out)
 
 
-def evaluate(*args: object) -> Said:
-    """Runs the command in the current folder."""
+def evaluate(*args: object, full: bool = True) -> Said:
+    """Run the command in the current folder; `full`: with every number and table."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        code = main(["evaluate", *map(str, args)])
+        code = main(["evaluate", *map(str, args), *(["--full"] if full else [])])
     result = Said(code, out.getvalue(), err.getvalue())
     assert "Traceback" not in result.err and "a bug of its own" not in result.out + result.err, result
     return result

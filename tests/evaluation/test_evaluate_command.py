@@ -30,7 +30,7 @@ FALL_END_S = 2.45
 
 def test_a_good_drop_as_a_process(tfsat_host: RunCli) -> None:
     run_folder(tfsat_host.folder / "run")
-    process = tfsat_host("evaluate", "run")
+    process = tfsat_host("evaluate", "run", "--full")
     assert process.stdout.startswith("Verdict     GOOD. EMULATED robot. 28 of 28 checks passed")
     words = " ".join(process.stdout.split())
     assert "of body 1, from the release to 2.45 s" in words

@@ -30,6 +30,7 @@ anything is doubtful.
 
 {RUNS}
 options:
+--full                  every number and table, not one screen
 --out FILE              write the object of --json to a file, such as evaluation.json
 {FORCE}
 --corrected-robot FILE  write the robot file as the drop corrects it, each change with its ±: for `simulate --robot
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         return _run_several(args, out)
     evaluated_run = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
     result = {**MADE_BY_EVALUATE, **evaluated_run.as_dict()}
-    out.result(result, lambda: _show(evaluated_run, out))
+    out.result(result, lambda: _show(evaluated_run, args, out))
     _write(args, result, out)
     if robot_file is not None:
         from tfsat_host.run.corrected_robot import corrected_robot
@@ -83,7 +84,7 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     compared = Comparison.of(evaluated_runs)
     comparison = None if compared is None else compared.as_dict()
     result = {**MADE_BY_EVALUATE, "drops": [attempt.as_dict() for attempt in tried], "comparison": comparison}
-    out.result(result, lambda: _show_several(tried, compared, out))
+    out.result(result, lambda: _show_several(tried, compared, args, out))
     _write(args, result, out)
     if len(evaluated_runs) < len(tried):
         return ExitCode.FAILED
@@ -93,7 +94,7 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     return ExitCode.DATA_LOSS if doubtful else 0
 
 
-def _show(run: EvaluatedRun, out: Output) -> None:
+def _show(run: EvaluatedRun, args: argparse.Namespace, out: Output) -> None:
     from tfsat_host.present.evaluation_text import show_evaluation
 
     calibration = "none"
@@ -102,11 +103,15 @@ def _show(run: EvaluatedRun, out: Output) -> None:
         calibration = f"{run.held.path} ({'not valid for this drop' if run.held.objections else 'valid'})"
     recording = f"{run.files.recording}, {run.found.log.session:08x}, released {when}"
     maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
+    typed = [word for option in options_of(args).as_arguments() for word in option.split(" ", 1)]
+    more = None if args.full else NextStep("evaluate", (str(run.place), *typed, "--full"))
     sources = (("Calibration", calibration), ("Maneuver", maneuver))
-    show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out)
+    show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out, more=more)
 
 
-def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Output) -> None:
+def _show_several(
+    tried: Sequence[Tried], compared: Comparison | None, args: argparse.Namespace, out: Output
+) -> None:
     from tfsat_host.present.evaluation_text import show_comparison
     from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
 
@@ -116,7 +121,7 @@ def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Outp
             out.line(f"Verdict     FAILED. {printable(attempt.verdict.sentence)}")
             bullets(attempt.verdict.reasons, out)
         else:
-            _show(attempt, out)
+            _show(attempt, args, out)
         out.line()
     rows = [row_of(attempt.place, None if isinstance(attempt, Refused) else attempt) for attempt in tried]
     show_rows(DROPS, rows, out, title="All drops")

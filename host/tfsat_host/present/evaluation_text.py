@@ -1,4 +1,4 @@
-"""One evaluated drop for people: what a tired team wants to know, in that order; and what several say together."""
+"""One evaluated drop for people: one screen that a tired team reads, or everything; and what several say together."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of, tables_of
+from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.result.model_result import remarks as model_remarks
 from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, sentences, show_quantities, show_table, write_labelled
 from tfsat_host.quantity import Table, plus_minus, vector
@@ -23,8 +25,10 @@ def show_evaluation(
     sources: Iterable[tuple[str, str]],
     remarks: Sequence[str],
     out: Output,
+    *,
+    more: NextStep | None,
 ) -> None:
-    """Verdict, key numbers, where they come from, tables, notes.
+    """Show the verdict, what decides about the next drop, and the verdict again.
 
     Args:
         evaluation: The evaluation.
@@ -33,10 +37,45 @@ def show_evaluation(
         sources: Label and text of each other file that it was made of.
         remarks: What else a reader should know.
         out: Where to.
+        more: What shows every number and table; None: they are shown.
     """
-    write_labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
+    show_verdict(verdict, verdict.sentence, out)
     bullets(reasons_of(evaluation, verdict), out)
     out.line()
+    notes = [note for note in (*evaluation.notes, *remarks) if note not in verdict.reasons]
+    if more is None:
+        _show_everything(evaluation, recording, sources, notes, out)
+    else:
+        show_table(prediction_table(evaluation), out)
+        sentences([change_sentence(evaluation)], out)
+        out.line()
+        show_table(stroke_summary(evaluation), out)
+        log = evaluation.log
+        write_labelled("Recording", f"{recording}: {log.verdict}, {log.samples_lost} samples lost", out)
+        for label, text in sources:
+            write_labelled(label, text, out)
+        notes_text = f", {len(notes)} notes" if len(notes) > 1 else ", a note" if notes else ""
+        write_labelled("More", f"all numbers and tables{notes_text}: {more}", out)
+    out.line()
+    # The last line on the screen is the one that is read.
+    show_verdict(verdict, verdict.sentence.partition(". ")[0].rstrip(".") + ".", out)
+
+
+def show_verdict(verdict: Verdict, sentence: str, out: Output) -> None:
+    """Write a verdict, coloured on a terminal."""
+    write_labelled("Verdict", f"{verdict.level.upper()}. {sentence}", out, color=_COLORS[verdict.level])
+
+
+_COLORS = {"good": "1;32", "doubtful": "1;33", "failed": "1;31"}
+
+
+def _show_everything(
+    evaluation: Evaluation,
+    recording: str,
+    sources: Iterable[tuple[str, str]],
+    notes: Sequence[str],
+    out: Output,
+) -> None:
     # Strokes have a table of their own below.
     show_quantities((quantity for quantity in key_numbers_of(evaluation) if quantity.group != "Strokes"), out)
     turn = evaluation.reorientation
@@ -55,11 +94,10 @@ def show_evaluation(
         out.line()
         show_table(table, out)
     sentences(model_remarks(evaluation), out)
-    others = [note for note in (*evaluation.notes, *remarks) if note not in verdict.reasons]
-    if others:
+    if notes:
         out.line()
         out.line("Notes")
-        bullets(others, out)
+        bullets(notes, out)
 
 
 def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output) -> None:

@@ -88,17 +88,23 @@ class Output:
         elif text:
             self.line(text)
 
-    def line(self, text: str = "", *, no_wrap: bool = False) -> None:
+    def line(self, text: str = "", *, no_wrap: bool = False, colored: str = "", color: str = "") -> None:
         """Write one line of the result for people; nothing with `--json`.
 
         Args:
             text: A line or several.
             no_wrap: For a program that reads lines: it is not wrapped.
+            colored: A word of it that has a colour on a terminal.
+            color: As a select-graphic-rendition sequence has it.
         """
-        if not self.json_mode:
-            columns = None if no_wrap else stream_columns(self._stdout)
-            with self._writing_stdout():
-                print("\n".join(_rows(_visible(self._complete(text)), columns)), file=self._stdout)
+        if self.json_mode:
+            return
+        columns = None if no_wrap else stream_columns(self._stdout)
+        rows = "\n".join(_rows(_visible(self._complete(text)), columns))
+        if colored and _has_color(self._stdout):
+            rows = rows.replace(colored, f"\x1b[{color}m{colored}\x1b[0m", 1)
+        with self._writing_stdout():
+            print(rows, file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
         """Write a table of the result for people; nothing with `--json`. Numbers are aligned right.

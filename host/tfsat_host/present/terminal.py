@@ -68,17 +68,23 @@ def _text(cell: Quantity | str) -> str:
     return printable(cell.text() if isinstance(cell, Quantity) else cell)
 
 
-def write_labelled(label: str, text: str, out: Output) -> None:
+def write_labelled(label: str, text: str, out: Output, *, color: str = "") -> None:
     """Write a line that begins with a label.
 
     Further lines begin below its text, or below the label if that leaves no room.
+
+    Args:
+        label: What the text is.
+        text: One or more sentences.
+        out: Where to.
+        color: Of the text's first word on a terminal, as a select-graphic-rendition sequence has it.
     """
     width = _width()
     # A narrow terminal leaves no column beside the label: go on below it.
     indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
     first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
-    for line in _wrap_text(text, width, first, " " * indent):
-        out.line(line)
+    for number, line in enumerate(_wrap_text(text, width, first, " " * indent)):
+        out.line(line, colored=text.split()[0] if color and number == 0 else "", color=color)
 
 
 def bullets(texts: Iterable[str], out: Output) -> None:

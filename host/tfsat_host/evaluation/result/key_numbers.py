@@ -25,10 +25,10 @@ def key_numbers_of(evaluation: Evaluation) -> list[Quantity]:
     """Return the key numbers in the order in which readers ask for them."""
     return [
         _reorientation(evaluation),
-        _error(
+        attitude_error(
             "Attitude error, model as filed", evaluation.explained.before.error, is_given=evaluation.gives()
         ),
-        _error(
+        attitude_error(
             "Attitude error, model corrected",
             evaluation.explained.after.error,
             is_given=np.isfinite(withholding_factor(evaluation)),
@@ -54,7 +54,7 @@ def _reorientation(evaluation: Evaluation) -> Quantity:
     return Quantity(angle, std, "deg", label="Reorientation", note=note)
 
 
-def _error(label: str, error: AttitudeError, *, is_given: bool) -> Quantity:
+def attitude_error(label: str, error: AttitudeError, *, is_given: bool) -> Quantity:
     """Norm of the final Euler angles' error. Its std is that along the error, which tells how sure the norm is."""
     if not is_given:
         return Quantity(_NONE, unit="deg", label=label, note=_WITHHELD)
