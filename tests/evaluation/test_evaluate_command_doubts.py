@@ -101,7 +101,7 @@ def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path
     assert "the robot left between 24.000 ms before t = 0" in reasons(evaluation)
     assert good.json["release"]["std_s"] == 0.0
     assert evaluation["release"]["std_s"] == pytest.approx(0.024 / 3**0.5)
-    fallen = re.search(r"Fall: (\S+) ± (\S+) s, from the release", evaluate("run").words)
+    fallen = re.search(r"Fall: (\S+) ± (\S+) s, release", evaluate("run").words)
     assert fallen is not None and float(fallen[2]) == pytest.approx(evaluation["release"]["std_s"], rel=0.1)
     assert float(fallen[1]) == pytest.approx(good.json["landing"]["felt"]["t_s"], abs=1e-3)
 

@@ -61,7 +61,7 @@ def test_directions_of_an_information_are_its_own() -> None:
     assert weakest.prior_std == pytest.approx(PRIOR_MM)
     assert weakest.determined
     assert second.composition == "64 % body 1 CoM y, 36 % body 1 CoM x"
-    assert analysis.sentences()[0] == ("The data tell 9 of 9 directions of the offsets; condition number 20.")
+    assert analysis.sentences()[0] == "9 of 9 parameters observable; condition number 20."
 
 
 def test_a_direction_that_the_prior_decides_is_not_told() -> None:
@@ -80,8 +80,8 @@ def test_a_direction_that_the_prior_decides_is_not_told() -> None:
     assert nothing.std_by_data == np.inf
     assert nothing.std == pytest.approx(PRIOR_MM)
     sentences = analysis.sentences()
-    assert sentences[0].startswith("The data tell 7 of 9 directions")
-    assert [sentence.startswith("Not told: 100 % body") for sentence in sentences] == [
+    assert sentences[0].startswith("7 of 9 parameters observable")
+    assert [sentence.startswith("Not observable: 100 % body") for sentence in sentences] == [
         False,
         False,
         True,
@@ -111,7 +111,7 @@ def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
     analysis = identifiability(fit)
     assert len(analysis.undetermined) >= 6
     assert analysis.directions[-1].std > 1.0, "a robot that coasts tells a little by its wobble"
-    assert "more directions are not told either" in analysis.sentences()[-1]
+    assert "more directions are not observable" in analysis.sentences()[-1]
 
 
 def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:

@@ -33,13 +33,13 @@ def test_key_numbers_are_the_evaluations(drop: Any) -> None:
     turn = evaluation.reorientation
     assert key_numbers["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
     assert key_numbers["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
-    for label, sides in (("filed", evaluation.explained.before), ("corrected", evaluation.explained.after)):
-        error = key_numbers[f"Attitude error, model {'as ' if label == 'filed' else ''}{label}"]
+    for label, sides in (("nominal", evaluation.explained.before), ("fitted", evaluation.explained.after)):
+        error = key_numbers[f"Attitude error, {label} model"]
         assert error["value"] == pytest.approx(np.rad2deg(sides.error.final_norm_rad))
         assert 0.0 < error["std"] < 0.1
     assert (
-        key_numbers["Attitude error, model corrected"]["value"]
-        < 0.2 * key_numbers["Attitude error, model as filed"]["value"]
+        key_numbers["Attitude error, fitted model"]["value"]
+        < 0.2 * key_numbers["Attitude error, nominal model"]["value"]
     )
     fit = evaluation.explained.fit
     assert key_numbers["Largest CoM correction"]["value"] == fit.values[np.abs(fit.values).argmax()]
@@ -153,7 +153,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
 def test_standing_joints_have_a_row_each(drop: Any) -> None:
     rows = table(drop, "Joints between their strokes")["rows"]
     assert [row[0] for row in rows] == [f"joint {rest.joint}" for rest in evaluate_run().standing]
-    assert {row[-1] for row in rows} <= {"stood", "crept", "moved"}
+    assert {row[-1] for row in rows} <= {"steady", "crept", "moved"}
 
 
 def test_correction_says_what_the_data_cannot_tell(drop: Any) -> None:

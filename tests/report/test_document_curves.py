@@ -41,12 +41,12 @@ def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
     late = np.array(drop["t_s"]) > 2.3
     for axis in "xyz":
         measured = curves[f"φ{axis} measured"]
-        for model in ("model as filed", "model corrected"):
+        for model in ("nominal model", "fitted model"):
             apart = measured - curves[f"φ{axis} {model}"] - errors[f"δφ{axis} {model}"]
             # The corrected model stands next to gyros without the errors that the fit found in them; the measured curve
             # is the gyros' with them: they are apart by these, and no further than its band allows.
             band = np.array(bands[f"φ{axis} measured"], dtype=np.float64)[late]
-            allowance = 2.0 * band if model == "model corrected" else 0.0
+            allowance = 2.0 * band if model == "fitted model" else 0.0
             assert np.all(np.abs(apart[late]) < 0.04 + allowance)
 
 
@@ -54,7 +54,7 @@ def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
     curves = series(plots(drop)["euler"])
     for axis in "xyz":
         measured = curves[f"φ{axis} measured"]
-        for model in ("model as filed", "model corrected"):
+        for model in ("nominal model", "fitted model"):
             predicted = curves[f"φ{axis} {model}"]
             first = int(np.isfinite(predicted).argmax())
             assert np.isnan(predicted[:first]).all() and 0.02 < drop["t_s"][first] < 0.05
@@ -77,12 +77,12 @@ def test_momentum_is_calmer_after_the_correction(drop: Any) -> None:
     averaged, spectrum = plots(drop)["momentum"], plots(drop)["momentum_spectrum"]
     for axis in "xyz":
         lines = series(averaged)
-        before, after = (np.nanstd(lines[f"h{axis} model {word}"]) for word in ("as filed", "corrected"))
+        before, after = (np.nanstd(lines[f"h{axis} {word} model"]) for word in ("nominal", "fitted"))
         assert after < 0.3 * before
     assert spectrum["log_x"] and spectrum["log_y"] and spectrum["band"][1] == 5.0
     low = np.array(spectrum["x"]) <= 5.0
     lines = series(spectrum)
-    assert np.all(lines["hy model corrected"][low].max() < 0.3 * lines["hy model as filed"][low].max())
+    assert np.all(lines["hy fitted model"][low].max() < 0.3 * lines["hy nominal model"][low].max())
 
 
 def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None:
@@ -116,7 +116,7 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
             assert np.abs(ends[0] - ends[1]).max() < 1e-9
     last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (replay["measured"], ghost)]
     apart_deg = np.rad2deg((last[0].inv() * last[1]).magnitude())
-    expected = numbers(drop)["Attitude error, model as filed"]["value"]
+    expected = numbers(drop)["Attitude error, nominal model"]["value"]
     assert apart_deg == pytest.approx(expected, rel=0.1)
 
 

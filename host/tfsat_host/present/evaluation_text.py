@@ -87,7 +87,7 @@ def _show_everything(
     log = evaluation.log
     write_labelled("Recording", f"{recording}: {log.verdict}", out)
     write_labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
-    write_labelled("Gyros", _lag_words(evaluation), out)
+    write_labelled("Gyro delay", _lag_words(evaluation), out)
     for label, text in sources:
         write_labelled(label, text, out)
     for table in tables_of(evaluation):
@@ -111,9 +111,9 @@ def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output
 
 def _lag_words(evaluation: Evaluation) -> str:
     if not evaluation.gives("rates"):
-        return "delay withheld"
+        return "withheld"
     lag = evaluation.motion.lag
-    late = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms late"
+    delay = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms"
     if not lag.measured:
-        return f"{late} by their data sheet, taken off"
-    return f"{late} by the strokes, taken off; {1e3 * lag.expected_s:.1f} ms by their data sheet"
+        return f"{delay}, compensated (data sheet)"
+    return f"{delay}, estimated and compensated (data sheet: {1e3 * lag.expected_s:.1f} ms)"

@@ -42,11 +42,11 @@ _FLOWN: Columns = (
 )
 _COMPARED: Columns = (
     Column("name", "number"),
-    Column("found", "evaluated"),
+    Column("found", "estimate"),
     Column("std", "±"),
     Column("true", "true"),
     Column("unit", "unit"),
-    Column("deviations", "off / ±", form="+.1f"),
+    Column("deviations", "error (σ)", form="+.1f"),
 )
 
 
@@ -73,7 +73,7 @@ def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
         _show_flight(result, out)
     _lines([*_after(result), *_evaluation(result)], out)
     if result["compared"]:
-        show_rows(_COMPARED, result["compared"], out, title="Evaluated, and the truth")
+        show_rows(_COMPARED, result["compared"], out, title="Estimate and truth")
     if verdict := result["evaluation"]:
         of_drop = ("The evaluation:", f"{verdict['level'].upper()}. {verdict['sentence']}")
         _lines([of_drop, *(("", reason) for reason in verdict["reasons"])], out)
@@ -210,25 +210,24 @@ def _show_flight(result: Json, out: Output) -> None:
     rates = ", ".join(f"{rate:g}" for rate in result["initial_rate_deg_s"])
     lines = [
         (
-            "In truth let go at:",
-            f"({rates}) deg/s, body {result['initial_rate_body']} about its own axes x, y, z, about as the paper's "
-            "robot was; `design` assumes rest.",
+            "True release rate:",
+            f"{rates} deg/s (x, y, z of body {result['initial_rate_body']}, emulator)",
         )
     ]
     if result["simulate_command"]:
-        lines.append(("As filed, computed:", result["simulate_command"]))
+        lines.append(("Simulate this drop:", result["simulate_command"]))
     _lines(lines, out)
 
 
 def _show_motion(evaluation: Json, out: Output) -> None:
     show_rows(_FLOWN, evaluation["strokes"], out, title="Strokes after the release, as evaluated")
     lines = []
-    for name, when in (("initial", "at the release"), ("final", f"at {evaluation['until_s']:.2f} s")):
+    for name, when in (("initial", "at release"), ("final", f"at {evaluation['until_s']:.2f} s")):
         angles = ", ".join(
             f"joint {joint['joint']} {_format_estimate(joint[f'{name}_deg'], joint[f'{name}_deg_std'], sign=True)}"
             for joint in evaluation["joints"]
         )
-        lines.append(("Joints stood at:", f"{angles} deg {when}."))
+        lines.append((f"Joint angles {when}:", f"{angles} deg"))
     turned = _format_estimate(evaluation["reorientation_deg"], evaluation["reorientation_deg_std"])
     lines.append(("Body 1 turned by:", f"{turned} deg from the release to {evaluation['until_s']:.2f} s."))
     _lines(lines, out)
@@ -279,8 +278,8 @@ def _after(result: Json) -> Iterator[Line]:
     if state is None:
         yield "The sequencer:", "does not answer."
         return
-    blow = "(during the lift a blow is simulated that opens one switch)"
-    ignored = f"; it ignored {knocks} knock{'' if knocks == 1 else 's'} {blow}" if knocks else ""
+    blow = "(a blow in the lift opens one switch)"
+    ignored = f", {knocks} false trigger{'' if knocks == 1 else 's'} rejected {blow}" if knocks else ""
     yield "The sequencer:", f"{state}{ignored}."
     if false_releases := result["false_releases"]:
         times = "once" if false_releases == 1 else f"{false_releases} times"

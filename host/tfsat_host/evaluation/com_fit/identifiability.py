@@ -99,18 +99,17 @@ class Identifiability:
         """Format sentences for a person who has to decide which offsets to believe."""
         weakest, p = self.directions[0], len(self.directions)
         sentences = [
-            f"The data tell {p - len(self.undetermined)} of {p} directions of the offsets; condition number "
-            f"{self.condition:.0f}.",
-            f"The weakest is {weakest.composition}: ± {weakest.std:.2g} {self.unit} after the fit, where "
-            f"± {weakest.prior_std:.2g} {self.unit} was allowed.",
+            f"{p - len(self.undetermined)} of {p} parameters observable; condition number {self.condition:.0f}.",
+            f"Least observable: {weakest.composition} (σ {weakest.prior_std:.2g} {self.unit} before the fit, "
+            f"{weakest.std:.2g} {self.unit} after).",
         ]
         sentences += [
-            f"Not told: {direction.composition} (± {direction.std:.2g} {self.unit}); its value is the prior's, "
+            f"Not observable: {direction.composition} (± {direction.std:.2g} {self.unit}); its value is the prior's, "
             "correct nothing by it."
             for direction in self.undetermined[:_MAX_SHOWN]
         ]
         if len(self.undetermined) > _MAX_SHOWN:
-            sentences.append(f"{len(self.undetermined) - _MAX_SHOWN} more directions are not told either.")
+            sentences.append(f"{len(self.undetermined) - _MAX_SHOWN} more directions are not observable.")
         return tuple(sentences)
 
 

@@ -59,7 +59,7 @@ def _joint(row: JointRest | JointEnds) -> str:
 
 
 def _state(rest: JointRest) -> str:
-    return "moved" if rest.unexpected else "crept" if rest.crept else "stood"
+    return "moved" if rest.unexpected else "crept" if rest.crept else "steady"
 
 
 def _farthest(rest: JointRest) -> str:
@@ -74,8 +74,8 @@ STANDING: Columns = (
     Column("joint", "joint", words=_joint),
     Column("from_s", "time", words=_time),
     Column("drift_deg", "drift", std="drift_std_rad", form="+.2f"),
-    Column("greatest_deg", "farthest", words=_farthest),
-    Column("", "it", words=_state),
+    Column("greatest_deg", "max. deviation", words=_farthest),
+    Column("", "state", words=_state),
     *fields("until_s greatest_at_s unexpected crept remark"),
 )
 
@@ -166,7 +166,7 @@ def standing_table(evaluation: Evaluation) -> Table:
         "Joints between their strokes",
         STANDING,
         evaluation.standing,
-        "Drift: from the first samples to the last. Farthest: from the first samples, noise included.",
+        "Drift: first to last samples. Maximum deviation: from the first samples, noise included.",
     )
 
 
@@ -192,14 +192,14 @@ def _greatest_residual_s(fit: ClockFit) -> float:
 CLOCK: Columns = (
     Column("", "clock", words=lambda fit: fit.name),
     Column("offset_s", "offset", std="offset_std_s", form="+.3f", shown_in="ms"),
-    Column("rate_ppm", "fast by", std="rate_ppm_std", form="+.1f"),
+    Column("rate_ppm", "drift", std="rate_ppm_std", form="+.1f"),
     Column("", "events used", words=_used),
     Column("events", of="residuals", columns=_EVENT),
     *fields("findings"),
 )
 _SHOWN_CLOCK: Columns = (
     *CLOCK,
-    Column("greatest_residual_s", "greatest residual", of=_greatest_residual_s, shown_in="ms"),
+    Column("greatest_residual_s", "max. residual", of=_greatest_residual_s, shown_in="ms"),
 )
 
 _MICRO_GRAVITY: Columns = (

@@ -63,7 +63,7 @@ CHECKS: Columns = (
     Column("verdict", "verdict"),
     Column("value", "found", words=_with_unit("value")),
     Column("threshold", "at most", words=_with_unit("threshold")),
-    Column("sentence", "what it says", words=_format_advice),
+    Column("sentence", "finding", words=_format_advice),
     *fields("unit cause next_step"),
 )
 
@@ -76,7 +76,7 @@ def check_table(evaluation: Evaluation) -> Table:
         "Integrity checks",
         CHECKS,
         checks,
-        "They need no truth: sensors that contradict each other, or free fall, cannot all be right.",
+        "Without any truth: sensors that contradict each other, or free fall, cannot all be right.",
         folded=passed,
         fold=f"{passed} of {len(checks)} checks passed",
     )

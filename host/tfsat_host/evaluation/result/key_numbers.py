@@ -26,10 +26,10 @@ def key_numbers_of(evaluation: Evaluation) -> list[Quantity]:
     return [
         _reorientation(evaluation),
         attitude_error(
-            "Attitude error, model as filed", evaluation.explained.before.error, is_given=evaluation.gives()
+            "Attitude error, nominal model", evaluation.explained.before.error, is_given=evaluation.gives()
         ),
         attitude_error(
-            "Attitude error, model corrected",
+            "Attitude error, fitted model",
             evaluation.explained.after.error,
             is_given=np.isfinite(withholding_factor(evaluation)),
         ),
@@ -119,7 +119,7 @@ def _fall(evaluation: Evaluation) -> Quantity:
         return Quantity(_NONE, unit="s", label="Fall", note="no accelerometer felt a landing")
     # Both ends of the fall err, independently of one another.
     std = float(np.hypot(landing.std_s, evaluation.instants.release_std_s))
-    note = "from the release by the switches to the shock that is felt"
+    note = "release (switches) to landing shock"
     return Quantity(landing.t_s, std, "s", label="Fall", note=note)
 
 

@@ -53,7 +53,7 @@ def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
         return ("The correction is withheld: change nothing by it.", *failed, *explained)
     if worth == "not called for":
         return (
-            "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
+            "No correction is called for: the nominal model explains the motion, and what was found beyond it is "
             "within its own uncertainty.",
         )
     # Along a weak direction a single offset is the prior's; only what they do together was measured.
@@ -89,8 +89,8 @@ OFFSETS: Columns = (
     Column("name", "what"),
     Column("unit", "unit"),
     Column("value", "correction", std="std", form="+.2f"),
-    Column("prior_std", "allowed before", words=lambda offset: f"± {number(offset.prior_std, '.3g')}"),
-    Column("", "of that left", words=lambda offset: f"{100.0 * offset.std / offset.prior_std:.0f} %"),
+    Column("prior_std", "prior σ", words=lambda offset: number(offset.prior_std, ".3g")),
+    Column("", "posterior ÷ prior", words=lambda offset: f"{100.0 * offset.std / offset.prior_std:.0f} %"),
     *fields("bound at_bound"),
 )
 
@@ -205,7 +205,7 @@ def offset_table(evaluation: Evaluation) -> Table:
         rows,
         " ".join(sentences),
         folded=fixed_count,
-        fold=f"{fixed_count} more numbers that the robot file calls uncertain",
+        fold=f"{fixed_count} more fitted parameters: uncertainties of the robot file",
     )
 
 
@@ -299,14 +299,14 @@ def error_table(evaluation: Evaluation) -> Table:
         "Attitude error of the model",
         columns,
         [
-            *([_Side("as filed", evaluation.explained.before.error)] if evaluation.gives() else []),
+            *([_Side("nominal", evaluation.explained.before.error)] if evaluation.gives() else []),
             *(
                 []
                 if np.isnan(withholding_factor(evaluation))
-                else [_Side("corrected", evaluation.explained.after.error)]
+                else [_Side("fitted", evaluation.explained.after.error)]
             ),
         ],
-        "Measured less predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
+        "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
 
@@ -318,7 +318,7 @@ INDEPENDENT = (
 _AGREEMENT = fields("agree chi_square degrees_of_freedom widened_by")
 LEFT_OUT: Columns = (
     Column("drop", "left out", of="name"),
-    Column("error_before_deg", "model as filed", of="error_before"),
+    Column("error_before_deg", "nominal model", of="error_before"),
     Column("error_after_deg", "with the others'", of="error_after"),
     Column("error_own_deg", "with its own", of="error_own"),
     Column("own_off_stds", "own off (stds)", of="own_off_std", form=".1f"),

@@ -21,8 +21,8 @@ AXES = "xyz"
 FREQUENCY = "frequency (Hz)"
 WORDS: dict[Kind, str] = {
     "measured": "measured",
-    "before": "model as filed",
-    "after": "model corrected",
+    "before": "nominal model",
+    "after": "fitted model",
     "commanded": "commanded",
 }
 Side = tuple[Kind, FloatArray, FloatArray | None]

@@ -149,8 +149,8 @@ def averaged_momentum_chart(evaluation: Evaluation) -> Chart:
         f"momentum ({_MOMENTUM_UNIT})",
         tuple(lines_of(_MOMENTA, sides, by_side=True)),
         f"In inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). From its first value it "
-        f"strays by {strayed[0]:.3g} µN m s on average with the model as filed, by {strayed[1]:.3g} "
-        "with the corrected one.",
+        f"strays by {strayed[0]:.3g} µN m s on average with the nominal model, by {strayed[1]:.3g} "
+        "with the fitted one.",
     )
 
 
