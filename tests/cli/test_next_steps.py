@@ -15,6 +15,7 @@ from tfsat_host.cli.calibrate.arguments import resume_command
 from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.next_steps import complete_text
 from tfsat_host.cli.parser import parser_with
+from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.next_step import Advice, NextStep
 
 SOURCES = sorted(Path(tfsat_host.__file__).parent.rglob("*.py"))
@@ -129,3 +130,13 @@ def test_advice_is_a_text_whose_commands_survive_joining_and_another_process() -
     joined = pickle.loads(pickle.dumps(Advice(advice, " Then again.")))
     assert joined == "First tfsat-host disarm. Then again."
     assert joined.parts == ("First ", NextStep("disarm"), ".", " Then again.")
+
+
+def test_an_error_in_other_words_is_the_same_error_and_leaves_the_first_as_it_was() -> None:
+    error = PortError(PortProblem.MISSING, what="No port.", next_step="Plug it in.")
+    other = error.with_words(meaning="Nothing was sent.")
+    assert (
+        type(other) is PortError and other.code == PortProblem.MISSING and other.exit_code == error.exit_code
+    )
+    assert (other.what, other.meaning, other.next_step) == ("No port.", "Nothing was sent.", "Plug it in.")
+    assert error.meaning != other.meaning

@@ -83,10 +83,7 @@ def _refusal(
     code: ErrorCode, what: str | None = None, next_step: str | None = None, *, detail: int = -1
 ) -> BoardError:
     """Build the board's own refusal, reworded if the host knows more than the board would say."""
-    error = board_error(ErrorReply(ArmRequest.TYPE, code, detail))
-    error.what = what or error.what
-    error.next_step = next_step or error.next_step
-    return error
+    return board_error(ErrorReply(ArmRequest.TYPE, code, detail)).with_words(what=what, next_step=next_step)
 
 
 def _not_at_start_pose(

@@ -321,11 +321,11 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
     except TfsatError as error:
         # A board's refusal brings its own next step; after a broken link the fetch is to be repeated.
         if isinstance(error, BoardError):
-            error.meaning = f"{error.meaning} {kept()}"
-        else:
-            error.meaning = f"{kept()} The recording is as it was, on the logger."
-            error.next_step = Advice(error.next_step, "\nThe same log fetch goes on from there.")
-        raise
+            raise error.with_words(meaning=f"{error.meaning} {kept()}") from None
+        raise error.with_words(
+            meaning=f"{kept()} The recording is as it was, on the logger.",
+            next_step=Advice(error.next_step, "\nThe same log fetch goes on from there."),
+        ) from None
 
 
 def note_maneuvers(

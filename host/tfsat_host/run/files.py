@@ -222,12 +222,13 @@ def schedule_in(file: Path) -> Schedule:
         except ManeuverError as error:
             raise error.in_file(str(file)) from error
     except ManeuverError as error:
-        error.meaning = f"{error.meaning} {_NOTHING_DONE}".strip()
-        if error.code == Defect.FILE_UNREADABLE:
-            error.next_step = (
-                "Give the path of the maneuver that was flown with --maneuver, or leave that out."
-            )
-        raise
+        unreadable = error.code == Defect.FILE_UNREADABLE
+        raise error.with_words(
+            meaning=f"{error.meaning} {_NOTHING_DONE}".strip(),
+            next_step="Give the path of the maneuver that was flown with --maneuver, or leave that out."
+            if unreadable
+            else None,
+        ) from None
 
 
 def _recording_in(folder: Path, command: NextStep, nothing: str) -> Path:

@@ -329,6 +329,6 @@ def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Writt
     try:
         entry = sign(folder, [file], by, at)
     except TfsatError as error:
-        error.meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
-        return WrittenResult(file, None, error)
+        meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
+        return WrittenResult(file, None, error.with_words(meaning=meaning))
     return WrittenResult(file, entry.files[0].sha256)

@@ -192,11 +192,11 @@ def _logger(
     recording = danger is None and status.state == LoggerState.RECORDING
     # A recording was started, so data are wanted: one that does not reach its card refuses.
     if danger is not None and not unrecorded:
-        danger.meaning = f"{danger.meaning} Nothing was armed."
-        danger.next_step = Advice(
-            danger.next_step, "\nTo arm all the same: ", NextStep("arm", ("--unrecorded",))
+        unrecorded_arming = NextStep("arm", ("--unrecorded",))
+        raise danger.with_words(
+            meaning=f"{danger.meaning} Nothing was armed.",
+            next_step=Advice(danger.next_step, "\nTo arm all the same: ", unrecorded_arming),
         )
-        raise danger
     if danger is not None:
         operator.warn(f"{danger.what} {danger.meaning}")
     elif not recording:

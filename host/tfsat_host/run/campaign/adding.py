@@ -156,9 +156,10 @@ def _with_samples(error: campaign_folder.SameDropError, contents: BundleContents
     except TfsatError:
         there = 0
     here = 0 if contents.log is None else len(contents.log)
-    if here > there:
-        error.meaning = f"This copy has more samples ({here}) than that one ({there}). {error.meaning}"
-    return error
+    if here <= there:
+        return error
+    more = f"This copy has more samples ({here}) than that one ({there})."
+    return error.with_words(meaning=f"{more} {error.meaning}")
 
 
 def _check_places(folder: Path, run: Path, *, move: bool) -> None:
