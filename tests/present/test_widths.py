@@ -87,6 +87,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+OF_A_BUSY_CLOCK = {"off", "within", "of"}
+"""A preflight says `within 0.1 s of it` or `+0.2 s off it`, by how long a busy computer took to ask."""
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) -> None:
     shutil.copytree(folder, tmp_path / "copy")
@@ -101,7 +105,7 @@ def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) ->
         narrow = _output_lines(again, command, columns)
         assert [line for line in narrow if line != line.rstrip()] == []
         assert [line for line in narrow if len(line) > columns and not _is_one_chunk(line)] == []
-        assert sorted(set(_words(narrow)) - wide_words) == []
+        assert sorted(set(_words(narrow)) - wide_words - OF_A_BUSY_CLOCK) == []
         text = "\n".join(narrow)
         assert [chunk for chunk in commands if chunk.rstrip(".,;:)") not in text] == []
 
