@@ -6,6 +6,7 @@ import ast
 import pickle
 import shlex
 from argparse import ArgumentParser, Namespace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import tfsat_host
 from tfsat_host.cli.calibrate.arguments import resume_command
 from tfsat_host.cli.commands import HELPS
-from tfsat_host.cli.next_steps import complete_text
+from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.cli.parser import parser_with
 from tfsat_host.devices.serial_ports import PortError, PortProblem
 from tfsat_host.next_step import Advice, NextStep
@@ -115,7 +116,7 @@ def test_a_command_gets_what_the_running_one_was_given(
     actions = 2 if words[0] in ("log", "flash", "calibrate") else 1
     advice = Advice("Then: ", NextStep(" ".join(words[:actions]), tuple(words[actions:])), ".")
     args = Namespace(**{"emulated": False, "port": None, **given})
-    assert complete_text(advice, args) == f"Then: {typed}."
+    assert advice.with_commands(partial(complete_command, args=args)) == f"Then: {typed}."
 
 
 def test_a_calibration_goes_on_with_the_words_that_began_it() -> None:

@@ -150,6 +150,7 @@ def test_folder_of_results(shared_rehearsal: Rehearsing) -> None:
     assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in rehearsal.out
     assert " deg/s (x, y, z of body 3, emulator)" in " ".join(rehearsal.out.split())
     assert "The evaluation:       GOOD." in rehearsal.out
+    assert "Angles at release:    joint 1 " in rehearsal.out
     assert "1 false trigger rejected (a blow in the lift" in rehearsal.out
     file_names = {path.name for path in rehearsal.folder.rglob("*") if path.is_file() and path.name[0] != "."}
     assert {Path(path).name for path in rehearsal.result["files"]} == file_names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.next_step import NextStep
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,11 +15,6 @@ _LOGGER = ("record", "log", "logger-settings", "flash logger", "calibrate")
 _EITHER = ("status", "preflight")
 _MOVES_JOINTS = ("calibrate scale", "calibrate servo")
 """They need the sequencer, too."""
-
-
-def complete_text(text: str, args: Namespace) -> str:
-    """Return a text as it is shown: an `Advice` with its commands completed, anything else as it is."""
-    return text.with_commands(lambda step: complete_command(step, args)) if isinstance(text, Advice) else text
 
 
 def complete_command(step: NextStep, args: Namespace) -> NextStep:

@@ -82,7 +82,8 @@ def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
 
 def _lines(lines: Iterable[Line], out: Output) -> None:
     for label, text in lines:
-        out.line(Advice(f"{label:<{_WIDTH}}", text))
+        # A label that is too long still has a space behind it.
+        out.line(Advice(f"{label:<{_WIDTH - 1}} ", text))
 
 
 def _faults(faults: Sequence[Json]) -> Iterator[Line]:
@@ -222,12 +223,13 @@ def _show_flight(result: Json, out: Output) -> None:
 def _show_motion(evaluation: Json, out: Output) -> None:
     show_rows(_FLOWN, evaluation["strokes"], out, title="Strokes after the release, as evaluated")
     lines = []
-    for name, when in (("initial", "at release"), ("final", f"at {evaluation['until_s']:.2f} s")):
+    end = f" ({evaluation['until_s']:.2f} s)"
+    for name, when, note in (("initial", "at release", ""), ("final", "at the end", end)):
         angles = ", ".join(
             f"joint {joint['joint']} {_format_estimate(joint[f'{name}_deg'], joint[f'{name}_deg_std'], sign=True)}"
             for joint in evaluation["joints"]
         )
-        lines.append((f"Joint angles {when}:", f"{angles} deg"))
+        lines.append((f"Angles {when}:", f"{angles} deg{note}"))
     turned = _format_estimate(evaluation["reorientation_deg"], evaluation["reorientation_deg_std"])
     lines.append(("Body 1 turned by:", f"{turned} deg from the release to {evaluation['until_s']:.2f} s."))
     _lines(lines, out)
