@@ -199,3 +199,16 @@ def test_the_unit_is_the_end_of_a_name() -> None:
         "until_s": "s",
     }
     assert {name: unit_of(name) for name in units} == units
+
+
+FACTS = (
+    Column("size_deg", "stroke", of="size_rad", form="+.1f"),
+    Column("joint", "moved joint"),
+    Column("", "remark", words=lambda _stroke: ""),
+)
+
+
+def test_facts_are_a_label_and_a_value_per_line_and_empty_ones_are_left_out() -> None:
+    stdout = io.StringIO()
+    terminal.show_facts(FACTS, Stroke(), Output(stdout=stdout))
+    assert stdout.getvalue() == "stroke:      -30.0 deg\nmoved joint: 2\n"

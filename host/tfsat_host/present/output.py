@@ -100,7 +100,7 @@ class Output:
         if self.json_mode:
             return
         columns = None if no_wrap else stream_columns(self._stdout)
-        rows = "\n".join(_rows(_visible(self._complete(text)), columns))
+        rows = "\n".join(_rows(_visible(self.complete(text)), columns))
         if colored and _has_color(self._stdout):
             rows = rows.replace(colored, f"\x1b[{color}m{colored}\x1b[0m", 1)
         with self._writing_stdout():
@@ -119,7 +119,7 @@ class Output:
         from tfsat_host.present.text_tables import table_of
 
         listed = [
-            [self._complete(value) if isinstance(value, str) else value for value in row] for row in rows
+            [self.complete(value) if isinstance(value, str) else value for value in row] for row in rows
         ]
         cells = [[_cell(value) for value in row] for row in listed]
         # A column is aligned right if all of its cells are numbers.
@@ -183,7 +183,7 @@ class Output:
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
         self._tell(f"{error.what}{_code_text(error)}", "Error: ", "1;31")
-        for text in filter(None, (error.meaning, self._complete(error.next_step))):
+        for text in filter(None, (error.meaning, self.complete(error.next_step))):
             self._tell("  " + text.replace("\n", "\n  "))
         return error.exit_code
 
@@ -249,7 +249,7 @@ class Output:
 
         with self._writing_stdout():
             # NaN is null by now; should one be left, fail rather than write what is no JSON.
-            print(json.dumps(jsonable(data, self._complete), allow_nan=False), file=self._stdout)
+            print(json.dumps(jsonable(data, self.complete), allow_nan=False), file=self._stdout)
 
     def _console(self, stream: TextIO) -> Console:
         from rich.console import Console
@@ -259,7 +259,7 @@ class Output:
 
     def _tell(self, text: str, mark: str = "", sgr: str = "") -> None:
         """Print to stderr, wrapped on a terminal."""
-        rows = _rows(f"{mark}{_visible(self._complete(text))}", stream_columns(self._stderr))
+        rows = _rows(f"{mark}{_visible(self.complete(text))}", stream_columns(self._stderr))
         if mark and _has_color(self._stderr):
             rows[0] = rows[0].replace(mark.rstrip(), f"\x1b[{sgr}m{mark.rstrip()}\x1b[0m", 1)
         try:
@@ -270,7 +270,8 @@ class Output:
             # A full disk under stderr must not end the command: keep the first error for its end.
             self.stderr_error = self.stderr_error or error
 
-    def _complete(self, text: str) -> str:
+    def complete(self, text: str) -> str:
+        """Complete the commands of an advice as they are to be typed; any other text stays as it is."""
         return text.with_commands(self.complete_command) if isinstance(text, Advice) else text
 
     @contextlib.contextmanager

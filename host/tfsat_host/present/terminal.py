@@ -44,6 +44,27 @@ def show_rows(columns: Columns, rows: Sequence[Any], out: Output, *, title: str 
     out.table(heads, [[_text(column.cell(row)) for column in visible_columns] for row in rows], title=title)
 
 
+def show_facts(columns: Columns, row: Any, out: Output, *, color: str = "") -> None:
+    """Write `Label: value unit` for each column that is for people, values below one another; empty ones are left out.
+
+    Args:
+        columns: Of the row; the text of a column's `words` may be empty.
+        row: An object with what the columns take, or a mapping of their keys.
+        out: Where to.
+        color: Of the first value's first word on a terminal, as a select-graphic-rendition sequence has it.
+    """
+    cells = [(column, column.cell(row)) for column in columns if column.label]
+    facts = [(f"{column.label}:", _with_unit(cell)) for column, cell in cells]
+    shown = [(label, text) for label, text in facts if text]
+    width = max((len(label) for label, _ in shown), default=0) + 1
+    for number, (label, text) in enumerate(shown):
+        write_labelled(label, text, out, color="" if number else color, label_columns=width)
+
+
+def _with_unit(cell: Quantity | str) -> str:
+    return f"{cell.text('unknown')} {cell.unit}".rstrip() if isinstance(cell, Quantity) else cell
+
+
 def show_quantities(quantities: Iterable[Quantity], out: Output) -> None:
     """Show each quantity on a line; those of a group share one line."""
     for group, alike in groupby(quantities, key=lambda quantity: quantity.group):
@@ -68,7 +89,9 @@ def _text(cell: Quantity | str) -> str:
     return printable(cell.text() if isinstance(cell, Quantity) else cell)
 
 
-def write_labelled(label: str, text: str, out: Output, *, color: str = "") -> None:
+def write_labelled(
+    label: str, text: str, out: Output, *, color: str = "", label_columns: int = _LABEL
+) -> None:
     """Write a line that begins with a label.
 
     Further lines begin below its text, or below the label if that leaves no room.
@@ -78,26 +101,27 @@ def write_labelled(label: str, text: str, out: Output, *, color: str = "") -> No
         text: One or more sentences.
         out: Where to.
         color: Of the text's first word on a terminal, as a select-graphic-rendition sequence has it.
+        label_columns: Where the text begins.
     """
     width = _width()
     # A narrow terminal leaves no column beside the label: go on below it.
-    indent = _LABEL if width >= _MIN_TEXT_COLUMNS + _LABEL else 2
-    first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
-    for number, line in enumerate(_wrap_text(text, width, first, " " * indent)):
+    indent = label_columns if width >= _MIN_TEXT_COLUMNS + label_columns else 2
+    first = label.ljust(indent) if indent == label_columns else f"{label}  ".lstrip() or "  "
+    for number, line in enumerate(_wrap_text(out.complete(text), width, first, " " * indent)):
         out.line(line, colored=text.split()[0] if color and number == 0 else "", color=color)
 
 
 def bullets(texts: Iterable[str], out: Output) -> None:
     """Write each text, of one sentence or more, as a bullet."""
     for text in texts:
-        for line in _wrap_text(text, _width(), "  - ", "    "):
+        for line in _wrap_text(out.complete(text), _width(), "  - ", "    "):
             out.line(line)
 
 
 def sentences(texts: Iterable[str], out: Output) -> None:
     """Write the texts as they are, one below the other."""
     for text in texts:
-        for line in _wrap_text(text, _width(), "", "  "):
+        for line in _wrap_text(out.complete(text), _width(), "", "  "):
             out.line(line)
 
 
