@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import json
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from cobs import cobs
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.fixtures.cpp.compiling import SKETCHES, build_shared
 from tests.paths import REPOSITORY
-from tfsat_host.protocol.framing import Frame, FrameReceiver, cobs_decode, cobs_encode, encode_frame
+from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import MAX_PAYLOAD_BYTES
 
 HERE = Path(__file__).parent
@@ -85,24 +87,23 @@ def test_round_trip(frame: Frame) -> None:
 
 @given(st.binary(max_size=1200))
 def test_cobs_round_trip(data: bytes) -> None:
-    encoded = cobs_encode(data)
+    encoded = cobs.encode(data)
     assert 0 not in encoded
-    assert cobs_decode(encoded) == data
+    assert cobs.decode(encoded) == data
     assert len(encoded) <= len(data) + len(data) // 254 + 1
 
 
 @pytest.mark.parametrize("length", [0, 1, 253, 254, 255, 256, 507, 508, 509, 1016])
 def test_cobs_at_the_ends_of_its_runs(cpp: CppFraming, length: int) -> None:
     for data in (b"\x11" * length, b"\x11" * length + b"\0", b"\0" + b"\x11" * length):
-        assert cobs_decode(cobs_encode(data)) == data
-        assert cpp.cobs(data) == cobs_encode(data)
+        assert cobs.decode(cpp.cobs(data)) == data
 
 
 @given(noise)
 def test_cobs_decoding_refuses_or_undoes_some_encoding(data: bytes) -> None:
-    decoded = cobs_decode(data)
-    if decoded is not None:
-        assert cobs_decode(cobs_encode(decoded)) == decoded
+    with suppress(cobs.DecodeError):
+        decoded = cobs.decode(data)
+        assert cobs.decode(cobs.encode(decoded)) == decoded
 
 
 @given(st.lists(noise, max_size=6), frames)
@@ -139,8 +140,10 @@ def test_the_size_of_the_pieces_does_not_matter(sent: list[Frame], sizes: list[i
 def test_cpp_encodes_the_same(cpp: CppFraming, data: st.DataObject) -> None:
     frame = data.draw(frames)
     assert cpp.encode(frame) == encode_frame(frame)
+    # More than any frame has: behind a run of 254 bytes the package leaves out an empty one, the sketches do not.
     raw = data.draw(st.one_of(st.binary(max_size=700), noise))
-    assert cpp.cobs(raw) == cobs_encode(raw)
+    assert 0 not in cpp.cobs(raw)
+    assert cobs.decode(cpp.cobs(raw)) == raw
 
 
 @settings(max_examples=250)
@@ -168,9 +171,8 @@ def test_the_board_rejects_what_it_cannot_hold(cpp: CppFraming) -> None:
     assert cpp.receive(encode_frame(longest)) == ([longest], 0)
     assert cpp.receive(encode_frame(too_long) + encode_frame(longest)) == ([longest], 1)
     assert len(encode_frame(longest)) <= MAX_FRAME_BYTES
-    frame = cobs_decode(encode_frame(longest)[:-1])
-    assert frame is not None
-    assert cpp.receive(cobs_encode(frame + b"more") + b"\0") == ([], 1)  # its beginning is no frame
+    frame = cobs.decode(encode_frame(longest)[:-1])
+    assert cpp.receive(cobs.encode(frame + b"more") + b"\0") == ([], 1)  # its beginning is no frame
 
 
 def test_an_empty_piece_is_no_damage(cpp: CppFraming) -> None:

@@ -18,7 +18,7 @@ from tfsat_host.dynamics.spatial_momentum import locked_inertia
 from tfsat_host.emulated.emulated_certificate import careful_certificate
 from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.imperfections import ideal
-from tfsat_host.emulated.library import robot_config
+from tfsat_host.emulated.library import interface, robot_config
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import CALIBRATED
 from tfsat_host.rehearsal.faults.fault import Fault, Moment
@@ -74,7 +74,8 @@ def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
 
 def config_of(truth: Truth) -> bytes:
     """Return the emulator's whole input."""
-    return bytes(robot_config(truth.model, truth.imperfections, SEED, SEED))
+    config = robot_config(truth.model, truth.imperfections, SEED, SEED)
+    return bytes(interface().buffer(config))
 
 
 @each_built

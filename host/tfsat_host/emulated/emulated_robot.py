@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 import secrets
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -15,7 +14,15 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import Progress, Variant, ensure_built
 from tfsat_host.emulated.fault_injection import CardSlot, Faults
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library, require_the_boards_numbers, robot_config
+from tfsat_host.emulated.library import (
+    TRUTH_COLUMNS,
+    interface,
+    load_library,
+    read_bytes,
+    require_the_boards_numbers,
+    robot_config,
+    vector,
+)
 from tfsat_host.emulated.library import BoardIndex as BoardIndex
 from tfsat_host.emulated.library import EmulationError as EmulationError
 from tfsat_host.emulated.library import Reset as Reset
@@ -86,12 +93,12 @@ class EmulatedRobot:
         drawn_from = DEFAULT_SEED if seed is None else seed
         self.imperfections = imperfections or draw(drawn_from)
         config = robot_config(self.model, self.imperfections, drawn_from, session_seed)
-        error = ctypes.create_string_buffer(512)
-        path = None if hex_path is None else str(hex_path).encode()
-        self._robot = self._library.tfsat_robot_new(ctypes.byref(config), path, error, len(error))
+        error = interface().new("char[512]")
+        path = interface().NULL if hex_path is None else str(hex_path).encode()
+        self._robot = self._library.tfsat_robot_new(config, path, error, len(error))
         if not self._robot:
             raise EmulationError(
-                what=f"The emulated robot cannot start: {error.value.decode()}.",
+                what=f"The emulated robot cannot start: {_text(error)}.",
                 meaning="Nothing was run.",
                 next_step="Check the image (make firmware), the robot file or the imperfections.",
             )
@@ -100,7 +107,7 @@ class EmulatedRobot:
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
         # One buffer for good: reads are short and come with each step of virtual time.
-        self._buffer = (ctypes.c_uint8 * _READ_BYTES)()
+        self._buffer = interface().new("uint8_t[]", _READ_BYTES)
         self.card_slot = CardSlot(self._library, self._robot)
         self.faults = Faults(self._library, self._robot)
         self.operator = OperatorMotion(self._library, self._robot)
@@ -149,7 +156,7 @@ class EmulatedRobot:
     def read(self, board: BoardIndex) -> bytes:
         """Takes what a board has sent."""
         size = self._library.tfsat_read(self._robot, board, self._buffer, len(self._buffer))
-        return ctypes.string_at(self._buffer, size)
+        return bytes(interface().buffer(self._buffer, size))
 
     def read_by(self, board: BoardIndex, t_us: int, step_us: int) -> bytes:
         """Read what a board has sent, advancing time in steps until a byte arrives or `t_us` is reached.
@@ -161,11 +168,11 @@ class EmulatedRobot:
         # The library has no exceptions: a negative size says that the processor crashed.
         if size < 0:
             raise self._crash()
-        return ctypes.string_at(buffer, size)
+        return bytes(interface().buffer(buffer, size))
 
     def _crash(self) -> EmulationError:
         return EmulationError(
-            what=f"The emulated sequencer crashed: {self._library.tfsat_crash(self._robot).decode()}.",
+            what=f"The emulated sequencer crashed: {_text(self._library.tfsat_crash(self._robot))}.",
             meaning="The real board would have hung or reset here.",
             next_step="This is a bug of the firmware: keep the command line and report it.",
         )
@@ -188,9 +195,7 @@ class EmulatedRobot:
 
     def eeprom(self) -> bytes:
         """Return the contents of the sequencer's EEPROM."""
-        image = (ctypes.c_uint8 * EEPROM_BYTES)()
-        self._library.tfsat_eeprom_get(self._robot, image, EEPROM_BYTES)
-        return bytes(image)
+        return read_bytes(EEPROM_BYTES, self._library.tfsat_eeprom_get, self._robot)
 
     @property
     def eeprom_writes(self) -> int:
@@ -200,16 +205,12 @@ class EmulatedRobot:
     def logger_memory(self) -> bytes:
         """Return the logger's nonvolatile memory: its stored settings."""
         size = self._library.tfsat_logger_memory_bytes(self._robot)
-        memory = (ctypes.c_uint8 * size)()
-        self._library.tfsat_logger_memory_get(self._robot, memory, size)
-        return bytes(memory)
+        return read_bytes(size, self._library.tfsat_logger_memory_get, self._robot)
 
     def card(self) -> bytes:
         """Return the newest recording on the card, as a reader would find it now."""
         size = self._library.tfsat_card_size(self._robot)
-        data = (ctypes.c_uint8 * size)()
-        self._library.tfsat_card_read(self._robot, data, size)
-        return bytes(data)
+        return read_bytes(size, self._library.tfsat_card_read, self._robot)
 
     def seat(self) -> None:
         """Hangs the robot in the releaser: held by body 1, both switches closed."""
@@ -270,8 +271,7 @@ class EmulatedRobot:
 
         The rate is the base body's in its frame, the velocity the center of mass's in the world, both at release.
         """
-        rate = (ctypes.c_double * 3)(*residual_rate_rad_s)
-        velocity = (ctypes.c_double * 3)(*com_velocity_m_s)
+        rate, velocity = vector(residual_rate_rad_s), vector(com_velocity_m_s)
         self._library.tfsat_drop(self._robot, rate, velocity, round(fall_s * US_PER_S))
 
     @property
@@ -291,9 +291,9 @@ class EmulatedRobot:
 
     def com_position_m(self) -> FloatArray:
         """(3,) true center of mass in the world: z up, the global frame of the robot as it first hung."""
-        position = (ctypes.c_double * 3)()
+        position = vector((0.0, 0.0, 0.0))
         self._library.tfsat_com_position(self._robot, position)
-        return np.array(position)
+        return np.array(list(position))
 
     def record_truth(self, period_us: int) -> None:
         """Keeps the truth each `period_us` from now on."""
@@ -304,9 +304,7 @@ class EmulatedRobot:
         n_rows = self._library.tfsat_truth_rows(self._robot)
         # C order, as the library copies it: one block of n rows with 32 doubles each.
         rows = np.empty((n_rows, TRUTH_COLUMNS))
-        self._library.tfsat_truth_read(
-            self._robot, rows.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), n_rows
-        )
+        self._library.tfsat_truth_read(self._robot, interface().from_buffer("double[]", rows), n_rows)
         return rows
 
 
@@ -318,3 +316,8 @@ def _switch(index: int) -> int:
             next_step=f"Use 1 to {SWITCH_COUNT}.",
         )
     return index - 1
+
+
+def _text(characters: Any) -> str:
+    """Decode a C string of the library."""
+    return bytes(interface().string(characters)).decode()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 from enum import IntEnum
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.emulated.library import EmulationError
+from tfsat_host.emulated.library import EmulationError, read_bytes, vector
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT, SWITCH_COUNT
 
 ImuFault = Literal["dead", "frozen", "saturated", "swapped"]
@@ -36,7 +35,7 @@ class Faults:
     Every method raises EmulationError, and changes nothing, for a part or a kind that does not exist.
     """
 
-    def __init__(self, library: ctypes.CDLL, robot: int) -> None:
+    def __init__(self, library: Any, robot: Any) -> None:
         self._library = library
         self._robot = robot
         self._swapped: dict[int, int] = {}
@@ -104,7 +103,7 @@ class Faults:
     def gyro_bias_step(self, body: int, step_rad_s: FloatArray) -> None:
         """Add a permanent bias step to the gyro of a body (1 to 4): (3,), in the gyro's own axes."""
         _require("body", body, IMU_COUNT)
-        self._library.tfsat_step_gyro_bias(self._robot, body - 1, (ctypes.c_double * 3)(*step_rad_s.tolist()))
+        self._library.tfsat_step_gyro_bias(self._robot, body - 1, vector(step_rad_s))
 
     def servo(self, joint: int, kind: ServoFault | None) -> None:
         """Set or clear a fault of the servo of a joint (1 to 3)."""
@@ -211,7 +210,7 @@ class CardDefect(IntEnum):
 class CardSlot:
     """The logger's card slot. Valid as long as the robot is."""
 
-    def __init__(self, library: ctypes.CDLL, robot: int) -> None:
+    def __init__(self, library: Any, robot: Any) -> None:
         self._library = library
         self._robot = robot
 
@@ -222,9 +221,7 @@ class CardSlot:
         # Gives the first number from there on; 0 ends the list.
         while number := self._library.tfsat_card_next_file(self._robot, number + 1):
             size = self._library.tfsat_card_file_size(self._robot, number)
-            data = (ctypes.c_uint8 * size)()
-            self._library.tfsat_card_file_read(self._robot, number, data, size)
-            files[number] = bytes(data)
+            files[number] = read_bytes(size, self._library.tfsat_card_file_read, self._robot, number)
         return files
 
     def put(self, number: int, data: bytes) -> None:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
-import re
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from functools import cache
-from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cffi import FFI
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import native_root
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S, Imperfections
 from tfsat_host.errors import TfsatError
@@ -42,81 +42,44 @@ class Reset(IntEnum):
     BUTTON = 2
 
 
-_TYPES: dict[str, Any] = {
-    "void": None,
-    "int": ctypes.c_int,
-    "unsigned": ctypes.c_uint,
-    "double": ctypes.c_double,
-    "size_t": ctypes.c_size_t,
-    "ptrdiff_t": ctypes.c_ssize_t,
-    "int32_t": ctypes.c_int32,
-    "uint8_t": ctypes.c_uint8,
-    "uint32_t": ctypes.c_uint32,
-    "uint64_t": ctypes.c_uint64,
-    "TfsatRobot*": ctypes.c_void_p,
-    "char*": ctypes.c_char_p,
-    "const uint8_t*": ctypes.c_char_p,
-}
-# Regular expressions suffice for the plain C of api.h, and keep it the interface's only declaration.
-_STRUCTURE = re.compile(r"typedef struct \{([^}]*)\} (\w+);")
-_FIELD = re.compile(r"(\w+) (\w+)((?:\[\d+\])*);")
-_FUNCTION = re.compile(r"^(?:const )?(\w+\*?) (tfsat_\w+)\(([^)]*)\);", re.MULTILINE)
-_PARAMETER = re.compile(r"((?:const )?\w+\*?) \w+(\[\d+\])?")
+@cache
+def interface() -> FFI:
+    """Return the types and functions that api.h declares; in SI units, with matrices row-major in one array."""
+    header = (native_root() / "tools" / "emulator" / "src" / "api.h").read_text(encoding="utf-8")
+    declared = FFI()
+    # Between the two blocks for C++ are plain declarations, all that cffi takes.
+    declared.cdef(header.split("#endif")[1].split("#ifdef")[0])
+    return declared
 
 
 @cache
-def _header() -> str:
-    text = (native_root() / "tools" / "emulator" / "src" / "api.h").read_text(encoding="utf-8")
-    # Drop comments first: prose may look like a declaration.
-    return re.sub(r"//.*", "", text)
-
-
-@cache
-def structures() -> dict[str, Any]:
-    """Parse the structures of api.h by name; in SI units, with matrices row-major in one array."""
-    return {name: _structure(name, fields) for fields, name in _STRUCTURE.findall(_header())}
-
-
-def _structure(name: str, fields: str) -> type[ctypes.Structure]:
-    def typed(element: str, sizes: str) -> Any:
-        # An array of several dimensions is one flat array, row-major as in C.
-        count = prod(map(int, re.findall(r"\d+", sizes)))
-        return _TYPES[element] * count if sizes else _TYPES[element]
-
-    declared = [(field, typed(element, sizes)) for element, field, sizes in _FIELD.findall(fields)]
-    return type(name, (ctypes.Structure,), {"_fields_": declared})
-
-
-def _type(declared: str, array: str = "") -> Any:
-    """Return the ctypes type of a declared result or parameter."""
-    plain = declared.removeprefix("const ")
-    # Try it with its const first: `const uint8_t*` takes Python bytes, `uint8_t*` a buffer to be filled.
-    for name in (declared, plain):
-        if name in _TYPES and not array:
-            return _TYPES[name]
-    element = plain.removesuffix("*")
-    return ctypes.POINTER(structures().get(element) or _TYPES[element])
-
-
-@cache
-def load_library(path: Path) -> ctypes.CDLL:
-    """Loads the library and checks that it lays its structures out as ctypes does."""
-    library = ctypes.CDLL(str(path))
-    for result, name, parameters in _FUNCTION.findall(_header()):
-        function = getattr(library, name)
-        # Undeclared results would be C ints, which cut a pointer to 32 bits.
-        function.restype = _type(result)
-        function.argtypes = [_type(*parameter) for parameter in _PARAMETER.findall(parameters)]
+def load_library(path: Path) -> Any:
+    """Load the library and check that it lays its structures out as cffi does."""
+    library = interface().dlopen(str(path))
     # Two compilers lay out the same structure: a difference in padding must fail here, not corrupt memory.
-    if library.tfsat_config_bytes() != ctypes.sizeof(structures()["TfsatRobotConfig"]):
-        raise RuntimeError("ctypes and the compiler disagree on TfsatRobotConfig")
-    if library.tfsat_truth_row_bytes() != ctypes.sizeof(ctypes.c_double) * TRUTH_COLUMNS:
+    if library.tfsat_config_bytes() != interface().sizeof("TfsatRobotConfig"):
+        raise RuntimeError("cffi and the compiler disagree on TfsatRobotConfig")
+    if library.tfsat_truth_row_bytes() != interface().sizeof("double") * TRUTH_COLUMNS:
         raise RuntimeError("library.py and api.h disagree on a row of truth")
     return library
 
 
-def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> ctypes.Structure:
-    """`TfsatRobotConfig`, in SI units and the robot file's frames.
+def vector(components: FloatArray | Sequence[float]) -> Any:
+    """Return (3,) components as C doubles. Raises ValueError for another number of them."""
+    if len(components) != 3:
+        raise ValueError(f"a vector has 3 components, not {len(components)}")
+    return interface().new("double[3]", list(map(float, components)))
+
+
+def read_bytes(size: int, read: Callable[..., None], *selection: Any) -> bytes:
+    """Return the `size` bytes that a function of the library copies, of the robot or file that is selected."""
+    data = interface().new("uint8_t[]", size)
+    read(*selection, data, size)
+    return bytes(interface().buffer(data))
+
+
+def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> Any:
+    """Return a new `TfsatRobotConfig`, in SI units and the robot file's frames.
 
     Args:
         model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
@@ -160,16 +123,18 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "imu_who_am_i": list(wrong.imu_who_am_i),
         "logger_serial": list(wrong.logger_serial),
     }
-    structure = structures()["TfsatRobotConfig"]
-    config: ctypes.Structure = structure()
-    for name, kind in structure._fields_:
-        value = values[name] if name in values else getattr(wrong, name)  # the others have the error's name
-        # Flatten in C order: api.h declares matrices as flat, row-major arrays.
-        if issubclass(kind, ctypes.Array):
-            getattr(config, name)[:] = np.ravel(np.asarray(value)).tolist()
-        else:
-            setattr(config, name, value)
-    return config
+    fields = interface().typeof("TfsatRobotConfig").fields
+    # A value that the robot does not give is the error of the same name.
+    arrays = {
+        name: np.reshape(values[name] if name in values else getattr(wrong, name), _shape(field.type))
+        for name, field in fields
+    }
+    return interface().new("TfsatRobotConfig*", {name: array.tolist() for name, array in arrays.items()})
+
+
+def _shape(declared: Any) -> tuple[int, ...]:
+    """Return the sizes of a declared C array, outermost first; () for a number."""
+    return (declared.length, *_shape(declared.item)) if declared.kind == "array" else ()
 
 
 def require_the_boards_numbers(model: RobotModel) -> None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.emulated.library import EmulationError, structures
+from tfsat_host.emulated.library import EmulationError, interface, vector
 from tfsat_host.protocol.limits import JOINT_COUNT
 
 LEAD_S = 1.0
@@ -107,7 +106,7 @@ class OperatorMotion:
     Held bodies are those that `EmulatedRobot.hold` named; that call also ends what the operator does to them.
     """
 
-    def __init__(self, library: ctypes.CDLL, robot: int) -> None:
+    def __init__(self, library: Any, robot: Any) -> None:
         self._library = library
         self._robot = robot
 
@@ -117,11 +116,10 @@ class OperatorMotion:
         Raises:
             EmulationError: its servo holds the joint, a leg ends outside its range, or the robot falls.
         """
-        legs = _legs(motion.legs)
-        config = _config(motion)
+        legs = _legs(motion)
         # The library decides, for it knows servos and stops, and answers 0 without having moved anything.
         moved = 1 <= joint <= JOINT_COUNT and self._library.tfsat_move_joint(
-            self._robot, ctypes.byref(config), joint - 1, legs, len(legs)
+            self._robot, _hands(motion), joint - 1, legs, len(legs)
         )
         if not moved:
             raise EmulationError(
@@ -137,16 +135,12 @@ class OperatorMotion:
             axis: (3,) unit vector in the frame of the first held body, about whose origin it turns.
             motion: The legs' angles are about `axis`.
         """
-        legs = _legs(motion.legs)
-        config = _config(motion)
-        self._library.tfsat_turn(
-            self._robot, ctypes.byref(config), (ctypes.c_double * 3)(*axis.tolist()), legs, len(legs)
-        )
+        legs = _legs(motion)
+        self._library.tfsat_turn(self._robot, _hands(motion), vector(axis), legs, len(legs))
 
     def hold_against(self, joint: int, motion: Motion) -> None:
         """Keeps the held bodies in hand while the servo of a joint (1 to 3) moves, until the next `hold`."""
-        config = _config(motion)
-        self._library.tfsat_hold_against(self._robot, ctypes.byref(config), joint - 1)
+        self._library.tfsat_hold_against(self._robot, _hands(motion), joint - 1)
 
     def close_joint(self, joint: int) -> None:
         """Puts a limp joint (1 to 3) at angle 0, as the holding attachment does. Takes no time.
@@ -162,19 +156,20 @@ class OperatorMotion:
             )
 
 
-def _legs(legs: Sequence[Leg]) -> Any:
-    leg = structures()["TfsatLeg"]
-    return (leg * len(legs))(
-        *(leg(motion_leg.target_rad, motion_leg.duration_s, motion_leg.rest_s) for motion_leg in legs)
-    )
+def _legs(motion: Motion) -> Any:
+    """Return the motion's legs as a C array."""
+    legs = [(leg.target_rad, leg.duration_s, leg.rest_s) for leg in motion.legs]
+    return interface().new("TfsatLeg[]", legs)
 
 
-def _config(motion: Motion) -> Any:
+def _hands(motion: Motion) -> Any:
+    """Return the motion's unsteadiness as the library's structure."""
     operator = motion.operator
-    return structures()["TfsatHands"](
-        seed=motion.seed,
-        lead_s=LEAD_S,
-        tremor_rad_s=np.deg2rad(operator.tremor_deg_s),
-        sway_rad_s=np.deg2rad(operator.sway_deg_s),
-        reaction=operator.reaction,
-    )
+    hands = {
+        "seed": motion.seed,
+        "lead_s": LEAD_S,
+        "tremor_rad_s": math.radians(operator.tremor_deg_s),
+        "sway_rad_s": math.radians(operator.sway_deg_s),
+        "reaction": operator.reaction,
+    }
+    return interface().new("TfsatHands*", hands)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import crcmod.predefined
+from cobs import cobs
 
 crc16 = crcmod.predefined.mkCrcFun("crc-ccitt-false")
 """CRC-16/IBM-3740 of bytes (crcmod calls it crc-ccitt-false)."""
@@ -26,34 +27,8 @@ class Frame:
 def encode_frame(frame: Frame) -> bytes:
     """Return the bytes to send, the final zero included."""
     body = bytes((frame.type, frame.sequence)) + frame.payload
-    return cobs_encode(body + crc16(body).to_bytes(2, "little")) + b"\0"
-
-
-def cobs_encode(data: bytes) -> bytes:
-    """Return `data` without zero bytes, after Cheshire & Baker (1999)."""
-    out = bytearray()
-    for part in data.split(b"\0"):
-        while len(part) >= 254:
-            out += b"\xff" + part[:254]
-            part = part[254:]
-        out.append(len(part) + 1)
-        out += part
-    return bytes(out)
-
-
-def cobs_decode(data: bytes) -> bytes | None:
-    """Undo `cobs_encode`; None when `data` is not COBS."""
-    if 0 in data:
-        return None
-    parts = []
-    position, code = 0, 0xFF
-    while position < len(data):
-        if code != 0xFF:
-            parts.append(b"\0")
-        code = data[position]
-        parts.append(data[position + 1 : position + code])
-        position += code
-    return b"".join(parts) if position == len(data) else None
+    encoded: bytes = cobs.encode(body + crc16(body).to_bytes(2, "little"))
+    return encoded + b"\0"
 
 
 class FrameReceiver:
@@ -83,10 +58,12 @@ class FrameReceiver:
 
 
 def decode_frame(piece: bytes) -> Frame | None:
-    """Decode what stood between two zeros; None when it is damaged."""
-    body = cobs_decode(piece)
-    if body is None or len(body) < 4:
+    """Decode the bytes between two zeros; None when they are damaged."""
+    try:
+        body: bytes = cobs.decode(piece)
+    except cobs.DecodeError:
         return None
-    if crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
+    # Type, sequence and CRC are the least of a frame.
+    if len(body) < 4 or crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
         return None
     return Frame(body[0], body[1], body[2:-2])
