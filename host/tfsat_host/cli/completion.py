@@ -5,6 +5,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Mapping
 
+import shtab
+
+from tfsat_host.cli.commands import HELPS
+from tfsat_host.cli.parser import parser_with
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.present.output import Output
 
@@ -70,11 +74,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def completion_script(shell: str) -> str:
     """Build the completion script for one of `SHELLS` from the parsers of all commands."""
-    import shtab
-
-    from tfsat_host.cli.commands import HELPS
-    from tfsat_host.cli.parser import parser_with
-
     parser, _ = parser_with(HELPS)
     for action in _actions(parser):
         if isinstance(action, argparse._SubParsersAction):
@@ -89,6 +88,7 @@ def completion_script(shell: str) -> str:
 
 
 def _faults() -> list[str]:
+    """Return the names of all faults of a rehearsal."""
     from tfsat_host.rehearsal.faults.fault_catalog import FAULTS
 
     return [fault.name for fault in FAULTS]
@@ -114,8 +114,6 @@ def _describe_briefly(commands: argparse._SubParsersAction[argparse.ArgumentPars
 
 def _completion_of(metavar: object) -> Mapping[str, str | dict[str, str]] | None:
     """Return the completion that shtab shall propose for an argument with this metavar; None for none."""
-    import shtab
-
     if metavar in _FILES:
         return shtab.FILE
     if metavar in _FOLDERS:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.cli.usage import OUTPUT, add_options, seed
+from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
@@ -84,7 +85,6 @@ def require_pseudo_terminals(platform: str) -> None:
 
 
 def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
-    from tfsat_host.emulated.build import sequencer_hex
     from tfsat_host.emulated.emulated_robot import DEFAULT_SEED, EmulatedRobot
     from tfsat_host.emulated.imperfections import draw, draw_as_built
 

@@ -8,20 +8,19 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from functools import partial
 from io import TextIOWrapper
 
 from tfsat_host.cli.commands import HELPS, overview
 from tfsat_host.errors import TfsatError
 from tfsat_host.exit_code import ExitCode
+from tfsat_host.present.output import Output
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Sequence
     from typing import TextIO
-
-    from tfsat_host.present.output import Output
-
 
 _DEBUG = "--debug"
 """Anywhere on the line: it is no option of a command, and nobody should have to remember where it goes."""
@@ -44,8 +43,6 @@ def main(argv: Sequence[str] | None = None, *, heed_interrupts: bool = False) ->
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "°" must not end a command
-    from tfsat_host.present.output import Output
-
     if argv and argv[0] not in ("-h", "--help"):
         from tfsat_host import debug_log
 
@@ -106,20 +103,22 @@ def _replace_closed_streams() -> None:
 
 
 def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int:
-    from argparse import Namespace
-
-    args = Namespace()
+    args: Namespace | None = None
     try:
         if heed_interrupts:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         if not argv or argv[0] in ("-h", "--help"):
             out.line(overview().rstrip())
             return 0
+        # The overview does without argparse, which takes as long as all the rest of its start.
+        from argparse import Namespace
+
+        args = Namespace()
         return _run(argv, args, out)
     except TfsatError as error:
         return out.error(error)
     except KeyboardInterrupt:
-        out.error(_interrupt_error(talks_to_boards="emulated" in args))
+        out.error(_interrupt_error(talks_to_boards=args is not None and "emulated" in args))
         return ExitCode.INTERRUPTED
     except BrokenPipeError:
         raise
@@ -133,8 +132,6 @@ def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int
 
 def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     """Fills `args` and does the command, which is the first word that is no option."""
-    from functools import partial
-
     from tfsat_host.cli.next_steps import complete_command
     from tfsat_host.cli.parser import parser_with
     from tfsat_host.cli.suggestions import refuse_command, refuse_unknown_options
