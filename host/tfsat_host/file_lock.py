@@ -24,8 +24,10 @@ class BusyError(LockError):
 
 
 @contextmanager
-def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) -> Iterator[None]:
+def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) -> Iterator[IO[bytes]]:
     """Hold a lock while the block runs, so that no other program that takes it runs at the same time.
+
+    Yields the lock's file, which may say who holds it.
 
     Args:
         lock: An empty file that is made, and removed afterwards; a system that cannot remove open files keeps
@@ -50,7 +52,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = LOCK_TIMEOUT_S) 
         time.sleep(_POLL_S)
     with file:
         try:
-            yield
+            yield file
         finally:
             _let_go(file, lock)
 

@@ -7,7 +7,6 @@ import fcntl
 import os
 import re
 import stat
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Self
 
 from tfsat_host.devices.log_transfer import recording_name
 from tfsat_host.errors import TfsatError
+from tfsat_host.file_lock import BusyError, one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.user_folders import state_folder
@@ -191,8 +191,7 @@ def kept_robot(
 
 _CONTROL = "control"
 _HOLDER = "emulate.pid"
-_LOCK_ATTEMPTS = 3
-_LOCK_RETRY_S = 0.01
+_LOCK_TIMEOUT_S = 0.03
 
 
 class ServedFolder:
@@ -218,8 +217,9 @@ class ServedFolder:
         # Asked before the folder is made: on release only a folder made here may be removed.
         self._made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)
+        self._lock = contextlib.ExitStack()
         # Lock first: without the lock, links in the folder may be those of a process that still serves.
-        self._holder = _claim(path / _HOLDER, path)
+        self._claim()
         try:
             self._remove_stale()
         except TfsatError:
@@ -228,12 +228,29 @@ class ServedFolder:
 
     def release(self) -> None:
         """Lets the next process have the folder. One that was made for nothing goes."""
-        # Unlink while the lock is held: whoever gets it next sees that the path names another file.
-        (self.path / _HOLDER).unlink(missing_ok=True)
-        os.close(self._holder)
+        self._lock.close()
         if self._made:
             with contextlib.suppress(OSError):  # not empty: it was for something
                 self.path.rmdir()
+
+    def _claim(self) -> None:
+        """Lock the folder's holder file, which names this process. The lock ends with the process."""
+        holder = self.path / _HOLDER
+        try:
+            # More than one try: `served_by_dead_process` elsewhere may be looking at this instant.
+            lock = one_at_a_time(holder, f"the folder {self.path}", patience_s=_LOCK_TIMEOUT_S)
+            file = self._lock.enter_context(lock)
+        except BusyError as error:
+            pid = (_read(holder) or b"").decode(errors="replace").strip() or "unknown"
+            raise TfsatError(
+                what=f"{self.path} is served already, by process {pid}.",
+                meaning="The emulated robot that runs there goes on; no second one was started.",
+                next_step=f"Use it, end it (kill {pid}), or name another folder with --dir.",
+            ) from error
+        # The pid is only for messages; the claim is the lock, which the system frees at death.
+        file.truncate(0)
+        file.write(f"{os.getpid()}\n".encode())
+        file.flush()
 
     def _remove_stale(self) -> None:
         """Removes what a run that was killed has left; nothing else."""
@@ -288,52 +305,3 @@ def _is_held(folder: Path) -> bool:
     finally:
         os.close(holder)
     return False
-
-
-def _claim(holder: Path, folder: Path) -> int:
-    """Locks the folder's holder file, which names this process. The lock ends with the process."""
-    while True:
-        # Open, lock, compare with the path: in between the former holder may have unlinked the file.
-        descriptor = os.open(holder, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        if not _lock(descriptor):
-            pid = os.read(descriptor, 32).decode(errors="replace").strip() or "unknown"
-            os.close(descriptor)
-            raise TfsatError(
-                what=f"{folder} is served already, by process {pid}.",
-                meaning="The emulated robot that runs there goes on; no second one was started.",
-                next_step=f"Use it, end it (kill {pid}), or name another folder with --dir.",
-            )
-        if _is_still(descriptor, holder):
-            # The pid is only for messages; the claim is the lock, which the system frees at death.
-            os.truncate(descriptor, 0)
-            os.write(descriptor, f"{os.getpid()}\n".encode())
-            return descriptor
-        os.close(descriptor)
-
-
-def _lock(descriptor: int) -> bool:
-    """Tries more than once: `served_by_dead_process` elsewhere may be looking at this instant."""
-    for attempt in range(_LOCK_ATTEMPTS):
-        if attempt:
-            time.sleep(_LOCK_RETRY_S)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            continue
-        except OSError as error:
-            # A file system without locks is another matter than a lock that is held.
-            raise TfsatError(
-                what=f"The folder of the emulated robot cannot be locked: {error.strerror or error}.",
-                meaning="Without a lock two programs could serve it at once. No robot was started.",
-                next_step="Name a folder on a disk of this computer with --dir.",
-            ) from error
-        return True
-    return False
-
-
-def _is_still(descriptor: int, path: Path) -> bool:
-    """Return whether `path` still names the open file: its former holder may just have removed it."""
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except FileNotFoundError:
-        return False

@@ -279,7 +279,7 @@ def check_note(text: str, example: str) -> None:
         )
 
 
-def _lock_campaign(folder: Path) -> AbstractContextManager[None]:
+def _lock_campaign(folder: Path) -> AbstractContextManager[object]:
     return one_at_a_time(folder / _LOCK, f"the campaign {folder}")
 
 
