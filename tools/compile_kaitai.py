@@ -27,18 +27,18 @@ _UNTOUCHED = "# ruff: noqa\n# fmt: off\n# mypy: ignore-errors\n"
 
 
 def grammar_hash() -> str:
-    """What the grammar is, in 64 hex digits."""
+    """Return the SHA-256 of the grammar, hexadecimal."""
     return hashlib.sha256(GRAMMAR.read_bytes()).hexdigest()
 
 
 def compiled_hash() -> str:
-    """Hash of the grammar that the module in the repository was compiled from; empty if it bears none."""
+    """Return the hash of the grammar that the module in the repository was compiled from; empty if it bears none."""
     lines = MODULE.read_text().splitlines()
     return next((line.removeprefix(_HASH_LINE) for line in lines if line.startswith(_HASH_LINE)), "")
 
 
 def main() -> int:
-    """Installs the compiler if it is not there, runs it; the exit code."""
+    """Install the compiler if it is missing, run it and return the exit code."""
     npm, node = shutil.which("npm"), shutil.which("node")
     if npm is None or node is None:
         print(
@@ -48,7 +48,7 @@ def main() -> int:
         )
         return 1
     _WORK.mkdir(parents=True, exist_ok=True)
-    stale = [name for name in ("package.json", "package-lock.json") if _copied(name)]
+    stale = [name for name in ("package.json", "package-lock.json") if _copy_package_file(name)]
     try:
         if stale or not (_WORK / "node_modules").is_dir():
             subprocess.run([npm, "ci", "--silent", "--no-audit", "--no-fund"], cwd=_WORK, check=True)
@@ -64,8 +64,8 @@ def main() -> int:
     return 0
 
 
-def _copied(name: str) -> bool:
-    """Put one file of the package list where npm works; whether it was another one before."""
+def _copy_package_file(name: str) -> bool:
+    """Copy one file of the package list to where npm works; return whether it differed from the one there."""
     source, there = _PACKAGES / name, _WORK / name
     if there.exists() and there.read_bytes() == source.read_bytes():
         return False

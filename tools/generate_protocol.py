@@ -23,7 +23,7 @@ RELEASE_RULE = ("ticks.h", "switch_edge.h", "release_detector.h", "release_detec
 
 
 def outputs(spec: Spec) -> dict[Path, str]:
-    """Every generated file and its text."""
+    """Return the text of every generated file by its path."""
     package = ROOT / "host" / "tfsat_host" / "protocol"
     files: dict[Path, str] = {package / f"{name}.py": text for name, text in python.generate(spec).items()}
     headers = {"messages.h": cpp.generate(spec)}
@@ -48,7 +48,7 @@ def outputs(spec: Spec) -> dict[Path, str]:
 
 
 def main() -> int:
-    """Writes or compares; the exit code."""
+    """Write or compare the files; return the exit code."""
     parser = argparse.ArgumentParser(description="Generate what protocol/tfsat.toml defines.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is stale")
     arguments = parser.parse_args()

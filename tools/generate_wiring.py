@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def outputs() -> dict[Path, str]:
-    """Every generated file and its text. Raises WiringError."""
+    """Return the text of every generated file by its path. Raises WiringError."""
     wiring = load_wiring(ROOT / "docs" / "wiring.toml")
     return {
         ROOT / "docs" / "wiring.svg": drawing.draw(wiring),
@@ -29,7 +29,7 @@ def outputs() -> dict[Path, str]:
 
 
 def main() -> int:
-    """Writes or compares; the exit code."""
+    """Write or compare the files; return the exit code."""
     parser = argparse.ArgumentParser(description="Generate what docs/wiring.toml defines.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is stale")
     arguments = parser.parse_args()

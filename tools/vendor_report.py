@@ -76,7 +76,7 @@ def main() -> int:
 
 
 def _content(node: str, vendor_file: Wanted) -> bytes:
-    """The file as the page will carry it: without the source map's address, which nothing could reach."""
+    """Return the file as the page will carry it: without the source map's address, which nothing could reach."""
     source = _WORK / "node_modules" / vendor_file.package / vendor_file.path
     if not vendor_file.minify:
         return source.read_bytes()
@@ -86,7 +86,7 @@ def _content(node: str, vendor_file: Wanted) -> bytes:
 
 
 def _sources() -> dict[str, dict[str, str]]:
-    """Of each file: package, version, licence, npm's integrity hash of the package, and its own SHA-256."""
+    """List of each file: package, version, licence, npm's integrity hash of the package, and its own SHA-256."""
     locked = json.loads((_PACKAGES / "package-lock.json").read_text())["packages"]
     minifier = f"terser {locked['node_modules/terser']['version']}"
     return {

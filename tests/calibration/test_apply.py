@@ -22,7 +22,6 @@ from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import swings
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.emulated_operator import EmulatedOperator
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.emulated.imperfections import draw_as_built
@@ -78,7 +77,8 @@ def swung() -> Iterator[tuple[EmulatedRobot, CalibratedSamples]]:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         robot.record_truth(1000)
-        EmulatedOperator(robot).swing(swings(2)[0])
+        robot.hold(swings(2)[0].held)
+        robot.swing(2, 60.0, 2.0, 5)
         samples: list[LiveSample] = []
         with logger.live() as reply:
             while not samples or samples[-1].time_us - samples[0].time_us < 6e6:

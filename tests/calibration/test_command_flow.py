@@ -31,7 +31,6 @@ from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
 from tfsat_host.cli.calibrate.person import record
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.emulated_operator import EmulatedOperator
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.emulated_transport import EmulatedTransport
 from tfsat_host.errors import RefusedError
@@ -146,7 +145,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     monkeypatch.chdir(tmp_path)
     robot = EmulatedRobot(seed=5)
     robot.advance(SETTLE_US)
-    EmulatedOperator(robot).rest()
+    robot.hold((1, 2, 3, 4))
 
     @contextmanager
     def open_logger(_args: argparse.Namespace, _out: Output) -> Iterator[LoggerClient]:

@@ -117,7 +117,7 @@ def _blocks(spec: Spec) -> list[dict[str, Any]]:
 
 
 def generate_json(spec: Spec) -> str:
-    """For the host's tests."""
+    """Write the vectors for the host's tests, as JSON."""
     frames = [
         {
             "payload_name": payload.name,
@@ -162,7 +162,7 @@ struct Vector {
 
 
 def generate_cpp(spec: Spec) -> str:
-    """For the firmware's tests: each payload built field by field, and its bytes."""
+    """Write the vectors for the firmware's tests: each payload built field by field, and its bytes."""
     parts = [_CPP_HEAD]
     rows = []
     for payload, sequence, values, data in _vectors(spec):

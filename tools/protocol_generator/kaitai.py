@@ -8,7 +8,7 @@ _SCALARS = {"u8": "u1", "u16": "u2", "u32": "u4", "u64": "u8", "i16": "s2", "i32
 
 
 def generate(spec: Spec) -> str:
-    """The grammar's text."""
+    """Write the grammar's text."""
     layout = BlockLayout.of(spec)
     lines = [
         "# Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.",
@@ -61,15 +61,15 @@ def generate(spec: Spec) -> str:
                 lines += [
                     f"    {value.value}:",
                     f"      id: {value.name}",
-                    f"      doc: {_quoted(value.doc)}",
+                    f"      doc: {_quote(value.doc)}",
                 ]
     return "\n".join(lines) + "\n"
 
 
 def _type(spec: Spec, struct: Struct) -> list[str]:
-    lines = [f"  {_snake(struct.name)}:", f"    doc: {_quoted(struct.doc)}", "    seq:"]
+    lines = [f"  {_snake(struct.name)}:", f"    doc: {_quote(struct.doc)}", "    seq:"]
     for field in struct.fields:
-        lines += [f"      - id: {field.name}", *_field(spec, field), f"        doc: {_quoted(field.doc)}"]
+        lines += [f"      - id: {field.name}", *_field(spec, field), f"        doc: {_quote(field.doc)}"]
     return lines
 
 
@@ -87,5 +87,5 @@ def _snake(name: str) -> str:
     return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).strip("_")
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return "'" + text.replace("'", "''") + "'"

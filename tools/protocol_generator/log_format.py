@@ -13,12 +13,12 @@ _WIDTH = 116
 
 
 def generate(spec: Spec) -> str:
-    """The page. Raises SpecError for a name between @ signs that nothing fills."""
+    """Write the page. Raises SpecError for a name between @ signs that nothing fills."""
     values = _numbers(spec) | {name: _fields(spec, struct) for name, struct in spec.structs.items()}
     values["EventCode"] = _values(spec.enums["EventCode"])
     values["StopReason"] = ", ".join(f"{v.value} {v.name}" for v in spec.enums["StopReason"].values) + "."
-    values["ErrorCode"] = _wrapped(_error_codes(spec), "\n  ")
-    values["schema"] = _wrapped(schema_text(spec), "\n> ")
+    values["ErrorCode"] = _wrap(_error_codes(spec), "\n  ")
+    values["schema"] = _wrap(schema_text(spec), "\n> ")
     values["imus"] = _imu_table(spec)
     values["reader"] = _reader(spec)
 
@@ -31,7 +31,7 @@ def generate(spec: Spec) -> str:
 
 
 def _error_codes(spec: Spec) -> str:
-    """Those that events tell: of sensors and of the card."""
+    """List the errors that events carry: those of sensors and of the card."""
     about = ("sensor_", "bus_", "card_", "no_card")
     codes = [code for code in spec.enums["ErrorCode"].values if code.name.startswith(about)]
     return ", ".join(f"{code.value} {code.name}" for code in codes) + "."
@@ -75,7 +75,7 @@ def _values(enum: Enum) -> str:
 
 
 def _imu_table(spec: Spec) -> str:
-    """The parts that may be IMUs."""
+    """Write the table of the parts that may be IMUs."""
     lines = [
         "| part | WHO_AM_I | temperature | delay of the gyros, ms | of the accelerometers, ms | source |",
         "|---|---|---|---|---|---|",
@@ -92,7 +92,7 @@ def _imu_table(spec: Spec) -> str:
     return "\n".join(lines)
 
 
-def _wrapped(text: str, joint: str) -> str:
+def _wrap(text: str, joint: str) -> str:
     lines = [""]
     for word in text.split(" "):
         if lines[-1] and len(lines[-1]) + len(word) >= _WIDTH:

@@ -139,7 +139,7 @@ class Spec:
 
 
 def camel(name: str) -> str:
-    """A snake_case name in CamelCase."""
+    """Turn a snake_case name into CamelCase."""
     return "".join(part.capitalize() for part in name.split("_"))
 
 

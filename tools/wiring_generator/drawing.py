@@ -24,7 +24,7 @@ _STYLE = (
 
 
 def draw(wiring: Wiring) -> str:
-    """The picture as SVG."""
+    """Draw the picture as SVG."""
     pen = _Pen()
     y = 20.0
     for panel in wiring.panels:

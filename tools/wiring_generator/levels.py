@@ -31,18 +31,18 @@ class Check:
 
 
 def extremes(quantity: Callable[..., float], *spans: Span) -> Span:
-    """Least and most over the corners of `spans`: exact for what is monotonic in each."""
+    """Return least and most over the corners of `spans`: exact for what is monotonic in each."""
     values = [quantity(*corner) for corner in itertools.product(*spans)]
     return min(values), max(values)
 
 
-def divided(top_v: float, bottom_v: float, top_ohm: float, bottom_ohm: float) -> float:
-    """Of two resistors in a row, the voltage between them."""
+def divider_v(top_v: float, bottom_v: float, top_ohm: float, bottom_ohm: float) -> float:
+    """Compute the voltage between two resistors in a row, V."""
     return bottom_v + (top_v - bottom_v) * bottom_ohm / (top_ohm + bottom_ohm)
 
 
 def parallel(*ohms: float) -> float:
-    """Resistors beside each other."""
+    """Compute the resistance of resistors beside each other, ohm."""
     return 1 / sum(1 / ohm for ohm in ohms)
 
 
@@ -57,21 +57,21 @@ def avr_high_v(supply_v: float) -> float:
 
 
 def closed_v(supply_v: float, pullup_ohm: float, series_ohm: float) -> float:
-    """At D4 or D13 while the contact is closed: the pin's own pull-up against the series resistor."""
-    return divided(supply_v, 0.0, pullup_ohm, series_ohm)
+    """Compute the voltage at D4 or D13 with the contact closed: the pin's own pull-up against the series resistor."""
+    return divider_v(supply_v, 0.0, pullup_ohm, series_ohm)
 
 
 def opening_s(
     supply_v: float, own_ohm: float, pullup_ohm: float, series_ohm: float, farad: float, threshold_v: float
 ) -> float:
-    """From the contact's opening to the pin's threshold: the capacitor charges through all pull-ups."""
+    """Compute the time from an opening to the pin's threshold: the capacitor charges through all pull-ups."""
     start_v = closed_v(supply_v, own_ohm, series_ohm)
     tau_s = parallel(own_ohm, pullup_ohm + series_ohm) * farad
     return tau_s * math.log((supply_v - start_v) / (supply_v - threshold_v))
 
 
 def closing_s(supply_v: float, own_ohm: float, series_ohm: float, farad: float, threshold_v: float) -> float:
-    """From the contact's closing to the pin's threshold: the capacitor empties through the series resistor.
+    """Compute the time from a closing to the pin's threshold: the capacitor empties through the series resistor.
 
     Infinite where it never gets there.
     """
@@ -89,7 +89,7 @@ class Levels:
         self._wiring = wiring
 
     def span(self, name: str) -> Span:
-        """A range of the file, or a part's value with its tolerance."""
+        """Return a range of the file, or a part's value with its tolerance."""
         if name in self._wiring.ranges:
             value = self._wiring.ranges[name]
             return value.low, value.high
@@ -100,16 +100,16 @@ class Levels:
     def spans(self, *names: str) -> list[Span]:
         return [self.span(name) for name in names]
 
-    def date(self) -> tuple[Span, Span]:
-        """How late D4 and D13 read an opening and a closing, in s."""
+    def edge_delays_s(self) -> tuple[Span, Span]:
+        """Compute how late D4 and D13 read an opening and a closing, s."""
 
-        def opening(supply: float, own: float, pullup: float, series: float, farad: float) -> Span:
+        def delay_open(supply: float, own: float, pullup: float, series: float, farad: float) -> Span:
             return extremes(
                 lambda threshold: opening_s(supply, own, pullup, series, farad, threshold),
                 (avr_low_v(supply), avr_high_v(supply)),
             )
 
-        def closing(supply: float, own: float, series: float, farad: float) -> Span:
+        def delay_closed(supply: float, own: float, series: float, farad: float) -> Span:
             return extremes(
                 lambda threshold: closing_s(supply, own, series, farad, threshold),
                 (avr_low_v(supply), avr_high_v(supply)),
@@ -119,17 +119,17 @@ class Levels:
         close_spans = self.spans("micro_5v", "avr_pullup", "R3", "C1")
         return (
             (
-                extremes(lambda *at: opening(*at)[0], *open_spans)[0],
-                extremes(lambda *at: opening(*at)[1], *open_spans)[1],
+                extremes(lambda *at: delay_open(*at)[0], *open_spans)[0],
+                extremes(lambda *at: delay_open(*at)[1], *open_spans)[1],
             ),
             (
-                extremes(lambda *at: closing(*at)[0], *close_spans)[0],
-                extremes(lambda *at: closing(*at)[1], *close_spans)[1],
+                extremes(lambda *at: delay_closed(*at)[0], *close_spans)[0],
+                extremes(lambda *at: delay_closed(*at)[1], *close_spans)[1],
             ),
         )
 
     def checks(self) -> list[Check]:
-        """Every level and current that the wiring was chosen by."""
+        """Check every level and current that the wiring was chosen by."""
         return self._switch_at_micro() + self._switch_at_teensy() + self._other_lines()
 
     def _switch_at_micro(self) -> list[Check]:
@@ -141,10 +141,10 @@ class Levels:
             *self.spans("micro_5v", "avr_pullup", "R3"),
         )
         clone = extremes(
-            lambda v, pullup, series, led, drop: divided(v, drop, pullup + series, led) - avr_high_v(v),
+            lambda v, pullup, series, led, drop: divider_v(v, drop, pullup + series, led) - avr_high_v(v),
             *self.spans("micro_5v", "R2", "R4", "clone_led", "led_drop"),
         )
-        opening, _ = self.date()
+        opening, _ = self.edge_delays_s()
         return [
             Check(
                 "current through a closed contact",
@@ -196,13 +196,13 @@ class Levels:
     def _switch_at_teensy(self) -> list[Check]:
         limit = self._wiring.limit
         closed = extremes(
-            lambda supply, drop, own, series: 0.3 * supply - divided(supply, drop, own, series),
+            lambda supply, drop, own, series: 0.3 * supply - divider_v(supply, drop, own, series),
             *self.spans("teensy_3v3", "diode_drop", "teensy_pullup", "R18"),
         )
         open_v = extremes(lambda ohm, leak: ohm * leak, *self.spans("teensy_pullup", "diode_leakage"))
         # The pin follows the node by the diode's drop while the bootloader holds D13 low.
         held_low = extremes(
-            lambda v, pullup, series, drop, supply: divided(v, 0.0, pullup, series) + drop - 0.7 * supply,
+            lambda v, pullup, series, drop, supply: divider_v(v, 0.0, pullup, series) + drop - 0.7 * supply,
             *self.spans("micro_5v", "R2", "R4", "diode_drop", "teensy_3v3"),
         )
         return [
@@ -238,10 +238,12 @@ class Levels:
     def _other_lines(self) -> list[Check]:
         limit = self._wiring.limit
         stroke_top = extremes(
-            lambda v, top, bottom: divided(v, 0.0, top, bottom), *self.spans("micro_5v", "R11", "R12")
+            lambda v, top, bottom: divider_v(v, 0.0, top, bottom), *self.spans("micro_5v", "R11", "R12")
         )
         stroke = extremes(
-            lambda v, top, bottom, down, supply: divided(v, 0.0, top, parallel(bottom, down)) - 0.7 * supply,
+            lambda v, top, bottom, down, supply: (
+                divider_v(v, 0.0, top, parallel(bottom, down)) - 0.7 * supply
+            ),
             *self.spans("micro_5v", "R11", "R12", "teensy_pulldown", "teensy_3v3"),
         )
         return [
@@ -303,28 +305,28 @@ class BusPullup:
     bare_ohm: float
     total_ohm: float
     fit: bool
-    most_farad: float
+    max_farad: float
 
 
-def least_bus_ohm(wiring: Wiring) -> float:
-    """More current than the bus's parts sink for certain flows below this (UM10204 7.1, equation 2)."""
+def min_bus_ohm(wiring: Wiring) -> float:
+    """Compute the pull-up below which more current flows than the bus's parts sink (UM10204 7.1, equation 2)."""
     limit = wiring.limit
     supply_v = wiring.ranges["teensy_3v3"].high
     return (supply_v - limit["i2c_low_v"]) / limit["i2c_sink_a"]
 
 
 def bus_pullups(wiring: Wiring) -> list[BusPullup]:
-    """For each module that is sold: the external resistor is fitted where the bus would be too slow without."""
+    """Choose for each module that is sold: the external resistor is fitted where the bus would be too slow without."""
     rows = []
     for module_ohm in wiring.i2c["modules_ohm"]:
         own = [wiring.i2c["teensy_ohm"]] + ([module_ohm] * 2 if module_ohm else [])
         bare = parallel(*own)
-        fit = _most_farad(wiring, bare) < wiring.limit["i2c_cable_f"]
+        fit = _max_farad(wiring, bare) < wiring.limit["i2c_cable_f"]
         total = parallel(bare, wiring.i2c["external_ohm"]) if fit else bare
-        rows.append(BusPullup(module_ohm, bare, total, fit, _most_farad(wiring, total)))
+        rows.append(BusPullup(module_ohm, bare, total, fit, _max_farad(wiring, total)))
     return rows
 
 
-def _most_farad(wiring: Wiring, ohm: float) -> float:
-    """UM10204 7.1, equation 1."""
+def _max_farad(wiring: Wiring, ohm: float) -> float:
+    """Compute the greatest capacitance of a bus with this pull-up, F (UM10204 7.1, equation 1)."""
     return wiring.limit["i2c_rise_s"] / (math.log(7 / 3) * ohm)

@@ -6,20 +6,23 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from .levels import Check, Levels, bus_pullups, least_bus_ohm
+from .levels import Check, Levels, bus_pullups, min_bus_ohm
 from .spec import Element, Part, Wire, Wiring, WiringError
 
 _PROSE = Path(__file__).with_name("wiring.in.md")
 
 
 def generate(wiring: Wiring) -> str:
-    """The page. Raises WiringError for a limit that does not hold, and a name between @ signs that nothing fills."""
+    """Write the page.
+
+    Raises WiringError for a limit that does not hold, and a name between @ signs that nothing fills.
+    """
     levels = Levels(wiring)
     checks = levels.checks()
     for check in checks:
         if not check.holds:
             raise WiringError(f"{check.what}: {_span(check)} {check.unit}, {check.side} {check.limit:g}")
-    opening, closing = levels.date()
+    opening, closing = levels.edge_delays_s()
     values = {f"pins_{panel.name}": _pins(wiring, panel.name) for panel in wiring.panels}
     values |= {f"cite_{name}": _name(wiring, name) for name in wiring.sources}
     values |= {
@@ -29,7 +32,7 @@ def generate(wiring: Wiring) -> str:
         "sources": _sources(wiring),
         "opening_us": f"{opening[0] * 1e6:.0f} to {opening[1] * 1e6:.0f}",
         "closing_us": f"{closing[0] * 1e6:.0f} to {closing[1] * 1e6:.0f}",
-        "least_bus_ohm": f"{least_bus_ohm(wiring) / 1e3:.2f} kΩ",
+        "min_bus_ohm": f"{min_bus_ohm(wiring) / 1e3:.2f} kΩ",
     }
 
     def value(match: re.Match[str]) -> str:
@@ -101,7 +104,7 @@ def _pullups(wiring: Wiring) -> str:
         use = "2.2 kΩ" if bus.fit else "leave out"
         rows.append(
             f"| {module} | {bus.bare_ohm / 1e3:.2f} kΩ | {use} | {bus.total_ohm / 1e3:.2f} kΩ "
-            f"| {bus.most_farad * 1e12:.0f} pF |"
+            f"| {bus.max_farad * 1e12:.0f} pF |"
         )
     return _table(
         "| on each of two modules | they and the Teensy | R14 to R17 | together | cable and parts up to |",

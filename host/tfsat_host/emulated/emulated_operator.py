@@ -191,15 +191,6 @@ class EmulatedOperator:
         """Lets the time pass that a servo still holds a joint after its last pulse."""
         self._robot.advance(LIMP_AFTER_US)
 
-    def rest(self) -> None:
-        """Lays the whole robot on the bench."""
-        self._robot.hold(_ALL_BODIES)
-
-    def swing(self, step: Step) -> None:
-        """Holds and swings as the step says; the motion goes on while samples are taken."""
-        self._robot.hold(step.held)
-        self._robot.swing(step.moving_joint, SWING_DEG, SWING_PERIOD_S, SWING_CYCLES)
-
     def _close(self, joints: Iterable[int]) -> None:
         """Close the joints while holding the robot by one body only, then lay the whole robot down."""
         self._robot.hold(_ALL_BODIES[-1:])

@@ -16,7 +16,7 @@ from wiring_generator.levels import (
     closed_v,
     closing_s,
     extremes,
-    least_bus_ohm,
+    min_bus_ohm,
     opening_s,
     parallel,
 )
@@ -71,7 +71,7 @@ def test_edges_are_those_of_the_circuit_with_the_teensy_at_it(
 ) -> None:
     circuit = supply_v, own_ohm, pullup_ohm, series_ohm, farad
     rest_v = closed_v(supply_v, own_ohm, series_ohm)
-    opening, closing = LEVELS.date()
+    opening, closing = LEVELS.edge_delays_s()
     for threshold_v in (avr_low_v(supply_v), avr_high_v(supply_v)):
         opened_s = _crossing_s(rest_v, threshold_v, False, *circuit)
         assert opened_s == pytest.approx(opening_s(*circuit, threshold_v), rel=0.05, abs=2 * STEP_S)
@@ -95,11 +95,11 @@ def test_every_limit_holds_and_names_its_source() -> None:
 
 
 def test_two_modules_beside_another_2_2_kilohm_are_too_much_and_the_table_never_asks_for_that() -> None:
-    assert parallel(2200, 2200, 2200) < least_bus_ohm(load_committed())
+    assert parallel(2200, 2200, 2200) < min_bus_ohm(load_committed())
     rows = bus_pullups(load_committed())
     assert [row.module_ohm for row in rows] == [0, 10000, 4700, 2200]
     assert [row.fit for row in rows] == [True, True, False, False]
     for row in rows:
-        assert row.total_ohm >= least_bus_ohm(load_committed())
+        assert row.total_ohm >= min_bus_ohm(load_committed())
         rise_s = math.log(7 / 3) * row.total_ohm * load_committed().limit["i2c_cable_f"]
         assert rise_s <= load_committed().limit["i2c_rise_s"]
