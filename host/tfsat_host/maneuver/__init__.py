@@ -14,7 +14,8 @@ from tfsat_host.maneuver.maneuver import (
     read_maneuver,
     write_maneuver,
 )
-from tfsat_host.maneuver.schedule import SEQUENCER, Limits, Schedule, TimedStroke, schedule_maneuver
+from tfsat_host.maneuver.schedule import Schedule, TimedStroke, schedule_maneuver
+from tfsat_host.maneuver.stroke_checks import SEQUENCER, Limits
 
 __all__ = [
     "SEQUENCER",
