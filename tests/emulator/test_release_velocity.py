@@ -34,3 +34,18 @@ def test_the_center_of_mass_falls_from_the_velocity_it_was_given(
     assert fallen_m == pytest.approx(
         np.array(velocity_m_s) * t_s + [0, 0, -GRAVITY_M_S2 / 2 * t_s**2], abs=1e-9
     )
+
+
+def test_a_vector_of_another_length_is_refused_before_anything_moves() -> None:
+    with EmulatedRobot(imperfections=ideal(), seed=1) as robot:
+        robot.advance(SETTLE_US)
+        with pytest.raises(ValueError, match="3 components, not 2"):
+            robot.drop((0.1, 0.2))
+        assert not robot.falling
+
+
+def test_a_closed_robot_answers_no_more() -> None:
+    with EmulatedRobot(imperfections=ideal(), seed=1) as robot:
+        robot.advance(SETTLE_US)
+    with pytest.raises(TypeError):
+        robot.eeprom()
