@@ -27,6 +27,7 @@ class Served:
             text=True,
         )
         assert self.process.stdout is not None
+        # The first line comes once the ports are there: nothing has to be polled.
         self.announced: dict[str, Any] = json.loads(self.process.stdout.readline() or "{}")
         self.folder = Path("robot")
         self.sequencer = self.folder / "sequencer"
@@ -38,22 +39,25 @@ class Served:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        # A test that failed leaves the robot running: kill it, and take its pipes.
         if self.process.poll() is None:
             self.process.kill()
         self.process.communicate(timeout=TIMEOUT_S)
 
     def control(self, *lines: str) -> list[str]:
-        """Sends lines over the control socket; gives the reply to each."""
+        """Send lines over the control socket and return the reply to each."""
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
             link.settimeout(TIMEOUT_S)
             link.connect(str(self.folder / "control"))
             link.sendall("".join(f"{line}\n" for line in lines).encode())
+            # The end of the input lets the server close the link behind the last reply.
             link.shutdown(socket.SHUT_WR)
             with link.makefile() as replies:
                 return [line.rstrip("\n") for line in replies]
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> str:
-        """Ends it by a signal; what it said on stderr."""
+        """End the process by a signal and return what it printed on stderr."""
+        # An end by a signal is a normal end: exit code 0, no traceback.
         self.process.send_signal(number)
         _, error_text = self.process.communicate(timeout=TIMEOUT_S)
         assert self.process.returncode == 0, error_text

@@ -18,7 +18,7 @@ SEED = 3
 def record(
     *acts: Act, then_us: int = 1_000_000, imperfections: Imperfections | None = None
 ) -> tuple[DropLog, slice, slice]:
-    """Half a second of recording, the acts at once, and the rest of it.
+    """Record half a second, do the acts at once, and record the rest.
 
     Returns:
         The log, its rows before the acts and those after them (from 20 ms on).
@@ -32,13 +32,14 @@ def record(
         robot.advance(then_us)
         logger.stop_recording()
         log = read_card(robot)
+    # Within 20 ms of the act the low-pass filters show a mixture of before and after: leave it out.
     row = int(np.searchsorted(log.t_us, broken_us))
     after = int(np.searchsorted(log.t_us, broken_us + 20_000))
     return log, slice(0, row), slice(after, log.t_us.size)
 
 
 def fly(robot: EmulatedRobot, board: SequencerClient, before_drop: Act, *, until_us: int = 2_450_000) -> None:
-    """Uploads 59/70, arms, lets the act happen, drops, and stops in the fall."""
+    """Upload 59/70, arm, let the act happen, drop, and stop in the fall."""
     board.upload(OF_THE_PAPER)
     board.arm()
     robot.advance(500_000)
@@ -49,4 +50,4 @@ def fly(robot: EmulatedRobot, board: SequencerClient, before_drop: Act, *, until
 
 
 def do_nothing(robot: EmulatedRobot) -> None:
-    """Does not break it: what a test must be red without."""
+    """Break nothing: what a test must be red without."""

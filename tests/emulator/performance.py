@@ -68,10 +68,12 @@ def perform(
             begun_us = robot.now_us
             operator.begin(step)
             robot.record_truth(TRUTH_US)
+            # 0.2 s more than the motion: the last samples are still under way when it ends.
             while robot.now_us < begun_us + round(duration_s * 1e6) + 200_000:
                 samples += logger.live_samples()
         truth = robot.truth()
     return Performance(
+        # A row of truth: time, 3 joint angles, 4 quaternions, 4 body rates.
         t_s=truth[:, 0] - begun_us * 1e-6,
         joints_deg=np.rad2deg(truth[:, 1:4]),
         attitudes=tuple(Rotation.from_quat(truth[:, 4 + 4 * body : 8 + 4 * body]) for body in range(4)),
