@@ -207,9 +207,9 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
     if not calibration.papers:
         contents.lack(raw_data, "The certificate names no recordings that it was computed from.")
     elif calibration.drawn:
-        drawn_names = in_words(calibration.drawn)
         contents.lack(
-            "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn_names}."
+            "raw data of simulated calibration values",
+            f"Simulated by a rehearsal, not measured: {in_words(calibration.drawn)}.",
         )
     # Each recording that the certificate rests on must be there unchanged, or it cannot be recomputed.
     for paper in calibration.papers:

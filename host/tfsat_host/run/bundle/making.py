@@ -18,6 +18,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
 from tfsat_host.run import drop_evaluation
@@ -70,12 +71,22 @@ class WrittenBundle:
     recording: str
 
     @property
-    def lost(self) -> bool:
-        """Something was lost, changed, or is doubtful."""
-        manifest = self.manifest
-        return bool(manifest.record or manifest.doubts) or any(
-            missing_part.lost for missing_part in manifest.missing
-        )
+    def bytes(self) -> int:
+        """Size of the archive."""
+        return self.target.stat().st_size
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing was lost, changed, or is doubtful."""
+        return not (self.manifest.record or self.manifest.doubts or self.manifest.lost)
+
+
+BUNDLE: Columns = (
+    Column("bundle", of=lambda bundle: str(bundle.target)),
+    *fields("recording bytes manifest_sha256"),
+)
+"""Of `bundle --json`, before the manifest's."""
+_LOGGER_IMAGE = fields("firmware image_crc serial=logger_serial emulated")
 
 
 @dataclass(frozen=True)
@@ -189,13 +200,7 @@ def _images(contents: BundleContents, preflight: Any) -> dict[str, Any]:
     if contents.log is None:
         contents.lack("image of the logger", "The recording that would tell it cannot be decoded.")
     else:
-        origin = origin_of_log(contents.log.header)
-        images["logger"] = {
-            "firmware": origin.firmware,
-            "image_crc": origin.image_crc,
-            "serial": origin.logger_serial,
-            "emulated": origin.emulated,
-        }
+        images["logger"] = record(_LOGGER_IMAGE, origin_of_log(contents.log.header))
     sequencer = _identity_in(preflight, "sequencer")
     if sequencer is None:
         contents.lack("image of the sequencer", "No preflight.json tells it.")
