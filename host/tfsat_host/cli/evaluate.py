@@ -113,7 +113,7 @@ def _show_several(
     tried: Sequence[Tried], compared: Comparison | None, args: argparse.Namespace, out: Output
 ) -> None:
     from tfsat_host.present.evaluation_text import show_comparison
-    from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
+    from tfsat_host.run.drop_comparison import DROPS, DropSummary, Refused
 
     for attempt in tried:
         out.line(f"== {printable(attempt.place)}")
@@ -123,7 +123,10 @@ def _show_several(
         else:
             _show(attempt, args, out)
         out.line()
-    rows = [row_of(attempt.place, None if isinstance(attempt, Refused) else attempt) for attempt in tried]
+    rows = [
+        DropSummary(str(attempt.place), None if isinstance(attempt, Refused) else attempt)
+        for attempt in tried
+    ]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
         names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]
