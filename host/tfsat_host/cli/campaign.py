@@ -136,7 +136,8 @@ def _show_report(campaign_report: CampaignReport, out: Output) -> None:
 
 def _show_verdict(campaign_report: CampaignReport, out: Output) -> None:
     counts = ", ".join(f"{count} {level}" for level, count in sorted(campaign_report.counts.items()))
-    facts = [f"{len(campaign_report.tried)} drops ({counts})"]
+    number = len(campaign_report.tried)
+    facts = [f"{number} drop{'' if number == 1 else 's'} ({counts})"]
     facts += [f"{len(campaign_report.void)} void"] if campaign_report.void else []
     facts += ["drops contradict each other"] if campaign_report.contradictory else []
     verdict, color = ("GOOD", "1;32") if campaign_report.good else ("DOUBTFUL", "1;33")

@@ -22,7 +22,7 @@ from tfsat_host.run.bundle.bundle_archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
 from tfsat_host.run.campaign import campaign_folder
 from tfsat_host.run.campaign.entries import ENTRY, DropEntry
-from tfsat_host.run.certificate_check import is_of_robot, note_landing_of, origin_of_log, time_of_day
+from tfsat_host.run.certificate_check import is_of_robot, origin_of_log
 from tfsat_host.run.files import (
     AS_FOUND,
     CERTIFICATE,
@@ -36,6 +36,7 @@ from tfsat_host.run.files import (
     ROBOT,
     UNKNOWN,
 )
+from tfsat_host.run.recorded_landing import note_landing_of, time_of_day
 from tfsat_host.run.signed_record import RecordError, sign, verify
 from tfsat_host.sdlog import load
 from tfsat_host.sdlog.log_errors import NoBlockError
