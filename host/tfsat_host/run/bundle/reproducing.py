@@ -13,7 +13,7 @@ from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.run.bundle import making
 from tfsat_host.run.bundle.bundle_archive import unpack
-from tfsat_host.run.bundle.contents import RUN, not_as_checked
+from tfsat_host.run.bundle.contents import RUN, CheckedBefore, not_as_checked
 from tfsat_host.run.bundle.json_comparison import (
     COMPARED,
     EVALUATION_TOLERANCE,
@@ -36,7 +36,6 @@ from tfsat_host.run.bundle.manifest import (
     changed_since,
 )
 from tfsat_host.run.bundle.recalibration import recalibrate
-from tfsat_host.run.files import PREFLIGHT
 from tfsat_host.run.signed_record import verify
 
 _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
@@ -168,7 +167,7 @@ def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
     if not run.is_dir():
         return []
     at_hand = {name: file.sha256 for name, file in manifest.files.items()}
-    checked = not_as_checked(_load(run / PREFLIGHT), at_hand, manifest.evaluated)
+    checked = not_as_checked(CheckedBefore.read(run), at_hand, manifest.evaluated)
     return [*(finding.sentence for finding in verify(run)), *checked]
 
 

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_hash import change_of
 from tfsat_host.file_lock import one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.quantity import Column, Columns, columns_of
@@ -266,9 +266,10 @@ def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     recording = place / drop.recording
     if not place.is_dir():
         return []  # a finding of the campaign
-    if not recording.is_file():
+    change = change_of(recording, drop.sha256)
+    if change == "missing":
         return [f"{recording} is missing."]
-    changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
+    changes = [f"{recording} was changed since it came in."] if change else []
     # What was signed after the drop came in does not count as evidence.
     findings = verify(place, closed_by=SIGNED_BY)
     # The recording was compared with the index above: its finding is not told twice.
