@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -130,6 +131,11 @@ def jsonable(value: Any, show: Callable[[str], str] = str) -> Any:
     if isinstance(value, Iterable):
         return [jsonable(item, show) for item in value]
     return str(value)
+
+
+def format_json(value: Any) -> str:
+    """Format a JSON file's text, one entry a line; paths, numpy values and NaN as `jsonable` has them."""
+    return json.dumps(jsonable(value), indent=1, allow_nan=False) + "\n"
 
 
 def error_as_dict(error: TfsatError) -> dict[str, Any]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tfsat_host.run.campaign.campaign_folder import CampaignList
     from tfsat_host.run.campaign.campaign_report import CampaignReport
 
+_FAULTS = "index or folders NOT as they were left (see the warnings)"
 _ACTIONS = f"""
 init    make a folder a campaign, without drops
 add     copy a run into it as the next drop
@@ -99,7 +100,8 @@ def _show_list(campaign: CampaignList, out: Output) -> None:
     void = sum(drop.entry.void is not None for drop in campaign.drops)
     counted = f"{count} drop{'' if count == 1 else 's'}" + (f", {void} void" if void else "")
     state = f"{changed} CHANGED since added" if changed else "all files as added"
-    sentences([f"Campaign: {campaign.folder} ({counted}, {state})"], out)
+    faults = f", {_FAULTS}" if campaign.contents.findings else ""
+    sentences([f"Campaign: {campaign.folder} ({counted}, {state}{faults})"], out)
     show_rows(LISTED, campaign.drops, out)
     list_facts(
         "Changed",
@@ -140,6 +142,7 @@ def _show_verdict(campaign_report: CampaignReport, out: Output) -> None:
     facts = [f"{number} drop{'' if number == 1 else 's'} ({counts})"]
     facts += [f"{len(campaign_report.void)} void"] if campaign_report.void else []
     facts += ["drops contradict each other"] if campaign_report.contradictory else []
+    facts += [_FAULTS] if campaign_report.findings else []
     verdict, color = ("GOOD", "1;32") if campaign_report.good else ("DOUBTFUL", "1;33")
     sentences([f"{verdict}: {', '.join(facts)}"], out, colored=verdict, color=color)
 

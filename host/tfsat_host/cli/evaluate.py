@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import jsonable
+from tfsat_host.json_values import format_json
 from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
@@ -135,6 +134,5 @@ def _show_several(
 
 def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> None:
     if args.out is not None:
-        text = json.dumps(jsonable(result), indent=1, allow_nan=False) + "\n"
-        write_text(args.out, EVALUATION_MARKER, text, force=args.force)
+        write_text(args.out, EVALUATION_MARKER, format_json(result), force=args.force)
         out.note(f"Written to {printable(args.out)}.")

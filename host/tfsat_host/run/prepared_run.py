@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.flashing.image import default_hex, load_image
-from tfsat_host.json_values import jsonable
+from tfsat_host.json_values import format_json
 from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import check_may_write
@@ -321,9 +320,7 @@ def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Writt
         OSError: it cannot be written.
     """
     file = folder / PREFLIGHT
-    # jsonable() has made NaN null; allow_nan=False keeps it so, for any JSON parser.
-    text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
-    write_whole(file, (text + "\n").encode())
+    write_whole(file, format_json({"made_by": _MADE_BY, "format": 1, **result}).encode())
     by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
     # A damaged record does not cost the result: it stands, unsigned, and that is said.
     try:

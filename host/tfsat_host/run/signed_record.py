@@ -279,7 +279,7 @@ def format_record(entries: tuple[Entry, ...]) -> str:
     """Format the record's text; `last` is the hash of the last entry, which no other entry names."""
     last = sha256_of_entry(entries[-1]) if entries else ""
     document = {"made_by": _MADE_BY, "format": _FORMAT, "entries": records(ENTRY, entries), "last": last}
-    return json.dumps(document, indent=1) + "\n"
+    return json_values.format_json(document)
 
 
 def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:

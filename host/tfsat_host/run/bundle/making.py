@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from tfsat_host import __version__
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict, jsonable
+from tfsat_host.json_values import error_as_dict, format_json, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.quantity import Column, Columns, fields, record
@@ -158,7 +157,10 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
         shutil.copyfile(path, folder / inside)
     # Evaluate the copies and not the originals: what is bundled is what was computed from.
     recomputation = recompute(folder, name, inputs)
-    computed_texts = {EVALUATION: _json(recomputation.evaluation), ENVIRONMENT: _json(environment())}
+    computed_texts = {
+        EVALUATION: format_json(recomputation.evaluation),
+        ENVIRONMENT: format_json(environment()),
+    }
     if recomputation.page is None:
         contents.lack(
             REPORT, f"The drop cannot be evaluated: {recomputation.evaluation['error']['what']}", lost=True
@@ -187,10 +189,6 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
     )
     (folder / MANIFEST).write_bytes(format_manifest(manifest).encode())
     return manifest
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
 def _images(contents: BundleContents, preflight: CheckedBefore) -> dict[str, Any]:

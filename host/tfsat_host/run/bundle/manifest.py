@@ -153,7 +153,7 @@ MANIFEST_COLUMNS: Columns = (
 
 def format_manifest(manifest: Manifest) -> str:
     """Format a manifest as the text of its file."""
-    return json.dumps(record(MANIFEST_COLUMNS, manifest), indent=1) + "\n"
+    return json_values.format_json(record(MANIFEST_COLUMNS, manifest))
 
 
 def parse_manifest(data: bytes, source: str) -> Manifest:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.calibration_campaign import measured_by, with_measured
@@ -17,6 +16,7 @@ from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
+from tfsat_host.json_values import jsonable
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.bundle.json_comparison import (
     CERTIFICATE_TOLERANCE,
@@ -127,17 +127,8 @@ def _solved_differently(
             servo_taken=tuple(servo_evidence.taken for servo_evidence, _ in servos),
         )
     # Compare the values that the certificate's file holds.
-    then, now = (_plain(certificate_values(version)) for version in (calibration, again))
+    then, now = (jsonable(certificate_values(version)) for version in (calibration, again))
     return differences(then, now, CERTIFICATE_TOLERANCE)
-
-
-def _plain(value: Any) -> Any:
-    """Times as text."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return value.isoformat() if isinstance(value, datetime) else value
 
 
 def _evidence(path: Path, expected_sha256: str) -> Evidence:
