@@ -38,7 +38,7 @@ from tfsat_host.run.files import (
     rehearsed_files,
 )
 from tfsat_host.run.held_maneuver import note_name, note_text
-from tfsat_host.run.prepared_run import hashes_of, result_of, write_result
+from tfsat_host.run.prepared_run import PreflightResult, hashes_of, write_result
 from tfsat_host.run.recorded_landing import note_landing_of
 from tfsat_host.run.signed_record import RECORD
 from tfsat_host.sdlog import DropLog, load
@@ -150,10 +150,10 @@ class RunFolder(ResultFolder):
             "robot": robot,
             "facility": load_tower(None).path,
         }
-        result = result_of(evidence, drop.checked.checks, hashes_of(files))
+        result = PreflightResult(evidence, drop.checked.checks, hashes_of(files))
         self.file(RECORD)
         self.file(PREFLIGHT)
-        write_result(self.path, result, evidence.now)
+        write_result(self.path, result)
 
     def _write_card(self, card: bytes) -> DropLog:
         path = self.file(RECORDING)

@@ -73,8 +73,8 @@ DROPS: Columns = (
     Column("drop", "drop", of="name"),
     Column("verdict", "verdict", of=lambda drop: "failed" if drop.run is None else drop.run.verdict.level),
     _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
-    _angle("before_deg", "model error, nominal", "explained.before.error.final_norm_rad"),
-    _angle("after_deg", "fitted", "explained.after.error.final_norm_rad"),
+    _angle("before_deg", "nominal error", "explained.before.error.final_norm_rad"),
+    _angle("after_deg", "fitted error", "explained.after.error.final_norm_rad"),
 )
 """Of several drops, a line each."""
 
