@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 from pathlib import Path
+from typing import Literal
 
 _LOG = logging.getLogger(__name__)
 
@@ -14,3 +15,10 @@ def sha256_of(path: Path) -> str:
     _LOG.debug("hashing %s", path)
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def change_of(path: Path, sha256: str) -> Literal["", "missing", "changed"]:
+    """Return what happened to a file that had this SHA-256; empty: nothing. Raises OSError."""
+    if not path.is_file():
+        return "missing"
+    return "" if sha256_of(path) == sha256 else "changed"

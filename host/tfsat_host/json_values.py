@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -69,7 +70,7 @@ def parse_dataclass(kind: type[T], values: Any, optional: Container[str] = ()) -
     Args:
         kind: The dataclass.
         values: The object that `json.loads` returned.
-        optional: Fields that may be left out: older files have none.
+        optional: Fields, also of dataclasses in it, that may be left out: older files have none.
 
     Raises:
         KeyError: a field is not there.
@@ -77,27 +78,27 @@ def parse_dataclass(kind: type[T], values: Any, optional: Container[str] = ()) -
     """
     hints = get_type_hints(kind, include_extras=True)
     names = [field.name for field in fields(kind) if field.name not in optional or field.name in values]  # type: ignore[arg-type]
-    return kind(**{name: _field(hints[name], values[name], name) for name in names})
+    return kind(**{name: _field(hints[name], values[name], name, optional) for name in names})
 
 
-def _field(kind: Any, value: Any, name: str) -> Any:
+def _field(kind: Any, value: Any, name: str, optional: Container[str]) -> Any:
     origin, args = get_origin(kind), get_args(kind)
     # Annotated carries its own parser, which goes before the type.
     if origin is Annotated:
         return args[1](value)
     # X | None: null, or what X takes.
     if origin in (Union, UnionType):
-        return None if value is None else _field(args[0], value, name)
+        return None if value is None else _field(args[0], value, name, optional)
     if origin is tuple:
         if not isinstance(value, list):
             raise ValueError(f"its {name} is no list")
-        return tuple(_field(args[0], element, name) for element in value)
+        return tuple(_field(args[0], element, name, optional) for element in value)
     if origin is Mapping:
         if not isinstance(value, dict):
             raise ValueError(f"its {name} is no table")
-        return {key: _field(args[1], element, key) for key, element in value.items()}
+        return {key: _field(args[1], element, key, optional) for key, element in value.items()}
     if isinstance(kind, type) and is_dataclass(kind):
-        return parse_dataclass(kind, value)
+        return parse_dataclass(kind, value, optional)
     return _READERS[kind](value)
 
 
@@ -130,6 +131,11 @@ def jsonable(value: Any, show: Callable[[str], str] = str) -> Any:
     if isinstance(value, Iterable):
         return [jsonable(item, show) for item in value]
     return str(value)
+
+
+def format_json(value: Any) -> str:
+    """Format a JSON file's text, one entry a line; paths, numpy values and NaN as `jsonable` has them."""
+    return json.dumps(jsonable(value), indent=1, allow_nan=False) + "\n"
 
 
 def error_as_dict(error: TfsatError) -> dict[str, Any]:

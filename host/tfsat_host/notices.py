@@ -18,14 +18,18 @@ _CHOSEN = {
 }
 
 
-class Notices(Protocol):
-    """Whoever wants to know what is done on the way."""
+class Listener(Protocol):
+    """Whoever hears what a person should know."""
 
     def note(self, text: str) -> None:
         """Something a person should know that is not the result."""
 
     def warn(self, text: str) -> None:
         """Show a warning."""
+
+
+class Notices(Listener, Protocol):
+    """Whoever wants to know what is done on the way."""
 
     def progress(
         self, description: str, total: float | None = None

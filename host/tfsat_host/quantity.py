@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import reduce
 from typing import Any
@@ -158,6 +158,21 @@ def fields(names: str) -> Columns:
     """Columns of JSON only: `key`, or `key=attribute`, by spaces."""
     pairs = (name.partition("=") for name in names.split())
     return tuple(Column(key, of=attribute) for key, _, attribute in pairs)
+
+
+def columns_of(attribute: str, columns: Columns) -> Columns:
+    """Return columns of what a row has under an attribute, as columns of that row."""
+
+    def move(column: Column) -> Column:
+        words = column.words
+        return replace(
+            column,
+            of=lambda row: column.value(getattr(row, attribute)),
+            std=(lambda row: column.std_of(getattr(row, attribute))) if column.std else "",
+            words=None if words is None else lambda row: words(getattr(row, attribute)),
+        )
+
+    return tuple(map(move, columns))
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
 def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: RunCli) -> None:
     file = certificate(tfsat_host.folder, whole_calibration())
     process = tfsat_host("decode", write_drop(tfsat_host.folder))
-    assert "calibration.toml holds for this recording." in process.stderr
+    assert "calibration.toml (valid for this recording)" in process.stderr
     landing = "2024-07-01 10:30:02 UTC"
     assert f"calibration.toml knows of the landing at {landing} now" in process.stderr
     (known_landing,) = read_calibration(file).landings
@@ -209,7 +209,7 @@ def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_ho
     mine = replace(SUBJECT, logger_serial=serial, emulated=True)
     file = certificate(tfsat_host.folder, whole_calibration(subject=mine), "calibration-emulated.toml")
     armed = tfsat_host("arm", "--yes", "--json", environ=ports)
-    assert "calibration-emulated.toml holds for this drop." in armed.stderr
+    assert "calibration-emulated.toml (valid for this drop)" in armed.stderr
     assert json.loads(armed.stdout)["calibration"]["usable"] is True
     tfsat_host("disarm", environ=ports)
     certificate(
@@ -227,7 +227,7 @@ def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_ho
     assert "The calibration is of a real robot" in armed.stderr
     tfsat_host("disarm", environ=ports)
     alone = tfsat_host("arm", "--yes", "--json", "--calibration", real, "--port", robot.sequencer)
-    assert "was not asked of the logger" in alone.stderr
+    assert "the logger was not asked whether it is of this" in alone.stderr
     tfsat_host("disarm", environ=ports)
     real.write_text("nonsense")
     armed = tfsat_host("arm", "--yes", "--json", "--calibration", real, environ=ports)

@@ -25,7 +25,7 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import certificate_for, measured_after
-from tfsat_host.run.certificate_check import notices
+from tfsat_host.run.certificate_check import check_certificate
 
 FILE = Path("calibration.toml")
 COPIED = DROPPED + 2 * HOUR
@@ -51,7 +51,7 @@ def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfs
     file = certificate(tfsat_host.folder, whole_calibration())
     log = timeless(tfsat_host.folder)
     process = tfsat_host("decode", log)
-    assert "holds for this recording" not in process.stderr
+    assert "valid for this recording" not in process.stderr
     assert "not known whether the calibration is older or newer than this fall" in process.stderr
     assert "record start" in process.stderr
     assert "knows of the landing at 2024-07-01 12:30:00 UTC (by its file, at the latest" in process.stderr
@@ -101,7 +101,7 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
     assert result["calibration"] == {"file": str(mine), "usable": True, "shortcomings": [], "sentences": []}
     process = tfsat_host("decode", write_drop(here))
     assert f"{present} was measured again after this fall: {mine} is the certificate" in process.stderr
-    assert f"{mine} holds for this recording." in process.stderr
+    assert f"{mine} (valid for this recording)" in process.stderr
     assert len(read_calibration(present).landings) == 1
     assert read_calibration(mine).landings == (), "what was written once stays as it was"
 
@@ -129,7 +129,7 @@ def test_a_kept_certificate_that_is_damaged_is_passed_over_with_a_warning(tfsat_
     certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
     process = tfsat_host("decode", write_drop(here))
     assert f"Warning: {newer}: is not valid TOML" in process.stderr
-    assert f"{mine} holds for this recording." in process.stderr
+    assert f"{mine} (valid for this recording)" in process.stderr
 
 
 def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_young(tmp_path: Path) -> None:
@@ -167,10 +167,11 @@ def test_one_quantity_of_the_future() -> None:
     early = replace(
         calibration, joints=(replace(calibration.joints[0], zero_taken=DROPPED), *calibration.joints[1:])
     )
-    (sentence,) = notices(early, None, FILE, now=MEASURED + HOUR / 2)
+    (sentence,) = check_certificate(early, None, FILE, now=MEASURED + HOUR / 2).objections
     assert sentence.startswith("zero point of joint 1 was measured in the future (2024-07-01 10:30 UTC): ")
     assert sentence.endswith(": tfsat-host calibrate zero --joint 1 --out calibration-anew.toml")
-    assert notices(early, None, FILE, now=DROPPED - timedelta(seconds=30)) == [], "clocks differ by seconds"
+    state = check_certificate(early, None, FILE, now=DROPPED - timedelta(seconds=30))
+    assert state.objections == (), "clocks differ by seconds"
 
 
 @contextmanager
@@ -194,6 +195,7 @@ def test_commands_can_be_typed_as_they_are(
 ) -> None:
     calibration = whole_calibration(subject=replace(SUBJECT, emulated=emulated))
     with inside(tmp_path, monkeypatch):
-        (sentence,) = notices(with_landing(calibration, Landing(DROPPED, "a test")), None, Path(name))
+        landed = with_landing(calibration, Landing(DROPPED, "a test"))
+        (sentence,) = check_certificate(landed, None, Path(name)).objections
     first, second = (f"tfsat-host calibrate {step}{options}" for step in ("bias", "zero --all"))
     assert f"To measure: {first}, {second}, " in sentence

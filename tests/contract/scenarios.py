@@ -149,7 +149,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "campaign report season --json",
         "report run --out another.html",
         "bundle run --out another.tfsat.zip",
-        "reproduce drop.tfsat.zip",
+        "reproduce drop.tfsat.zip --out reproduced",
         "campaign init another",
         "campaign add another run --note first",
         "campaign note another 1 calm",

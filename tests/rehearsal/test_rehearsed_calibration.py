@@ -69,15 +69,14 @@ def test_what_was_not_measured_is_said(run: Path) -> None:
 
 def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:
     (missing,) = result("bundle", "run")["missing"]
-    assert missing["lost"] is False and "a rehearsal drew them: zero points" in missing["why"]
+    assert (
+        missing["lost"] is False and "Simulated by a rehearsal, not measured: zero points" in missing["why"]
+    )
     reproduction = result("reproduce", "run.tfsat.zip")
     assert reproduction["same"] is True and reproduction["complete"] is True
     again = next(comparison for comparison in reproduction["compared"] if comparison["what"] == "calibration")
     assert again["differences"] == [] and again["lacking"] is False
-    assert (
-        "from 1 recording: biases of the gyros. Not recorded in a rehearsal, but drawn: zero"
-        in again["sentence"]
-    )
+    assert "from 1 recording: biases of the gyros. Simulated: zero" in again["sentence"]
 
 
 def test_a_bias_that_the_raw_samples_do_not_give_differs(run: Path) -> None:
@@ -125,7 +124,7 @@ def test_another_maneuver_than_the_preflight_checked_is_named(run: Path) -> None
     maneuver.write_text(maneuver.read_text() + "\n# touched\n")
     output = command("bundle", "run", expect=3)
     assert (
-        "CHANGED run/maneuver.toml is not the maneuver that the preflight checked (run/maneuver.toml"
+        "Changed: run/maneuver.toml is not the maneuver that the preflight checked (run/maneuver.toml"
         in output.words
     )
-    assert "CHANGED run/maneuver.toml is not" in command("reproduce", "run.tfsat.zip", expect=3).words
+    assert "Changed: run/maneuver.toml is not" in command("reproduce", "run.tfsat.zip", expect=3).words

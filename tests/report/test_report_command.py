@@ -55,7 +55,7 @@ def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None
     words = command("report", "run/SD.bin", "--mcap=out/drop.mcap").out  # its own page it may replace
     assert b"<noscript>old" not in page.read_bytes()
     assert words.startswith("run: GOOD. ") and Path("out/drop.mcap").is_file()
-    assert words.splitlines()[-2:] == ["Written  run/report.html", "Written  out/drop.mcap"]
+    assert words.splitlines()[-2:] == ["Report: run/report.html", "Also written: out/drop.mcap"]
 
 
 def test_a_file_of_somebody_else_is_kept_without_force_and_doubts_end_with_3(run: Path) -> None:

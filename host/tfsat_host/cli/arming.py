@@ -45,6 +45,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _arm(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.present.stored_settings import maneuver_as_dict
+    from tfsat_host.quantity import json_objects
+    from tfsat_host.run.certificate_check import CERTIFICATE_STATE
     from tfsat_host.run.robot_arming import arm
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
@@ -61,7 +63,7 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
             {
                 "state": "armed",
                 "recording": armed.recording,
-                "calibration": armed.calibration,
+                "calibration": json_objects(CERTIFICATE_STATE, armed.calibration),
                 "at_start_pose": armed.at_start_pose,
                 "maneuver": maneuver_as_dict(armed.maneuver),
                 "device": sequencer.device(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,11 +11,14 @@ from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.next_step import NextStep
+from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import list_facts, sentences
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.run.bundle.making import WrittenBundle
+    from tfsat_host.run.bundle.manifest import Manifest
 
 
 _USAGE = f"""
@@ -24,6 +28,7 @@ same bytes. `tfsat-host reproduce` recomputes it. Ends with 3 if something was l
 
 {RUNS}
 options:
+--full      why something is missing, what was left out, what the recording holds
 --out FILE  the archive (default: NAME.tfsat.zip in the current folder)
 {FORCE}
 {OUTPUT}"""
@@ -36,7 +41,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Collects, evaluates, writes."""
-    from tfsat_host.run.bundle.making import bundle
+    from tfsat_host.run.bundle.making import BUNDLE, bundle
+    from tfsat_host.run.bundle.manifest import MANIFEST_COLUMNS
 
     if len(args.runs) > 1:
         raise UsageError(
@@ -47,39 +53,46 @@ def run(args: argparse.Namespace, out: Output) -> int:
     options = options_of(args)
     replace(options, facility=None).check(args.runs)  # it is bundled without --laser, too
     archive = bundle(args.runs[0], options, args.out, force=args.force, notices=out)
-    result = {
-        "bundle": str(archive.target),
-        "recording": archive.recording,
-        "bytes": archive.target.stat().st_size,
-        "manifest_sha256": archive.manifest_sha256,
-        **archive.manifest.as_dict(),
-    }
-    out.result(result, lambda: _show(archive, out))
-    return ExitCode.DATA_LOSS if archive.lost else 0
+    result = record(BUNDLE, archive) | record(MANIFEST_COLUMNS, archive.manifest)
+    out.result(result, lambda: _show(archive, out, full=args.full))
+    return 0 if archive.is_whole else ExitCode.DATA_LOSS
 
 
-def _show(archive: WrittenBundle, out: Output) -> None:
-    from tfsat_host.notices import printable
+def _show(archive: WrittenBundle, out: Output, *, full: bool) -> None:
     from tfsat_host.run.bundle.contents import MADE_AGAIN
 
     manifest, target = archive.manifest, archive.target
     size = sum(file.bytes for file in manifest.files.values())
-    out.line(f"Written   {printable(target)}: {len(manifest.files)} files, {size / 1e6:.1f} MB.")
-    out.line(f"Manifest  SHA-256 {archive.manifest_sha256}: for the logbook, it vouches for every file.")
-    out.line(f"Recording {printable(manifest.evaluated.recording)}, {archive.recording}.")
-    for missing_part in manifest.missing:
-        out.line(
-            f"{'LOST     ' if missing_part.lost else 'Missing  '} {printable(missing_part.what)}: "
-            f"{printable(missing_part.why)}"
+    sentences(
+        [
+            f"Bundle: {target} ({len(manifest.files)} files, {size / 1e6:.1f} MB)",
+            f"SHA-256 of its manifest: {archive.manifest_sha256} (write it into the logbook)",
+        ],
+        out,
+    )
+    show_concerns(manifest, out)
+    unusual = [name for name, why in manifest.left_out.items() if why != MADE_AGAIN]
+    if not full:
+        names = {"Missing": [part.what for part in manifest.never_there], "Left out": unusual}
+        sentences(
+            [f"{label}: {', '.join(names[label])} (why: --full)" for label in names if names[label]], out
         )
-    for sentence in manifest.record:
-        out.line(f"CHANGED   {printable(sentence)}")
-    for sentence in manifest.doubts:
-        out.line(f"DOUBTFUL  {printable(sentence)}")
-    plain = [name for name, why in manifest.left_out.items() if why == MADE_AGAIN]
-    for name, why in manifest.left_out.items():
-        if name not in plain:
-            out.line(f"Left out  {printable(name)} {printable(why)}.")
-    if plain:
-        out.line(f"Left out  {', '.join(map(printable, plain))}.")
-    out.line(f"To recompute it: {NextStep('reproduce', (printable(target),))}")
+        return
+    list_facts("Missing", [f"{part.what}: {part.why}" for part in manifest.never_there], out)
+    list_facts("Left out", [f"{name} {manifest.left_out[name]}." for name in unusual], out)
+    plain = [name for name in manifest.left_out if name not in unusual]
+    sentences(
+        [
+            *([f"Left out, not needed: {', '.join(plain)}"] if plain else []),
+            f"Recording: {manifest.evaluated.recording}, {archive.recording}",
+            Advice("Compute it again: ", NextStep("reproduce", (str(target),))),
+        ],
+        out,
+    )
+
+
+def show_concerns(manifest: Manifest, out: Output, changed: Sequence[str] | None = None) -> None:
+    """Write what was lost, changed or is doubtful; `changed` instead of what the manifest says was changed."""
+    list_facts("Lost", [f"{part.what}: {part.why}" for part in manifest.lost], out)
+    list_facts("Changed", manifest.record if changed is None else changed, out)
+    list_facts("Doubtful", manifest.doubts, out)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_actions, drop_number, output_file_name
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import printable, show_rows
+from tfsat_host.present.terminal import list_facts, sentences, show_rows
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
+    from tfsat_host.run.campaign.campaign_folder import CampaignList
     from tfsat_host.run.campaign.campaign_report import CampaignReport
 
+_FAULTS = "index or folders NOT as they were left (see the warnings)"
 _ACTIONS = f"""
 init    make a folder a campaign, without drops
 add     copy a run into it as the next drop
@@ -45,89 +48,106 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Does what was typed."""
     from tfsat_host.run.campaign import campaign_folder
+    from tfsat_host.run.campaign.entries import ENTRY
 
     match args.action:
         case "init":
             campaign_folder.init(args.dir)
             add = f"The first drop comes in by: {NextStep('campaign add', (str(args.dir), 'RUN'))}"
             result = {"campaign": str(args.dir), "index": str(args.dir / campaign_folder.INDEX)}
-            out.result(result, f"Campaign  {args.dir}. {add}")
+            out.result(result, f"Campaign: {args.dir}. {add}")
         case "add":
+            from tfsat_host.run.campaign.adding import ADDED
             from tfsat_host.run.campaign.adding import add as add_run
 
             added = add_run(args.dir, args.run, note=args.note, move=args.move, notices=out)
-            out.result(added.as_dict(), added.sentence)
+            out.result(record(ADDED, added), added.sentence)
             return _warn_and_exit_code(added.doubts, out)
         case "note":
             drop = campaign_folder.note(args.dir, args.number, args.text)
-            out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
+            count = len(drop.notes)
+            out.result(record(ENTRY, drop), f"Drop {drop.number}: {count} note{'' if count == 1 else 's'}")
         case "void":
             drop = campaign_folder.void(args.dir, args.number, args.text)
-            out.result(drop.as_dict(), f"Drop {drop.number}  void: {args.dir / drop.folder} is not counted.")
+            out.result(
+                record(ENTRY, drop), f"Drop {drop.number}: void ({args.dir / drop.folder} is not counted)"
+            )
         case "next":
-            following = campaign_folder.next_drop(args.dir)
-            out.result(following, str(following["number"]))
-            return _warn_and_exit_code(following["findings"], out)
+            contents = campaign_folder.read(args.dir)
+            out.result(record(campaign_folder.NEXT, contents), str(contents.next_number))
+            return _warn_and_exit_code(contents.findings, out)
         case action:
             return {"list": _list, "report": _report}[action](args, out)
     return 0
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign_folder import list_drops
+    from tfsat_host.run.campaign.campaign_folder import LIST, list_drops
 
-    listed = list_drops(args.dir)
-    drops = listed["drops"]
-
-    out.result(listed, lambda: _show_list(drops, out))
-    return _warn_and_exit_code(listed["findings"], out) or ExitCode.DATA_LOSS * any(
-        drop["changes"] for drop in drops
-    )
+    campaign = list_drops(args.dir)
+    out.result(record(LIST, campaign), lambda: _show_list(campaign, out))
+    changed = any(drop.changes for drop in campaign.drops)
+    return _warn_and_exit_code(campaign.contents.findings, out) or ExitCode.DATA_LOSS * changed
 
 
-def _show_list(drops: Sequence[dict[str, Any]], out: Output) -> None:
+def _show_list(campaign: CampaignList, out: Output) -> None:
     from tfsat_host.run.campaign.campaign_folder import LISTED
 
-    if drops:
-        show_rows(LISTED, drops, out)
-    else:
+    if not campaign.drops:
         out.line("No drops yet.")
-    for number, sentence in ((drop["number"], change) for drop in drops for change in drop["changes"]):
-        out.line(f"CHANGED   drop {number}: {printable(sentence)}")
+        return
+    count, changed = len(campaign.drops), sum(bool(drop.changes) for drop in campaign.drops)
+    void = sum(drop.entry.void is not None for drop in campaign.drops)
+    counted = f"{count} drop{'' if count == 1 else 's'}" + (f", {void} void" if void else "")
+    state = f"{changed} CHANGED since added" if changed else "all files as added"
+    faults = f", {_FAULTS}" if campaign.contents.findings else ""
+    sentences([f"Campaign: {campaign.folder} ({counted}, {state}{faults})"], out)
+    show_rows(LISTED, campaign.drops, out)
+    list_facts(
+        "Changed",
+        [f"drop {drop.entry.number}: {change}" for drop in campaign.drops for change in drop.changes],
+        out,
+    )
 
 
 def _report(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign_report import report
+    from tfsat_host.run.campaign.campaign_report import REPORT, report
 
     campaign_report = report(args.dir, args.robot, args.out, force=args.force, notices=out)
-    out.result(
-        {"campaign": str(args.dir), **campaign_report.as_dict()}, lambda: _show_report(campaign_report, out)
-    )
+    out.result(record(REPORT, campaign_report), lambda: _show_report(campaign_report, out))
     return _warn_and_exit_code(campaign_report.findings, out) or (
         0 if campaign_report.good else ExitCode.DATA_LOSS
     )
 
 
 def _show_report(campaign_report: CampaignReport, out: Output) -> None:
-    """Print the drops, why some are left out, each robot's combined results, and the report's path."""
+    """Show the verdict, the drops, why some are left out, each robot's combined results, the verdict again."""
     from tfsat_host.present.evaluation_text import show_comparison
     from tfsat_host.run.campaign.campaign_report import DROPS_OF_ALL
 
-    show_rows(DROPS_OF_ALL, campaign_report.rows(), out, title="All drops")
-    for sentence in campaign_report.sentences():
-        out.line(printable(sentence))
+    _show_verdict(campaign_report, out)
+    show_rows(DROPS_OF_ALL, campaign_report.tried, out)
+    sentences(campaign_report.sentences(), out)
     for robot in campaign_report.robots:
         if robot.compared is not None:
             out.line(f"The drops of the {robot.name} together:")
             show_comparison(robot.tables(), robot.compared.remarks, out)
-    out.line(
-        "No report was written."
-        if campaign_report.page is None
-        else f"Written  {printable(campaign_report.page)}"
-    )
+    out.line(f"Report: {campaign_report.page or 'not written, as no drop can be evaluated'}")
+    _show_verdict(campaign_report, out)
 
 
-def _warn_and_exit_code(sentences: Sequence[str], out: Output) -> int:
+def _show_verdict(campaign_report: CampaignReport, out: Output) -> None:
+    counts = ", ".join(f"{count} {level}" for level, count in sorted(campaign_report.counts.items()))
+    number = len(campaign_report.tried)
+    facts = [f"{number} drop{'' if number == 1 else 's'} ({counts})"]
+    facts += [f"{len(campaign_report.void)} void"] if campaign_report.void else []
+    facts += ["drops contradict each other"] if campaign_report.contradictory else []
+    facts += [_FAULTS] if campaign_report.findings else []
+    verdict, color = ("GOOD", "1;32") if campaign_report.good else ("DOUBTFUL", "1;33")
+    sentences([f"{verdict}: {', '.join(facts)}"], out, colored=verdict, color=color)
+
+
+def _warn_and_exit_code(messages: Sequence[str], out: Output) -> int:
     """Warn with these sentences and return the exit code they call for."""
-    out.warn_each(sentences)
-    return ExitCode.DATA_LOSS if sentences else 0
+    out.warn_each(messages)
+    return ExitCode.DATA_LOSS if messages else 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import jsonable
+from tfsat_host.json_values import format_json
 from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
@@ -113,7 +112,7 @@ def _show_several(
     tried: Sequence[Tried], compared: Comparison | None, args: argparse.Namespace, out: Output
 ) -> None:
     from tfsat_host.present.evaluation_text import show_comparison
-    from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
+    from tfsat_host.run.drop_comparison import DROPS, DropSummary, Refused
 
     for attempt in tried:
         out.line(f"== {printable(attempt.place)}")
@@ -123,7 +122,10 @@ def _show_several(
         else:
             _show(attempt, args, out)
         out.line()
-    rows = [row_of(attempt.place, None if isinstance(attempt, Refused) else attempt) for attempt in tried]
+    rows = [
+        DropSummary(str(attempt.place), None if isinstance(attempt, Refused) else attempt)
+        for attempt in tried
+    ]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
         names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]
@@ -132,6 +134,5 @@ def _show_several(
 
 def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> None:
     if args.out is not None:
-        text = json.dumps(jsonable(result), indent=1, allow_nan=False) + "\n"
-        write_text(args.out, EVALUATION_MARKER, text, force=args.force)
+        write_text(args.out, EVALUATION_MARKER, format_json(result), force=args.force)
         out.note(f"Written to {printable(args.out)}.")

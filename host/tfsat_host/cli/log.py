@@ -41,11 +41,12 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.boards import open_logger
-    from tfsat_host.run.logger_recordings import RAM_WARNING, LoggerRecordings
+    from tfsat_host.quantity import record
+    from tfsat_host.run.logger_recordings import RAM_WARNING, RECORDINGS, LoggerRecordings
 
     with open_logger(args, out) as logger:
         recordings = LoggerRecordings.of(logger)
-    out.result(recordings.as_dict(), lambda: recordings.show(out))
+    out.result(record(RECORDINGS, recordings), lambda: recordings.show(out))
     if recordings.status.ram_holds_drop:
         out.warn(RAM_WARNING)
     if recordings.card_error is not None:
@@ -56,7 +57,9 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
     from tfsat_host.cli.boards import open_logger
+    from tfsat_host.quantity import records
     from tfsat_host.run.fetched_log import (
+        COPY,
         fetch,
         listing_after_the_drop,
         note_maneuvers,
@@ -79,7 +82,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         released = any(release_ram(logger, copy, out) for copy in copies)
         holds_drop = bool(logger.status().ram_holds_drop)
         result = {
-            "logs": [copy.as_dict() for copy in copies],
+            "logs": records(COPY, copies),
             "ram_released": released,
             "ram_holds_drop": holds_drop,
             "device": logger.device(),
@@ -106,10 +109,12 @@ def _show(copies: list[Copy], released: bool, out: Output) -> None:
 
 def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.boards import open_logger
-    from tfsat_host.run.logger_recordings import erase
+    from tfsat_host.quantity import record
+    from tfsat_host.run.logger_recordings import ERASED, erase
 
     with open_logger(args, out) as logger:
-        out.result(*erase(logger, args.which, out, force=args.force))
+        erased = erase(logger, args.which, out, force=args.force)
+        out.result(record(ERASED, erased), erased.sentence)
     return 0
 
 

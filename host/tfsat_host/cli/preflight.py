@@ -45,7 +45,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
     from tfsat_host.cli.preflight_report import complete_steps, evidence_of, show
     from tfsat_host.preflight import judge, may_drop
-    from tfsat_host.run.prepared_run import PreparedRun, result_of, runs_natively, write_result
+    from tfsat_host.quantity import record
+    from tfsat_host.run.prepared_run import (
+        RESULT,
+        PreflightResult,
+        PreparedRun,
+        runs_natively,
+        write_result,
+    )
 
     files = PreparedRun.open(
         args.run,
@@ -61,9 +68,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     checks = complete_steps(
         judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated
     )
-    result = result_of(evidence, checks, files.hashes(evidence.calibration_file), leftovers)
-    written = write_result(files.folder, result, evidence.now)
-    document = {**result, "file": str(written.file), "signed": written.sha256}
+    result = PreflightResult(evidence, checks, files.hashes(evidence.calibration_file), leftovers)
+    written = write_result(files.folder, result)
+    document = {**record(RESULT, result), "file": str(written.file), "signed": written.sha256}
     out.result(document, lambda: show(checks, evidence, written, args, out, emulated=emulated))
     if leftovers:
         out.warn(leftovers)

@@ -23,8 +23,7 @@ from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
 from tfsat_host.preflight.preflight_check import SEE
 from tfsat_host.preflight.preflight_evidence import Missing, RunningRecording
 from tfsat_host.present.output import Output
-from tfsat_host.run.certificate_check import command_options
-from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
 
 if TYPE_CHECKING:
     from rich.text import Text

@@ -10,6 +10,8 @@ from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import OUTPUT, add_options, output_file_name
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import sentences
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.run.drop_report import Report
@@ -37,22 +39,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop, draws, writes."""
-    from tfsat_host.run.drop_report import ReportOptions, report
+    from tfsat_host.run.drop_report import REPORT, ReportOptions, report
 
     report_options = ReportOptions(args.out, args.figures, args.mcap, args.force)
     drop_report = report(args.runs, options_of(args), report_options, out)
-    result = {
-        "report": str(drop_report.page),
-        "files": [str(path) for path in drop_report.files],
-        "drops": [
-            {"name": drop.name, "run": str(evaluated_run.place), "verdict": evaluated_run.verdict.as_dict()}
-            for drop, evaluated_run in zip(drop_report.drops, drop_report.runs, strict=True)
-        ],
-        "refused": [
-            {"run": str(refusal.place), "what": refusal.error.what} for refusal in drop_report.refused
-        ],
-    }
-    out.result(result, lambda: _show(drop_report, out))
+    out.result(record(REPORT, drop_report), lambda: _show(drop_report, out))
     doubts = () if drop_report.compared is None else drop_report.compared.doubts
     for sentence in doubts:
         out.warn(sentence)
@@ -63,9 +54,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show(drop_report: Report, out: Output) -> None:
-    from tfsat_host.notices import printable
-
-    for drop in drop_report.drops:
-        out.line(f"{printable(drop.name)}: {drop.verdict.level.upper()}. {printable(drop.verdict.sentence)}")
-    for path in drop_report.files:
-        out.line(f"Written  {printable(path)}")
+    others = ", ".join(str(path) for path in drop_report.files[1:])
+    sentences(
+        [
+            *(
+                f"{drop.name}: {drop.verdict.level.upper()}. {drop.verdict.sentence}"
+                for drop in drop_report.drops
+            ),
+            f"Report: {drop_report.page}",
+            *([f"Also written: {others}"] if others else []),
+        ],
+        out,
+    )

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tfsat_host.cli.bundle import show_concerns
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import printable, show_rows
-from tfsat_host.quantity import Column, Columns
+from tfsat_host.present.terminal import list_facts, sentences, show_rows
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
-    from tfsat_host.run.bundle.reproducing import ComparedPart
+    from tfsat_host.run.bundle.json_comparison import ComparedPart
+    from tfsat_host.run.bundle.reproducing import Reproduction
 
-_SHOWN = 20
+_MAX_ROWS, _MAX_ROWS_FULL = 8, 100
+_GREEN, _YELLOW, _RED = "1;32", "1;33", "1;31"
 
 
 _USAGE = f"""
@@ -24,6 +26,7 @@ data, and say what differs, number by number. Ends with 0 if nothing does; with 
 changed, or could not be computed; with 1 if the archive is damaged or not safe: then nothing is unpacked.
 
 BUNDLE     a file that `tfsat-host bundle` made
+--full     what was compared, what is missing, and more of what differs
 --out DIR  a new folder to unpack into (default: NAME-reproduced here, for NAME.tfsat.zip)
 {OUTPUT}"""
 
@@ -35,67 +38,90 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Unpacks, computes, compares."""
-    from tfsat_host.run.bundle.reproducing import reproduce
+    from tfsat_host.run.bundle.reproducing import REPRODUCTION, reproduce
 
     reproduction = reproduce(args.bundle, args.out, out)
-    result = {"bundle": str(args.bundle), **reproduction.as_dict()}
-    out.result(result, lambda: _show(result, reproduction.compared, out))
+    out.result(record(REPRODUCTION, reproduction), lambda: _show(reproduction, out, full=args.full))
     return 0 if reproduction.same and not reproduction.incomplete else ExitCode.DATA_LOSS
 
 
-def _show(result: dict[str, Any], compared: Sequence[ComparedPart], out: Output) -> None:
-    """Part by part, then what is missing, lost, changed or doubtful, and the verdict last."""
-    out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
-    out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")
-    for part in compared:
-        word = "NOT DONE" if part.lacking else "not done" if part.differs is None else "same"
-        word = "REFUSED" if part.refused else word
-        word = f"{len(part.differs)} DIFFER" if part.differs else word
-        out.line(f"{part.what.capitalize()}: {word}. {printable(part.sentence)}")
-        if part.differs:
-            show_rows(DIFFERENCES, part.differs[:_SHOWN], out)
-            if len(part.differs) > _SHOWN:
-                out.line(f"… and {len(part.differs) - _SHOWN} more: --json has all.")
-    for missing in result["missing"]:
-        out.line(
-            f"{'LOST' if missing['lost'] else 'Missing'} when bundled: {printable(missing['what'])}: "
-            f"{printable(missing['why'])}"
+def _show(reproduction: Reproduction, out: Output, *, full: bool) -> None:
+    """Show the verdict, what differs or is not whole, and below these the verdict again."""
+    manifest = reproduction.manifest
+    whole = reproduction.same and not reproduction.incomplete
+    _show_verdict(reproduction, out)
+    sentences(
+        [
+            f"Unpacked: {reproduction.folder} ({len(manifest.files)} files, SHA-256 of all files right)",
+            f"SHA-256 of its manifest: {reproduction.manifest_sha256} (compare it with the logbook's)",
+        ],
+        out,
+    )
+    if reproduction.program_changed and not reproduction.same:
+        sentences(
+            [
+                f"Program: changed since the bundle was made (by {manifest.made_by}). Differences may come from the "
+                "program, not from the data: to tell, reproduce it with the tfsat-host of then."
+            ],
+            out,
         )
-    for sentence in result["record"]:
-        out.line(f"CHANGED   {printable(sentence)}")
-    for sentence in result["doubts"]:
-        out.line(f"DOUBTFUL  {printable(sentence)}")
-    if result["environment"]:
-        out.line(f"Computed with something else than then: {printable(' '.join(result['environment']))}")
-    if result["not_computed"]:
-        names = ", ".join(map(printable, result["not_computed"]))
-        out.line(f"Kept as it was, not computed: {names}")
-    if not result["same"]:
-        out.line("NOT THE SAME: see above.")
-    elif result["complete"]:
-        out.line("SAME: the raw data give what was bundled.")
-    else:
-        out.line(f"SAME as far as it could be computed, and not whole: {printable(_briefly(result))}.")
+    # The page is drawn from the evaluation: where that differs, the page's numbers say nothing more.
+    evaluation_differs = False
+    for part in reproduction.compared:
+        if part.differs:
+            limit = 0 if evaluation_differs and part.what == "report" and not full else _MAX_ROWS
+            _show_differences(part, out, _MAX_ROWS_FULL if full else limit)
+            evaluation_differs |= part.what == "evaluation"
+        elif full or part.lacking or part.refused:
+            label = "Not computed" if part.lacking else part.what.capitalize()
+            list_facts(label, [part.sentence], out)
+    show_concerns(manifest, out, reproduction.record)
+    if full or not reproduction.same:
+        list_facts("Computed with other software", reproduction.environment, out)
+    if full:
+        list_facts("Missing", [f"{part.what}: {part.why}" for part in manifest.never_there], out)
+        if reproduction.not_computed:
+            sentences([f"Kept by their hash, not computed: {', '.join(reproduction.not_computed)}"], out)
+    if full or not whole:
+        _show_verdict(reproduction, out)
 
 
-def _briefly(result: dict[str, Any]) -> str:
-    """Summarize how many results were lost, changed, doubtful or not computed."""
+def _show_verdict(reproduction: Reproduction, out: Output) -> None:
+    compared, manifest = reproduction.compared, reproduction.manifest
+    verdict, color = "Reproduced identically", _GREEN
+    if reproduction.incomplete:
+        verdict, color = "REPRODUCED IN PART", _YELLOW
+    if not reproduction.same:
+        verdict, color = "NOT REPRODUCED", _RED
+    wrong = [f"{len(part.differs):,} differences in {part.what}" for part in compared if part.differs]
+    wrong += [f"{part.what} refused" for part in compared if part.refused]
     counts = {
-        "LOST": sum(missing["lost"] for missing in result["missing"]),
-        "CHANGED": len(result["record"]),
-        "DOUBTFUL": len(result["doubts"]),
-        "NOT COMPUTED": sum(part["lacking"] for part in result["compared"]),
+        "not computed": sum(part.lacking for part in compared),
+        "lost": len(manifest.lost),
+        "changed": len(reproduction.record),
+        "doubtful": len(manifest.doubts),
     }
-    return ", ".join(f"{count} {word}" for word, count in counts.items() if count) + " (above)"
+    wrong += [f"{count} {word}" for word, count in counts.items() if count]
+    identical = ", ".join(
+        f"{part.what} ({part.extent})" if part.extent else part.what for part in compared if part.identical
+    )
+    if wrong:
+        identical = "; ".join([", ".join(wrong), *([f"identical: {identical}"] if identical else [])])
+    sentences([f"{verdict}: {identical}"], out, colored=verdict, color=color)
 
 
-def _value(value: object) -> str:
-    return f"{value:.9g}" if isinstance(value, float) else str(value)[:80]
+def _show_differences(part: ComparedPart, out: Output, limit: int) -> None:
+    """Write how many numbers, names and keys differ, with the limit, and the first `limit` of them."""
+    from tfsat_host.run.bundle.json_comparison import DIFFERENCES
 
-
-DIFFERENCES: Columns = (
-    Column("key", "what"),
-    Column("bundled", "bundled", words=lambda difference: _value(difference.bundled)),
-    Column("recomputed", "recomputed", words=lambda difference: _value(difference.recomputed)),
-    Column("relative", "relative", form=".1e"),
-)
+    differs = part.differs or ()
+    of = f" ({part.extent} compared)" if part.extent else ""
+    tolerance = part.tolerance
+    allowed = f", allowed: {tolerance.relative:g} relative or {tolerance.absolute:g}" if tolerance else ""
+    sentences([f"{part.what.capitalize()}: {len(differs):,} differences{of}{allowed}"], out)
+    if part.tolerance is None:
+        sentences([part.sentence], out)
+    if limit:
+        show_rows(DIFFERENCES, differs[:limit], out)
+    if len(differs) > limit:
+        sentences([f"{len(differs) - limit:,} more: --full (up to {_MAX_ROWS_FULL}), --json (all)"], out)

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from itertools import groupby, takewhile
 from typing import TYPE_CHECKING, Any, Self
 
+from tfsat_host.next_step import Advice
 from tfsat_host.notices import printable as printable
 from tfsat_host.present.wrapping import fill_lines, stream_columns
 from tfsat_host.quantity import Columns, Quantity, Table
@@ -118,11 +119,20 @@ def bullets(texts: Iterable[str], out: Output) -> None:
             out.line(line)
 
 
-def sentences(texts: Iterable[str], out: Output) -> None:
-    """Write the texts as they are, one below the other."""
+def sentences(texts: Iterable[str], out: Output, *, colored: str = "", color: str = "") -> None:
+    """Write the texts as they are, one below the other; `colored` is a part of them that has that colour."""
     for text in texts:
         for line in _wrap_text(out.complete(text), _width(), "", "  "):
-            out.line(line)
+            out.line(line, colored=colored, color=color)
+
+
+def list_facts(label: str, texts: Sequence[str], out: Output) -> None:
+    """Write `Label: text`; of several texts `Label: number of them`, and each below; nothing where there is none."""
+    if len(texts) == 1:
+        sentences([Advice(f"{label}: ", texts[0])], out)
+    elif texts:
+        out.line(f"{label}: {len(texts)}")
+        bullets(texts, out)
 
 
 def _wrap_text(text: str, width: int, first: str, others: str) -> list[str]:

@@ -24,7 +24,7 @@ from tfsat_host.report.figures import FORMATS
 from tfsat_host.report.figures import MARKER as FIGURE
 from tfsat_host.report.foxglove_export import MARKER as MCAP
 from tfsat_host.run.campaign.campaign_folder import DROP, INDEX
-from tfsat_host.run.certificate_check import is_of_robot, note_landing_of, origin_of_log
+from tfsat_host.run.certificate_check import is_of_robot, origin_of_log
 from tfsat_host.run.drop_report import PAGE_MARKER
 from tfsat_host.run.exports import write_decoded
 from tfsat_host.run.files import (
@@ -38,7 +38,8 @@ from tfsat_host.run.files import (
     rehearsed_files,
 )
 from tfsat_host.run.held_maneuver import note_name, note_text
-from tfsat_host.run.prepared_run import hashes_of, result_of, write_result
+from tfsat_host.run.prepared_run import PreflightResult, hashes_of, write_result
+from tfsat_host.run.recorded_landing import note_landing_of
 from tfsat_host.run.signed_record import RECORD
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.whole_file import write_whole
@@ -149,10 +150,10 @@ class RunFolder(ResultFolder):
             "robot": robot,
             "facility": load_tower(None).path,
         }
-        result = result_of(evidence, drop.checked.checks, hashes_of(files))
+        result = PreflightResult(evidence, drop.checked.checks, hashes_of(files))
         self.file(RECORD)
         self.file(PREFLIGHT)
-        write_result(self.path, result, evidence.now)
+        write_result(self.path, result)
 
     def _write_card(self, card: bytes) -> DropLog:
         path = self.file(RECORDING)

@@ -1,146 +1,155 @@
-"""The certificate that a recording is evaluated by: found, held against it, taught of its landing; its notices."""
+"""The certificate that a recording is evaluated by: found, checked against it, and what stands against its use."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
-from tfsat_host.calibration.certificate.calibration_campaign import note_landing
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
-    Landing,
+    Quantity,
     Shortcoming,
+    commands_of,
+    list_names,
     of_another_robot,
     quantities,
-    with_landing,
 )
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import (
-    CertificateOfDrop,
-    certificate_for,
     measured_after,
 )
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.notices import SILENT, Notices
-from tfsat_host.protocol.limits import FALL_US, IMU_COUNT
+from tfsat_host.notices import SILENT, Listener, Notices
+from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LogHeader
-from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
+from tfsat_host.quantity import Column, Columns
+from tfsat_host.run.files import command_options
+from tfsat_host.run.recorded_landing import (
+    certificate_of,
+    note_landing_of,
+    time_of_day,
+    without_landing_of,
+)
 from tfsat_host.sdlog import DropLog
 
-_NAMED = 3
 # Two computers' clocks may differ by so much; what was measured later than this is of the future.
 _CLOCKS_APART = timedelta(minutes=1)
 
 
-def command_options(file: Path, *, emulated: bool) -> tuple[str, ...]:
-    """Return the options that make a `calibrate` command use that certificate; none where none is needed."""
-    default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
-    out = () if file.resolve() == default.resolve() else ("--out", str(file))
-    return (*out, *(("--emulated",) if emulated else ()))
+@dataclass(frozen=True, slots=True)
+class CertificateState:
+    """What a certificate is worth for a use.
+
+    Attributes:
+        path: Of the certificate.
+        objections: What stands against using it, a sentence or two each; empty if it can be used.
+        shortcomings: The quantities that it lacks or that a landing may have changed.
+        options: That make a `calibrate` command go on with it.
+    """
+
+    path: Path
+    objections: tuple[str, ...]
+    shortcomings: tuple[Shortcoming, ...] = ()
+    options: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> list[tuple[Shortcoming, str]]:
+        """Each shortcoming, and the command that measures it with these options."""
+        return [(gap, str(gap.command.with_arguments(*self.options))) for gap in self.shortcomings]
 
 
-def notices(
+_SHORTCOMING: Columns = (
+    Column("quantity", of=lambda row: row[0].name),
+    Column("reason", of=lambda row: row[0].reason),
+    Column("taken", of=lambda row: row[0].taken and row[0].taken.isoformat()),
+    Column("command", of=lambda row: row[1]),
+)
+CERTIFICATE_STATE: Columns = (
+    Column("file", of=lambda state: str(state.path)),
+    Column("usable", of=lambda state: not state.objections),
+    Column("shortcomings", of="rows", columns=_SHORTCOMING),
+    Column("sentences", of="objections"),
+)
+"""Under `calibration` of `--json`."""
+
+
+def check_certificate(
     calibration: Calibration,
     origin: Origin | None,
     file: Path,
     before: datetime | None = None,
     now: datetime | None = None,
     *,
+    into: Path | None = None,
     servos: bool = True,
-) -> list[str]:
-    """List the objections to using a calibration, a sentence or two each; empty if it can be used.
+) -> CertificateState:
+    """Check whether a calibration can be used.
 
     Args:
         calibration: As it was read.
         origin: The robot whose sensors it would be used for; None: not known.
-        file: The certificate that further steps are to go into.
+        file: The certificate.
         before: When its samples were taken: later landings do not matter, but quantities measured after one may
             have been different before. None: now.
         now: The current time; None: by the computer's clock.
+        into: The certificate that further steps are to go into; None: the same.
         servos: Whether the servos' shortcomings count; no sensor's reading rests on them.
     """
-    if origin is not None and (other := _of_another_robot(calibration, origin)):
-        return [other]
+    target, emulated = into or file, calibration.subject.emulated
+    options = command_options(target, emulated=emulated)
+    shortcomings = tuple(
+        gap for gap in calibration.shortcomings(before) if servos or not gap.name.startswith("servo ")
+    )
+    other = "" if origin is None else of_another_robot(calibration.subject, origin)
+    if other:
+        other = f"The calibration{other.removeprefix('It')} None of its numbers hold."
+        return CertificateState(file, (other,), shortcomings, options)
     objections = [] if origin is None else _of_other_imus(calibration, origin)
-    options = command_options(file, emulated=calibration.subject.emulated)
-    shortcomings = _shortcomings(calibration, before, servos=servos)
     # Tell missing from stale: what was never measured, and what a landing may have moved since.
     for reason, words in (
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
     ):
-        lacking = [shortfall for shortfall in shortcomings if shortfall.reason == reason]
+        lacking = [gap for gap in shortcomings if gap.reason == reason]
         if lacking:
-            commands = _commands((shortfall.command for shortfall in lacking), options)
-            objections.append(
-                f"{words} {_list_names([shortfall.name for shortfall in lacking])}. To measure: {commands}"
-            )
+            names = list_names([gap.name for gap in lacking])
+            objections.append(f"{words} {names}. To measure: {_commands(lacking, options)}")
     # A value measured only after the impact may be of a sensor that the impact had moved.
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
         objections.append(
-            f"Measured only after the landing that followed, which may have changed it: {_list_names(later)}. "
+            f"Measured only after the landing that followed, which may have changed it: {list_names(later)}. "
             "A calibration from before the drop says more."
         )
-    return objections + _of_the_future(calibration, file, now or datetime.now(UTC))
+    objections += _of_the_future(calibration, target, now or datetime.now(UTC))
+    return CertificateState(file, tuple(objections), shortcomings, options)
 
 
-def as_json(
-    calibration: Calibration,
-    file: Path,
-    objections: list[str],
-    before: datetime | None = None,
-    into: Path | None = None,
-    *,
-    servos: bool = True,
-) -> dict[str, Any]:
-    """Return the calibration's state for `--json`, under `calibration`.
+def report_certificate(
+    read: Callable[[], CertificateState], file: Path, listener: Listener, use: str
+) -> CertificateState:
+    """Notify of a certificate's state, or of why it cannot be read; neither ends the command.
 
-    `into` is the certificate that further steps go into, if not `file`.
+    Args:
+        read: Reads and checks it.
+        file: The certificate.
+        listener: Hears of it.
+        use: For which it was checked, such as `drop`; empty: it is not said that it holds.
     """
-    options = command_options(into or file, emulated=calibration.subject.emulated)
-    return {
-        "file": str(file),
-        "usable": not objections,
-        "shortcomings": [
-            _shortcoming_as_json(shortfall, options)
-            for shortfall in _shortcomings(calibration, before, servos=servos)
-        ],
-        "sentences": objections,
-    }
-
-
-def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
-    """Return the entry of `as_json` for a certificate that could not be read."""
-    return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
-
-
-def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: bool) -> list[Shortcoming]:
-    return [
-        shortfall
-        for shortfall in calibration.shortcomings(before)
-        if servos or not shortfall.name.startswith("servo ")
-    ]
-
-
-def _shortcoming_as_json(shortcoming: Shortcoming, options: tuple[str, ...]) -> dict[str, Any]:
-    return {
-        "quantity": shortcoming.name,
-        "reason": shortcoming.reason,
-        "taken": None if shortcoming.taken is None else shortcoming.taken.isoformat(),
-        "command": str(shortcoming.command.with_arguments(*options)),
-    }
-
-
-def _of_another_robot(calibration: Calibration, origin: Origin) -> str:
-    """Empty if it is of the same."""
-    other = of_another_robot(calibration.subject, origin)
-    return other and f"The calibration{other.removeprefix('It')} None of its numbers hold."
+    try:
+        state = read()
+    except TfsatError as error:
+        listener.warn(Advice(f"{error.what} {error.meaning} ", error.next_step))
+        return CertificateState(file, (error.what,))
+    for sentence in state.objections:
+        listener.note(Advice(f"Calibration {state.path}: ", sentence))
+    if use and not state.objections:
+        listener.note(f"Calibration: {state.path} (valid for this {use})")
+    return state
 
 
 def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
@@ -180,21 +189,16 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     last = max(quantity.taken for quantity in early if quantity.taken is not None)
     another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
-        f"{_list_names([quantity.name for quantity in early])} {'was' if len(early) == 1 else 'were'} "
+        f"{list_names([quantity.name for quantity in early])} {'was' if len(early) == 1 else 'were'} "
         "measured in the future "
         f"({last.astimezone(UTC):%Y-%m-%d %H:%M} UTC): the clock was wrong then or is now; landings cannot end it. "
         f"Set the clock if it is wrong now; else measure again into another certificate: "
-        f"{_commands((quantity.command for quantity in early), another)}"
+        f"{_commands(early, another)}"
     ]
 
 
-def _commands(commands: Iterable[NextStep], options: tuple[str, ...]) -> str:
-    return _list_names(list(dict.fromkeys(str(command.with_arguments(*options)) for command in commands)))
-
-
-def _list_names(names: list[str]) -> str:
-    omitted_count = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {omitted_count} more" if omitted_count > 0 else "")
+def _commands(gaps: Iterable[Quantity | Shortcoming], options: tuple[str, ...]) -> str:
+    return list_names([str(command.with_arguments(*options)) for command in commands_of(gaps)])
 
 
 _NO_TIME = Advice(
@@ -205,8 +209,6 @@ _NO_TIME = Advice(
     NextStep("record start"),
     ".",
 )
-_NO_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
-"""A file of an earlier date was written by something without a clock, as the logger is: cards then say 1980 or 2000."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,14 +218,17 @@ class CheckedCertificate:
     Attributes:
         path: Of the certificate that held at the release.
         calibration: Its contents; where the time of the recording is unknown, without the landing that ended it.
-        objections: What stands against using it for the recording, a sentence or two each.
-        facts: For `--json`.
+        state: What it is worth for the recording.
     """
 
     path: Path
     calibration: Calibration
-    objections: list[str]
-    facts: dict[str, Any]
+    state: CertificateState
+
+    @property
+    def objections(self) -> tuple[str, ...]:
+        """What stands against using it for the recording, a sentence or two each."""
+        return self.state.objections
 
 
 def origin_of_log(header: LogHeader) -> Origin:
@@ -264,7 +269,7 @@ def hold_against(
     if is_of_robot(present, origin):
         note_landing_of(log, file, present, notified)
     # If it was measured again since the fall, a kept version from before the release is this drop's.
-    drop_certificate = _certificate_of(log, file)
+    drop_certificate = certificate_of(log, file)
     for sentence in drop_certificate.unreadable:
         notified.warn(f"{sentence} It was passed over.")
     if drop_certificate.path != file:
@@ -276,133 +281,9 @@ def hold_against(
     recorded = time_of_day(log, log.origin_us)
     # Without a time of day only this recording's own landing is known to have come after it.
     calibration = (
-        drop_certificate.calibration if recorded else _without_landing_of(log, drop_certificate.calibration)
+        drop_certificate.calibration if recorded else without_landing_of(log, drop_certificate.calibration)
     )
-    objections = notices(calibration, origin, file, recorded, servos=servos)
+    state = check_certificate(calibration, origin, drop_certificate.path, recorded, into=file, servos=servos)
     if recorded is None and is_of_robot(calibration, origin):
-        objections.append(_NO_TIME)
-    facts = as_json(calibration, drop_certificate.path, objections, recorded, into=file, servos=servos)
-    return CheckedCertificate(drop_certificate.path, calibration, objections, facts)
-
-
-def time_of_day(log: DropLog, logger_us: int | None) -> datetime | None:
-    """Convert a time of the logger's clock to UTC.
-
-    Returns None where the logger did not know the time of day.
-    """
-    if logger_us is None or log.unix_offset_us is None:
-        return None
-    try:
-        return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=logger_us + log.unix_offset_us)
-    except OverflowError:  # a header with a time beyond all calendars; `decode` shows it as that
-        return None
-
-
-def note_landing_of(
-    log: DropLog,
-    file: Path,
-    calibration: Calibration,
-    notified: Notices = SILENT,
-    now: datetime | None = None,
-) -> None:
-    """Writes the landing of a recording into a certificate, once, and gives notice of it, or why not.
-
-    `now` is when the certificate is written; None: as the computer's clock says.
-    """
-    # A recording is decoded many times, and its landing counts once.
-    if log.release_us is None or any(_is_of(landing, log) for landing in calibration.landings):
-        return
-    landing, how = _find_landing(log, now or datetime.now(UTC))
-    updated_calibration = with_landing(calibration, landing)
-    # Some other source has told of a landing within two minutes of this one.
-    if updated_calibration is calibration:
-        return
-    when = f"{landing.at:%Y-%m-%d %H:%M:%S} UTC{how}"
-    try:
-        note_landing(file, landing, now)
-    except (OSError, TfsatError) as error:
-        # Not fatal: this drop can be evaluated; the certificate merely does not know that it is stale.
-        reason = error.what if isinstance(error, TfsatError) else f"{error.strerror or error}."
-        notified.warn(
-            f"The landing at {when} could not be written into {file}: {reason} "
-            "That calibration does not know that the robot landed since; decode the recording again when it can be."
-        )
-        return
-    again = ""
-    if any(shortfall.reason == "stale" for shortfall in updated_calibration.shortcomings()):
-        options = command_options(file, emulated=calibration.subject.emulated)
-        again = (
-            ": what it may have changed is to be measured again before the next drop "
-            f"({NextStep('calibrate show', options)})"
-        )
-    notified.note(f"{file} knows of the landing at {when} now{again}.")
-
-
-def _certificate_of(log: DropLog, file: Path) -> CertificateOfDrop:
-    """Read the certificate in force at the release.
-
-    Raises CalibrationError: the present one cannot be read.
-    """
-    released, landed = time_of_day(log, log.release_us), _landing_of(log)
-    if released is None or landed is None:
-        return CertificateOfDrop(file, read_calibration(file))
-    return certificate_for(file, released, landed)
-
-
-def _without_landing_of(log: DropLog, calibration: Calibration) -> Calibration:
-    """Remove the recording's own landing from a calibration.
-
-    That landing ended the recording; all other landings known may have come before it.
-    """
-    return replace(
-        calibration,
-        landings=tuple(
-            known_landing for known_landing in calibration.landings if not _is_of(known_landing, log)
-        ),
-    )
-
-
-def _landing_of(log: DropLog) -> datetime | None:
-    """Find the time of the landing; None where the recording has no time of day, or no release.
-
-    It is the landing that the logger recorded after the release, else the end of the tower's fall time.
-    """
-    if log.release_us is None:
-        return None
-    after = (event.t_us for event in log.events if event.name == "landing" and event.t_us > log.release_us)
-    return time_of_day(log, next(after, log.release_us + FALL_US))
-
-
-def _find_landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
-    """Return the landing and how its time is known.
-
-    Without a time of day it was no later than the file's date: quantities measured before that date count as
-    measured before the landing.
-    """
-    at = _landing_of(log)
-    if at is not None:
-        return Landing(at, _name(log)), ""
-    latest, whose = _latest(log.path, now)
-    return (
-        Landing(latest, f"{_name(log)}, which has no time of day: by {whose}"),
-        f" (by {whose}, at the latest, as the recording has no time of day)",
-    )
-
-
-def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
-    """Return the file's modification time, or `now` if it has no valid one, and the source of that time."""
-    try:
-        written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    except (OSError, OverflowError, ValueError):  # a date that no calendar has
-        return now, "the clock"
-    # A date before 2020 or in the future is of a clock that was not set: now is the bound that is left.
-    return (written, "its file") if _NO_CLOCK < written < now else (now, "the clock")
-
-
-def _is_of(landing: Landing, log: DropLog) -> bool:
-    """Return whether the landing is known from this recording."""
-    return _name(log) in landing.told_by
-
-
-def _name(log: DropLog) -> str:
-    return f"recording {log.session:08x}"
+        state = replace(state, objections=(*state.objections, _NO_TIME))
+    return CheckedCertificate(drop_certificate.path, calibration, state)

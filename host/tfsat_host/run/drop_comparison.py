@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import Column, Columns, Table, record
+from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.drop_evaluation import EvaluatedRun
@@ -52,24 +53,30 @@ class Refused:
 Tried = EvaluatedRun | Refused
 
 
+@dataclass(frozen=True, eq=False)
+class DropSummary:
+    """A drop in the table of several: its name, and its evaluation, None where it was refused."""
+
+    name: str
+    run: EvaluatedRun | None
+
+
 def _angle(key: str, label: str, of: str, std: str = "") -> Column:
-    return Column(key, label, of=f"found.{of}", std=f"found.{std}" if std else "")
+    def angle_deg(source: str) -> Callable[[DropSummary], float | None]:
+        take = attrgetter(f"run.found.{source}")
+        return lambda drop: None if drop.run is None else float(np.rad2deg(take(drop)))
+
+    return Column(key, label, of=angle_deg(of), std=angle_deg(std) if std else "")
 
 
 DROPS: Columns = (
-    Column("drop", "drop", of=lambda run: str(run.place)),
-    Column("verdict", "verdict", of="verdict.level"),
+    Column("drop", "drop", of="name"),
+    Column("verdict", "verdict", of=lambda drop: "failed" if drop.run is None else drop.run.verdict.level),
     _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
-    _angle("before_deg", "model off", "explained.before.error.final_norm_rad"),
-    _angle("after_deg", "corrected", "explained.after.error.final_norm_rad"),
+    _angle("before_deg", "nominal error", "explained.before.error.final_norm_rad"),
+    _angle("after_deg", "fitted error", "explained.after.error.final_norm_rad"),
 )
 """Of several drops, a line each."""
-
-
-def row_of(drop: object, run: EvaluatedRun | None) -> dict[str, Any]:
-    """Return the table row of a drop; `run` is None if the drop was refused."""
-    refused = dict.fromkeys(column.key for column in DROPS) | {"verdict": "failed"}
-    return {**(refused if run is None else record(DROPS, run)), "drop": str(drop)}
 
 
 def evaluate_several(

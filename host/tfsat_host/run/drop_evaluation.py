@@ -26,11 +26,11 @@ from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.quantity import Column, Columns, json_objects, record, records
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate_check import (
+    CERTIFICATE_STATE,
     CheckedCertificate,
     hold_against,
     is_of_robot,
     origin_of_log,
-    time_of_day,
 )
 from tfsat_host.run.files import (
     AS_FOUND,
@@ -44,6 +44,7 @@ from tfsat_host.run.files import (
     run_files,
 )
 from tfsat_host.run.held_maneuver import find_commanded
+from tfsat_host.run.recorded_landing import time_of_day
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.log_summary import metadata
 
@@ -91,9 +92,9 @@ class EvaluatedRun:
     options: EvaluationOptions = AS_FOUND
 
     @property
-    def calibration_facts(self) -> dict[str, Any] | None:
+    def calibration_facts(self) -> Any:
         """For `--json`, as `decode` has it."""
-        return None if self.held is None else self.held.facts
+        return json_objects(CERTIFICATE_STATE, self.held and self.held.state)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the evaluation for `--json`: plain numbers, lists and text, NaN where a value is unknown."""
@@ -255,7 +256,7 @@ def evaluate_run(
     remarks += evaluation.micro_gravity.notes
     remarks += [] if evaluation.release_velocity is None else evaluation.release_velocity.notes
     remarks += [] if certificate else [_NO_CERTIFICATE]
-    objections = [] if certificate is None else certificate.objections
+    objections = () if certificate is None else certificate.objections
     verdict = verdict_of(evaluation, objections, [commanded.objection] if commanded.objection else [])
     released = time_of_day(log, log.release_us)
     return EvaluatedRun(place, files, evaluation, released, certificate, verdict, tuple(remarks), options)

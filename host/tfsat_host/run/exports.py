@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.errors import TfsatError
-from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import OutputFile, was_made_with, write_all
 
 if TYPE_CHECKING:
@@ -125,23 +124,20 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
     Returns:
         `calibration` (None: there is none) and `quiet_s` for `--json`.
     """
-    from tfsat_host.run.certificate_check import hold_against, origin_of_log, unreadable_as_json
+    from tfsat_host.quantity import json_objects
+    from tfsat_host.run.certificate_check import (
+        CERTIFICATE_STATE,
+        hold_against,
+        origin_of_log,
+        report_certificate,
+    )
     from tfsat_host.run.files import find_certificate
 
     file = find_certificate(named, log.path.parent, Path(), emulated=origin_of_log(log.header).emulated)
-    facts = None
+    state = None
     if file is not None:
-        try:
-            certificate = hold_against(log, file, out)
-        except TfsatError as error:
-            out.warn(Advice(f"{error.what} {error.meaning} ", error.next_step))
-            facts = unreadable_as_json(file, error.what)
-        else:
-            facts = certificate.facts
-            if not certificate.objections:
-                out.note(f"Calibration: {certificate.path} holds for this recording.")
-            for sentence in certificate.objections:
-                out.note(Advice(f"Calibration {certificate.path}: ", sentence))
+        state = report_certificate(lambda: hold_against(log, file, out).state, file, out, "recording")
+    facts = json_objects(CERTIFICATE_STATE, state)
     return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
 
 
@@ -151,7 +147,9 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
 
     from tfsat_host.calibration.bias import quiet_before_release
     from tfsat_host.calibration.steps.sensor_samples import SensorSamples
-    from tfsat_host.run.certificate_check import command_options, origin_of_log, time_of_day
+    from tfsat_host.run.certificate_check import origin_of_log
+    from tfsat_host.run.files import command_options
+    from tfsat_host.run.recorded_landing import time_of_day
 
     quiet = quiet_before_release(log)
     if quiet is None:

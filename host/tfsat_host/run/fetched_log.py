@@ -22,7 +22,7 @@ from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.held_maneuver import HeldManeuver, copy_note, find_note, note_held
 from tfsat_host.sdlog.log_errors import LogError
 from tfsat_host.sdlog.log_summary import summary
@@ -74,9 +74,6 @@ ENTRIES: Columns = (
     Column("session", "session", of=lambda entry: f"{entry.session:08x}"),
 )
 """Recordings on a card."""
-_COPY = fields(
-    "fetched sha256 resumed_blocks torn_blocks=outcome.torn unreadable_blocks=outcome.unreadable maneuver warnings"
-)
 
 
 @dataclass
@@ -132,15 +129,6 @@ class Copy:
                     Advice("RAM has samples of that recording: ", NextStep("log fetch", ("ram",)))
                 )
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the copy as a dict for `--json`."""
-        return {
-            **record(ENTRIES, self.entry),
-            "file": self.path,
-            **record(_COPY, self),
-            **{name: self.facts.get(name) for name in _DECODED},
-        }
-
     def show(self, out: Output) -> None:
         """Print the copy's summary for people."""
         how = "every block checked" if self.fetched else "fetched before, unchanged"
@@ -153,6 +141,19 @@ class Copy:
                 f"{facts['samples_lost']} lost"
             )
             out.line(Advice("  ", NextStep("decode", (str(self.path),))))
+
+
+def _decoded(name: str) -> Column:
+    return Column(name, of=lambda copy: copy.facts.get(name))
+
+
+COPY: Columns = (
+    *columns_of("entry", ENTRIES),
+    *fields("file=path fetched sha256 resumed_blocks torn_blocks=outcome.torn"),
+    *fields("unreadable_blocks=outcome.unreadable maneuver warnings"),
+    *map(_decoded, _DECODED),
+)
+"""A recording on this computer, for `--json`."""
 
 
 def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:

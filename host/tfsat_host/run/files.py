@@ -192,6 +192,13 @@ def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
+def command_options(file: Path, *, emulated: bool) -> tuple[str, ...]:
+    """Return the options that make a `calibrate` command use that certificate; none where none is needed."""
+    default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
+    out = () if file.resolve() == default.resolve() else ("--out", str(file))
+    return (*out, *(("--emulated",) if emulated else ()))
+
+
 def rehearsed_files(folder: Path) -> dict[str, str]:
     """SHA-256 of each file that a rehearsal left there by its mark, empty where that does not say; none without one."""
     mark = folder / REHEARSED

@@ -17,7 +17,7 @@ from tfsat_host.present.logger_state import card_words
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.protocol.messages import LogEntry, LoggerStatusReply
-from tfsat_host.quantity import UNKNOWN, Column, Columns, record, records
+from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields
 from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
 
 RAM_WARNING = Advice(
@@ -26,20 +26,32 @@ RAM_WARNING = Advice(
 )
 
 
+@dataclass(frozen=True, slots=True)
+class ListedRecording:
+    """A recording on a logger, and where this computer has it; None where it has none."""
+
+    entry: LogEntry
+    copy: Path | None
+
+
+_LISTED: Columns = (
+    *columns_of("entry", ENTRIES),
+    Column("fetched_to", "fetched to", of="copy", words=lambda listed: str(listed.copy or UNKNOWN)),
+)
+
+
 @dataclass(frozen=True, eq=False)
 class LoggerRecordings:
     """What a logger has.
 
     Attributes:
-        entries: As the logger lists them.
-        copies: Where this computer has each, by its number; None where it has none.
+        recordings: As the logger lists them.
         status: The logger's.
         card_error: Why the card's are not listed.
         device: The logger, as `--json` names it.
     """
 
-    entries: list[LogEntry]
-    copies: dict[int, Path | None]
+    recordings: list[ListedRecording]
     status: LoggerStatusReply
     card_error: BoardError | None
     device: dict[str, Any]
@@ -48,45 +60,53 @@ class LoggerRecordings:
     def of(cls, logger: LoggerClient) -> Self:
         """Raises BoardError, as the logger does."""
         listing, fetched = logger.listing(), FetchedLogs()
-        copies = {entry.number: fetched.copy_of(logger.identity.serial, entry) for entry in listing.entries}
-        return cls(listing.entries, copies, logger.status(), listing.card_error, logger.device())
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the logger's recordings as a dict for `--json`."""
-        return {
-            "logs": records(self._columns, self.entries),
-            "ram_holds_drop": bool(self.status.ram_holds_drop),
-            "card": self.status.card.name.lower(),
-            "card_free_mib": self.status.card_free_mib,
-            "card_error": None if self.card_error is None else error_as_dict(self.card_error),
-            "device": self.device,
-        }
+        serial = logger.identity.serial
+        recordings = [ListedRecording(entry, fetched.copy_of(serial, entry)) for entry in listing.entries]
+        return cls(recordings, logger.status(), listing.card_error, logger.device())
 
     def show(self, out: Output) -> None:
         """Print the logger's recordings for people."""
-        if self.entries:
-            show_rows(self._columns, self.entries, out)
+        if self.recordings:
+            show_rows(_LISTED, self.recordings, out)
         else:
             out.line("No recordings." if self.card_error is None else "No recordings can be read.")
         out.line(f"Card: {card_words(self.status)}.")
         if self.status.ram_holds_drop:
             out.line("RAM holds a drop that no card has.")
-        elif any(entry.number == RAM for entry in self.entries):
+        elif any(listed.entry.number == RAM for listed in self.recordings):
             out.line("RAM still holds the end of the last recording, until power goes.")
 
-    @property
-    def _columns(self) -> Columns:
-        fetched_to = Column(
-            "fetched_to",
-            "fetched to",
-            of=lambda entry: self.copies[entry.number],
-            words=lambda entry: str(self.copies[entry.number] or UNKNOWN),
-        )
-        return (*ENTRIES, fetched_to)
+
+RECORDINGS: Columns = (
+    Column("logs", of="recordings", columns=_LISTED),
+    Column("ram_holds_drop", of=lambda logger: bool(logger.status.ram_holds_drop)),
+    *fields("card=status.card card_free_mib=status.card_free_mib"),
+    Column("card_error", of=lambda logger: logger.card_error and error_as_dict(logger.card_error)),
+    Column("device"),
+)
+"""Of `log list --json`."""
 
 
-def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> tuple[dict[str, Any], str]:
-    """Erase a recording after a confirmation; RAM's is given free. What was done, for `--json` and in words.
+@dataclass(frozen=True, slots=True)
+class ErasedRecording:
+    """A recording that was erased, the copy that is left of it, the logger, and the act in words."""
+
+    entry: LogEntry
+    copy: Path | None
+    device: dict[str, Any]
+    sentence: str
+
+
+ERASED: Columns = (
+    *columns_of("entry", ENTRIES),
+    Column("erased", of=lambda _: True),
+    *fields("copy device"),
+)
+"""Of `log erase --json`."""
+
+
+def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> ErasedRecording:
+    """Erase a recording after a confirmation; RAM's is given free.
 
     Raises:
         RefusedError: this computer has no copy of it, and not `force`.
@@ -118,4 +138,4 @@ def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> tup
         text = "Given up: a recording may be started again."
     elif in_ram:
         text = "RAM held no drop that needed keeping; a recording may be started."
-    return {**record(ENTRIES, entry), "erased": True, "copy": copy, "device": logger.device()}, text
+    return ErasedRecording(entry, copy, logger.device(), text)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.flashing.image import default_hex, load_image
-from tfsat_host.json_values import jsonable
+from tfsat_host.json_values import format_json
 from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import check_may_write
@@ -27,6 +26,7 @@ from tfsat_host.plan.tower_checks import check_maneuver
 from tfsat_host.preflight import PreflightCheck, may_drop
 from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Reference
 from tfsat_host.protocol.limits import BLOCK_MAGIC
+from tfsat_host.quantity import Column, Columns, record
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.campaign.campaign_folder import DROP
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
@@ -161,8 +161,8 @@ class PreparedRun:
         times = ((datetime.fromtimestamp(path.stat().st_mtime, UTC), path.name) for path in paths)
         return max(times, default=None)
 
-    def hashes(self, certificate: str) -> dict[str, Any]:
-        """Path and SHA-256 of each file that was looked at."""
+    def hashes(self, certificate: str) -> dict[str, HashedFile]:
+        """Hash each file that was looked at."""
         return hashes_of(
             {
                 "maneuver": self.maneuver,
@@ -173,10 +173,18 @@ class PreparedRun:
         )
 
 
-def hashes_of(files: Mapping[str, Path | None]) -> dict[str, Any]:
-    """Path and SHA-256 of each of them that is there."""
+@dataclass(frozen=True, slots=True)
+class HashedFile:
+    """A file's path, and the SHA-256 of its bytes."""
+
+    path: str
+    sha256: str
+
+
+def hashes_of(files: Mapping[str, Path | None]) -> dict[str, HashedFile]:
+    """Hash each of the files that is there."""
     return {
-        name: {"path": str(path), "sha256": sha256_of(path)}
+        name: HashedFile(str(path), sha256_of(path))
         for name, path in files.items()
         if path is not None and path.is_file()
     }
@@ -263,32 +271,43 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
         return Missing(error.what, _NAME_IMAGE)
 
 
-def result_of(
-    evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left_on_boards: str = ""
-) -> dict[str, Any]:
-    """Build the result that `preflight --json` prints and `preflight.json` holds.
+@dataclass(frozen=True, eq=False)
+class PreflightResult:
+    """What `preflight --json` prints and `preflight.json` holds.
 
-    Args:
+    Attributes:
         evidence: Of the boards and the files.
-        checks: The checks made of the evidence.
-        files: Their hashes.
+        checks: Made of the evidence.
+        files: Those that were looked at, by what they are of.
         left_on_boards: What is left of the preflight on the logger.
     """
-    return {
-        "verdict": "go" if may_drop(checks) else "no-go",
-        "at": evidence.now.astimezone(UTC).isoformat(),
-        "tfsat_version": __version__,
-        "emulated": runs_natively(evidence),
-        "reasons": [check.name for check in checks if check.blocks],
-        "checks": [check.as_dict() for check in checks],
-        "boards": _boards(evidence),
-        "files": dict(files),
-        "left_on_the_boards": left_on_boards,
-    }
+
+    evidence: Evidence
+    checks: Sequence[PreflightCheck]
+    files: Mapping[str, HashedFile]
+    left_on_boards: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """`go` or `no-go`."""
+        return "go" if may_drop(self.checks) else "no-go"
+
+
+RESULT: Columns = (
+    Column("verdict"),
+    Column("at", of=lambda result: result.evidence.now.astimezone(UTC).isoformat()),
+    Column("tfsat_version", of=lambda _: __version__),
+    Column("emulated", of=lambda result: runs_natively(result.evidence)),
+    Column("reasons", of=lambda result: [check.name for check in result.checks if check.blocks]),
+    Column("checks", of=lambda result: [check.as_dict() for check in result.checks]),
+    Column("boards", of=lambda result: _boards(result.evidence)),
+    Column("files", of=lambda result: {name: asdict(file) for name, file in result.files.items()}),
+    Column("left_on_the_boards", of="left_on_boards"),
+)
 
 
 def runs_natively(evidence: Evidence) -> bool:
-    """Some board is no board: the robot is an emulated one."""
+    """Return whether some board is no board: the robot is an emulated one."""
     return any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
 
 
@@ -314,20 +333,18 @@ class WrittenResult:
     error: TfsatError | None = None
 
 
-def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> WrittenResult:
+def write_result(folder: Path, result: PreflightResult) -> WrittenResult:
     """Writes `preflight.json` and signs it into the run's record; an older one is replaced.
 
     Raises:
         OSError: it cannot be written.
     """
     file = folder / PREFLIGHT
-    # jsonable() has made NaN null; allow_nan=False keeps it so, for any JSON parser.
-    text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
-    write_whole(file, (text + "\n").encode())
-    by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
+    write_whole(file, format_json({"made_by": _MADE_BY, "format": 1, **record(RESULT, result)}).encode())
+    by = f"{_MADE_BY} {__version__}: {result.verdict.upper()}"
     # A damaged record does not cost the result: it stands, unsigned, and that is said.
     try:
-        entry = sign(folder, [file], by, at)
+        entry = sign(folder, [file], by, result.evidence.now)
     except TfsatError as error:
         meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
         return WrittenResult(file, None, error.with_words(meaning=meaning))

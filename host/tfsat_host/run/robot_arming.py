@@ -11,12 +11,13 @@ import os
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.serial_ports import PortError, find_port, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.notices import Listener
 from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
+    from tfsat_host.run.certificate_check import CertificateState
 
 _CLEAR = "Hands, hair and cables out of the joints' way."
 _SINCE_ARMING = {
@@ -37,14 +39,8 @@ _SINCE_ARMING = {
 }
 
 
-class Operator(Protocol):
+class Operator(Listener, Protocol):
     """Whoever arms: reads, and gives the word."""
-
-    def note(self, text: str) -> None:
-        """Something to know."""
-
-    def warn(self, text: str) -> None:
-        """Something that stands against a good drop."""
 
     @property
     def yes(self) -> bool:
@@ -61,13 +57,13 @@ class ArmedSequencer:
     Attributes:
         maneuver: What will fly.
         recording: Whether the drop will be on the logger's card; None: it was not asked, or did not say.
-        calibration: Of the certificate, for `--json`; None without one.
+        calibration: State of the certificate; None without one.
         at_start_pose: Whether the measured joints are; None: not measured.
     """
 
     maneuver: StoredManeuver
     recording: bool | None
-    calibration: dict[str, Any] | None
+    calibration: CertificateState | None
     at_start_pose: bool | None
 
 
@@ -210,8 +206,8 @@ def _logger(
     return recording, origin, status.session if recording else None
 
 
-def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> dict[str, Any] | None:
-    """Report the objections to the calibration, and return its state for JSON.
+def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> CertificateState | None:
+    """Report the objections to the calibration, and return its state; None: there is none.
 
     Called before the servos get pulses: afterwards the sensors may be different ones.
 
@@ -224,21 +220,15 @@ def _calibration(named: Path | None, origin: Origin | None, operator: Operator) 
     if file is None:
         return None
     from tfsat_host.calibration.certificate.file import read_calibration
-    from tfsat_host.run.certificate_check import as_json, notices, unreadable_as_json
+    from tfsat_host.run.certificate_check import check_certificate, report_certificate
 
-    try:
-        calibration = read_calibration(file)
-    except TfsatError as error:
-        operator.warn(Advice(f"{error.what} {error.meaning} ", error.next_step))
-        return unreadable_as_json(file, error.what)
     # No objection refuses: a calibration may follow the drop, a drop that is not flown cannot.
-    objections = notices(calibration, origin, file)
-    for sentence in objections:
-        operator.note(Advice(f"Calibration {file}: ", sentence))
+    state = report_certificate(
+        lambda: check_certificate(read_calibration(file), origin, file),
+        file,
+        operator,
+        "" if origin is None else "drop",
+    )
     if origin is None:
-        operator.note(
-            f"Calibration {file}: whether it is of this robot's sensors was not asked of the logger."
-        )
-    elif not objections:
-        operator.note(f"Calibration: {file} holds for this drop.")
-    return as_json(calibration, file, objections)
+        operator.note(f"Calibration {file}: the logger was not asked whether it is of this robot's sensors.")
+    return state

@@ -13,15 +13,16 @@ import hashlib
 import json
 import logging
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from tfsat_host import json_values
 from tfsat_host.errors import TfsatError
-from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_hash import change_of, sha256_of
 from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.quantity import Column, Columns, fields, record, records
 from tfsat_host.run.files import is_inside
 from tfsat_host.whole_file import write_whole
 
@@ -81,6 +82,15 @@ class Entry:
     by: _SomeText
     files: tuple[SignedFile, ...]
     previous: Annotated[str, _hash_before]
+
+
+ENTRY: Columns = (
+    Column("at", of=lambda entry: entry.at.astimezone(UTC).isoformat().replace("+00:00", "Z")),
+    Column("by"),
+    Column("files", columns=fields("name sha256 bytes")),
+    Column("previous"),
+)
+"""Of an entry in `record.json`; its hash depends on them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,10 +232,9 @@ def _find_changes(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> I
         # Names in the record are not trusted: nothing outside of the run's folder is opened.
         if not is_inside(file.name):
             yield Finding("changed", RECORD, f"{folder / RECORD} names a file outside: {file.name!r}.")
-        elif not path.is_file():
-            yield Finding("missing", file.name, f"{path} is missing; signed: {_of(entry)}.")
-        elif path.stat().st_size != file.bytes or sha256_of(path) != file.sha256:
-            yield Finding("changed", file.name, f"{path} was changed since it was signed: {_of(entry)}.")
+        elif change := change_of(path, file.sha256):
+            what = "was changed since it was signed:" if change == "changed" else "is missing; signed:"
+            yield Finding(change, file.name, f"{path} {what} {_of(entry)}.")
 
 
 def _after(folder: Path, entry: Entry) -> Finding:
@@ -262,19 +271,15 @@ def _unsignable(what: str) -> RecordError:
 def sha256_of_entry(entry: Entry) -> str:
     """Compute the hexadecimal SHA-256 of an entry's JSON, without spaces and with sorted keys."""
     # A canonical form, so that the hash depends on the values and not on the layout of the file.
-    text = json.dumps(_as_json(entry), sort_keys=True, separators=(",", ":"))
+    text = json.dumps(record(ENTRY, entry), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def format_record(entries: tuple[Entry, ...]) -> str:
     """Format the record's text; `last` is the hash of the last entry, which no other entry names."""
-    record = {
-        "made_by": _MADE_BY,
-        "format": _FORMAT,
-        "entries": [_as_json(entry) for entry in entries],
-        "last": sha256_of_entry(entries[-1]) if entries else "",
-    }
-    return json.dumps(record, indent=1) + "\n"
+    last = sha256_of_entry(entries[-1]) if entries else ""
+    document = {"made_by": _MADE_BY, "format": _FORMAT, "entries": records(ENTRY, entries), "last": last}
+    return json_values.format_json(document)
 
 
 def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
@@ -283,19 +288,10 @@ def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
     Raises ValueError: it is no record.
     """
     try:
-        record = json.loads(text)
-        if record["format"] != _FORMAT:
-            raise ValueError(f"its format is {record['format']!r}, this program reads {_FORMAT}")
-        entries = tuple(json_values.parse_dataclass(Entry, raw_entry) for raw_entry in record["entries"])
-        return entries, _hash_before(record["last"])
+        document = json.loads(text)
+        if document["format"] != _FORMAT:
+            raise ValueError(f"its format is {document['format']!r}, this program reads {_FORMAT}")
+        entries = tuple(json_values.parse_dataclass(Entry, raw_entry) for raw_entry in document["entries"])
+        return entries, _hash_before(document["last"])
     except (KeyError, TypeError, RecursionError, OverflowError) as error:
         raise ValueError(f"{type(error).__name__} at {error}") from error
-
-
-def _as_json(entry: Entry) -> dict[str, Any]:
-    return {
-        "at": entry.at.astimezone(UTC).isoformat().replace("+00:00", "Z"),
-        "by": entry.by,
-        "files": [asdict(file) for file in entry.files],
-        "previous": entry.previous,
-    }

@@ -79,10 +79,13 @@ def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     run_folder(tmp_path / "run")
     for name in ("maneuver.toml", CERTIFICATE):
         (tmp_path / "run" / name).unlink()
-    words, missing = command("bundle", "run").words, result("bundle", "run")["missing"]
+    output, missing = command("bundle", "run"), result("bundle", "run")["missing"]
     expected = ["maneuver", "calibration", "preflight.json", "record.json", "image of the sequencer"]
     assert [entry["what"] for entry in missing] == expected
-    assert all(f"Missing {what}: " in words for what in expected)
+    assert f"Missing: {', '.join(expected)} (why: --full)" in output.words
+    assert output.words.startswith("Bundle: run.tfsat.zip (") and "SHA-256 of its manifest: " in output.words
+    words = command("bundle", "run", "--full").words
+    assert "Missing: 5 " in words and all(f"- {what}: " in words for what in expected)
 
 
 def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
@@ -102,7 +105,7 @@ def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
     (lost,) = (entry for entry in summary["missing"] if entry["what"] == "run/photos/gone.jpg")
     assert lost["lost"] is True and "leads out of the folder" in lost["why"]
     words = command("bundle", "run", expect=3).words
-    assert "CHANGED" in words and "preflight.json was changed" in words
+    assert "Changed: run/preflight.json was changed" in words and "Lost: run/photos/gone.jpg: " in words
 
 
 def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(undecodable: Path) -> None:
@@ -166,12 +169,12 @@ def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
     assert "the certificate of logger" in of_certificate
     reproduction = result("reproduce", "run.tfsat.zip", expect=3)
     assert reproduction["same"] is True and reproduction["doubts"] == [of_preflight, of_certificate]
-    assert "DOUBTFUL" in command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
+    assert "2 doubtful" in command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
 
 
 def test_samples_that_were_lost_are_named(quick: Path) -> None:
-    output = command("bundle", "run")
-    assert "Recording run/SD.bin, complete:" in output.words and " 0 lost" in output.words
+    output = command("bundle", "run", "--full")
+    assert "Recording: run/SD.bin, complete:" in output.words and " 0 lost" in output.words
     remove_blocks(quick / "SD.bin", 3.0, 3.5)
     output = command("bundle", "run", expect=3)
     assert "samples are lost" in output.words and " 0 lost" not in output.words
@@ -190,7 +193,7 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
         "run/truth.csv",
         uncomputed_files[2],
     ]
-    words = command("reproduce", "run.tfsat.zip", "--out", "again").words
+    words = command("reproduce", "run.tfsat.zip", "--out", "again", "--full").words
     assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
     (quick / "truth.json").write_text('{"edited": true}')
     (quick / "summary.json").unlink()
@@ -218,7 +221,9 @@ def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_pa
     assert left_out["run/note\u202etxt.md"] == "its name holds a character that cannot be seen"
     assert {"run/notes.txt", "run/inside.txt"} <= summary["files"].keys()
     assert not any("secret" in name or "outside" in name for name in summary["files"])
-    assert "outside.txt is a link that leads out of the folder" in command("bundle", "run").words
+    words = command("bundle", "run").words
+    assert "outside.txt" in words and "(why: --full)" in words and "leads out" not in words
+    assert "outside.txt is a link that leads out of the folder" in command("bundle", "run", "--full").words
     command("reproduce", "run.tfsat.zip")
 
 

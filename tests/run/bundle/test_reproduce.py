@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.calibration.bench_day import REST, SWINGS, ZERO, record_good_step
+from tests.contract.running import unpack_drop
 from tests.evaluation.run_folder import CERTIFICATE
 from tests.run.bundle.commands import command, result, rewrite, rewrite_json
 from tests.run.bundle.conftest import PAGE, STEPS
@@ -48,7 +49,9 @@ def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyP
     with zipfile.ZipFile(bundle) as opened:
         for name in opened.namelist():
             assert (folder / name).read_bytes() == opened.read(name), "computing changes nothing"
-    assert "SAME: " in output.out
+    lines = output.out.splitlines()
+    assert output.words.startswith("Reproduced identically: evaluation (") and len(lines) <= 6
+    assert "SHA-256 of all files right" in output.words and "NOT REPRODUCED" not in output.words
 
 
 def test_the_folder_must_be_new_and_the_bundle_one(
@@ -82,7 +85,10 @@ def test_a_number_that_differs_is_named_with_both_values(bundle: Path) -> None:
     assert keys["reorientation_deg"] == pytest.approx(1e-4, rel=1e-3)
     assert report["differences"] == []
     words = output.words
-    assert "Evaluation: 2 DIFFER" in words and "strokes[1].size_deg" in words and "NOT THE SAME" in words
+    verdict = "NOT REPRODUCED: 2 differences in evaluation; identical: report ("
+    assert words.startswith(verdict) and words.count(verdict) == 2, "first and last"
+    assert "Evaluation: 2 differences (" in words and "allowed: 1e-05 relative or 1e-09" in words
+    assert "strokes[1].size_deg" in words
 
 
 def test_words_that_differ_and_keys_that_are_gone_are_named(bundle: Path) -> None:
@@ -123,6 +129,22 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
     reproduction = result("reproduce", bundle, "--out", "again", expect=3)
     (difference,) = reproduction["compared"][1]["differences"]
     assert difference["key"] == "drops[0].plots[0].series[0].values[100]"
+
+
+def test_a_bundle_of_an_older_program_is_computed_and_the_program_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The drop of tfsat 0.2.0, whose manifest has fewer entries and whose evaluation had other estimators."""
+    unpack_drop(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    output = command("reproduce", "drop.tfsat.zip", expect=3)
+    evaluation, _, calibration = output.result["compared"]
+    assert evaluation["differences"] and calibration["differences"] == []
+    words = output.words
+    assert words.startswith("NOT REPRODUCED: ") and "identical: calibration (from 1 recording" in words
+    assert "Program: changed since the bundle was made (by tfsat-host bundle 0.2.0)." in words
+    assert "Differences may come from the program, not from the data" in words
+    assert len(output.out.splitlines()) <= 40
 
 
 def test_another_recording_gives_other_numbers(bundle: Path) -> None:
@@ -207,7 +229,7 @@ def test_changed_evidence_is_named(bundle: Path) -> None:
     rewrite(bundle, change)
     output = command("reproduce", bundle, expect=3)
     assert (output.result["same"], output.result["complete"]) == (True, False)
-    assert "SAME as far as it could be computed, and not whole: 1 CHANGED (above)." in output.words
+    assert output.words.startswith("REPRODUCED IN PART: 1 changed; identical: evaluation (")
     assert "preflight.json was changed" in output.words
 
 
@@ -233,8 +255,9 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
     assert (reproduction["same"], reproduction["complete"]) == (True, False)
     assert "It ends at the release." in reproduction["compared"][0]["sentence"]
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
-    assert "Evaluation: REFUSED. The drop cannot be evaluated, now as then: It ends at the release." in words
-    assert words.count("LOST when bundled") == 1 == words.count("LOST (above)") and "same" not in words
+    assert words.startswith("REPRODUCED IN PART: evaluation refused, 1 lost")
+    assert "Evaluation: The drop cannot be evaluated, now as then: It ends at the release." in words
+    assert words.count("Lost: report.html: ") == 1 and "identical" not in words
 
 
 def calibration_in(reproduction: Any) -> Any:
@@ -278,8 +301,8 @@ def test_recordings_that_are_gone_or_changed_are_lost(calibrated_run: Path) -> N
     assert (reproduction["same"], reproduction["complete"]) == (True, False)
     assert any(zero in sentence for sentence in reproduction["incomplete"])
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
-    assert "SAME as far as it could be computed, and not whole: 1 LOST, 1 NOT COMPUTED (above)." in words
-    assert "SAME: the raw data give" not in words
+    assert words.startswith("REPRODUCED IN PART: 1 not computed, 1 lost; identical: evaluation")
+    assert "Reproduced identically" not in words
     (calibrated_run / RECORDINGS / rest).unlink()
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{rest}", f"run/{RECORDINGS}/{zero}"}

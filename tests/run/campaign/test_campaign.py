@@ -108,7 +108,9 @@ def test_notes_are_added_and_none_is_lost(camp: Path) -> None:
     (drop,) = result("campaign", "list", "camp")["drops"]
     assert [note["text"] for note in drop["notes"]] == ["one", "two", "-3 deg outside"]
     assert json.loads((camp / "drop-0001" / "drop.json").read_text())["notes"] == drop["notes"]
-    assert "one; two; -3 deg outside" in command("campaign", "list", "camp").words
+    words = command("campaign", "list", "camp").words
+    assert words.startswith("Campaign: camp (1 drop, all files as added)")
+    assert "one; two; -3 deg outside" in words
     assert "has no drop 2; there are: 1" in command("campaign", "note", "camp", "2", "x", expect=1).err
     for wrong in ("", "two\nlines", "\x1b[31m"):
         command("campaign", "note", "camp", "1", wrong, expect=1)
@@ -127,7 +129,10 @@ def test_a_changed_or_missing_file_is_told(camp: Path) -> None:
     assert len(first["changes"]) == 1 and "was changed" in first["changes"][0]
     assert len(second["changes"]) == 1 and "maneuver.toml is missing" in second["changes"][0]
     recording.unlink()
-    assert "SD.bin is missing" in command("campaign", "list", "camp", expect=3).words
+    words = command("campaign", "list", "camp", expect=3).words
+    assert (
+        words.startswith("Campaign: camp (2 drops, 2 CHANGED since added)") and "SD.bin is missing" in words
+    )
 
 
 def test_a_number_is_never_given_again(camp: Path) -> None:
@@ -136,6 +141,7 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     shutil.rmtree(camp / "drop-0002")
     output = command("campaign", "list", "camp", expect=3)
     assert "drop-0002 is in the index and not there any more" in output.err
+    assert output.words.startswith("Campaign: camp (2 drops, all files as added, index or folders NOT as")
     output = command("campaign", "next", "camp", expect=3)
     assert output.out == "3\n" and "not there any more" in output.err
     assert result("campaign", "add", "camp", "run3")["number"] == 3

@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tfsat_host.quantity import record
 from tfsat_host.run.campaign.entries import (
+    ENTRY,
     DropEntry,
     Note,
     folder_name,
@@ -49,7 +51,9 @@ def test_whatever_is_written_is_read_back(drops: list[DropEntry]) -> None:
 
 @given(data=st.data())
 def test_a_damaged_entry_is_no_entry(data: st.DataObject) -> None:
-    values = DropEntry(1, "SD.bin", "0" * 64, "1a2b3c4d", AT, AT, "run", "real", (Note(AT, "x"),)).as_dict()
+    values = record(
+        ENTRY, DropEntry(1, "SD.bin", "0" * 64, "1a2b3c4d", AT, AT, "run", "real", (Note(AT, "x"),))
+    )
     key = data.draw(st.sampled_from(sorted(values.keys() - {"folder"})))
     values[key] = data.draw(st.booleans() | st.integers(max_value=0) | st.lists(st.integers(), min_size=1))
     with pytest.raises(ValueError):
@@ -64,7 +68,7 @@ def test_a_damaged_entry_is_no_entry(data: st.DataObject) -> None:
 
 @pytest.mark.parametrize("name", ["../SD.bin", "/etc/passwd", "a\\b", "..", "", "C:x"])
 def test_an_index_names_no_file_outside(name: str) -> None:
-    values = DropEntry(1, "SD.bin", "0" * 64, None, None, AT, "run").as_dict()
+    values = record(ENTRY, DropEntry(1, "SD.bin", "0" * 64, None, None, AT, "run"))
     with pytest.raises(ValueError, match="no file's name"):
         parse_drop(json.dumps({**values, "recording": name}))
 

@@ -272,7 +272,7 @@ def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
     return replace(calibration, landings=tuple(landings))
 
 
-def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[NextStep, ...]:
+def commands_of(shortcomings: Iterable[Quantity | Shortcoming]) -> tuple[NextStep, ...]:
     """Return the commands that measure the shortcomings' quantities, each once, in order."""
     return tuple(dict.fromkeys(gap.command for gap in shortcomings))
 
@@ -283,9 +283,13 @@ def summarize_shortcomings(shortcomings: Sequence[Shortcoming]) -> str:
     for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):
         names = [gap.name for gap in shortcomings if gap.reason == reason]
         if names:
-            names_text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-            parts.append(f"{words}: {names_text}")
+            parts.append(f"{words}: {list_names(names)}")
     return "; ".join(parts)
+
+
+def list_names(names: Sequence[str]) -> str:
+    """List the first three names, and how many more there are."""
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
 def of_another_robot(subject: Subject, origin: Origin) -> str:

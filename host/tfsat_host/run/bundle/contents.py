@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -14,7 +15,7 @@ from tfsat_host.calibration.certificate.certificate import in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
-from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_hash import change_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
@@ -207,22 +208,20 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
     if not calibration.papers:
         contents.lack(raw_data, "The certificate names no recordings that it was computed from.")
     elif calibration.drawn:
-        drawn_names = in_words(calibration.drawn)
         contents.lack(
-            "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn_names}."
+            "raw data of simulated calibration values",
+            f"Simulated by a rehearsal, not measured: {in_words(calibration.drawn)}.",
         )
     # Each recording that the certificate rests on must be there unchanged, or it cannot be recomputed.
     for paper in calibration.papers:
         path, bundle_name = folder / paper.file, f"{inside}/{paper.file}"
-        if not path.is_file():
-            contents.lack(bundle_name, f"{path} is not there.", lost=True)
-        elif bundle_name not in contents.files:
-            contents.lack(
-                bundle_name, f"{path} {contents.left_out.get(bundle_name, 'was not taken')}.", lost=True
-            )
-        elif sha256_of(path) != paper.sha256:
-            why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
-            contents.lack(bundle_name, why, lost=True)
+        why = {
+            "missing": "is not there",
+            "changed": "is not the recording that the certificate rests on: its SHA-256 differs",
+            "": "" if bundle_name in contents.files else contents.left_out.get(bundle_name, "was not taken"),
+        }[change_of(path, paper.sha256)]
+        if why:
+            contents.lack(bundle_name, f"{path} {why}.", lost=True)
 
 
 def _add_signed(contents: BundleContents) -> None:
@@ -281,11 +280,40 @@ def _name_absent(contents: BundleContents, evaluated: EvaluationInputs, note: Pa
         contents.lack(RECORD, "The run has none: nothing in it was signed.")
 
 
-def doubts_of(contents: BundleContents, inputs: EvaluationInputs, preflight: Any) -> tuple[str, ...]:
+@dataclass(frozen=True, slots=True)
+class CheckedBefore:
+    """What a run's `preflight.json` tells; all of it empty where there is none, or what it has is no preflight's.
+
+    Attributes:
+        boards: Each board's identity, by its name.
+        files: Each file that was checked, with path and SHA-256, by its kind.
+    """
+
+    boards: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, folder: Path) -> CheckedBefore:
+        """Read it from the folder of a run. Raises nothing: a bundle keeps the file unchanged, whatever it holds."""
+        try:
+            values = json.loads((folder / PREFLIGHT).read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError):
+            values = None
+        tables = (values.get(key) if isinstance(values, dict) else None for key in ("boards", "files"))
+        return cls(*(table if isinstance(table, dict) else {} for table in tables))
+
+    def identity(self, board: str) -> Mapping[str, Any]:
+        """Return a board's identity; empty: it has none."""
+        identity = self.boards.get(board)
+        return identity if isinstance(identity, dict) else {}
+
+
+def doubts_of(
+    contents: BundleContents, inputs: EvaluationInputs, preflight: CheckedBefore
+) -> tuple[str, ...]:
     """List the doubts about the drop, one sentence each.
 
     They are lost samples, files of another robot, and files changed since a rehearsal left them.
-    `preflight` is the contents of `preflight.json`.
     """
     doubts: list[str] = []
     if contents.log is not None:
@@ -303,21 +331,22 @@ def doubts_of(contents: BundleContents, inputs: EvaluationInputs, preflight: Any
     return (*doubts, *_not_as_rehearsed(contents.folder))
 
 
-def not_as_checked(preflight: Any, at_hand: Mapping[str, str], inputs: EvaluationInputs) -> list[str]:
+def not_as_checked(
+    preflight: CheckedBefore, at_hand: Mapping[str, str], inputs: EvaluationInputs
+) -> list[str]:
     """List the files that are gone or have changed since the preflight checked them, one sentence each.
 
     A certificate is rewritten after the landing: the one that was checked is then among those that were kept.
 
     Args:
-        preflight: The contents of `preflight.json`; anything that is not a preflight's names no files.
+        preflight: Of the run.
         at_hand: SHA-256 of every file, by its name in the bundle.
         inputs: The files that the drop is evaluated with.
     """
-    files = preflight.get("files") if isinstance(preflight, dict) else None
-    if not isinstance(files, dict):
-        return []
     sentences = (
-        _change_text(kind, files[kind], at_hand, getattr(inputs, kind)) for kind in _CHECKED if kind in files
+        _change_text(kind, preflight.files[kind], at_hand, getattr(inputs, kind))
+        for kind in _CHECKED
+        if kind in preflight.files
     )
     return [sentence for sentence in sentences if sentence]
 
@@ -339,12 +368,11 @@ def _change_text(kind: str, checked: Any, at_hand: Mapping[str, str], name: str 
 
 
 def _of_other_robots(
-    serial: str, contents: BundleContents, inputs: EvaluationInputs, preflight: Any
+    serial: str, contents: BundleContents, inputs: EvaluationInputs, preflight: CheckedBefore
 ) -> list[str]:
     """List the files that name another logger than the recording does, one sentence each."""
-    for key in ("boards", "logger", "serial"):  # whatever is no preflight's names none
-        preflight = preflight.get(key) if isinstance(preflight, dict) else None
-    loggers = {"preflight.json": preflight if isinstance(preflight, str) else None}
+    checked = preflight.identity("logger").get("serial")
+    loggers = {"preflight.json": checked if isinstance(checked, str) else None}
     if inputs.calibration is not None:
         with suppress(TfsatError):  # one that cannot be read stands with what is missing
             certificate = read_calibration(contents.files[inputs.calibration])
@@ -364,9 +392,9 @@ def _not_as_rehearsed(folder: Path) -> list[str]:
     """
     # Files that decode and report write again may differ; the emulator's hidden truth may not.
     return [
-        f"{name} {'was changed since' if (folder / name).is_file() else 'is gone:'} the rehearsal left it."
+        f"{name} {'was changed since' if change == 'changed' else 'is gone:'} the rehearsal left it."
         for name, sha256 in rehearsed_files(folder).items()
         if sha256
         and (name == _TRUTH or not name.endswith(_WRITTEN_AGAIN))
-        and not ((folder / name).is_file() and sha256_of(folder / name) == sha256)
+        and (change := change_of(folder / name, sha256))
     ]

@@ -12,15 +12,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+from tfsat_host.quantity import Column, Columns, fields
 
 # A number with a decimal point that is no part of a word or of a version such as 1.2.3.
 _DECIMAL = re.compile(r"(?<![\w.])[+\-−]?\d+\.\d+(?:e[+-]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
 _FIGURE = re.compile(r"[^\s(),;:]*\d[^\s(),;:]*(?<!\.)")
 """A word with a digit in it: a number with its sign, a date, an id."""
 NOT_THERE = "not there"
+_MAX_CHARACTERS = 24
+"""Of a text in a table of differences."""
 _WHOLE_MAX = 10**300
 """Greater whole numbers are no float, and none of ours."""
 
@@ -82,6 +86,62 @@ class Difference:
     bundled: Any
     recomputed: Any
     relative: float | None
+
+
+def _words_of(value: object) -> str:
+    text = f"{value:.9g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]}…"
+
+
+DIFFERENCES: Columns = (
+    Column("key", "what"),
+    Column("bundled", "bundled", words=lambda difference: _words_of(difference.bundled)),
+    Column("recomputed", "recomputed", words=lambda difference: _words_of(difference.recomputed)),
+    Column("relative", "relative", form=".1e"),
+)
+
+
+@dataclass(frozen=True)
+class ComparedPart:
+    """One part of a bundle, computed again.
+
+    Attributes:
+        what: `evaluation`, `report` or `calibration`.
+        differs: How; None: it was not computed again, and that is no difference.
+        sentence: What was done, or why not.
+        extent: How much was compared, such as `961 numbers`; may be empty.
+        tolerance: With which; None: nothing was compared.
+        lacking: It should have been computed and could not be.
+        refused: The raw data give none.
+    """
+
+    what: str
+    differs: Sequence[Difference] | None
+    sentence: str
+    extent: str = ""
+    tolerance: Tolerance | None = None
+    lacking: bool = False
+    refused: bool = False
+
+    @property
+    def identical(self) -> bool:
+        """Whether it was computed again without a difference."""
+        return not self.refused and not self.lacking and self.differs is not None and not self.differs
+
+
+COMPARED: Columns = (
+    *fields("what sentence lacking"),
+    Column("differences", of="differs", columns=DIFFERENCES),
+)
+
+
+def count_numbers(value: Any) -> int:
+    """Count the numbers in a JSON value."""
+    if isinstance(value, dict):
+        return sum(map(count_numbers, value.values()))
+    if isinstance(value, list):
+        return sum(map(count_numbers, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:

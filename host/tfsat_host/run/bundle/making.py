@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -15,14 +14,22 @@ from tfsat_host import __version__
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict, jsonable
+from tfsat_host.json_values import error_as_dict, format_json, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.report import render
-from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
+from tfsat_host.report.contents.document_builder import Source, document_of
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.bundle.bundle_archive import MARKER, write_archive
-from tfsat_host.run.bundle.contents import RUN, BundleContents, collect, doubts_of, not_as_checked
+from tfsat_host.run.bundle.contents import (
+    RUN,
+    BundleContents,
+    CheckedBefore,
+    collect,
+    doubts_of,
+    not_as_checked,
+)
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -36,11 +43,11 @@ from tfsat_host.run.bundle.manifest import (
     format_manifest,
 )
 from tfsat_host.run.certificate_check import origin_of_log
+from tfsat_host.run.drop_report import report_drop
 from tfsat_host.run.files import (
     AS_FOUND,
     MADE_BY_EVALUATE,
     MANEUVER,
-    PREFLIGHT,
     EvaluationOptions,
     names_of,
 )
@@ -70,12 +77,22 @@ class WrittenBundle:
     recording: str
 
     @property
-    def lost(self) -> bool:
-        """Something was lost, changed, or is doubtful."""
-        manifest = self.manifest
-        return bool(manifest.record or manifest.doubts) or any(
-            missing_part.lost for missing_part in manifest.missing
-        )
+    def bytes(self) -> int:
+        """Size of the archive."""
+        return self.target.stat().st_size
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing was lost, changed, or is doubtful."""
+        return not (self.manifest.record or self.manifest.doubts or self.manifest.lost)
+
+
+BUNDLE: Columns = (
+    Column("bundle", of=lambda bundle: str(bundle.target)),
+    *fields("recording bytes manifest_sha256"),
+)
+"""Of `bundle --json`, before the manifest's."""
+_LOGGER_IMAGE = fields("firmware image_crc serial=logger_serial emulated")
 
 
 @dataclass(frozen=True)
@@ -140,7 +157,10 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
         shutil.copyfile(path, folder / inside)
     # Evaluate the copies and not the originals: what is bundled is what was computed from.
     recomputation = recompute(folder, name, inputs)
-    computed_texts = {EVALUATION: _json(recomputation.evaluation), ENVIRONMENT: _json(environment())}
+    computed_texts = {
+        EVALUATION: format_json(recomputation.evaluation),
+        ENVIRONMENT: format_json(environment()),
+    }
     if recomputation.page is None:
         contents.lack(
             REPORT, f"The drop cannot be evaluated: {recomputation.evaluation['error']['what']}", lost=True
@@ -154,7 +174,7 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
         inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
         for inside in sorted((*contents.files, *computed_texts))
     }
-    preflight = _preflight(folder)
+    preflight = CheckedBefore.read(folder / RUN)
     checked = not_as_checked(preflight, {name: file.sha256 for name, file in files.items()}, inputs)
     manifest = Manifest(
         f"tfsat-host bundle {__version__}",
@@ -171,48 +191,19 @@ def _stage_bundle(folder: Path, contents: BundleContents, inputs: EvaluationInpu
     return manifest
 
 
-def _preflight(folder: Path) -> Any:
-    """Read `preflight.json`; return None if it cannot be read, as the bundle keeps it unchanged."""
-    try:
-        return json.loads((folder / RUN / PREFLIGHT).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return None
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, indent=1, allow_nan=False) + "\n"
-
-
-def _images(contents: BundleContents, preflight: Any) -> dict[str, Any]:
+def _images(contents: BundleContents, preflight: CheckedBefore) -> dict[str, Any]:
     """Hashes of the firmware that flew: the logger's from the recording, the sequencer's from the preflight."""
     images: dict[str, Any] = {}
     if contents.log is None:
         contents.lack("image of the logger", "The recording that would tell it cannot be decoded.")
     else:
-        origin = origin_of_log(contents.log.header)
-        images["logger"] = {
-            "firmware": origin.firmware,
-            "image_crc": origin.image_crc,
-            "serial": origin.logger_serial,
-            "emulated": origin.emulated,
-        }
-    sequencer = _identity_in(preflight, "sequencer")
-    if sequencer is None:
+        images["logger"] = record(_LOGGER_IMAGE, origin_of_log(contents.log.header))
+    sequencer = preflight.identity("sequencer")
+    if "image_crc" not in sequencer:
         contents.lack("image of the sequencer", "No preflight.json tells it.")
     else:
         images["sequencer"] = sequencer
     return images
-
-
-def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
-    """Find a board's identity, a dict with an `image_crc`, at any depth of a JSON value."""
-    if isinstance(value, dict):
-        board_identity = value.get(board)
-        if isinstance(board_identity, dict) and "image_crc" in board_identity:
-            return board_identity
-        value = list(value.values())
-    below = (_identity_in(item, board) for item in value) if isinstance(value, list) else ()
-    return next((identity for identity in below if identity is not None), None)
 
 
 def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEvaluation:
@@ -243,23 +234,13 @@ def recompute(folder: Path, name: str, inputs: EvaluationInputs) -> RecomputedEv
             )
         result = {**MADE_BY_EVALUATE, **jsonable(evaluated_run.as_dict())}
         certificate = None if evaluated_run.held is None else evaluated_run.held.path
-        # The time in it is the drop's own, so that it does not hang on when it was made.
-        drop = ReportedDrop(
-            name,
-            evaluated_run.found,
-            evaluated_run.verdict,
-            sha256_of(evaluated_run.files.recording),
-            certificate,
-            evaluated_run.remarks,
-            tuple(
-                Source(
-                    f"file of the {what}", Path(inputs.files[what]), sha256_of(folder / inputs.files[what])
-                )
-                for what in _SOURCES
-                if what in inputs.files
-            ),
-            options.as_arguments(),
+        sources = tuple(
+            Source(f"file of the {what}", Path(inputs.files[what]), sha256_of(folder / inputs.files[what]))
+            for what in _SOURCES
+            if what in inputs.files
         )
+        drop = replace(report_drop(name, evaluated_run), sources=sources, options=options.as_arguments())
+        # The time in it is the drop's own, so that it does not hang on when it was made.
         # No path of this computer may show: the same drop gives the same bytes anywhere.
         page = render(_relative(document_of([drop], evaluated_run.recorded or _NO_TIME), roots))
         certificate_name = None if certificate is None else _relative(str(certificate), roots)

@@ -17,6 +17,7 @@ from tfsat_host import __version__, json_values
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import PROTOCOL_HASH
+from tfsat_host.quantity import Column, Columns, fields, record
 
 MANIFEST = "manifest.json"
 EVALUATION = "evaluation.json"
@@ -26,6 +27,8 @@ FORMAT = 1
 NAME_CHARACTERS_MAX = 200
 """Of a drop's name: a folder's has no more on most systems."""
 _FILES = ("maneuver", "calibration", "robot", "facility", "video", "laser")
+_OPTIONAL = ("doubts", "video_rate")
+"""Bundles of older programs have none."""
 _PACKAGES = ("numpy", "scipy", "crcmod-plus", "fastcrc", "platformdirs", "pyserial", "rich", "rich-argparse")
 
 
@@ -121,17 +124,36 @@ class Manifest:
     left_out: Mapping[str, str] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the manifest as a dict for JSON."""
-        values = asdict(self)
-        names = ("made_by", "name", "evaluated", "images", "missing", "record", "doubts", "left_out")
-        entries = {name: values[name] for name in names} | {"files": dict(sorted(values["files"].items()))}
-        return {"made_by": entries.pop("made_by"), "format": FORMAT, **entries}
+    @property
+    def lost(self) -> tuple[Missing, ...]:
+        """What should be in the bundle and is not."""
+        return tuple(part for part in self.missing if part.lost)
+
+    @property
+    def never_there(self) -> tuple[Missing, ...]:
+        """What a whole bundle would have and this drop never had."""
+        return tuple(part for part in self.missing if not part.lost)
+
+
+MISSING: Columns = fields("what why lost")
+MANIFEST_COLUMNS: Columns = (
+    Column("made_by"),
+    Column("format", of=lambda _: FORMAT),
+    Column("name"),
+    Column("evaluated", of=lambda manifest: asdict(manifest.evaluated)),
+    Column("images"),
+    Column("missing", columns=MISSING),
+    *fields("record doubts left_out"),
+    Column(
+        "files", of=lambda manifest: {name: asdict(file) for name, file in sorted(manifest.files.items())}
+    ),
+)
+"""Of `manifest.json`, in its order."""
 
 
 def format_manifest(manifest: Manifest) -> str:
     """Format a manifest as the text of its file."""
-    return json.dumps(manifest.as_dict(), indent=1) + "\n"
+    return json_values.format_json(record(MANIFEST_COLUMNS, manifest))
 
 
 def parse_manifest(data: bytes, source: str) -> Manifest:
@@ -146,7 +168,7 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
             raise ValueError("it is no list of files")
         if values["format"] != FORMAT:
             raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
-        return json_values.parse_dataclass(Manifest, values, optional=("doubts",))  # older bundles have none
+        return json_values.parse_dataclass(Manifest, values, _OPTIONAL)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise BundleError(
             what=f"The manifest of {source} cannot be understood: {_why(error)}.",

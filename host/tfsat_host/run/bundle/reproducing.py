@@ -4,46 +4,38 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from datetime import datetime
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.certificate.calibration_campaign import measured_by, with_measured
-from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, in_words
-from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
-from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
-from tfsat_host.calibration.servos.visits import servo_map_of
-from tfsat_host.calibration.solution import solve
-from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
-from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.run.bundle import making
 from tfsat_host.run.bundle.bundle_archive import unpack
-from tfsat_host.run.bundle.contents import RUN, not_as_checked
+from tfsat_host.run.bundle.contents import RUN, CheckedBefore, not_as_checked
 from tfsat_host.run.bundle.json_comparison import (
-    CERTIFICATE_TOLERANCE,
+    COMPARED,
     EVALUATION_TOLERANCE,
     NOT_THERE,
     REPORT_TOLERANCE,
+    ComparedPart,
     Difference,
     Tolerance,
+    count_numbers,
     differences,
 )
 from tfsat_host.run.bundle.making import RecomputedEvaluation
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
+    MISSING,
     REPORT,
     BundleError,
     Manifest,
     changed_since,
 )
-from tfsat_host.run.files import PREFLIGHT
+from tfsat_host.run.bundle.recalibration import recalibrate
 from tfsat_host.run.signed_record import verify
 
 _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
@@ -52,32 +44,16 @@ _DOCUMENT = re.compile(r'<script type="application/json" id="document">(.*?)</sc
 _UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
-
-
-@dataclass(frozen=True)
-class ComparedPart:
-    """One part of a bundle, computed again.
-
-    Attributes:
-        what: `evaluation`, `report` or `calibration`.
-        differs: How; None: it was not computed again, and that is no difference.
-        sentence: What was done, or why not.
-        lacking: It should have been computed and could not be.
-        refused: The raw data give none.
-    """
-
-    what: str
-    differs: Sequence[Difference] | None
-    sentence: str
-    lacking: bool = False
-    refused: bool = False
+_PROGRAM = ("tfsat:", "sources_sha256:")
+"""How a sentence on the environment begins that is of this program."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """What came of it.
+    """A bundle, computed again.
 
     Attributes:
+        bundle: The archive.
         folder: Where the bundle was unpacked.
         manifest: Of the bundle.
         manifest_sha256: Of its file.
@@ -86,6 +62,7 @@ class Reproduction:
         environment: With what else it was computed than then; sentences.
     """
 
+    bundle: Path
     folder: Path
     manifest: Manifest
     manifest_sha256: str
@@ -103,40 +80,36 @@ class Reproduction:
         """Why sameness is worth less than it seems: what could not be computed, is lost, or was changed."""
         return [
             *(f"NOT COMPUTED: {part.sentence}" for part in self.compared if part.lacking),
-            *(
-                f"LOST: {missing_part.what}: {missing_part.why}"
-                for missing_part in self.manifest.missing
-                if missing_part.lost
-            ),
+            *(f"LOST: {part.what}: {part.why}" for part in self.manifest.lost),
             *(f"CHANGED: {sentence}" for sentence in self.record),
             *(f"DOUBTFUL: {sentence}" for sentence in self.manifest.doubts),
         ]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as a dict for JSON."""
-        return {
-            "same": self.same,
-            "complete": not self.incomplete,
-            "incomplete": self.incomplete,
-            "manifest_sha256": self.manifest_sha256,
-            "folder": str(self.folder),
-            "name": self.manifest.name,
-            "files": len(self.manifest.files),
-            "compared": [
-                {
-                    "what": part.what,
-                    "sentence": part.sentence,
-                    "lacking": part.lacking,
-                    "differences": None if part.differs is None else [asdict(each) for each in part.differs],
-                }
-                for part in self.compared
-            ],
-            "not_computed": [name for name in sorted(self.manifest.files) if _is_result(name)],
-            "record": list(self.record),
-            "doubts": list(self.manifest.doubts),
-            "missing": [asdict(missing_part) for missing_part in self.manifest.missing],
-            "environment": list(self.environment),
-        }
+    @property
+    def not_computed(self) -> list[str]:
+        """Results of earlier commands in the run's folder: kept by their hash."""
+        return [name for name in sorted(self.manifest.files) if _is_result(name)]
+
+    @property
+    def program_changed(self) -> bool:
+        """Whether the bundle was made by other sources of tfsat than these."""
+        return any(sentence.startswith(_PROGRAM) for sentence in self.environment)
+
+
+REPRODUCTION: Columns = (
+    Column("bundle", of=lambda reproduction: str(reproduction.bundle)),
+    Column("same"),
+    Column("complete", of=lambda reproduction: not reproduction.incomplete),
+    *fields("incomplete manifest_sha256"),
+    Column("folder", of=lambda reproduction: str(reproduction.folder)),
+    Column("name", of="manifest.name"),
+    Column("files", of=lambda reproduction: len(reproduction.manifest.files)),
+    Column("compared", columns=COMPARED),
+    *fields("not_computed record doubts=manifest.doubts"),
+    Column("missing", of="manifest.missing", columns=MISSING),
+    *fields("environment"),
+)
+"""Of `reproduce --json`."""
 
 
 def reproduce(
@@ -171,12 +144,12 @@ def reproduce(
         compared = (
             _evaluation(folder, recomputation),
             _report(folder, recomputation),
-            *_calibrations(folder, manifest, recomputation),
+            *recalibrate(folder, manifest, recomputation.certificate),
         )
     # What was wrong when it was bundled stays wrong, even if it no longer shows in the copies.
     record = tuple(_find_changes(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
-    return Reproduction(folder, manifest, manifest_sha256, compared, record, environment)
+    return Reproduction(bundle, folder, manifest, manifest_sha256, compared, record, environment)
 
 
 def _is_result(name: str) -> bool:
@@ -194,7 +167,7 @@ def _find_changes(folder: Path, manifest: Manifest) -> list[str]:
     if not run.is_dir():
         return []
     at_hand = {name: file.sha256 for name, file in manifest.files.items()}
-    checked = not_as_checked(_load(run / PREFLIGHT), at_hand, manifest.evaluated)
+    checked = not_as_checked(CheckedBefore.read(run), at_hand, manifest.evaluated)
     return [*(finding.sentence for finding in verify(run)), *checked]
 
 
@@ -214,8 +187,9 @@ def _evaluation(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPa
         return ComparedPart(
             "evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True
         )
-    count = _numbers(recomputation.evaluation)
-    return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated again.")
+    count = count_numbers(recomputation.evaluation)
+    sentence = f"{count} numbers were decoded and evaluated again."
+    return ComparedPart("evaluation", differs, sentence, f"{count:,} numbers", EVALUATION_TOLERANCE)
 
 
 def _report(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPart:
@@ -236,7 +210,9 @@ def _report(folder: Path, recomputation: RecomputedEvaluation) -> ComparedPart:
         return ComparedPart("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
     document = document_in(recomputation.page)
     differs = _differences(bundled, document, REPORT_TOLERANCE)
-    return ComparedPart("report", differs, f"{_numbers(document)} numbers of the page were made again.")
+    count = count_numbers(document)
+    sentence = f"{count} numbers of the page were made again."
+    return ComparedPart("report", differs, sentence, f"{count:,} numbers", REPORT_TOLERANCE)
 
 
 def document_in(page: str) -> Any:
@@ -248,124 +224,6 @@ def document_in(page: str) -> Any:
         return json.loads(match[1])
     except RecursionError as error:
         raise ValueError("its document is nested too deeply") from error
-
-
-def _calibrations(
-    folder: Path, manifest: Manifest, recomputation: RecomputedEvaluation
-) -> list[ComparedPart]:
-    """Recompute and compare the bundle's certificate.
-
-    The previous certificate is compared, too, if it was the one in force at the release.
-    """
-    inputs = manifest.evaluated
-    if inputs.calibration is None:
-        return [ComparedPart("calibration", None, "The bundle has no certificate.")]
-    parts = []
-    names = dict.fromkeys(
-        [inputs.calibration, *([recomputation.certificate] if recomputation.certificate else [])]
-    )
-    for name in (name for name in names if name in manifest.files):
-        try:
-            robot = load_robot(None if inputs.robot is None else folder / inputs.robot)
-            parts.append(_recalibrate(folder / name, robot, name))
-        except TfsatError as error:
-            parts.append(ComparedPart("calibration", None, error.what, lacking=True))
-    return parts
-
-
-def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
-    """Recompute a certificate from its recordings and compare the two.
-
-    The recordings lie in their folder next to it, or beside the certificate itself.
-
-    Raises:
-        CalibrationError: the certificate cannot be read.
-    """
-    calibration, archive_folder = read_calibration(certificate), recordings_folder(certificate)
-    recordings = archive_folder if archive_folder.is_dir() else certificate.parent
-    drawn_text = (
-        f" Not recorded in a rehearsal, but drawn: {in_words(calibration.drawn)}."
-        if calibration.drawn
-        else ""
-    )
-    if not calibration.papers:
-        why = "The certificate names no recordings: its values cannot be recomputed."
-        return ComparedPart("calibration", None, f"{name}: {why}{drawn_text}")
-    try:
-        evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in calibration.papers]
-        # Which landing it knew when it was computed is not recorded: solve with each, keep the closest.
-        tried = [
-            _solved_differently(calibration, evidence, model, landing) for landing in _landings(calibration)
-        ]
-    except CalibrationError as error:
-        why = f"The calibration cannot be recomputed: {error.what}"
-        return ComparedPart("calibration", None, f"{name}: {why}", lacking=True)
-    of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
-    sentence, unmeasured_names = f"The calibration was recomputed from {of}.", []
-    if calibration.drawn:
-        measured = measured_by(evidence)
-        # Neither drawn by the rehearsal nor recorded: these values rest on nothing that was bundled.
-        unmeasured_names = [
-            quantity for quantity in DRAWABLE if quantity not in (*calibration.drawn, *measured)
-        ]
-        sentence = f"Recomputed from {of}: {in_words(measured)}.{drawn_text}"
-        sentence += f" Neither recorded nor drawn: {in_words(unmeasured_names)}." if unmeasured_names else ""
-    return ComparedPart("calibration", min(tried, key=len), f"{name}: {sentence}", bool(unmeasured_names))
-
-
-def _landings(calibration: Calibration) -> list[datetime | None]:
-    """List the landings that may have been the last one known when the certificate was computed.
-
-    A landing noted later is in the certificate, too, but did not change its values.
-    """
-    newest = max(paper.taken for paper in calibration.papers)
-    landing_times = [landing.at for landing in calibration.landings]
-    before = [at for at in landing_times if at <= newest]
-    # The likeliest first: the last one before the newest recording, then back to none.
-    return list(dict.fromkeys([*reversed(before), None, *(at for at in landing_times if at > newest)]))
-
-
-def _solved_differently(
-    calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
-) -> list[Difference]:
-    if calibration.drawn:
-        again = with_measured(calibration, evidence, model)
-    else:
-        solution = solve(evidence, model, landing)
-        servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
-        again = replace(
-            calibration,
-            gyros=solution.gyros,
-            joints=solution.joints,
-            servo_maps=tuple(
-                servo_map_of(servo_evidence, joints, model) for servo_evidence, joints in servos
-            ),
-            servo_taken=tuple(servo_evidence.taken for servo_evidence, _ in servos),
-        )
-    # Compare the values that the certificate's file holds.
-    then, now = (_plain(certificate_values(version)) for version in (calibration, again))
-    return differences(then, now, CERTIFICATE_TOLERANCE)
-
-
-def _plain(value: Any) -> Any:
-    """Times as text."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return value.isoformat() if isinstance(value, datetime) else value
-
-
-def _evidence(path: Path, expected_sha256: str) -> Evidence:
-    data = path.read_bytes() if path.is_file() else None
-    if data is not None and sha256(data) == expected_sha256:
-        return from_bytes(data, source=path.name)
-    why = "is not there" if data is None else "is not the one on which it rests: its SHA-256 differs"
-    raise CalibrationError(
-        what=f"the recording {path.name} {why}.",
-        meaning="Its step cannot be computed again.",
-        next_step="Copy it next to the certificate and bundle the run again.",
-    )
 
 
 def _differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:
@@ -382,11 +240,3 @@ def _load(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):
         return _UNREADABLE
-
-
-def _numbers(value: Any) -> int:
-    if isinstance(value, dict):
-        return sum(map(_numbers, value.values()))
-    if isinstance(value, list):
-        return sum(map(_numbers, value))
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -9,7 +9,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.file import read_calibration
@@ -18,11 +17,12 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.bundle.bundle_archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
 from tfsat_host.run.campaign import campaign_folder
-from tfsat_host.run.campaign.entries import DropEntry
-from tfsat_host.run.certificate_check import is_of_robot, note_landing_of, origin_of_log, time_of_day
+from tfsat_host.run.campaign.entries import ENTRY, DropEntry
+from tfsat_host.run.certificate_check import is_of_robot, origin_of_log
 from tfsat_host.run.files import (
     AS_FOUND,
     CERTIFICATE,
@@ -36,6 +36,7 @@ from tfsat_host.run.files import (
     ROBOT,
     UNKNOWN,
 )
+from tfsat_host.run.recorded_landing import note_landing_of, time_of_day
 from tfsat_host.run.signed_record import RecordError, sign, verify
 from tfsat_host.sdlog import load
 from tfsat_host.sdlog.log_errors import NoBlockError
@@ -68,19 +69,17 @@ class AddedDrop:
     @property
     def sentence(self) -> str:
         """For people."""
-        copy = "" if self.moved else f", a copy of {self.origin}"
-        fell = " (EMULATED: no robot fell)" if self.entry.robot == EMULATED else ""
-        return f"Drop {self.entry.number}  {self.place}{copy}{fell}"
+        origin = f"{'moved from' if self.moved else 'a copy of'} {self.origin}"
+        fell = ", EMULATED: no robot fell" if self.entry.robot == EMULATED else ""
+        return f"Drop {self.entry.number}: {self.place} ({origin}{fell})"
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the added drop as a dict for `--json`."""
-        facts = {
-            "path": str(self.place),
-            "moved": self.moved,
-            "left_out": self.left_out,
-            "changed": self.changed,
-        }
-        return {**self.entry.as_dict(), **facts}
+
+ADDED: Columns = (
+    *columns_of("entry", ENTRY),
+    Column("path", of=lambda added: str(added.place)),
+    *fields("moved left_out changed"),
+)
+"""Of `campaign add --json`."""
 
 
 def add(

@@ -10,14 +10,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_hash import change_of
 from tfsat_host.file_lock import one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.quantity import UNKNOWN, Column, Columns
+from tfsat_host.quantity import Column, Columns, columns_of
 from tfsat_host.run.campaign.entries import (
+    ENTRY,
     NUMBER_MAX,
     DropEntry,
     Note,
@@ -52,23 +52,6 @@ class SameDropError(CampaignError):
     """A recording is of `drop`, which the campaign has (exit code 1)."""
 
     drop: DropEntry
-
-
-def _note_of_drop(drop: dict[str, Any]) -> str:
-    void = [f"VOID: {drop['void']['text']}"] if drop["void"] else []
-    return "; ".join([*void, *(note["text"] for note in drop["notes"])]) or UNKNOWN
-
-
-LISTED: Columns = (
-    Column("number", "drop"),
-    Column("robot", "robot"),
-    Column("", "released / UTC", words=lambda drop: (drop["released"] or "unknown")[:19].replace("T", " ")),
-    Column("recording", "recording"),
-    Column("", "id", words=lambda drop: drop["session"] or "unknown"),
-    Column("", "as it came", words=lambda drop: "NO" if drop["changes"] else "yes"),
-    Column("", "notes", words=_note_of_drop),
-)
-"""Of drops as `--json` has them, for people."""
 
 
 @dataclass(frozen=True)
@@ -143,22 +126,47 @@ def read(folder: Path) -> Contents:
     return Contents(drops, tuple(findings), max([*entries_by_number, *folders], default=0), damaged)
 
 
-def list_drops(folder: Path) -> dict[str, Any]:
-    """List all drops and the changes to each since it was added, for `--json`. Raises as `read` does."""
-    contents = read(folder)
-    return {
-        "campaign": str(folder),
-        "drops": [{**drop.as_dict(), "changes": changes_in(folder, drop)} for drop in contents.drops],
-        "next": contents.next_number,
-        "findings": list(contents.findings),
-    }
+@dataclass(frozen=True)
+class ListedDrop:
+    """A drop of a campaign, with the changes to its files since it was added, as sentences."""
+
+    entry: DropEntry
+    changes: tuple[str, ...]
 
 
-def next_drop(folder: Path) -> dict[str, Any]:
-    """Return the number and folder of the next drop, for `--json`. Raises as `read` does."""
+@dataclass(frozen=True)
+class CampaignList:
+    """All drops of the campaign in `folder`, and what its index and folders hold."""
+
+    folder: Path
+    contents: Contents
+    drops: tuple[ListedDrop, ...]
+
+
+LISTED: Columns = (
+    *columns_of("entry", ENTRY),
+    Column("changes", "unmodified", words=lambda drop: "NO" if drop.changes else "yes"),
+)
+LIST: Columns = (
+    Column("campaign", of=lambda campaign: str(campaign.folder)),
+    Column("drops", columns=LISTED),
+    Column("next", of="contents.next_number"),
+    Column("findings", of="contents.findings"),
+)
+"""Of `campaign list --json`."""
+NEXT: Columns = (
+    Column("number", of="next_number"),
+    Column("folder", of=lambda contents: folder_name(contents.next_number)),
+    Column("findings"),
+)
+"""Of `campaign next --json`."""
+
+
+def list_drops(folder: Path) -> CampaignList:
+    """List all drops and the changes to each since it was added. Raises as `read` does."""
     contents = read(folder)
-    number = contents.next_number
-    return {"number": number, "folder": folder_name(number), "findings": list(contents.findings)}
+    drops = tuple(ListedDrop(drop, tuple(changes_in(folder, drop))) for drop in contents.drops)
+    return CampaignList(folder, contents, drops)
 
 
 def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> DropEntry:
@@ -258,9 +266,10 @@ def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     recording = place / drop.recording
     if not place.is_dir():
         return []  # a finding of the campaign
-    if not recording.is_file():
+    change = change_of(recording, drop.sha256)
+    if change == "missing":
         return [f"{recording} is missing."]
-    changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
+    changes = [f"{recording} was changed since it came in."] if change else []
     # What was signed after the drop came in does not count as evidence.
     findings = verify(place, closed_by=SIGNED_BY)
     # The recording was compared with the index above: its finding is not told twice.

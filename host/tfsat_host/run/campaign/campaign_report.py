@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from tfsat_host import quantity
 from tfsat_host.crash import bug_error
@@ -14,12 +14,12 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import UNKNOWN, Column, Columns
+from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields, record
 from tfsat_host.report.document import PageTable
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.campaign.campaign_folder import changes_in, read
-from tfsat_host.run.campaign.entries import DropEntry
-from tfsat_host.run.drop_comparison import DROPS, Comparison, row_of
+from tfsat_host.run.campaign.entries import ENTRY, DropEntry
+from tfsat_host.run.drop_comparison import DROPS, Comparison, DropSummary
 from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.drop_report import (
     PAGE,
@@ -33,8 +33,44 @@ from tfsat_host.run.files import EMULATED, EvaluationOptions
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
-TriedDrop = tuple[DropEntry, EvaluatedRun | TfsatError]
-DROPS_OF_ALL: Columns = (DROPS[0], Column("robot", "robot"), *DROPS[1:], Column("notes", "notes"))
+
+
+@dataclass(frozen=True, eq=False)
+class TriedDrop:
+    """A drop that counts, and its evaluation or why there is none."""
+
+    entry: DropEntry
+    attempt: EvaluatedRun | TfsatError
+
+    @property
+    def evaluation(self) -> EvaluatedRun | None:
+        """None if it cannot be evaluated."""
+        return self.attempt if isinstance(self.attempt, EvaluatedRun) else None
+
+    @property
+    def error(self) -> TfsatError | None:
+        """Why it cannot be evaluated."""
+        return self.attempt if isinstance(self.attempt, TfsatError) else None
+
+    @property
+    def summary(self) -> DropSummary:
+        """Its line in the table of all."""
+        return DropSummary(str(self.entry.number), self.evaluation)
+
+    @property
+    def robot(self) -> str:
+        """One of `files.ROBOTS`: the recording's own word, where it was decoded, goes before the index's."""
+        run = self.evaluation
+        return self.entry.robot if run is None else dropped_robot(run.found.log).kind
+
+    @property
+    def notes(self) -> str:
+        """What people wrote of it."""
+        return "; ".join(note.text for note in self.entry.notes) or UNKNOWN
+
+
+_SUMMARY = columns_of("summary", DROPS)
+DROPS_OF_ALL: Columns = (_SUMMARY[0], Column("robot", "robot"), *_SUMMARY[1:], Column("notes", "notes"))
 """All drops of a report, a line each."""
 
 
@@ -61,22 +97,19 @@ class OfOneRobot:
         names = [f"drop {number}" for number in self.numbers]
         return [] if self.compared is None else self.compared.tables(names)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the robot, its drops and their comparison as a dict for `--json`."""
-        return {
-            "robot": self.robot.kind,
-            "logger_serial": self.robot.logger_serial,
-            "robot_sha256": self.model_sha256,
-            "drops": list(self.numbers),
-            "comparison": None if self.compared is None else self.compared.as_dict(),
-        }
+
+ROBOT: Columns = (
+    *fields("robot=robot.kind logger_serial=robot.logger_serial robot_sha256=model_sha256 drops=numbers"),
+    Column("comparison", of=lambda robot: robot.compared and robot.compared.as_dict()),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class CampaignReport:
-    """What came of it.
+    """All drops of a campaign, evaluated and compared.
 
     Attributes:
+        folder: Of the campaign.
         page: None: no drop can be evaluated.
         tried: Each drop that counts, and its evaluation or why there is none.
         void: Drops that do not count.
@@ -84,6 +117,7 @@ class CampaignReport:
         findings: What is wrong with the campaign; sentences.
     """
 
+    folder: Path
     page: Path | None
     tried: list[TriedDrop]
     void: list[DropEntry]
@@ -92,34 +126,26 @@ class CampaignReport:
 
     @property
     def good(self) -> bool:
-        """Nothing speaks against any of it."""
-        evaluations = (attempt for _, attempt in self.tried)
-        return (
-            all(
-                isinstance(attempt, EvaluatedRun) and attempt.verdict.level == "good"
-                for attempt in evaluations
-            )
-            and not any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
-            and not self.findings
-        )
+        """Whether all drops are good, agree, and the campaign is whole."""
+        return self.counts["good"] == len(self.tried) and not self.contradictory and not self.findings
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return the rows of the table `DROPS_OF_ALL`, one per drop."""
-        table_rows = []
-        for drop, attempt in self.tried:
-            evaluated_run = None if isinstance(attempt, TfsatError) else attempt
-            # The recording's own word, where it was decoded, goes before the index's.
-            robot = drop.robot if evaluated_run is None else dropped_robot(evaluated_run.found.log).kind
-            notes = "; ".join(note.text for note in drop.notes) or UNKNOWN
-            table_rows.append({**row_of(drop.number, evaluated_run), "robot": robot, "notes": notes})
-        return table_rows
+    @property
+    def counts(self) -> Counter[str]:
+        """How many drops have each verdict."""
+        runs = (drop.evaluation for drop in self.tried)
+        return Counter("failed" if run is None else run.verdict.level for run in runs)
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether drops of one robot contradict each other."""
+        return any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
 
     def sentences(self) -> list[str]:
         """List the drops left out, with reasons, and the separation of different robots, as sentences."""
         sentences: list[str] = [
-            Advice(f"Drop {drop.number} cannot be evaluated: {attempt.what} ", attempt.next_step)
-            for drop, attempt in self.tried
-            if isinstance(attempt, TfsatError)
+            Advice(f"Drop {drop.entry.number} cannot be evaluated: {drop.error.what} ", drop.error.next_step)
+            for drop in self.tried
+            if drop.error is not None
         ]
         for drop in self.void:
             why = "" if drop.void is None else f": {drop.void.text}"
@@ -134,20 +160,26 @@ class CampaignReport:
             ]
         return sentences
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the report as a dict for `--json`."""
-        return {
-            "report": None if self.page is None else str(self.page),
-            "drops": [
-                {**drop.as_dict(), "error": error_as_dict(attempt), "evaluation": None}
-                if isinstance(attempt, TfsatError)
-                else {**drop.as_dict(), "evaluation": attempt.as_dict()}
-                for drop, attempt in self.tried
-            ],
-            "void": [drop.as_dict() for drop in self.void],
-            "comparisons": [robot.as_dict() for robot in self.robots],
-            "findings": list(self.findings),
-        }
+
+_EVALUATED_DROP: Columns = (
+    *columns_of("entry", ENTRY),
+    Column("evaluation", of=lambda drop: drop.evaluation and drop.evaluation.as_dict()),
+)
+_REFUSED_DROP: Columns = (*_EVALUATED_DROP, Column("error", of=lambda drop: error_as_dict(drop.error)))
+REPORT: Columns = (
+    Column("campaign", of=lambda report: str(report.folder)),
+    Column("report", of=lambda report: report.page and str(report.page)),
+    Column(
+        "drops",
+        of=lambda report: [
+            record(_REFUSED_DROP if drop.error else _EVALUATED_DROP, drop) for drop in report.tried
+        ],
+    ),
+    Column("void", columns=ENTRY),
+    Column("comparisons", of="robots", columns=ROBOT),
+    Column("findings"),
+)
+"""Of `campaign report --json`."""
 
 
 def report(
@@ -183,15 +215,13 @@ def report(
     options = EvaluationOptions(robot=robot)
     if robot is not None:
         drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
-    tried = [(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
+    tried = [TriedDrop(drop, _try_evaluation(drop, folder, options, notices)) for drop in present]
     # Offsets are of one robot and its file: only drops that share both are combined.
-    robots = by_robot(
-        [(drop.number, attempt) for drop, attempt in tried if isinstance(attempt, EvaluatedRun)]
-    )
+    robots = by_robot([(drop.entry.number, drop.evaluation) for drop in tried if drop.evaluation])
     if robots:
         _write(tried, robots, files, notices)
     void = [drop for drop in contents.drops if drop.void is not None]
-    return CampaignReport(files.page if robots else None, tried, void, robots, contents.findings)
+    return CampaignReport(folder, files.page if robots else None, tried, void, robots, contents.findings)
 
 
 def _recording_file(folder: Path, drop: DropEntry) -> Path:
@@ -263,9 +293,9 @@ def _write(
 ) -> None:
     """Write the report page of the drops that can be evaluated, with a comparison per robot."""
     drops = {
-        drop.number: report_drop(_name(drop, attempt), attempt)
-        for drop, attempt in tried
-        if isinstance(attempt, EvaluatedRun)
+        drop.entry.number: report_drop(_name(drop.entry, drop.evaluation), drop.evaluation)
+        for drop in tried
+        if drop.evaluation
     }
     tables: list[PageTable] = []
     for robot in robots:
@@ -274,11 +304,7 @@ def _write(
             for table in of_them:
                 table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
             tables += of_them
-    without = [
-        explain_absence(Path(drop.folder), attempt)
-        for drop, attempt in tried
-        if isinstance(attempt, TfsatError)
-    ]
+    without = [explain_absence(Path(drop.entry.folder), drop.error) for drop in tried if drop.error]
     files.write(list(drops.values()), tables, without, notices)
 
 

@@ -6,12 +6,13 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated
 
-from tfsat_host import json_values
+from tfsat_host import json_values, quantity
+from tfsat_host.quantity import Column, Columns, record, records
 from tfsat_host.run.files import ROBOTS, UNKNOWN
 
 MADE_BY = "tfsat-host campaign"
@@ -88,14 +89,32 @@ class DropEntry:
         """Return a copy of the entry with one more note."""
         return replace(self, notes=(*self.notes, Note(at, text)))
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the entry as a dict for JSON."""
-        return {
-            **_plain(self),
-            "folder": self.folder,
-            "notes": [_plain(note) for note in self.notes],
-            "void": self.void and _plain(self.void),
-        }
+
+def _note_words(drop: DropEntry) -> str:
+    void = [f"VOID: {drop.void.text}"] if drop.void else []
+    return "; ".join([*void, *(note.text for note in drop.notes)]) or quantity.UNKNOWN
+
+
+_NOTE: Columns = (Column("at", of=lambda note: _format_time(note.at)), Column("text"))
+ENTRY: Columns = (
+    Column("number", "drop"),
+    Column("recording", "recording"),
+    Column("sha256"),
+    Column("session", "id", words=lambda drop: drop.session or "unknown"),
+    Column(
+        "released",
+        "released / UTC",
+        of=lambda drop: drop.released and _format_time(drop.released),
+        words=lambda drop: "unknown" if drop.released is None else f"{drop.released:%Y-%m-%d %H:%M}",
+    ),
+    Column("added", of=lambda drop: _format_time(drop.added)),
+    Column("origin"),
+    Column("robot", "robot"),
+    Column("notes", "notes", words=_note_words, columns=_NOTE),
+    Column("void", columns=_NOTE),
+    Column("folder"),
+)
+"""Of `drop.json`, of the index and of `--json`."""
 
 
 def folder_name(number: int) -> str:
@@ -127,12 +146,12 @@ def parse_index(text: str) -> tuple[DropEntry, ...]:
 
 def format_index(drops: Sequence[DropEntry]) -> str:
     """Format the drops as the index's text."""
-    return _json({"made_by": MADE_BY, "format": FORMAT, "drops": [drop.as_dict() for drop in drops]})
+    return _json({"made_by": MADE_BY, "format": FORMAT, "drops": records(ENTRY, drops)})
 
 
 def format_drop(drop: DropEntry) -> str:
     """Format the text of a drop's own copy of its entry."""
-    return _json(drop.as_dict())
+    return _json(record(ENTRY, drop))
 
 
 def parse_drop(text: str) -> DropEntry:
@@ -152,15 +171,6 @@ def _as_value_error() -> Iterator[None]:
 
 def _json(value: object) -> str:
     return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
-
-
-def _plain(entry: DropEntry | Note) -> dict[str, Any]:
-    """Return the entry's fields as a dict, with times as text."""
-    values_by_name = {entry_field.name: getattr(entry, entry_field.name) for entry_field in fields(entry)}
-    return {
-        key: _format_time(field_value) if isinstance(field_value, datetime) else field_value
-        for key, field_value in values_by_name.items()
-    }
 
 
 def _format_time(at: datetime) -> str:
