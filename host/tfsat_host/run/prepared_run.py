@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -24,9 +24,10 @@ from tfsat_host.plan.facility import DropTower, load_tower
 from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
-from tfsat_host.preflight import PreflightCheck, may_drop
-from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Reference
+from tfsat_host.preflight.preflight_evidence import Missing, Reference
+from tfsat_host.preflight.preflight_result import RESULT, PreflightResult
 from tfsat_host.protocol.limits import BLOCK_MAGIC
+from tfsat_host.quantity import record
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.campaign.campaign_folder import DROP
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
@@ -263,72 +264,23 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
         return Missing(error.what, _NAME_IMAGE)
 
 
-def result_of(
-    evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left_on_boards: str = ""
-) -> dict[str, Any]:
-    """Build the result that `preflight --json` prints and `preflight.json` holds.
+def write_result(folder: Path, result: PreflightResult) -> tuple[PreflightResult, TfsatError | None]:
+    """Write `preflight.json` and sign it into the run's record; an older one is replaced.
 
-    Args:
-        evidence: Of the boards and the files.
-        checks: The checks made of the evidence.
-        files: Their hashes.
-        left_on_boards: What is left of the preflight on the logger.
-    """
-    return {
-        "verdict": "go" if may_drop(checks) else "no-go",
-        "at": evidence.now.astimezone(UTC).isoformat(),
-        "tfsat_version": __version__,
-        "emulated": runs_natively(evidence),
-        "reasons": [check.name for check in checks if check.blocks],
-        "checks": [check.as_dict() for check in checks],
-        "boards": _boards(evidence),
-        "files": dict(files),
-        "left_on_the_boards": left_on_boards,
-    }
-
-
-def runs_natively(evidence: Evidence) -> bool:
-    """Some board is no board: the robot is an emulated one."""
-    return any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
-
-
-def _boards(evidence: Evidence) -> dict[str, Any]:
-    return {
-        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
-        for board in (evidence.sequencer_board, evidence.logger_board)
-    }
-
-
-@dataclass(frozen=True, slots=True)
-class WrittenResult:
-    """Where the result is.
-
-    Attributes:
-        file: In the run's folder.
-        sha256: As the run's record has it; None: it could not be signed.
-        error: Why not.
-    """
-
-    file: Path
-    sha256: str | None
-    error: TfsatError | None = None
-
-
-def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> WrittenResult:
-    """Writes `preflight.json` and signs it into the run's record; an older one is replaced.
+    Returns the result with its file and signature, and why it could not be signed, if so.
 
     Raises:
         OSError: it cannot be written.
     """
     file = folder / PREFLIGHT
     # jsonable() has made NaN null; allow_nan=False keeps it so, for any JSON parser.
-    text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
-    write_whole(file, (text + "\n").encode())
-    by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
+    document = {"made_by": _MADE_BY, "format": 1, **jsonable(record(RESULT, result))}
+    write_whole(file, (json.dumps(document, indent=1, allow_nan=False) + "\n").encode())
+    by = f"{_MADE_BY} {__version__}: {result.verdict.upper()}"
     # A damaged record does not cost the result: it stands, unsigned, and that is said.
     try:
-        entry = sign(folder, [file], by, at)
+        entry = sign(folder, [file], by, result.evidence.now)
     except TfsatError as error:
         meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
-        return WrittenResult(file, None, error.with_words(meaning=meaning))
-    return WrittenResult(file, entry.files[0].sha256)
+        return replace(result, file=file), error.with_words(meaning=meaning)
+    return replace(result, file=file, sha256=entry.files[0].sha256), None
