@@ -17,12 +17,12 @@ from tfsat_host.present.stored_settings import (
     maneuver_words,
     origin_words,
     servo_words,
-    settings_as_dict,
+    stored_settings_as_dict,
 )
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT, MAX_STROKES, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
@@ -331,13 +331,7 @@ SEQUENCER_JSON: Columns = (
     ),
     Column("maneuver", of=lambda report: maneuver_as_dict(report.maneuver)),
     Column("run", columns=_RUN),
-    Column(
-        "settings",
-        of=lambda report: {
-            **record(fields("origin generation"), report.settings),
-            **settings_as_dict(report.settings.settings),
-        },
-    ),
+    Column("settings", of=lambda report: stored_settings_as_dict(report.settings)),
 )
 """A whole report for JSON."""
 SEQUENCER_FACTS: Columns = (
