@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import pty
@@ -15,6 +16,7 @@ import serial
 
 from tests.cli.process import RunCli
 from tfsat_host.cli import ports
+from tfsat_host.cli.boards import open_port
 from tfsat_host.cli.main import main
 from tfsat_host.devices.serial_ports import (
     BoardName,
@@ -26,6 +28,7 @@ from tfsat_host.devices.serial_ports import (
     open_error,
     open_serial,
 )
+from tfsat_host.present.output import Output
 
 MICRO = PortInfo("/dev/ttyACM0", 0x2341, 0x8037, "HIDPC", "Arduino Micro")
 MICRO_2 = PortInfo("/dev/ttyACM3", 0x2A03, 0x8037)
@@ -193,3 +196,16 @@ def test_ports_in_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFi
 def test_no_ports_is_a_result_with_advice(tfsat_host: RunCli) -> None:
     assert "Plug in" in tfsat_host("ports", without_ports=True).stdout
     assert tfsat_host.json("ports", without_ports=True) == {"ports": []}
+
+
+def test_a_missing_port_is_said_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only a port that an emulated robot is about to serve is waited for."""
+
+    def refuse_to_wait(_seconds: float) -> None:
+        raise AssertionError("waited")
+
+    monkeypatch.setattr("tfsat_host.cli.boards.time.sleep", refuse_to_wait)
+    notes = io.StringIO()
+    with pytest.raises(PortError) as caught:
+        open_port("sequencer", str(tmp_path / "nope"), Output(stderr=notes))
+    assert caught.value.code == PortProblem.MISSING and notes.getvalue() == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -13,14 +14,13 @@ from tests.fixtures.sequencer.board import Board, PinHold, ResetCause
 from tests.fixtures.sequencer.cable import NEW, client, connect
 from tests.fixtures.sequencer.pulses import release
 from tfsat_host.devices.client import BoardRefusal
-from tfsat_host.present.sequencer_state import sequencer_state
+from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.present.sequencer_state import SEQUENCER_DETAILS, SEQUENCER_FACTS, SequencerReport
 from tfsat_host.protocol.limits import JOG_CONFIRM
 from tfsat_host.protocol.messages import JogReply, JogRequest
+from tfsat_host.quantity import Quantity
 
 __all__ = ["board", "board_library", "fresh_board", "new_board"]
-
-
-NAME_WIDTH = 15
 
 
 class Told:
@@ -29,9 +29,15 @@ class Told:
     def __init__(self, board: Board, tfsat_host: RunCli) -> None:
         with BoardOnPty(board) as served:
             self.json = tfsat_host.json("status", "--port", served.port)["sequencer"]
-            text = tfsat_host("status", "--port", served.port).stdout
-        indented = [line for line in text.splitlines() if line.startswith(" ")]
-        self.rows = {line[:NAME_WIDTH].strip(): line[NAME_WIDTH:].strip() for line in indented}
+            text = tfsat_host("status", "--full", "--port", served.port).stdout
+        self.verdict = text.splitlines()[0]
+        assert text.splitlines()[-1] == self.verdict, "first and last"
+        self.lines = " ".join(text.split())
+        # A label begins a line, a bullet is indented by two, and what goes on by more.
+        joined = re.sub(r"\n {2,}(?!- )", " ", text)
+        self.bullets = [line[4:] for line in joined.splitlines() if line.startswith("  - ")]
+        facts = (line.partition(": ") for line in joined.splitlines() if ": " in line)
+        self.rows = {name: words.strip() for name, _, words in facts}
 
 
 def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
@@ -47,12 +53,12 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     assert (status.json["fault_explained"], status.json["arm_refusal"]) == (None, None)
     assert status.json["settings"]["origin"] == "factory"
     assert status.json["reset_cause"] == "power_on"
-    assert status.rows["state"] == "safe"
-    assert status.rows["arming"] == "ready to arm"
-    assert status.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
-    assert status.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
-    assert status.rows["last run"] == "none since power was switched on"
-    assert "ATTENTION" not in status.rows
+    assert status.rows["Sequencer"] == "safe, release switches: 1 closed, 2 closed"
+    assert status.verdict == "READY TO ARM: no answer of a logger"
+    assert status.rows["Servos"] == "limp; factory settings, a pulse each 20 ms"
+    assert status.rows["Servo of joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
+    assert status.rows["Last run"] == "none since power was switched on"
+    assert status.bullets == []
 
 
 def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
@@ -61,7 +67,8 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     release(board)
     board.run(3_000_000)
     status = Told(board, tfsat_host)
-    assert status.json["state"] == status.rows["state"] == "done"
+    assert status.json["state"] == "done"
+    assert status.rows["Sequencer"].startswith("done, ")
     run = status.json["run"]
     assert [stroke["scheduled_us"] for stroke in run["strokes"]] == [700_000, 1_050_000, 1_470_000, 1_820_000]
     for number, stroke in enumerate(run["strokes"], 1):
@@ -70,15 +77,15 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
         expected_text = (
             f"began at {stroke['start_us'] / 1e6:.6f} s, {stroke['error_us']:+d} us from the schedule"
         )
-        assert status.rows[f"stroke {number}"] == expected_text
-    assert status.rows["last run"].endswith(f"{run['bounces']} edges of bounce")
+        assert status.rows[f"Stroke {number}"] == expected_text
+    assert status.rows["Last run"].endswith(f"{run['bounces']} edges of bounce")
     assert run["since_release_s"] >= 3.0
     assert status.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
-    assert "commanded to hold 0°, 0°, 0°" in status.rows["servos"]
-    expected_text = (
-        "would be refused (refusal 15, switch_open). A release switch is open (switches 1 and 2). Seat"
-    )
-    assert status.rows["arming"].startswith(expected_text)
+    assert "commanded to hold 0°, 0°, 0°" in status.rows["Servos"]
+    (blocked,) = status.bullets
+    expected_text = "Sequencer: A release switch is open (switches 1 and 2). (refusal 15, switch_open) Seat"
+    assert blocked.startswith(expected_text)
+    assert status.verdict == "BLOCKED: 1 item blocks a drop"
     assert status.json["arm_refusal"]["number"] == 15
 
 
@@ -98,8 +105,8 @@ def test_armed_again_after_a_reset(
     assert status.json["reset_cause"] == cause_text.replace(" ", "_")
     (attention,) = status.json["attention"]
     assert f"restarted 2 times while armed and is ARMED again; the last cause: {cause_text}." in attention
-    assert status.rows["ATTENTION"] == attention
-    assert list(status.rows)[:2] == ["state", "ATTENTION"]
+    assert status.bullets == [attention]
+    assert status.verdict == "ARMED: the release starts the maneuver"
 
 
 def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> None:
@@ -110,17 +117,16 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
     status = Told(board, tfsat_host)
     assert (status.json["state"], status.json["fault"]) == ("fault", "reset_while_armed")
     explained = status.json["fault_explained"]
-    assert status.rows["state"] == "fault: reset while armed"
-    fault_rows = [status.rows[name] for name in ("fault", "means", "cure")]
-    assert fault_rows == [explained[key] for key in ("what", "meaning", "next_step")]
+    assert status.rows["Sequencer"].startswith("fault: reset while armed, ")
+    assert status.rows["Fault"] == f"{explained['what']} {explained['meaning']}"
+    blocked, restarted = status.bullets
+    assert " ".join(explained["next_step"].split()) in blocked
     assert explained["number"] == 22
-    assert (
-        "(refusal 18, fault_latched) until the fault is cleared: tfsat-host disarm" in status.rows["arming"]
-    )
-    assert "tfsat-host status" not in str(status.json) + str(status.rows)  # whoever reads it has typed that
+    assert "(refusal 18, fault_latched)" in blocked and "clears the fault" in blocked
+    assert "tfsat-host status" not in str(status.json) + status.lines  # whoever reads it has typed that
     assert "does not know when the robot was released" in explained["meaning"]
     assert status.json["arm_refusal"]["code"] == "fault_latched"
-    assert "restarted 1 time while armed; the last cause: watchdog" in status.rows["ATTENTION"]
+    assert "restarted 1 time while armed; the last cause: watchdog" in restarted
 
 
 def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
@@ -134,8 +140,8 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
     refusal_text = (
         "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
     )
-    assert status.rows["last refusal"] == refusal_text
-    assert status.rows["arming"] == "ready to arm"
+    assert status.rows["Last refusal"] == refusal_text
+    assert status.verdict == "READY TO ARM: no answer of a logger"
 
 
 def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
@@ -148,9 +154,9 @@ def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli)
     board.write(b"\0\x05\x01\x02\x03\x04\0")
     board.run(10_000)
     status = Told(board, tfsat_host)
-    assert (status.json["knocks"], status.rows["knocks"]) == (3, "3; false releases: 0")
+    assert (status.json["knocks"], status.rows["Knocks"]) == (3, "3; false releases: 0")
     assert status.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
-    assert status.rows["link"].startswith(f"{status.json['frames_rejected']} damaged frame")
+    assert status.rows["Link"].startswith(f"{status.json['frames_rejected']} damaged frame")
 
 
 def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> None:
@@ -161,7 +167,7 @@ def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> N
         board.run(250_000 if not opened else 8_000)
     state, rows = told_directly(board)
     assert (state["state"], state["false_releases"]) == ("armed", 1)
-    assert "closed again for good 1 time: no release, nothing moved" in rows["ATTENTION"]
+    assert "closed again for good 1 time: no release, nothing moved" in rows["bullets"]
 
 
 def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
@@ -169,29 +175,40 @@ def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
 
     Its start would take longer than the board's actions.
     """
-    state, rows = sequencer_state(connect(board))
-    return state, {name.strip(): text for name, text in rows}
+    report = SequencerReport.ask(connect(board))
+    status = BoardsStatus(report, None, {})
+    rows: dict[str, str] = {}
+    for column in (*SEQUENCER_FACTS, *SEQUENCER_DETAILS):
+        cell = column.cell(report)
+        assert not isinstance(cell, Quantity)
+        rows[column.label] = cell
+    state: dict[str, Any] = status.as_json()["sequencer"]
+    return state, {
+        **rows,
+        "verdict": status.verdict[0],
+        "bullets": " ".join((*status.blocks, *status.warnings)),
+    }
 
 
 def test_a_joint_that_is_moved(board: Board) -> None:
     client(board).request(JogRequest(2, 0, 0, JOG_CONFIRM), JogReply)
     state, rows = told_directly(board)
     assert state["joint_angle_deg"] == [None, 0.0, None]
-    assert rows["servos"].endswith("; joint 2 is moved, commanded to 0°; the others are limp")
+    assert rows["Servos"].startswith("joint 2 is moved, commanded to 0°; the others are limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
     board.run(700_000)
     state, rows = told_directly(board)
-    assert state["state"] == rows["state"] == "jogging"
+    assert state["state"] == "jogging" and rows["verdict"] == "JOGGING: one joint is moved"
     assert state["joint_angle_deg"] == [None, 10.0, None]
-    assert rows["servos"].endswith("; joint 2 is moved, commanded to 10°; the others are limp")
+    assert rows["Servos"].startswith("joint 2 is moved, commanded to 10°; the others are limp")
 
 
 def test_nothing_was_uploaded(fresh_board: Board) -> None:
     state, rows = told_directly(fresh_board)
     assert (state["arm_refusal"]["code"], state["arm_refusal"]["number"]) == ("no_maneuver", 16)
     assert state["maneuver"]["origin"] == "factory"
-    assert rows["arming"].startswith("would be refused (refusal 16, no_maneuver). ")
-    assert "tfsat-host upload-sequence" in rows["arming"]
+    assert "(refusal 16, no_maneuver)" in rows["bullets"]
+    assert "tfsat-host upload-sequence" in rows["bullets"]
 
 
 def test_an_armed_board_stands_against_nothing_but_an_open_switch(board: Board) -> None:
@@ -205,7 +222,7 @@ def test_an_armed_board_stands_against_nothing_but_an_open_switch(board: Board) 
     assert (state["state"], state["arm_refusal"]) == ("armed", None)
     (attention,) = state["attention"]
     assert "ARMED with release switch 2 open" in attention
-    assert rows["ATTENTION"] == attention
+    assert rows["bullets"] == attention
     board.switch(0, closed=False)
     board.run(100_000)
     state, _ = told_directly(board)
@@ -218,19 +235,19 @@ def test_a_run_that_was_disarmed_midway(board: Board) -> None:
     release(board)
     board.run(1_200_000)
     state, rows = told_directly(board)
-    assert "; 2 of 4 strokes so far; " in rows["last run"]
+    assert "; 2 of 4 strokes so far; " in rows["Last run"]
     connect(board).disarm()
     state, rows = told_directly(board)
     assert state["state"] == "safe"
-    assert "; it ended after 2 of 4 strokes; " in rows["last run"]
+    assert "; it ended after 2 of 4 strokes; " in rows["Last run"]
     assert state["run"]["strokes_planned"] == 4
     assert [stroke["state"] for stroke in state["run"]["strokes"]] == ["begun"] * 2 + ["not_begun"] * 2
-    assert rows["stroke 2"].endswith(" us from the schedule")
-    assert rows["stroke 3"] == "did not begin: the run ended before"
+    assert rows["Stroke 2"].endswith(" us from the schedule")
+    assert rows["Stroke 3"] == "did not begin: the run ended before"
     connect(board).upload(NEW)
     state, rows = told_directly(board)
-    assert rows["stroke 2"].endswith("no stroke of the maneuver on the board is known to be this one")
-    assert "; it ended after 2 of 4 strokes; " in rows["last run"]
+    assert rows["Stroke 2"].endswith("no stroke of the maneuver on the board is known to be this one")
+    assert "; it ended after 2 of 4 strokes; " in rows["Last run"]
 
 
 def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
@@ -240,7 +257,7 @@ def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
     board.run(300_000)
     connect(board).disarm()
     _, rows = told_directly(board)
-    assert "; it ended before its first stroke; " in rows["last run"]
+    assert "; it ended before its first stroke; " in rows["Last run"]
 
 
 def test_a_stroke_that_a_held_pin_missed(board: Board) -> None:
@@ -250,12 +267,12 @@ def test_a_stroke_that_a_held_pin_missed(board: Board) -> None:
     release(board)
     board.run(1_200_000)
     state, rows = told_directly(board)
-    assert "; 1 of 4 strokes so far; " in rows["last run"]
-    assert rows["stroke 3"] == "not yet"
+    assert "; 1 of 4 strokes so far; " in rows["Last run"]
+    assert rows["Stroke 3"] == "not yet"
     board.run(2_000_000)
     state, rows = told_directly(board)
     assert (state["fault"], state["run"]["strokes_missed"]) == ("stroke_missed", 2)
     assert [stroke["state"] for stroke in state["run"]["strokes"]] == ["missed", "begun"] * 2
-    assert "; 2 of 4 strokes MISSED; " in rows["last run"]
-    assert rows["stroke 1"].startswith("MISSED: no pulse of it came out")
+    assert "; 2 of 4 strokes MISSED; " in rows["Last run"]
+    assert rows["Stroke 1"].startswith("MISSED: no pulse of it came out")
     assert state["joint_angle_deg"] == [0.0, 0.0, 0.0]

@@ -91,10 +91,11 @@ def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, 
     tfsat_host("upload-servos", narrower, "--emulated", "--yes")
     status = tfsat_host.json("status", "--emulated")["sequencer"]
     assert (status["arm_refusal"]["code"], status["arm_refusal"]["number"]) == ("settings_do_not_fit", 26)
-    status_text = tfsat_host("status", "--emulated").stdout
-    assert (
-        "would be refused (refusal 26, settings_do_not_fit). The stored maneuver does not fit" in status_text
+    status_text = " ".join(tfsat_host("status", "--emulated").stdout.split())
+    assert status_text.startswith(
+        "BLOCKED: 1 item blocks a drop - Sequencer: The stored maneuver does not fit"
     )
+    assert "(refusal 26, settings_do_not_fit)" in status_text
 
 
 def test_a_dry_run_touches_no_board(tfsat_host: RunCli, narrow: Path) -> None:

@@ -171,7 +171,13 @@ def test_the_loggers_clock_beside_the_computers(
 def test_a_person_reads_every_check_and_go(ready: ReadyRobot) -> None:
     assert main(["preflight", str(ready.folder)]) == 0
     text = ready.capture.readouterr().out
-    assert "\nGO: " in text and "tfsat-host arm" in text and "\x1b" not in text
+    verdict = text.splitlines()[0]
+    assert verdict.startswith("GO: 26 of 27 checks passed") and text.splitlines()[-1] == verdict
+    assert "Not checked by design: battery" in text and len(text.splitlines()) <= 30
+    assert "card-writing" not in text
+    assert main(["preflight", str(ready.folder), "--full"]) == 0
+    assert "card-writing" in ready.capture.readouterr().out
+    assert "tfsat-host arm" in text and "\x1b" not in text
 
 
 def test_a_person_reads_why_not_and_what_to_type(ready: ReadyRobot) -> None:
@@ -179,7 +185,11 @@ def test_a_person_reads_why_not_and_what_to_type(ready: ReadyRobot) -> None:
     assert main(["preflight", str(ready.folder)]) == 4
     text = ready.capture.readouterr().out
     assert ready.logger().status().unix_us == 0, "it was asked for, not set"
-    assert "\nNO-GO: clock." in text and "tfsat-host logger-settings set --clock" in text
+    assert text.startswith("NO-GO: clock (25 of 27 checks passed")
+    assert "- clock: Logger's clock: not set since power on" in text
+    assert text.splitlines()[-1] == text.splitlines()[0]
+    text = " ".join(text.split())
+    assert "tfsat-host logger-settings set --clock" in text
 
 
 def test_a_run_is_a_folder(ready: ReadyRobot) -> None:

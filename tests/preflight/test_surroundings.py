@@ -161,12 +161,19 @@ def test_boards_that_are_not_there_are_said_once_each(ready: ReadyRobot) -> None
     text = " ".join(word for word in output.split() if word != "MADE")  # of the column next to it
     for board in ("sequencer", "logger"):
         assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, output
+        assert f"The {board} was not reached." not in text, output
+    assert f"{CERTIFICATE} is that of an emulated robot." in text
+    verdict, last = (line for line in output.splitlines() if line.startswith("NO-GO:"))
+    assert (
+        verdict == last == "NO-GO: calibration, protocol, pause, duration, envelope (0 of 27 checks passed)"
+    )
+    assert output.count("The joint speed is") == 1 and len(output.splitlines()) <= 40
+    assert main(["preflight", str(ready.folder), "--full"]) == 4
+    output = ready.capture.readouterr().out
+    text = " ".join(word for word in output.split() if word != "MADE")  # of the column next to it
+    for board in ("sequencer", "logger"):
         assert text.count(f"The {board} was not reached. See protocol.") == 1, output
         assert text.count(f"The {board} was not reached.") == 1, output
-    assert f"{CERTIFICATE} is that of an emulated robot." in text
-    (verdict,) = (line for line in output.splitlines() if line.startswith("NO-GO:"))
-    assert verdict.startswith("NO-GO: calibration, protocol, pause, duration, envelope. ")
-    assert "could not be made" in verdict and "battery" not in verdict and len(verdict) < 120
     result = ready.preflight(expect=4)
     assert len(result["reasons"]) > 20, "all of them, for programs"
 

@@ -102,7 +102,7 @@ def test_verdicts_are_green_and_red_on_a_terminal(ready: ReadyRobot, monkeypatch
     terminal = Terminal()
     monkeypatch.setattr("sys.stdout", terminal)
     ready.robot.set_switch(1, False)
-    assert main(["preflight", str(ready.folder)]) == 4
+    assert main(["preflight", str(ready.folder), "--full"]) == 4
     text = terminal.getvalue()
     assert "\x1b[32mGO" in text and "\x1b[1;31mNO-GO" in text
 

@@ -144,9 +144,6 @@ _WRONG_STATES = {
 
 AnyBoard = TypeVar("AnyBoard", bound="SequencerClient | LoggerClient")
 
-APPEARANCE_S = 4.0
-"""A board re-enumerates within two seconds of a reset."""
-
 
 def open_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
     """Open the sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
@@ -204,25 +201,19 @@ def emulated_transports(
 
 
 def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
-    """Open the board's port.
-
-    Waits for a port that is not there yet: a board that was just plugged in, or an emulated one that was just
-    started, takes a moment to show up.
+    """Open the board's port; waits for it only while the emulated robot that will serve it is being started.
 
     Raises:
         PortError: no port, or it could not be opened.
     """
     path = find_port(board, explicit)
     _refuse_a_dead_link(path)
-    deadline_s = time.monotonic() + APPEARANCE_S
     announced = False
     while True:
         try:
             return SerialTransport(path)
         except PortError as error:
-            if error.code != PortProblem.MISSING or (
-                time.monotonic() > deadline_s and not _is_being_started(path)
-            ):
+            if error.code != PortProblem.MISSING or not _is_being_started(path):
                 raise
         if not announced:
             out.note(f"waiting for {path} to appear …")

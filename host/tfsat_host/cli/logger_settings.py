@@ -11,6 +11,7 @@ from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import Column, Columns, fields, record
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger_configuration import StoredLoggerSettings
@@ -26,7 +27,11 @@ _SETTINGS = (
     ("file_mib", "file_mib", "file", "MiB"),
 )
 """Option, name; label and unit in the table."""
-
+_STORED: Columns = (
+    *fields("origin rate_max_hz"),
+    Column("settings", of=lambda stored: asdict(stored.settings)),
+)
+"""What is in force, for JSON."""
 
 _ACTIONS = """
 show  what is in force
@@ -71,12 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             logger.set_clock(time.time_ns() // 1000)
         if changes:
             stored = logger.write_settings(settings)
-        result = {
-            "origin": stored.origin.name.lower(),
-            "settings": asdict(stored.settings),
-            "rate_max_hz": stored.rate_max_hz,
-            "device": logger.device(),
-        }
+        result = {**record(_STORED, stored), "device": logger.device()}
     if sets:
         result |= {"before": asdict(before.settings), "verified": True, "clock_set": args.clock}
 

@@ -7,6 +7,8 @@ import argparse
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.devices.serial_ports import PortInfo, identify, system_ports
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, records
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -15,23 +17,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> int:  # noqa: ARG001
-    """Lists the ports; an empty list is a result, not a failure."""
+    """List the ports; an empty list is a result, not a failure."""
     ports = sorted(system_ports(), key=lambda port: port.device)
-    out.result({"ports": [_as_json(port) for port in ports]}, lambda: _show(ports, out))
+    out.result({"ports": records(_PORTS, ports)}, lambda: _show(ports, out))
     return 0
-
-
-def _as_json(port: PortInfo) -> dict[str, object]:
-    identity = identify(port)
-    return {
-        "port": port.device,
-        "board": identity.board if identity else None,
-        "mode": identity.mode if identity else None,
-        "vid": port.vid,
-        "pid": port.pid,
-        "serial_number": port.serial_number,
-        "description": port.description,
-    }
 
 
 def _show(ports: list[PortInfo], out: Output) -> None:
@@ -39,16 +28,25 @@ def _show(ports: list[PortInfo], out: Output) -> None:
         out.line("No serial ports. Plug in the Arduino Micro (sequencer) or the Teensy 4.1 (logger) by USB.")
         out.line("Without a board, device commands take --emulated.")
         return
-    rows = [(port.device, _looks_like(port), _usb_id(port), port.description or "–") for port in ports]
-    out.table(("port", "board", "USB id", "description"), rows)
+    show_rows(_PORTS, ports, out)
 
 
-def _looks_like(port: PortInfo) -> str:
+def _describe_board(port: PortInfo) -> str:
     identity = identify(port)
     if identity is None:
-        return "–"
+        return UNKNOWN
     return f"{identity.board} (bootloader)" if identity.mode == "bootloader" else identity.board
 
 
 def _usb_id(port: PortInfo) -> str:
-    return "–" if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
+    return UNKNOWN if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
+
+
+_PORTS: Columns = (
+    Column("port", "port", of="device"),
+    Column("board", "board", of=lambda port: getattr(identify(port), "board", None), words=_describe_board),
+    Column("mode", of=lambda port: getattr(identify(port), "mode", None)),
+    Column("", "USB id", words=_usb_id),
+    *fields("vid pid serial_number"),
+    Column("description", "description", words=lambda port: port.description or UNKNOWN),
+)

@@ -18,6 +18,7 @@ Look at everything that must be right before a drop, and say GO or NO-GO. Nothin
 is made on the card, read back and removed. The result goes into RUN/preflight.json and, by its hash, into the run's
 record. Exit code 0 for GO, 4 for NO-GO. docs/preflight.md explains every check.
 
+--full              for people: show every check, also those that passed
 [RUN]               folder of the drop, with maneuver.toml and calibration.toml (default: the current one)
 --logger-port PORT  serial port of the logger, in addition to the sequencer's --port; without it TFSAT_LOGGER_PORT,
                     else, without --port, the one port that looks like this board
@@ -43,16 +44,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
-    from tfsat_host.cli.preflight_report import complete_steps, evidence_of, show
+    from tfsat_host.cli.preflight_report import complete_steps, evidence_of
     from tfsat_host.preflight import judge, may_drop
+    from tfsat_host.preflight.preflight_result import PRINTED, PreflightResult
     from tfsat_host.quantity import record
-    from tfsat_host.run.prepared_run import (
-        RESULT,
-        PreflightResult,
-        PreparedRun,
-        runs_natively,
-        write_result,
-    )
+    from tfsat_host.run.prepared_run import PreparedRun, write_result
 
     files = PreparedRun.open(
         args.run,
@@ -64,18 +60,18 @@ def run(args: argparse.Namespace, out: Output) -> int:
         logger_image=args.logger_image,
     )
     evidence, leftovers = evidence_of(args, files, out)
-    emulated = runs_natively(evidence)
-    checks = complete_steps(
-        judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated
+    certificate = evidence.calibration_file
+    emulated = evidence.runs_natively
+    checks = complete_steps(judge(evidence), args, files.maneuver, certificate, emulated=emulated)
+    result = PreflightResult(evidence, checks, files.hashes(certificate), leftovers)
+    result, unsigned = write_result(files.folder, result)
+    out.result(
+        record(PRINTED, result), lambda: result.show(out, full=args.full, ask_for_drop=not args.emulated)
     )
-    result = PreflightResult(evidence, checks, files.hashes(evidence.calibration_file), leftovers)
-    written = write_result(files.folder, result)
-    document = {**record(RESULT, result), "file": str(written.file), "signed": written.sha256}
-    out.result(document, lambda: show(checks, evidence, written, args, out, emulated=emulated))
     if leftovers:
         out.warn(leftovers)
-    if written.error is not None:
-        raise written.error
+    if unsigned is not None:
+        raise unsigned
     return 0 if may_drop(checks) else ExitCode.REFUSED
 
 

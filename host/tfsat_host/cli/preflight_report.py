@@ -1,13 +1,12 @@
-"""What `preflight` asks of both boards and shows: checks, GO or NO-GO, what to type next with this run's files."""
+"""What `preflight` asks of both boards, and its next steps completed with this run's files and ports."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import signal
-import textwrap
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -19,19 +18,14 @@ from tfsat_host.cli.stopping import SIGNALS, handle_signals
 from tfsat_host.devices.serial_ports import BoardName, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
-from tfsat_host.preflight.preflight_check import SEE
-from tfsat_host.preflight.preflight_evidence import Missing, RunningRecording
+from tfsat_host.preflight import PreflightCheck
 from tfsat_host.present.output import Output
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
 
 if TYPE_CHECKING:
-    from rich.text import Text
-
     from tfsat_host.devices.transport import Transport
     from tfsat_host.preflight.preflight_evidence import Evidence
-    from tfsat_host.present.output import Output
-    from tfsat_host.run.prepared_run import PreparedRun, WrittenResult
+    from tfsat_host.run.prepared_run import PreparedRun
 
 
 _NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
@@ -119,70 +113,6 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
             else "Run the same command again when ready.",
         ) from None
     return evidence, trace.left
-
-
-_WORDS = {GoNoGo.GO: "GO", GoNoGo.NO_GO: "NO-GO", GoNoGo.NOT_MADE: "NOT MADE"}
-_WIDTH = 110
-
-
-def show(
-    checks: Sequence[PreflightCheck],
-    evidence: Evidence,
-    written: WrittenResult,
-    args: argparse.Namespace,
-    out: Output,
-    *,
-    emulated: bool,
-) -> None:
-    """Print the table of checks, the reasons with what to do, and the verdict last."""
-    out.table(
-        ("check", "", "what was found"), [(check.name, _word(check), text) for check, text in _once(checks)]
-    )
-    wrong = [check for check in checks if check.blocks and not check.follows]
-    waiting = sum(check.blocks and check.follows for check in checks)
-    # What was found wrong first: what could not be made often follows from it.
-    wrong.sort(key=lambda check: check.verdict == GoNoGo.NOT_MADE)
-    for step in dict.fromkeys(check.next_step for check in wrong):
-        names = ", ".join(check.name for check in wrong if check.next_step == step)
-        for line in textwrap.wrap(f"{names}: {step}", _WIDTH, subsequent_indent="    "):
-            out.line(f"  {line}")
-    signed = f"signed {written.sha256[:12]}" if written.sha256 else "NOT SIGNED"
-    out.line(f"Result: {written.file} ({signed})")
-    no_real = " The robot is an emulated one: this says nothing of a real one." if emulated else ""
-    if may_drop(checks):
-        optional = [check.name for check in checks if check.verdict == GoNoGo.NOT_MADE]
-        without = f" Not looked at, by design: {', '.join(optional)}." if optional else ""
-        out.line(f"GO: {len(checks) - len(optional)} checks.{without}{no_real}")
-        if not args.emulated:
-            out.line(Advice("Next: ", *_next(evidence)))
-        return
-    waiting_text = f" {waiting} more could not be made for that reason." if waiting else ""
-    out.line(f"NO-GO: {', '.join(check.name for check in wrong)}.{waiting_text}{no_real}")
-    out.line(Advice("Then again: ", NextStep("preflight", (str(args.run),))))
-
-
-def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, str]]:
-    """Yield each check with its sentence.
-
-    A sentence that an earlier check already has is replaced by a reference to where to look.
-    """
-    first: dict[str, str] = {}
-    for check in checks:
-        name = first.setdefault(check.sentence, check.name)
-        see = check.next_step if check.follows else ""
-        yield check, f"{check.sentence} {see}".strip() if name == check.name else see or f"{SEE}{name}."
-
-
-def _next(evidence: Evidence) -> tuple[NextStep | str, ...]:
-    runs = not isinstance(evidence.logger, Missing) and isinstance(evidence.logger.card, RunningRecording)
-    return (NextStep("arm"),) if runs else (NextStep("record start"), ", then ", NextStep("arm"))
-
-
-def _word(check: PreflightCheck) -> Text:
-    from rich.text import Text
-
-    style = "green" if check.verdict == GoNoGo.GO else "bold red" if check.blocks else "yellow"
-    return Text(_WORDS[check.verdict], style=style)
 
 
 def complete_steps(

@@ -14,12 +14,19 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
-from tfsat_host.units import US_PER_S
+from tfsat_host.quantity import Column, Columns, fields, record
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import RecordStartReply
 
+_STARTED: Columns = fields("state blocks_written rate_hz unix_s=unix_us")
+"""Of the logger's status once its card takes the recording, for JSON."""
+_STOPPED: Columns = (
+    *fields("state samples samples_dropped"),
+    Column("session", of=lambda stopped: f"{stopped.session:08x}"),
+)
+"""Of its answer to a stop."""
 _ACTIONS = """
 start  start a recording and wait until the card really takes it
 stop   end the recording and wait until the card holds all of it
@@ -57,12 +64,9 @@ def _start(args: argparse.Namespace, out: Output) -> int:
         holds = "" if crc is None else f" The sequencer holds maneuver {crc}."
         out.result(
             {
-                "state": status.state.name.lower(),
+                **record(_STARTED, status),
                 "session": session,
-                "blocks_written": status.blocks_written,
                 "imu_present": present,
-                "rate_hz": status.rate_hz,
-                "unix_s": status.unix_us / US_PER_S,
                 "maneuver_crc": crc,
                 "device": logger.device(),
             },
@@ -118,10 +122,7 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
         file_full = logger.status().error == ErrorCode.CARD_FULL
         out.result(
             {
-                "state": stopped.state.name.lower(),
-                "session": session,
-                "samples": stopped.samples,
-                "samples_dropped": lost,
+                **record(_STOPPED, stopped),
                 "number": number,
                 "file_full": file_full,
                 "device": logger.device(),

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from tfsat_host import servo_settings
 from tfsat_host.cli.boards import offering_emulated, open_sequencer, warn_of_misfit
 from tfsat_host.cli.usage import add_options, device, refuse_existing
-from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.stored_settings import comparison, origin_words, settings_as_dict
+from tfsat_host.present.stored_settings import (
+    comparison,
+    origin_words,
+    settings_as_dict,
+    stored_settings_as_dict,
+)
 from tfsat_host.whole_file import write_whole
 
 _USAGE = f"""
@@ -82,7 +85,7 @@ def _check_usage(args: argparse.Namespace) -> None:
 def _show(args: argparse.Namespace, out: Output) -> int:
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         stored = sequencer.settings()
-        result = {**_as_dict(stored), "device": sequencer.device()}
+        result = {**stored_settings_as_dict(stored), "device": sequencer.device()}
     if args.out is not None:
         write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
         out.note(f"Settings written to {args.out}")
@@ -106,7 +109,7 @@ def _upload(
             upload = sequencer.write_settings(settings)
         fits = warn_of_misfit(sequencer, settings, out)
         result = {
-            **_as_dict(upload.stored),
+            **stored_settings_as_dict(upload.stored),
             "before": settings_as_dict(before.settings),
             "verified": True,
             "written": upload.written,
@@ -117,8 +120,3 @@ def _upload(
         already = "" if upload.written else " (they were there already)"
         out.result(result, f"Stored, read back and identical{already}: {sequencer.identity.describe()}.")
     return 0
-
-
-def _as_dict(stored: StoredSettings) -> dict[str, Any]:
-    settings = settings_as_dict(stored.settings)
-    return {"origin": stored.origin.name.lower(), "generation": stored.generation, **settings}

@@ -1,7 +1,7 @@
 """GO or NO-GO before a drop: evidence from both boards and the run's files, and what each check makes of it.
 
-`boards` and `logger` collect the evidence through the devices' clients, and `checks` makes of it what a person reads.
-Knows nothing of ports, terminals or folders.
+`board_queries` and `logger_queries` collect the evidence through the devices' clients, `checks` judges it, and
+`preflight_result` shows it. Knows nothing of ports or folders.
 """
 
 from tfsat_host.preflight.checks import judge, may_drop

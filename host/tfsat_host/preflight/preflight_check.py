@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.quantity import Columns, fields
 
 SEE = "See "
 """Begins the next step of a check that waits for another one, whose name follows."""
@@ -53,17 +54,9 @@ class PreflightCheck:
         """It could not be made because of another check, which its next step names."""
         return self.verdict == GoNoGo.NOT_MADE and self.next_step.startswith(SEE)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the check as a dict for JSON."""
-        return {
-            "name": self.name,
-            "verdict": self.verdict.value,
-            "optional": self.optional,
-            "blocks": self.blocks,
-            "sentence": self.sentence,
-            "evidence": dict(self.evidence),
-            "next_step": self.next_step,
-        }
+
+CHECK: Columns = fields("name verdict=verdict.value optional blocks sentence evidence next_step")
+"""Of a check, for JSON."""
 
 
 def go(sentence: str, /, **evidence: Any) -> PreflightCheck:

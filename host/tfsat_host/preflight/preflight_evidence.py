@@ -294,6 +294,12 @@ class Evidence:
     calibration_file: str = ""
     servos_too: bool = True
 
+    @property
+    def runs_natively(self) -> bool:
+        """Whether some board is no board: the robot is an emulated one."""
+        identities = (self.sequencer_board.identity, self.logger_board.identity)
+        return any(not isinstance(board, Missing) and board.runs_natively for board in identities)
+
 
 def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
     """Whose sensors hang on a logger that is connected.

@@ -1,22 +1,23 @@
-"""What the logger says of itself, as JSON and as lines for people."""
+"""What the logger reports of itself: its columns for JSON and for people."""
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.devices.logger import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.present.sequencer_state import Rows, switch_words, switches_closed
+from tfsat_host.present.sequencer_state import switch_words, switches_closed
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.devices.logger import LoggerClient, NotOnCard
     from tfsat_host.protocol.messages import LoggerStatusReply
 
 
@@ -30,41 +31,32 @@ RAM_HOLDS_DROP = Advice(
 )
 
 
-def _present(status: LoggerStatusReply) -> list[bool]:
-    return [bool(status.imu_present >> bit & 1) for bit in range(len(status.who_am_i))]
+@dataclass(frozen=True, slots=True)
+class LoggerReport:
+    """All that the logger says of itself at one time.
 
+    Attributes:
+        device: Port and identity, for JSON.
+        description: Port and identity, for people.
+        status: Its state.
+        clock_error_s: Its time of day less the computer's; None: it was never set.
+        refusal: Why a drop now would not be on the card; None: it would be, or nothing was started.
+    """
 
-def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
-    """State, card, sensors, switches, the recording, the clock. Raises what its requests raise."""
-    status = board.status()
-    # A clock that was never set reads 0: that is no error of decades.
-    clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
-    refusal = recording_in_danger(status)
-    state = {
-        **record(_STATE, status),
-        "arm_refusal": None if refusal is None else error_as_dict(refusal),
-        "unix_s": status.unix_us / US_PER_S if status.unix_us else None,
-        "clock_error_s": clock_error_s,
-    }
-    return state, _rows(status, clock_error_s)
+    device: dict[str, str | None]
+    description: str
+    status: LoggerStatusReply
+    clock_error_s: float | None
+    refusal: NotOnCard | None
 
-
-def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
-    settings = "factory" if status.settings_origin == Origin.FACTORY else "changed"
-    rows = [
-        ("  state", state_words(status)),
-        *(("  ATTENTION", text) for text in attention(status)),
-        ("  card", card_words(status)),
-        ("  IMUs", _imu_words(status)),
-        ("  switches", switch_words(status.switches_open)),
-        ("  sampling", f"{status.rate_hz} Hz, {settings} settings, {status.late_ticks} ticks late"),
-        ("  recording", _recording_words(status)),
-        ("  clock", _clock_words(status.unix_us, clock_error_s)),
-    ]
-    if status.ram_holds_drop:
-        # Right below the state: with the power this drop is lost.
-        rows.insert(1, ("  RAM", RAM_HOLDS_DROP))
-    return rows
+    @classmethod
+    def ask(cls, board: LoggerClient) -> LoggerReport:
+        """Ask for everything. Raises what the requests raise."""
+        status = board.status()
+        # A clock that was never set reads 0: that is no error of decades.
+        clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
+        description = f"{board.port}, {board.identity.describe()}"
+        return cls(board.device(), description, status, clock_error_s, recording_in_danger(status))
 
 
 def attention(status: LoggerStatusReply) -> list[str]:
@@ -129,24 +121,64 @@ def clock_words(unix_us: int) -> str:
     return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
-def _clock_words(unix_us: int, error_s: float | None) -> str:
-    if error_s is None:
+def _clock_words(report: LoggerReport) -> str:
+    if report.clock_error_s is None:
         return "not set; record start sets it"
-    return f"{clock_words(unix_us)} ({error_s:+.1f} s from this computer's)"
+    return f"{clock_words(report.status.unix_us)} ({report.clock_error_s:+.1f} s from this computer's)"
+
+
+def _sampling_words(report: LoggerReport) -> str:
+    status = report.status
+    settings = "factory" if status.settings_origin == Origin.FACTORY else "changed"
+    return f"{status.rate_hz} Hz, {settings} settings, {status.late_ticks} ticks late"
 
 
 LOGGER: Columns = (
-    *fields("state error card phase samples samples_dropped rate_hz"),
-    Column("file_full", of=file_was_full),
-    Column("attention", of=attention),
-    Column("ram_holds_drop", of=lambda status: bool(status.ram_holds_drop)),
-    Column("switches_closed", of=lambda status: switches_closed(status.switches_open)),
-    Column("session", of=lambda status: f"{status.session:08x}"),
+    *fields(
+        "state=status.state error=status.error card=status.card phase=status.phase samples=status.samples "
+        "samples_dropped=status.samples_dropped rate_hz=status.rate_hz"
+    ),
+    Column("file_full", of=lambda board: file_was_full(board.status)),
+    Column("attention", of=lambda board: attention(board.status)),
+    Column("ram_holds_drop", of=lambda board: bool(board.status.ram_holds_drop)),
+    Column("switches_closed", of=lambda board: switches_closed(board.status.switches_open)),
+    Column("session", of=lambda board: f"{board.status.session:08x}"),
 )
-"""Of a status, for JSON."""
-_STATE: Columns = (
+"""For JSON, of whatever has a logger's `status`."""
+LOGGER_JSON: Columns = (
     *LOGGER,
-    *fields("card_free_mib who_am_i blocks_written ring_blocks ring_peak_blocks late_ticks settings_origin"),
-    Column("imu_present", of=_present),
-    Column("uptime_s", of="uptime_ms"),
+    *fields(
+        "device clock_error_s card_free_mib=status.card_free_mib who_am_i=status.who_am_i "
+        "blocks_written=status.blocks_written ring_blocks=status.ring_blocks "
+        "ring_peak_blocks=status.ring_peak_blocks late_ticks=status.late_ticks "
+        "settings_origin=status.settings_origin uptime_s=status.uptime_ms"
+    ),
+    Column("arm_refusal", of=lambda report: report.refusal and error_as_dict(report.refusal)),
+    Column("unix_s", of=lambda report: report.status.unix_us / US_PER_S if report.status.unix_us else None),
+    Column(
+        "imu_present",
+        of=lambda report: [
+            bool(report.status.imu_present >> bit & 1) for bit in range(len(report.status.who_am_i))
+        ],
+    ),
 )
+"""A whole report for JSON."""
+LOGGER_FACTS: Columns = (
+    Column(
+        "",
+        "Logger",
+        words=lambda report: (
+            f"{state_words(report.status)}, release switches: {switch_words(report.status.switches_open)}"
+        ),
+    ),
+    Column("", "Card", words=lambda report: card_words(report.status)),
+    Column("", "IMUs", words=lambda report: _imu_words(report.status)),
+    Column("", "Recording", words=lambda report: _recording_words(report.status)),
+    Column("", "Clock", words=_clock_words),
+)
+"""What a person reads first."""
+LOGGER_DETAILS: Columns = (
+    Column("", "Logger port", words=lambda report: report.description),
+    Column("", "Sampling", words=_sampling_words),
+)
+"""The rest."""

@@ -17,7 +17,7 @@ from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, c
 from tfsat_host.present.sequencer_state import SEQUENCER, explain_code, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.quantity import UNKNOWN, Columns, fields, record, records
+from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, record
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -37,9 +37,23 @@ UNCALIBRATED = (
     "Joint angles by the robot file's zeros: uncalibrated."
 )
 
-_SEQUENCER: Columns = (*SEQUENCER, *fields("strokes_started"))
+_SEQUENCER: Columns = (*SEQUENCER, Column("commanded_deg", of=lambda watch: _commanded_deg(watch.status)))
 _BODY_RATE = fields("rate_deg_s valid clipped")
 _ANGLE_SENSOR = fields("joint sensor_deg joint_deg_uncalibrated=joint_deg valid")
+_LOGGER: Columns = (
+    *LOGGER,
+    Column(
+        "error_explained",
+        of=lambda watch: None if file_was_full(watch.status) else explain_code(watch.status.error),
+    ),
+    *fields("measured_rate_hz=meter.rate_hz live_missed=meter.missed live_gaps=meter.gaps"),
+    Column("bodies", of=lambda watch: watch.reading.bodies if watch.reading else (), columns=_BODY_RATE),
+    Column(
+        "angle_sensors",
+        of=lambda watch: watch.reading.angles if watch.reading else (),
+        columns=_ANGLE_SENSOR,
+    ),
+)
 ALWAYS = 0
 """The rank of what is shown in the lowest terminal; the higher a rank, the sooner it is left out."""
 _ALARM, _NAME = "bold red", "bold"
@@ -55,20 +69,10 @@ def as_json(t_s: float, watched: WatchedBoards) -> dict[str, Any]:
     """Build one line of `--json`."""
     document: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
     document |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
-    if (sequencer := watched.sequencer) is not None:
-        status = sequencer.status
-        document["sequencer"] = {**record(_SEQUENCER, status), "commanded_deg": _commanded_deg(status)}
-    if (logger := watched.logger) is not None:
-        reading, error = logger.reading, logger.status.error
-        document["logger"] = {
-            **record(LOGGER, logger.status),
-            "error_explained": None if file_was_full(logger.status) else explain_code(error),
-            "measured_rate_hz": logger.meter.rate_hz,
-            "live_missed": logger.meter.missed,
-            "live_gaps": logger.meter.gaps,
-            "bodies": records(_BODY_RATE, reading.bodies if reading else ()),
-            "angle_sensors": records(_ANGLE_SENSOR, reading.angles if reading else ()),
-        }
+    if watched.sequencer is not None:
+        document["sequencer"] = record(_SEQUENCER, watched.sequencer)
+    if watched.logger is not None:
+        document["logger"] = record(_LOGGER, watched.logger)
     return document
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
 Advance = Callable[[float], None]
-
+GREEN, YELLOW, RED = "32", "33", "1;31"
+"""Colours of verdicts on a terminal, as select-graphic-rendition sequences have them."""
 
 _PIPED_TABLE_COLUMNS = 120
 

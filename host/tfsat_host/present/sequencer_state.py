@@ -1,9 +1,10 @@
-"""What the sequencer reports of itself, as JSON and as lines for people."""
+"""What the sequencer reports of itself: its columns for JSON and for people."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
@@ -16,12 +17,12 @@ from tfsat_host.present.stored_settings import (
     maneuver_words,
     origin_words,
     servo_words,
-    settings_as_dict,
+    stored_settings_as_dict,
 )
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
-from tfsat_host.protocol.limits import SWITCH_COUNT
+from tfsat_host.protocol.limits import JOINT_COUNT, MAX_STROKES, SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.quantity import Column, Columns, fields, json_objects, record
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
@@ -29,31 +30,33 @@ if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
     from tfsat_host.protocol.messages import SequencerStatusReply
 
-Rows = list[tuple[str, str]]
-"""Name and text of each line; a name that is indented belongs to the line before it."""
-
-
-RUN: Columns = (
-    *fields("released_uptime_s=released_us since_release_s bounces strokes_missed=missed"),
-    Column("release_interval_us", of=lambda run: [-run.earlier_us, run.later_us]),
-    Column("strokes_planned", of=lambda run: len(run.onsets)),
-    Column("strokes", of="onsets", columns=fields("state=booking.value start_us scheduled_us error_us")),
-)
-"""For JSON: the release, and each stroke with its schedule; null where that is not known."""
 MAX_RESETS = 255
 """As many as the board counts."""
 # Typical levels of the ATmega32U4's BODLEVEL fuses, from 000 on.
 BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
 """By the brown_out_level of the board's status; None: the detector is off."""
-READY_TO_ARM = "ready to arm"
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
 _ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
 
 
 @dataclass(frozen=True, slots=True)
-class SelfReport:
-    """All that the sequencer says of itself at one time."""
+class SequencerReport:
+    """All that the sequencer says of itself at one time.
 
+    Attributes:
+        device: Port and identity, for JSON.
+        description: Port and identity, for people.
+        natively: No board but the core on a computer: without image, stack of its own and fuses.
+        status: Its state.
+        maneuver: What would fly.
+        settings: Of the servos.
+        run: The last one since power was switched on; None: there was none.
+        refusal: What the board would answer to ARM; None: it would accept, or is armed already.
+    """
+
+    device: dict[str, str | None]
+    description: str
+    natively: bool
     status: SequencerStatusReply
     maneuver: StoredManeuver
     settings: StoredSettings
@@ -61,8 +64,8 @@ class SelfReport:
     refusal: BoardError | None
 
     @classmethod
-    def ask(cls, board: SequencerClient) -> SelfReport:
-        """Asks for everything. Raises what the requests raise."""
+    def ask(cls, board: SequencerClient) -> SequencerReport:
+        """Ask for everything. Raises what the requests raise."""
         status, report, maneuver, settings = (
             board.status(),
             board.run_report(),
@@ -73,7 +76,26 @@ class SelfReport:
         # Foretell by the board's own rules what ARM would refuse; an armed board has passed them.
         if status.state not in _ARMED_ALREADY:
             refusal = arm_refusal(status, maneuver, settings.settings)
-        return cls(status, maneuver, settings, last_run(report, status, maneuver), refusal)
+        return cls(
+            board.device(),
+            f"{board.port}, {board.identity.describe()}",
+            board.identity.runs_natively,
+            status,
+            maneuver,
+            settings,
+            last_run(report, status, maneuver),
+            refusal,
+        )
+
+    @property
+    def may_be_armed(self) -> bool:
+        """Whether ARM would be taken in this state, as far as the sequencer alone decides."""
+        return self.status.state in _MAY_BE_ARMED and self.refusal is None
+
+    @property
+    def attention(self) -> list[str]:
+        """Urgent warnings, one text each."""
+        return list(_attention(self.status))
 
 
 def _attention(status: SequencerStatusReply) -> Iterator[str]:
@@ -113,35 +135,6 @@ def _times(count: int) -> str:
     return f"{count} time{'s' if count > 1 else ''}"
 
 
-def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
-    """Read the board's self-report, as a dict and as rows. Raises what its requests raise."""
-    report = SelfReport.ask(board)
-    natively = board.identity.runs_natively
-    return _as_dict(report, natively=natively), _as_rows(report, natively=natively)
-
-
-def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
-    status = report.status
-    # Natively run, the core has no image, no stack of its own and no fuses: null below.
-    stores = store_defects(status.stores_damaged)
-    return {
-        **record(_STATE, status),
-        "attention": list(_attention(status)),
-        "arm_refusal": None if report.refusal is None else error_as_dict(report.refusal),
-        "image_crc": None if natively else f"{status.image_crc:08x}",
-        "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
-        "brown_out_v": None if natively else BROWN_OUT_V[status.brown_out_level],
-        "stores_damaged": {store: code == ErrorCode.STORE_DAMAGED for store, code in stores.items()},
-        "stores_refused": {store: code.name.lower() for store, code in stores.items()},
-        "maneuver": maneuver_as_dict(report.maneuver),
-        "run": json_objects(RUN, report.run),
-        "settings": {
-            **record(fields("origin generation"), report.settings),
-            **settings_as_dict(report.settings.settings),
-        },
-    }
-
-
 def explain_code(code: ErrorCode) -> dict[str, str | int] | None:
     """Explain a fault or refusal in words, for `--json`; None if there is none."""
     if code == ErrorCode.NONE:
@@ -158,53 +151,57 @@ def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
     ]
 
 
-def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
+def _state_words(report: SequencerReport) -> str:
     status = report.status
-    rows = [("  state", with_fault(status.state.name.lower(), status.fault.name.lower()))]
-    rows += [("  ATTENTION", text) for text in _attention(status)]
-    if status.fault != ErrorCode.NONE:
-        what, meaning, cure = REMEDIES[status.fault]
-        rows += [("  fault", what), ("    means", meaning), ("    cure", cure)]
-    if status.state in _MAY_BE_ARMED:
-        rows.append(("  arming", _arming_text(report.refusal)))
-    if status.last_refusal != ErrorCode.NONE:
-        rows.append(("  last refusal", _refused_then(status.last_refusal)))
-    rows.append(("  maneuver", maneuver_words(report.maneuver)))
-    rows += _servo_rows(report)
-    rows += [
-        ("  switches", switch_words(status.switches_open)),
-        ("  knocks", f"{status.knocks}; false releases: {status.false_releases}"),
-        ("  last start", f"{_cause(status)}, {status.uptime_ms / 1000:.0f} s ago"),
-    ]
-    rows += run_rows(report.run, status.state)
-    if not natively:
-        rows.append(("  memory", f"{status.ram_never_used_bytes} bytes of RAM never used"))
-    rows.append(("  link", f"{status.frames_rejected} damaged frames since the last start"))
-    return rows
+    state = with_fault(status.state.name.lower(), status.fault.name.lower())
+    return f"{state}, release switches: {switch_words(status.switches_open)}"
 
 
-def _arming_text(refusal: BoardError | None) -> str:
-    if refusal is None:
-        return READY_TO_ARM
-    if refusal.code == ErrorCode.FAULT_LATCHED:
-        return Advice(
-            f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: ",
-            NextStep("disarm"),
-        )
-    return Advice(f"would be refused ({refusal_name(refusal.code)}). {refusal.what} ", refusal.next_step)
+def _fault_words(report: SequencerReport) -> str:
+    return "" if report.status.fault == ErrorCode.NONE else " ".join(REMEDIES[report.status.fault][:2])
 
 
-def _refused_then(code: ErrorCode) -> str:
+def _last_refusal_words(report: SequencerReport) -> str:
+    code = report.status.last_refusal
+    if code == ErrorCode.NONE:
+        return ""
     what = REMEDIES[code][0]
     return f"at the last ARM that the board itself refused: {what[:1].lower()}{what[1:-1]} ({refusal_name(code)})"
 
 
-def _servo_rows(report: SelfReport) -> Rows:
-    settings = report.settings.settings
-    frame = f"a pulse each {settings.frame_us / 1000:g} ms"
-    summary = f"{origin_words(report.settings.origin)}, {frame}; {_commanded_text(report.status)}"
-    joints = [(f"    joint {joint}", servo_words(servo)) for joint, servo in enumerate(settings.servos, 1)]
-    return [("  servos", summary), *joints]
+def _servos_words(report: SequencerReport) -> str:
+    frame = f"a pulse each {report.settings.settings.frame_us / 1000:g} ms"
+    return f"{_commanded_text(report.status)}; {origin_words(report.settings.origin)}, {frame}"
+
+
+def _last_start_words(report: SequencerReport) -> str:
+    return f"{_cause(report.status)}, {report.status.uptime_ms / 1000:.0f} s ago"
+
+
+def _last_run_words(report: SequencerReport) -> str:
+    """Describe release and extent of the last run, and how far off the origin of all its times may be."""
+    run = report.run
+    if run is None:
+        return "none since power was switched on"
+    text = "; ".join(
+        [_release_text(run), *_extent(run, report.status.state), f"{run.bounces} edges of bounce"]
+    )
+    # Bounce may be read as two releases.
+    if run.earlier_us or run.later_us:
+        text += (
+            ". ATTENTION: the switches' edges fit two releases: the robot may have left up to "
+            f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it"
+        )
+    return text
+
+
+def _servo_words(report: SequencerReport, index: int) -> str:
+    return servo_words(report.settings.settings.servos[index])
+
+
+def _stroke_words(report: SequencerReport, index: int) -> str:
+    onsets = () if report.run is None else report.run.onsets
+    return _stroke(onsets[index], report.status.state) if index < len(onsets) else ""
 
 
 def _commanded_text(status: SequencerStatusReply) -> str:
@@ -226,21 +223,6 @@ def _commanded_text(status: SequencerStatusReply) -> str:
 
 def _cause(status: SequencerStatusReply) -> str:
     return status.reset_cause.name.lower().replace("_", " ")
-
-
-SEQUENCER: Columns = (
-    *fields("state fault last_refusal knocks false_releases resets_while_armed"),
-    Column("fault_explained", of=lambda status: explain_code(status.fault)),
-    Column("last_refusal_explained", of=lambda status: explain_code(status.last_refusal)),
-    Column("switches_closed", of=lambda status: switches_closed(status.switches_open)),
-    Column("uptime_s", of="uptime_ms"),
-)
-"""Of a status, for JSON."""
-_STATE: Columns = (
-    *SEQUENCER,
-    *fields("reset_cause strokes_started frames_rejected"),
-    Column("joint_angle_deg", of=_joint_angles_deg),
-)
 
 
 def switches_closed(switches_open: int) -> list[bool]:
@@ -265,30 +247,6 @@ def open_switches(switches_open: int) -> str:
 def with_fault(state: str, fault: str) -> str:
     """Format a state and its fault, if any."""
     return state if fault == "none" else f"{state}: {fault.replace('_', ' ')}"
-
-
-def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
-    """Format the run as one row, and each stroke as one row."""
-    if run is None:
-        return [("  last run", "none since power was switched on")]
-    rows = [
-        (
-            "  last run",
-            "; ".join([_release_text(run), *_extent(run, state), f"{run.bounces} edges of bounce"]),
-        )
-    ]
-    # Bounce may be read as two releases: say how far off the origin of all times may be.
-    if run.earlier_us or run.later_us:
-        rows.append(
-            (
-                "    ATTENTION",
-                "the switches' edges fit two releases: the robot may have left up to "
-                f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it",
-            )
-        )
-    return rows + [
-        (f"    stroke {number}", _stroke(onset, state)) for number, onset in enumerate(run.onsets, 1)
-    ]
 
 
 def _stroke(onset: Onset, state: SequencerState) -> str:
@@ -325,3 +283,93 @@ def _extent(run: LastRun, state: SequencerState) -> list[str]:
     if begun == 0:
         return ["it ended before its first stroke"]
     return [f"it ended after {begun} of {planned} strokes", *missed]
+
+
+def _of_image(value: Callable[[SequencerReport], Any]) -> Callable[[SequencerReport], Any]:
+    """Return the value, and None of a core that runs natively."""
+    return lambda report: None if report.natively else value(report)
+
+
+_RUN: Columns = (
+    *fields("released_uptime_s=released_us since_release_s bounces strokes_missed=missed"),
+    Column("release_interval_us", of=lambda run: [-run.earlier_us, run.later_us]),
+    Column("strokes_planned", of=lambda run: len(run.onsets)),
+    Column("strokes", of="onsets", columns=fields("state=booking.value start_us scheduled_us error_us")),
+)
+"""The release, and each stroke with its schedule; null where that is not known."""
+SEQUENCER: Columns = (
+    *fields(
+        "state=status.state fault=status.fault last_refusal=status.last_refusal knocks=status.knocks "
+        "false_releases=status.false_releases resets_while_armed=status.resets_while_armed "
+        "strokes_started=status.strokes_started uptime_s=status.uptime_ms"
+    ),
+    Column("fault_explained", of=lambda board: explain_code(board.status.fault)),
+    Column("last_refusal_explained", of=lambda board: explain_code(board.status.last_refusal)),
+    Column("switches_closed", of=lambda board: switches_closed(board.status.switches_open)),
+)
+"""For JSON, of whatever has a sequencer's `status`."""
+SEQUENCER_JSON: Columns = (
+    *SEQUENCER,
+    *fields("device attention reset_cause=status.reset_cause frames_rejected=status.frames_rejected"),
+    Column("arm_refusal", of=lambda report: report.refusal and error_as_dict(report.refusal)),
+    Column("joint_angle_deg", of=lambda report: _joint_angles_deg(report.status)),
+    Column("image_crc", of=_of_image(lambda report: f"{report.status.image_crc:08x}")),
+    Column("ram_never_used_bytes", of=_of_image(lambda report: report.status.ram_never_used_bytes)),
+    Column("brown_out_v", of=_of_image(lambda report: BROWN_OUT_V[report.status.brown_out_level])),
+    Column(
+        "stores_damaged",
+        of=lambda report: {
+            store: code == ErrorCode.STORE_DAMAGED
+            for store, code in store_defects(report.status.stores_damaged).items()
+        },
+    ),
+    Column(
+        "stores_refused",
+        of=lambda report: {
+            store: code.name.lower() for store, code in store_defects(report.status.stores_damaged).items()
+        },
+    ),
+    Column("maneuver", of=lambda report: maneuver_as_dict(report.maneuver)),
+    Column("run", columns=_RUN),
+    Column("settings", of=lambda report: stored_settings_as_dict(report.settings)),
+)
+"""A whole report for JSON."""
+SEQUENCER_FACTS: Columns = (
+    Column("", "Sequencer", words=_state_words),
+    Column("", "Fault", words=_fault_words),
+    Column("", "Maneuver", words=lambda report: maneuver_words(report.maneuver)),
+    Column("", "Servos", words=_servos_words),
+    Column("", "Last run", words=_last_run_words),
+    Column("", "Last start", words=_last_start_words),
+)
+"""What a person reads first."""
+SEQUENCER_DETAILS: Columns = (
+    Column("", "Sequencer port", words=lambda report: report.description),
+    *(
+        Column("", f"Servo of joint {index + 1}", words=partial(_servo_words, index=index))
+        for index in range(JOINT_COUNT)
+    ),
+    *(
+        Column("", f"Stroke {index + 1}", words=partial(_stroke_words, index=index))
+        for index in range(MAX_STROKES)
+    ),
+    Column("", "Last refusal", words=_last_refusal_words),
+    Column(
+        "",
+        "Knocks",
+        words=lambda report: f"{report.status.knocks}; false releases: {report.status.false_releases}",
+    ),
+    Column(
+        "",
+        "Memory",
+        words=lambda report: (
+            "" if report.natively else f"{report.status.ram_never_used_bytes} bytes of RAM never used"
+        ),
+    ),
+    Column(
+        "",
+        "Link",
+        words=lambda report: f"{report.status.frames_rejected} damaged frames since the last start",
+    ),
+)
+"""The rest."""

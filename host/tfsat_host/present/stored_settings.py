@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.quantity import Column, Columns, record
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.servo_settings import ServoSettings, limits_text
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.sequencer import StoredManeuver
+    from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 
 _STROKES: Columns = (
     Column("t_s", of=lambda stroke: stroke[2] / US_PER_S),
@@ -66,6 +66,11 @@ def settings_as_dict(settings: ServoSettings) -> dict[str, Any]:
     """Return the settings under the keys of the settings' file."""
     servos = [{"joint": joint, **record(_SERVO, servo)} for joint, servo in enumerate(settings.servos, 1)]
     return {"frame_ms": settings.frame_us / 1000, "servos": servos}
+
+
+def stored_settings_as_dict(stored: StoredSettings) -> dict[str, Any]:
+    """Return settings that a board stores, with their origin and how many it has stored."""
+    return {**record(fields("origin generation"), stored), **settings_as_dict(stored.settings)}
 
 
 def origin_words(origin: Origin) -> str:

@@ -112,6 +112,11 @@ def write_labelled(
         out.line(line, colored=text.split()[0] if color and number == 0 else "", color=color)
 
 
+def write_verdict(text: str, color: str, out: Output) -> None:
+    """Write a verdict, its words before the colon coloured on a terminal."""
+    out.line(text, colored=text.partition(":")[0], color=color)
+
+
 def bullets(texts: Iterable[str], out: Output) -> None:
     """Write each text, of one sentence or more, as a bullet."""
     for text in texts:

@@ -15,6 +15,7 @@ from tfsat_host.json_values import error_as_dict
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
+from tfsat_host.preflight.preflight_check import CHECK
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import records
 from tfsat_host.rehearsal.day import DROPPED, NoGo
@@ -108,7 +109,7 @@ def _day(drop: Drop, folder: Path) -> Json:
         "preflight": None if checked is None else "go" if checked.go else "no-go",
         "preflight_file": None if checked is None else str(folder / PREFLIGHT),
         "no_go": [check.name for check in red],
-        "no_go_checks": [check.as_dict() for check in red],
+        "no_go_checks": records(CHECK, red),
         "refused": None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}",
         "refused_by": None if refused is None else "preflight" if isinstance(refused, NoGo) else "board",
         "setbacks": list(drop.setbacks),

@@ -17,6 +17,7 @@ from tfsat_host.calibration.certificate.recordings_archive import (
 from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
+from tfsat_host.preflight.preflight_result import PreflightResult
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth_comparison import truth_table
@@ -38,7 +39,7 @@ from tfsat_host.run.files import (
     rehearsed_files,
 )
 from tfsat_host.run.held_maneuver import note_name, note_text
-from tfsat_host.run.prepared_run import PreflightResult, hashes_of, write_result
+from tfsat_host.run.prepared_run import hashes_of, write_result
 from tfsat_host.run.recorded_landing import note_landing_of
 from tfsat_host.run.signed_record import RECORD
 from tfsat_host.sdlog import DropLog, load

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -23,10 +22,10 @@ from tfsat_host.plan.facility import DropTower, load_tower
 from tfsat_host.plan.reach_envelope import envelope_of
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
-from tfsat_host.preflight import PreflightCheck, may_drop
-from tfsat_host.preflight.preflight_evidence import Evidence, Missing, Reference
+from tfsat_host.preflight.preflight_evidence import Missing, Reference
+from tfsat_host.preflight.preflight_result import RESULT, PreflightResult
 from tfsat_host.protocol.limits import BLOCK_MAGIC
-from tfsat_host.quantity import Column, Columns, record
+from tfsat_host.quantity import record
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.campaign.campaign_folder import DROP
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
@@ -271,70 +270,10 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
         return Missing(error.what, _NAME_IMAGE)
 
 
-@dataclass(frozen=True, eq=False)
-class PreflightResult:
-    """What `preflight --json` prints and `preflight.json` holds.
+def write_result(folder: Path, result: PreflightResult) -> tuple[PreflightResult, TfsatError | None]:
+    """Write `preflight.json` and sign it into the run's record; an older one is replaced.
 
-    Attributes:
-        evidence: Of the boards and the files.
-        checks: Made of the evidence.
-        files: Those that were looked at, by what they are of.
-        left_on_boards: What is left of the preflight on the logger.
-    """
-
-    evidence: Evidence
-    checks: Sequence[PreflightCheck]
-    files: Mapping[str, HashedFile]
-    left_on_boards: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """`go` or `no-go`."""
-        return "go" if may_drop(self.checks) else "no-go"
-
-
-RESULT: Columns = (
-    Column("verdict"),
-    Column("at", of=lambda result: result.evidence.now.astimezone(UTC).isoformat()),
-    Column("tfsat_version", of=lambda _: __version__),
-    Column("emulated", of=lambda result: runs_natively(result.evidence)),
-    Column("reasons", of=lambda result: [check.name for check in result.checks if check.blocks]),
-    Column("checks", of=lambda result: [check.as_dict() for check in result.checks]),
-    Column("boards", of=lambda result: _boards(result.evidence)),
-    Column("files", of=lambda result: {name: asdict(file) for name, file in result.files.items()}),
-    Column("left_on_the_boards", of="left_on_boards"),
-)
-
-
-def runs_natively(evidence: Evidence) -> bool:
-    """Return whether some board is no board: the robot is an emulated one."""
-    return any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
-
-
-def _boards(evidence: Evidence) -> dict[str, Any]:
-    return {
-        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
-        for board in (evidence.sequencer_board, evidence.logger_board)
-    }
-
-
-@dataclass(frozen=True, slots=True)
-class WrittenResult:
-    """Where the result is.
-
-    Attributes:
-        file: In the run's folder.
-        sha256: As the run's record has it; None: it could not be signed.
-        error: Why not.
-    """
-
-    file: Path
-    sha256: str | None
-    error: TfsatError | None = None
-
-
-def write_result(folder: Path, result: PreflightResult) -> WrittenResult:
-    """Writes `preflight.json` and signs it into the run's record; an older one is replaced.
+    Returns the result with its file and signature, and why it could not be signed, if so.
 
     Raises:
         OSError: it cannot be written.
@@ -347,5 +286,5 @@ def write_result(folder: Path, result: PreflightResult) -> WrittenResult:
         entry = sign(folder, [file], by, result.evidence.now)
     except TfsatError as error:
         meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
-        return WrittenResult(file, None, error.with_words(meaning=meaning))
-    return WrittenResult(file, entry.files[0].sha256)
+        return replace(result, file=file), error.with_words(meaning=meaning)
+    return replace(result, file=file, sha256=entry.files[0].sha256), None

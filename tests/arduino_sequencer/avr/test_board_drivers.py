@@ -11,7 +11,8 @@ import pytest
 from tests.fixtures.sequencer.board import AvrBoard, ResetCause
 from tests.fixtures.sequencer.cable import connect
 from tests.fixtures.sequencer.pulses import pulses
-from tfsat_host.present.sequencer_state import sequencer_state
+from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.present.sequencer_state import SequencerReport
 from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000
@@ -51,12 +52,13 @@ def test_status_warns_of_a_brown_out_fuse_as_sold(
     sequencer.set_extended_fuse(extended_fuse)
     sequencer.power(False)
     sequencer.power(True)
-    state, rows = sequencer_state(connect(sequencer))
+    status = BoardsStatus(SequencerReport.ask(connect(sequencer)), None, {})
+    state = status.as_json()["sequencer"]
     assert state["brown_out_v"] == brown_out_v
     assert [attention_text in text and "docs/wiring.md" in text for text in state["attention"]] == [
         True
     ] * bool(attention_text)
-    assert dict(rows).get("  ATTENTION", "") == "".join(state["attention"])
+    assert status.warnings == state["attention"]
 
 
 def test_it_is_silent_until_it_is_armed(sequencer: AvrBoard) -> None:

@@ -48,9 +48,9 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     assert tower("status")["sequencer"]["state"] == "safe"
 
     status_text = tower.read_output("status")
-    assert "Warning: The logger records, but its card is missing." in status_text
-    assert "ready to arm" not in status_text
-    assert "arming would be refused because of the logger." in status_text
+    assert "- Logger: The logger records, but its card is missing." in status_text
+    assert "READY TO ARM" not in status_text
+    assert status_text.startswith("BLOCKED: 1 item blocks a drop")
     assert tower("status")["sequencer"]["arm_refusal"]["what"] == refused["what"]
     monitored = tower.read_output("monitor", "--for", "0.5")
     assert "The logger records, but its card is missing. A drop now would not be on the card" in monitored
@@ -81,7 +81,8 @@ def test_a_card_that_is_pulled_in_the_fall_is_shouted_about_at_once(tower: Tower
     tower.hand("wait 1", "drop", "wait 500ms", "card remove", "wait 300ms")
     shout = "THE CARD IS MISSING AND THE DROP IS IN RAM ONLY"
     status_text = tower.read_output("status")
-    assert f"Warning: {shout}" in status_text and "keep it on" in status_text
+    assert status_text.startswith("DROP IN DANGER: it is in the logger's RAM only")
+    assert f"- {shout}" in status_text and "keep it on" in status_text
     listed = tower("log", "list", expect=4)["error"]
     assert shout in listed["meaning"]
     assert "Wait a second" not in json.dumps(listed)

@@ -9,10 +9,11 @@ import pytest
 from tests.devices.log_transfer.bench import Bench
 from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import drop_in_danger, state_words
-from tfsat_host.present.logger_state import logger_state
+from tfsat_host.present.logger_state import LOGGER_FACTS, LOGGER_JSON, LoggerReport
 from tfsat_host.present.recording_text import event_words
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.quantity import Quantity, record
 from tfsat_host.run.fetched_log import Copy
 
 
@@ -57,9 +58,10 @@ def test_a_file_that_was_full_is_no_full_card(bench: Bench) -> None:
     assert state_words(status) == "stopped: its file was full"
     failed = replace(status, state=LoggerState.FAILED)
     assert state_words(failed) == "failed: card full"
-    state, rows = logger_state(bench.logger)
+    report = LoggerReport.ask(bench.logger)
+    state = record(LOGGER_JSON, report)
     assert (state["file_full"], state["attention"]) == (False, [])
-    assert ("  state", "idle") in rows
+    assert "idle, release switches: 1 closed, 2 closed" in fact_texts(report)
 
 
 @pytest.mark.parametrize(
@@ -76,5 +78,8 @@ def test_an_imu_that_answers_and_does_not_measure_is_not_missing(
 ) -> None:
     status = replace(bench.logger.status(), imu_present=0b1101, who_am_i=bytes([0x68, who_am_i, 0x68, 0x98]))
     monkeypatch.setattr(bench.logger, "status", lambda: status)
-    _, rows = logger_state(bench.logger)
-    assert ("  IMUs", f"1 MPU-6050, {imu_text}, 3 MPU-6050, 4 ICM-20689") in rows
+    assert f"1 MPU-6050, {imu_text}, 3 MPU-6050, 4 ICM-20689" in fact_texts(LoggerReport.ask(bench.logger))
+
+
+def fact_texts(report: LoggerReport) -> list[Quantity | str]:
+    return [column.cell(report) for column in LOGGER_FACTS]

@@ -237,7 +237,6 @@ def test_without_any_board(tfsat_host: RunCli) -> None:
 
 
 def test_a_port_that_is_not_there(tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfsat_host.cli.boards.APPEARANCE_S", 0.0)
     process = tfsat_host("monitor", "--for", "1", "--port", "nope", "--json", expect=1)
     assert json.loads(process.stdout)["error"]["code"] == "missing"
 

@@ -38,7 +38,7 @@ def check_protocol(evidence: Evidence) -> PreflightCheck:
             expected_protocol_hash=PROTOCOL_HASH.hex(),
         )
     return go(
-        f"Both boards speak this program's protocol, firmware {ours}.", protocol_hash=PROTOCOL_HASH.hex()
+        f"Protocol: the same on both boards and here, firmware {ours}.", protocol_hash=PROTOCOL_HASH.hex()
     )
 
 
@@ -49,10 +49,10 @@ def check_image(board: BoardEvidence) -> PreflightCheck:
     """
     name, identity, expected_image = board.name, board.identity, board.image
     if isinstance(identity, Missing):
-        return not_made(f"What the {name} runs is not known.", "See protocol.")
+        return not_made(f"{name.capitalize()} image: unknown.", "See protocol.")
     if identity.runs_natively:
         return go(
-            f"No board: the emulated robot runs the {name}'s sources natively, without an image.",
+            f"{name.capitalize()} image: none, the emulated robot runs the sources natively.",
             natively=True,
         )
     runs = f"The {name} runs image {identity.image_crc}"
@@ -111,7 +111,7 @@ def check_state(evidence: Evidence) -> PreflightCheck:
                 fault=status.fault.name.lower(),
             )
         if status.state != SequencerState.SAFE:
-            return no_go(f"It is {state}, not safe.", Advice(NextStep("disarm")), state=state)
+            return no_go(f"Sequencer: {state}, not safe.", Advice(NextStep("disarm")), state=state)
         if status.stores_damaged:
             return no_go(
                 describe_defects(status.stores_damaged),
@@ -119,7 +119,7 @@ def check_state(evidence: Evidence) -> PreflightCheck:
                 state=state,
                 stores_damaged=status.stores_damaged,
             )
-    return go("Safe: no fault, EEPROM whole, servos limp.", state="safe")
+    return go("Sequencer: safe, no fault, EEPROM valid, servos limp.", state="safe")
 
 
 _RESTARTS: dict[ResetCause, tuple[str, str]] = {
@@ -156,11 +156,11 @@ def check_restarts(evidence: Evidence) -> PreflightCheck:
             "Check supply, plugs and the emergency switch; then run this preflight again.",
             **numbers,
         )
-    last = f"The sequencer's last start, {since_s:.0f} s ago"
+    last = f"Last start of the sequencer, {since_s:.0f} s ago"
     if status.reset_cause in _RESTARTS:
         why, cure = _RESTARTS[status.reset_cause]
         return no_go(
-            f"{last}, was no switching on: {why}.",
+            f"{last}: {cause.replace('_', ' ')}, {why}.",
             Advice(cure, ", and run this preflight again."),
             **numbers,
         )
@@ -175,7 +175,7 @@ def check_battery(_evidence: Evidence) -> PreflightCheck:
     return PreflightCheck(
         "",
         GoNoGo.NOT_MADE,
-        "Not wired: neither board measures the battery's voltage.",
+        "Battery voltage: not wired to either board.",
         {"wired": False},
         "Measure it with a voltmeter under load, and note it.",
         optional=True,
@@ -194,7 +194,7 @@ def check_switches(evidence: Evidence) -> PreflightCheck:
     numbers = {f"{board}_closed": states for board, states in closed.items()}
     wrong = [index + 1 for index, both in enumerate(zip(*closed.values(), strict=True)) if not all(both)]
     if not wrong:
-        return go("Both release switches are closed, for both boards.", **numbers)
+        return go("Release switches: 1 and 2 closed, for both boards.", **numbers)
     several = len(wrong) > 1
     which = f"Release switch{'es' if several else ''} {' and '.join(map(str, wrong))} {'are' if several else 'is'}"
     by = [board for board, states in closed.items() if not all(states)]

@@ -57,7 +57,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
     if shortcomings:
         commands = commands_of(shortcomings)
         return no_go(
-            f"It does not hold for the next drop: {summarize_shortcomings(shortcomings)}.",
+            f"Calibration: incomplete for the next drop: {summarize_shortcomings(shortcomings)}.",
             join_steps(", ", commands)
             if len(commands) <= _NAMED
             else Advice(
@@ -69,7 +69,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         )
     if landed_unnoted(logger.status, logger.recording_since, logger.computer_unix_s, calibration):
         return no_go(
-            "The logger saw a landing that is not in the certificate, which is from before that.",
+            "Calibration: older than a landing that the logger recorded.",
             Advice(
                 NextStep("log fetch", ("all",)),
                 ", ",
@@ -83,7 +83,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
         default=calibration.written,
     )
     return go(
-        "Complete, of these sensors, and newer than any known landing; last measured "
+        "Calibration: complete, of these sensors, newer than any known landing; last measured "
         f"{newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
         **numbers,
     )

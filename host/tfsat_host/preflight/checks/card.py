@@ -53,17 +53,17 @@ def check_card(evidence: Evidence) -> PreflightCheck:
         error = status.error
     # A full card is sound: its room is judged by check_room().
     if card == CardState.FULL and error == ErrorCode.CARD_FULL and status.state != LoggerState.FAILED:
-        return go("It is there and can be read; its room is another check.", **numbers)
+        return go("Card: readable (room: see card-room).", **numbers)
     if error is not None:
         what, _, cure = REMEDIES[error]
         return no_go(what, cure, **numbers)
     if card == CardState.UNKNOWN:
         return no_go(
-            "The logger has not looked at its card yet, or counts its free room.",
+            "Card: not examined yet, or its free room is being counted.",
             "Wait 10 s and run this again.",
             **numbers,
         )
-    return go("It is there and ready.", **numbers)
+    return go("Card: ready.", **numbers)
 
 
 def check_ram(evidence: Evidence) -> PreflightCheck:
@@ -71,9 +71,9 @@ def check_ram(evidence: Evidence) -> PreflightCheck:
     holds = require(evidence.logger).status.ram_holds_drop
     return judge(
         ["a drop"] if holds else [],
-        "The logger's RAM holds {} that no card has.",
+        "Logger's RAM: holds {} that no card has.",
         Advice("Keep the power on. ", NextStep("log fetch", ("ram",))),
-        "RAM holds no drop that no card has.",
+        "Logger's RAM: no unsaved drop.",
         ram_holds_drop=bool(holds),
     )
 
@@ -85,10 +85,10 @@ def check_room(evidence: Evidence) -> PreflightCheck:
     if card not in (CardState.READY, CardState.FULL):
         return not_made("There is no card whose room could be counted.", "See card.")
     needed_mib = each_mib * evidence.recordings
-    need = f"{free_mib} MiB are free; {evidence.recordings} recordings of {each_mib} MiB need {needed_mib}"
+    need = f"Free: {free_mib} MiB (limit {needed_mib} MiB for {evidence.recordings} recordings of {each_mib} MiB)"
     return judge(
         [need] if card == CardState.FULL or free_mib < needed_mib else [],
-        "{} MiB.",
+        "{}.",
         Advice(
             NextStep("log fetch", ("all",)),
             ", then log erase all; or put in another card. For fewer drops: --drops N",
@@ -120,15 +120,15 @@ def _of_trial(trial: Trial) -> PreflightCheck:
     # Without those dropped before the card: the rest was written and did not come back.
     lost = trial.samples_lost - trial.samples_dropped
     if lost > 0 or trial.blocks_lost:
-        wrong.append(f"{max(lost, 0)} samples and {trial.blocks_lost} blocks were lost on the card")
+        wrong.append(f"{max(lost, 0)} samples and {trial.blocks_lost} blocks lost on the card (limit 0)")
     if trial.verdict != "complete" and not wrong:
-        wrong.append(f"what was read back is {trial.verdict}")
-    recording = f"A recording of {trial.duration_s:.1f} s"
+        wrong.append(f"read back: {trial.verdict}")
+    recording = f"Trial recording of {trial.duration_s:.1f} s"
     return judge(
         wrong,
         f"{recording}: {{}}.",
         _NEW_CARD,
-        f"{recording} was read back whole: {trial.samples} samples, 0 lost, worst stall {trial.stall_max_ms} ms, ring "
+        f"{recording}: read back whole, {trial.samples} samples, 0 lost, worst stall {trial.stall_max_ms} ms, ring "
         f"at most {_percent(trial.ring_peak_blocks, trial.ring_blocks)} full.",
         **record(_TRIAL, trial),
     )
@@ -141,10 +141,10 @@ def _of_running(running: RunningRecording) -> PreflightCheck:
     # How long the card took to prepare the file is in the ring's peak: where it is high it tells nothing of stalls.
     wrong = _slow(running.samples_dropped, 0, running.ring_peak_blocks, running.ring_blocks)
     if running.blocks < MIN_SHARE_WRITTEN * expected:
-        wrong.append(f"the card took {running.blocks} blocks, {expected:.0f} were due")
+        wrong.append(f"{running.blocks} blocks written ({expected:.0f} due)")
     return judge(
         wrong,
-        f"The running recording, watched for {running.watched_s:.1f} s: {{}}.",
+        f"Running recording, watched for {running.watched_s:.1f} s: {{}}.",
         _NEW_CARD,
         f"A recording runs already (session {running.session:08x}), so none was made for this: in "
         f"{running.watched_s:.1f} s the card took {running.blocks} blocks; since its start 0 samples were dropped and "
@@ -158,11 +158,11 @@ def _of_running(running: RunningRecording) -> PreflightCheck:
 def _slow(dropped: int, stall_ms: int, peak: int, ring: int) -> list[str]:
     wrong = []
     if dropped:
-        wrong.append(f"{dropped} samples were dropped before a card that was too slow")
+        wrong.append(f"{dropped} samples dropped, card too slow (limit 0)")
     if stall_ms > MAX_STALL_MS:
-        wrong.append(f"the card took nothing for {stall_ms} ms ({MAX_STALL_MS} are allowed)")
+        wrong.append(f"worst stall {stall_ms} ms (limit {MAX_STALL_MS} ms)")
     if peak > MAX_RING_SHARE * ring:
-        wrong.append(f"the ring was {_percent(peak, ring)} full ({100 * MAX_RING_SHARE:g} % are allowed)")
+        wrong.append(f"ring {_percent(peak, ring)} full (limit {100 * MAX_RING_SHARE:g} %)")
     return wrong
 
 

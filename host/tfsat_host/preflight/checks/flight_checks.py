@@ -38,17 +38,16 @@ def check_maneuver(evidence: Evidence) -> PreflightCheck:
         NextStep("upload-sequence", ("--file", "maneuver.toml")), ", then run this preflight again."
     )
     if stored.origin == Origin.FACTORY:
-        return no_go("No maneuver was uploaded: the board would refuse to arm.", upload, **numbers)
+        return no_go("Maneuver: none uploaded; the board would refuse to arm.", upload, **numbers)
     if stored.strokes != file_strokes or stored.speed_cdeg_s != schedule.speed_cdeg_s:
         return no_go(
-            "The sequencer holds another maneuver than the file: "
-            f"{_difference(stored.strokes, schedule, file_strokes)}.",
+            f"Maneuver: differs from the file: {_difference(stored.strokes, schedule, file_strokes)}.",
             upload,
             **numbers,
             file_strokes=[_stroke(row) for row in file_strokes],
         )
     return go(
-        f"Read back and equal to the file: {len(file_strokes)} strokes, CRC {stored.crc:04x}, upload "
+        f"Maneuver: equal to the file, {len(file_strokes)} strokes, CRC {stored.crc:04x}, upload "
         f"{stored.generation}.",
         **numbers,
     )
@@ -84,11 +83,11 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
     misfit = find_misfit(answers.maneuver.moves, settings)
     return judge(
         [] if misfit is None else [misfit],
-        "The stored maneuver does not fit the servo settings: {}.",
+        "Maneuver beyond the servo limits: {}.",
         Advice(
             "Upload a smaller maneuver, or correct the joint's limits with ", NextStep("upload-servos"), "."
         ),
-        f"The stored maneuver fits the servo settings ({origin}).",
+        f"Maneuver: within the servo limits ({origin} settings).",
         origin=origin,
         limits_deg=[[servo.min_cdeg / 100, servo.max_cdeg / 100] for servo in settings.servos],
     )
@@ -133,5 +132,5 @@ def _of_facility(
 def _reach(checks: Sequence[FacilityCheck]) -> str:
     reach = next(check for check in checks if check.name == "envelope")
     return (
-        f"The robot reaches {reach.value:.0f} mm of {reach.limit:.0f} mm; release, drift and travel fit too."
+        f"Reach: {reach.value:.0f} mm (limit {reach.limit:.0f} mm); release, drift and travel within limits."
     )

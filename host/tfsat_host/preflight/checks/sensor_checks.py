@@ -46,25 +46,25 @@ def check_imus(evidence: Evidence) -> PreflightCheck:
     counts = sensors_of(evidence).live.counts
     wrong = []
     for body in range(IMU_COUNT):
-        that, valid = f"that of body {body + 1}", counts.imu_valid[:, body]
+        name, valid = f"IMU of body {body + 1}", counts.imu_valid[:, body]
         # 0 is an IMU that does not answer at all, which its validity shows below.
         if who[body] and who[body] not in IMU_PARTS:
-            wrong.append(f"{that} is no part that the logger knows (WHO_AM_I 0x{who[body]:02x})")
+            wrong.append(f"{name}: unknown part (WHO_AM_I 0x{who[body]:02x})")
         elif not valid.any():
-            wrong.append(f"{that} does not answer, or repeats one reading")
+            wrong.append(f"{name}: no response, or one reading repeated")
         elif not valid.all():
-            wrong.append(f"{that} gave nothing in {100 * (1 - valid.mean()):.2g} % of the samples")
+            wrong.append(f"{name}: no data in {100 * (1 - valid.mean()):.2g} % of the samples")
         elif counts.clipped[:, body].any():
-            wrong.append(f"{that} is at the end of its range")
+            wrong.append(f"{name}: at the end of its range")
     return judge(
         wrong,
-        "Of the IMUs {}.",
+        "{}.",
         Advice(
             NextStep("status"),
             " and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
             "switch the power off and on.",
         ),
-        f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.",
+        f"IMUs: {IMU_COUNT} of {IMU_COUNT} valid in {len(counts.t_us)} samples.",
         who_am_i=[f"{byte:02x}" for byte in who],
         samples=len(counts.t_us),
         valid_samples=counts.imu_valid.sum(axis=0).tolist(),
@@ -93,22 +93,29 @@ def check_stillness(evidence: Evidence) -> PreflightCheck:
     wrong = []
     for k, body in enumerate(bodies + 1):
         if constant[k]:
-            wrong.append(f"the gyro of body {body} gave one value only")
+            wrong.append(f"gyro of body {body}: one value repeated")
         # One cause for each sensor: motion to and fro explains a drift, shaking a wrong weight.
         if scatter[k] > STILL_RATE_RAD_S:
-            wrong.append(f"body {body} turns to and fro by {np.rad2deg(scatter[k]):.1f} deg/s")
+            wrong.append(
+                f"body {body}: rate scatter {np.rad2deg(scatter[k]):.1f} deg/s "
+                f"(limit {np.rad2deg(STILL_RATE_RAD_S):g} deg/s)"
+            )
         elif drift[k] > DRIFT_RAD_S:
-            wrong.append(f"the rate of body {body} changed by {np.rad2deg(drift[k]):.2f} deg/s")
+            wrong.append(
+                f"body {body}: rate drift {np.rad2deg(drift[k]):.2f} deg/s (limit {np.rad2deg(DRIFT_RAD_S):g} deg/s)"
+            )
         if shake[k] > SHAKE_G:
-            wrong.append(f"body {body} is shaken by {shake[k]:.2f} g")
+            wrong.append(f"body {body}: acceleration scatter {shake[k]:.2f} g (limit {SHAKE_G:g} g)")
         elif not GRAVITY_G[0] <= weight[k] <= GRAVITY_G[1]:
-            wrong.append(f"the accelerometer of body {body} reads {weight[k]:.2f} g, not 1 g")
+            wrong.append(
+                f"accelerometer of body {body}: {weight[k]:.2f} g (limits {GRAVITY_G[0]:g} to {GRAVITY_G[1]:g} g)"
+            )
     return judge(
         wrong,
-        "Not still, or not sound: {}.",
+        "Not at rest, or a sensor is faulty: {}.",
         "Let the robot hang without touching it, then run this preflight again. If one body alone stays so, replace "
         "its IMU.",
-        f"Still: gyros scatter by at most {np.rad2deg(scatter.max()):.2f} deg/s, all accelerometers read 1 g.",
+        f"At rest: rate scatter at most {np.rad2deg(scatter.max()):.2f} deg/s, all accelerometers at 1 g.",
         bodies=(bodies + 1).tolist(),
         scatter_deg_s=np.rad2deg(scatter).tolist(),
         drift_deg_s=np.rad2deg(drift).tolist(),
@@ -124,15 +131,15 @@ def check_biases(evidence: Evidence) -> PreflightCheck:
     biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
     worst = np.abs(biases_deg_s).max(axis=1)
     beyond = [
-        f"body {body}: {bias_deg_s:.1f} deg/s"
+        f"body {body} {bias_deg_s:.1f} deg/s"
         for body, bias_deg_s in zip(bodies + 1, worst, strict=True)
         if bias_deg_s > MAX_BIAS_DEG_S
     ]
     return judge(
         beyond,
-        f"At rest a gyro reads more than {MAX_BIAS_DEG_S:g} deg/s: {{}}.",
+        f"Gyro bias: {{}} (limit {MAX_BIAS_DEG_S:g} deg/s).",
         "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
-        f"At rest no gyro reads more than {worst.max():.1f} deg/s ({MAX_BIAS_DEG_S:g} are allowed).",
+        f"Gyro biases: at most {worst.max():.1f} deg/s (limit {MAX_BIAS_DEG_S:g} deg/s).",
         bodies=(bodies + 1).tolist(),
         reading_deg_s=biases_deg_s.tolist(),
     )
@@ -161,21 +168,24 @@ def check_agreement(evidence: Evidence) -> PreflightCheck:
     wrong = []
     for k, body in enumerate(bodies + 1):
         if apart[k] > allowed[k]:
-            wrong.append(f"the gyro of body {body} is {apart[k]:.1f} deg/s away from the others")
+            wrong.append(
+                f"gyro of body {body}: {apart[k]:.1f} deg/s from the median (limit {allowed[k]:.1f} deg/s)"
+            )
         if tilt[k] > MAX_GRAVITY_DIFFERENCE_DEG:
             wrong.append(
-                f"the IMU of body {body} sees gravity {tilt[k]:.0f} deg away from where the others do"
+                f"IMU of body {body}: gravity {tilt[k]:.0f} deg from the median "
+                f"(limit {MAX_GRAVITY_DIFFERENCE_DEG:g} deg)"
             )
     return judge(
         wrong,
-        "Calibrated, {}.",
+        "Calibrated readings disagree: {}.",
         Advice(
             "Are two IMUs' plugs exchanged, was one replaced or moved? If not: ",
             NextStep("calibrate bias"),
             ", and misalignment of what was moved.",
         ),
-        f"Calibrated, all gyros agree within {2 * apart.max():.2f} deg/s and on where down is "
-        f"within {2 * tilt.max():.1f} deg.",
+        f"Calibrated readings agree: gyros within {2 * apart.max():.2f} deg/s, gravity within "
+        f"{2 * tilt.max():.1f} deg.",
         bodies=(bodies + 1).tolist(),
         rate_deg_s=rates.tolist(),
         apart_deg_s=apart.tolist(),
@@ -221,22 +231,25 @@ def check_sensors(evidence: Evidence) -> PreflightCheck:
     for row, joint in enumerate(range(1, len(angles) + 1)):
         for k, column in enumerate(sensor_columns(evidence.robot, joint), 1):
             if not valid[:, column].all():
-                wrong.append(f"sensor {k} of joint {joint} does not answer at every sample")
+                wrong.append(f"angle sensor {k} of joint {joint}: invalid samples")
             elif column in frozen:
-                wrong.append(f"sensor {k} of joint {joint} shows one value without any noise")
+                wrong.append(f"angle sensor {k} of joint {joint}: one value without noise")
         # NaN where one of the two is silent, which is told above.
         if np.isfinite(apart[row]) and apart[row] > MAX_DISAGREEMENT_RAD:
             first, second = np.rad2deg(angles[row])
-            wrong.append(f"the two of joint {joint} show {first:+.1f} and {second:+.1f} deg")
+            wrong.append(
+                f"angle sensors of joint {joint}: {first:+.1f} and {second:+.1f} deg "
+                f"(limit {np.rad2deg(MAX_DISAGREEMENT_RAD):g} deg apart)"
+            )
     return judge(
         wrong,
-        "Of the angle sensors {}.",
+        "{}.",
         Advice(
             NextStep("monitor"),
             " shows them: check wire and magnet. One whose magnet had slipped needs ",
             NextStep("calibrate zero", ("--joint", "N", "--anew")),
         ),
-        f"Both sensors of each joint answer and agree within {np.rad2deg(apart.max()):.1f} deg.",
+        f"Angle sensors: both of each joint valid, within {np.rad2deg(apart.max()):.1f} deg of each other.",
         joint_deg=np.rad2deg(angles).tolist(),
         apart_deg=np.rad2deg(apart).tolist(),
         allowed_deg=float(np.rad2deg(MAX_DISAGREEMENT_RAD)),
@@ -248,19 +261,19 @@ def check_start_pose(evidence: Evidence) -> PreflightCheck:
     """Check that each joint is at the start pose that ARM demands, by its calibrated sensors."""
     degrees = np.rad2deg(merge_sensor_angles(joint_angles(sensors_of(evidence), evidence)))
     if not np.isfinite(degrees).all():
-        return not_made("A joint has no sensor that answers.", "See joint-sensors.")
+        return not_made("Joint without a valid angle sensor.", "See joint-sensors.")
     away = [
-        f"joint {joint} is at {angle:+.1f} deg"
+        f"joint {joint} {angle:+.1f} deg"
         for joint, angle in enumerate(degrees, 1)
         if abs(angle) > START_POSE_DEG
     ]
     return judge(
         [", ".join(away)] if away else [],
-        f"The start pose is 0 ± {START_POSE_DEG:g} deg, but {{}}.",
+        f"Not at the start pose: {{}} (limit 0 ± {START_POSE_DEG:g} deg).",
         Advice(
             "Bring the joint to 0 deg by hand or with ", NextStep("jog"), ", then run this preflight again."
         ),
-        f"All joints are at the start pose: {', '.join(f'{angle:+.1f}' for angle in degrees)} deg.",
+        f"Joints at the start pose: {', '.join(f'{angle:+.1f}' for angle in degrees)} deg.",
         joint_deg=degrees.tolist(),
         allowed_deg=START_POSE_DEG,
     )

@@ -40,17 +40,21 @@ def check_clock(evidence: Evidence) -> PreflightCheck:
     if behind := _behind(evidence):
         newest, whose = behind
         return no_go(
-            f"This computer's clock shows {now}; {whose} is of {newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
+            f"Computer's clock: {now}, before {whose} of {newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
             Advice("Set this computer's clock, then the logger's: ", _SET),
             **numbers,
         )
     logger = require(evidence.logger)
     if not logger.status.unix_us:
-        return no_go("The logger's clock was not set since its power came on.", _SET, **numbers, logger=None)
+        return no_go("Logger's clock: not set since power on.", _SET, **numbers, logger=None)
     apart_s = logger.status.unix_us / US_PER_S - logger.computer_unix_s
     numbers["logger_apart_s"] = apart_s
     if abs(apart_s) > MAX_CLOCK_DIFFERENCE_S:
-        return no_go(f"The logger's clock is {apart_s:+.1f} s off this computer's.", _SET, **numbers)
+        return no_go(
+            f"Logger's clock: {apart_s:+.1f} s off this computer's (limit {MAX_CLOCK_DIFFERENCE_S:g} s).",
+            _SET,
+            **numbers,
+        )
     off = f"within {_SHOWN_S} s of" if abs(apart_s) < _SHOWN_S else f"{apart_s:+.1f} s off"
     return go(f"{now}; the logger's is {off} it.", **numbers)
 
@@ -91,12 +95,12 @@ def check_paces(evidence: Evidence) -> PreflightCheck:
             )
         # Beyond doubt only: slow answers over USB must not condemn a board.
         if abs(off) - doubt > MAX_CLOCK_RATE_ERROR:
-            wrong.append(f"the {board}'s runs {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
+            wrong.append(f"{board} {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
     return judge(
         wrong,
-        f"Of the boards' clocks {{}} ({100 * MAX_CLOCK_RATE_ERROR:g} % is allowed).",
+        f"Clock rate: {{}} (limit {100 * MAX_CLOCK_RATE_ERROR:g} %).",
         "Replace that board: strokes and samples would come at other times than they are noted.",
-        f"Both boards' clocks run within {100 * MAX_CLOCK_RATE_ERROR:g} % of this computer's.",
+        f"Clock rates: both boards within {100 * MAX_CLOCK_RATE_ERROR:g} % of this computer's.",
         **numbers,
     )
 
@@ -122,21 +126,21 @@ def check_sampling(evidence: Evidence) -> PreflightCheck:
     late = logger.later.late_ticks - logger.status.late_ticks
     wrong = []
     if abs(rate_hz / wanted_hz - 1.0) > RATE_TOLERANCE:
-        wrong.append(f"it samples at {rate_hz:.2f} Hz, not {wanted_hz}")
+        wrong.append(f"rate {rate_hz:.2f} Hz (set: {wanted_hz} Hz)")
     if late > 0:
-        wrong.append(f"{late} ticks of its timer passed without a sample")
+        wrong.append(f"{late} timer ticks without a sample (limit 0)")
     if jitter_us > MAX_JITTER_US:
-        wrong.append(f"samples come {jitter_us:.0f} us early or late ({MAX_JITTER_US:g} are allowed)")
+        wrong.append(f"jitter {jitter_us:.0f} us rms (limit {MAX_JITTER_US:g} us)")
     return judge(
         wrong,
-        "The logger does not keep its time: {}.",
+        "Sampling: {}.",
         Advice(
             "An IMU that answers slowly holds it up: ",
             NextStep("status"),
             ", and check wires and pull-ups of the buses; or lower the rate: ",
             NextStep("logger-settings set", ("--rate", "280")),
         ),
-        f"{rate_hz:.2f} Hz, jitter {jitter_us:.1f} us, no tick left out.",
+        f"Sampling: {rate_hz:.2f} Hz, jitter {jitter_us:.1f} us rms, no tick left out.",
         rate_hz=rate_hz,
         set_hz=wanted_hz,
         jitter_rms_us=jitter_us,
@@ -153,14 +157,17 @@ def check_ranges(evidence: Evidence) -> PreflightCheck:
     needed_deg_s = RANGE_OVER_RATE * fastest
     wrong = []
     if settings.gyro_range_deg_s < needed_deg_s:
-        wrong.append(f"gyros up to {settings.gyro_range_deg_s} deg/s; joints reach {fastest:.0f}")
+        wrong.append(
+            f"gyro range {settings.gyro_range_deg_s} deg/s (limit {needed_deg_s:.0f} deg/s, joints reach {fastest:.0f})"
+        )
     if settings.rate_hz < MIN_RATE_HZ:
-        wrong.append(f"{settings.rate_hz} Hz; a stroke needs {MIN_RATE_HZ}")
+        wrong.append(f"rate {settings.rate_hz} Hz (limit {MIN_RATE_HZ} Hz)")
     return judge(
         wrong,
-        "The logger's settings do not hold the maneuver: {}.",
+        "Logger settings too low for the maneuver: {}.",
         Advice(NextStep("logger-settings set", ("--factory",)), ", or name better ones"),
-        f"{settings.rate_hz} Hz, gyros to {settings.gyro_range_deg_s} deg/s for joints of {fastest:.0f} deg/s.",
+        f"Logger settings: {settings.rate_hz} Hz, gyro range {settings.gyro_range_deg_s} deg/s for joints of "
+        f"{fastest:.0f} deg/s.",
         rate_hz=settings.rate_hz,
         gyro_range_deg_s=settings.gyro_range_deg_s,
         needed_gyro_range_deg_s=needed_deg_s,
