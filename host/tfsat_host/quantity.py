@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import reduce
 from typing import Any
@@ -20,6 +20,7 @@ _PER_RAD = 180.0 / math.pi
 UNITS: Mapping[str, tuple[str, str, float]] = {
     "deg": ("deg", "rad", _PER_RAD),
     "deg_s": ("deg/s", "rad_s", _PER_RAD),
+    "deg_s2": ("deg/s^2", "rad_s2", _PER_RAD),
     "ms": ("ms", "s", 1e3),
     "us": ("us", "s", 1e6),
     "s": ("s", "s", 1.0),
@@ -28,6 +29,8 @@ UNITS: Mapping[str, tuple[str, str, float]] = {
     "percent": ("%", "share", 1e2),
     "ppm": ("ppm", "ppm", 1.0),
     "g": ("g", "g", 1.0),
+    "kg": ("kg", "kg", 1.0),
+    "g_m2": ("g m^2", "kg_m2", 1e3),
     "hz": ("Hz", "hz", 1.0),
     "kg_m2_s": ("kg m^2/s", "kg_m2_s", 1.0),
 }
@@ -158,6 +161,23 @@ def fields(names: str) -> Columns:
     """Columns of JSON only: `key`, or `key=attribute`, by spaces."""
     pairs = (name.partition("=") for name in names.split())
     return tuple(Column(key, of=attribute) for key, _, attribute in pairs)
+
+
+def columns_of_part(part: str, columns: Columns) -> Columns:
+    """Return the columns for rows that have what they take under the attribute `part`."""
+
+    def through(take: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda row: take(getattr(row, part))
+
+    return tuple(
+        replace(
+            column,
+            of=through(column.value),
+            std=through(column.std_of) if column.std else "",
+            words=through(column.words) if column.words is not None else None,
+        )
+        for column in columns
+    )
 
 
 @dataclass(frozen=True, slots=True)
