@@ -260,12 +260,11 @@ def _deg(angle_cdeg: int) -> str:
 
 
 def _s(t_us: Fraction | int) -> str:
-    """Seconds with at least two decimals, rounded up to a microsecond."""
-    rounded_us = math.ceil(t_us)
-    if abs(rounded_us) >= _READABLE * US_PER_S:
-        return f"{rounded_us / US_PER_S:g}"
-    seconds, decimals = divmod(rounded_us, US_PER_S)
-    return f"{seconds}.{f'{decimals:06}'.rstrip('0'):0<2}"
+    """Format seconds with two decimals or three, rounded up to a millisecond."""
+    rounded_s = math.ceil(t_us / 1000) / 1000
+    if abs(rounded_s) >= _READABLE:
+        return f"{rounded_s:g}"
+    return f"{rounded_s:.3f}".removesuffix("0")
 
 
 @dataclass(frozen=True, slots=True)
