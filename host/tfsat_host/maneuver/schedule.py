@@ -241,7 +241,8 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
     if limits.end_max_us is not None and ends_us[-1] > limits.end_max_us:
         raise ManeuverError(
             Defect.OUTLASTS_FALL,
-            what=f"The maneuver would end {_s(ends_us[-1])} s after release; "
+            # To a millisecond, up: nobody plans with less, and the end stays beyond the limit.
+            what=f"The maneuver would end {_s(1000 * math.ceil(ends_us[-1] / 1000))} s after release; "
             f"the fall ends at {_s(limits.end_max_us)} s.",
             meaning="The robot would land while it still moves.",
             next_step="Use smaller angles, fewer strokes or a higher speed.",
@@ -260,11 +261,12 @@ def _deg(angle_cdeg: int) -> str:
 
 
 def _s(t_us: Fraction | int) -> str:
-    """Format seconds with two decimals or three, rounded up to a millisecond."""
-    rounded_s = math.ceil(t_us / 1000) / 1000
-    if abs(rounded_s) >= _READABLE:
-        return f"{rounded_s:g}"
-    return f"{rounded_s:.3f}".removesuffix("0")
+    """Seconds with at least two decimals, rounded up to a microsecond."""
+    rounded_us = math.ceil(t_us)
+    if abs(rounded_us) >= _READABLE * US_PER_S:
+        return f"{rounded_us / US_PER_S:g}"
+    seconds, decimals = divmod(rounded_us, US_PER_S)
+    return f"{seconds}.{f'{decimals:06}'.rstrip('0'):0<2}"
 
 
 @dataclass(frozen=True, slots=True)
