@@ -84,7 +84,7 @@ class Pilot:
             self.outcome = "primitives used up"
             return None
         # Keep the chain while it leads where it was planned to; else plan again from what was measured.
-        if not self._returning and (not self._chain.primitives or self._astray(needed)):
+        if not self._returning and (not self._chain.primitives or self._misses_target(needed)):
             self._plan(needed, primitives_left)
         if not self._chain.primitives:
             return None
@@ -124,7 +124,7 @@ class Pilot:
         """
         return 0 < primitives_left <= len(self._since_least) and self._chain.remaining_rad >= self._least_rad
 
-    def _astray(self, needed: FloatArray) -> bool:
+    def _misses_target(self, needed: FloatArray) -> bool:
         """Return whether the remaining chain, flown from here, would miss the attitude it was planned for."""
         tolerance = self._planner.tolerance_rad
         has_next = len(self._chain.primitives) > 1
