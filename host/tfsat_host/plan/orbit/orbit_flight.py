@@ -262,13 +262,12 @@ def open_loop_error_rad(
     target_xyzw: FloatArray,
     *,
     plant: Multibody,
-    initial_xyzw: FloatArray | None = None,
 ) -> float:
     """Compute the final attitude error of the planner's first chain flown without feedback."""
     target = _unit(target_xyzw)
-    attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
+    attitude = quaternion.identity()
     # The chain as planned at the start, with nothing measured in between.
-    for primitive in planner.chain(quaternion.product(quaternion.inverse(attitude), target)).primitives:
+    for primitive in planner.chain(target).primitives:
         attitude = quaternion.product(attitude, fly_primitive(plant, planner.table.start_rad, primitive))
     return _error(attitude, target)
 
