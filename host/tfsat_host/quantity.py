@@ -20,6 +20,7 @@ _PER_RAD = 180.0 / math.pi
 UNITS: Mapping[str, tuple[str, str, float]] = {
     "deg": ("deg", "rad", _PER_RAD),
     "deg_s": ("deg/s", "rad_s", _PER_RAD),
+    "deg_s2": ("deg/s^2", "rad_s2", _PER_RAD),
     "ms": ("ms", "s", 1e3),
     "us": ("us", "s", 1e6),
     "s": ("s", "s", 1.0),
@@ -28,6 +29,8 @@ UNITS: Mapping[str, tuple[str, str, float]] = {
     "percent": ("%", "share", 1e2),
     "ppm": ("ppm", "ppm", 1.0),
     "g": ("g", "g", 1.0),
+    "kg": ("kg", "kg", 1.0),
+    "g_m2": ("g m^2", "kg_m2", 1e3),
     "hz": ("Hz", "hz", 1.0),
     "kg_m2_s": ("kg m^2/s", "kg_m2_s", 1.0),
 }

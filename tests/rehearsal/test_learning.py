@@ -105,6 +105,6 @@ def test_the_command_writes_the_best_and_the_other_of_the_pair(tfsat_host: RunCl
         upload = tfsat_host.json("upload-sequence", "--file", file, "--dry-run")
         assert upload["end_s"] <= 2.5
     process = tfsat_host("design", "--learn", "com")
-    assert "of 59/70's" in process.stdout and "tfsat-host envelope --file maneuver.toml" in process.stdout
+    assert "÷ 59/70's" in process.stdout and "tfsat-host envelope --file maneuver.toml" in process.stdout
     refused = tfsat_host("design", "--learn", "com", "--time-limit", 1, expect=2)
     assert "--time-limit: --learn compares maneuvers that use the whole fall" in refused.stderr

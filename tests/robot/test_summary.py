@@ -37,7 +37,9 @@ def test_the_whole_robot_is_the_sum_of_point_masses() -> None:
 
 
 def test_the_command_shows_the_drop_tower_robot(tfsat_host: RunCli) -> None:
-    text = " ".join(tfsat_host("robot").stdout.split())
+    screen = tfsat_host("robot").stdout
+    assert len(screen.splitlines()) <= 40 and "tfsat-host robot --full" in screen
+    text = " ".join(tfsat_host("robot", "--full").stdout.split())
     for words in (
         "drop tower robot",
         "2.847 kg",

@@ -12,7 +12,8 @@ from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show
+from tfsat_host.present.terminal import sentences, show_facts, show_table
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.plan.problem import DesignSettings
@@ -29,7 +30,7 @@ check against the drop tower fails.
 what is asked for:
 {ROBOT}
 --joints N,N     joints that may move (default: all)
---time-limit S   time of all strokes together, s (default 1.5)
+--time-limit S   time of all strokes together, s (default 1.5; the paper's 59/70 takes 1.518)
 --speed DEG_S    average joint speed, deg/s (default: the servos')
 --limit DEG,DEG  greatest displacement of each of the joints, deg
 --robust K       the greatest mean less K standard deviations over the file's [uncertainty]
@@ -84,20 +85,23 @@ def run(args: argparse.Namespace, out: Output) -> int:
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
 
-    from tfsat_host.plan.design_result import document, lines, propose, warnings
+    from tfsat_host.plan.design_result import PROPOSAL, candidate_table, conclusions, propose, warnings
     from tfsat_host.plan.maneuver_design import design
 
     with out.progress("Designing the maneuver", total=1.0) as advance:
         best_design = design(robot, _settings(args), advance)
-    proposal = propose(best_design, robot, swarm=args.swarm)
+    proposal = propose(best_design, robot, path, swarm=args.swarm)
     file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.maneuver, place))
     write_all([file], force=args.force)
-    option = "" if args.robot is None else f" --robot {args.robot}"
-    for warning in () if args.json else warnings(best_design, proposal):
+    for warning in () if args.json else warnings(proposal):
         out.warn(warning)
-    out.result(
-        document(best_design, proposal, path), lambda: show(lines(best_design, proposal, path, option), out)
-    )
+
+    def show_proposal() -> None:
+        show_facts(PROPOSAL, proposal, out)
+        show_table(candidate_table(proposal), out)
+        sentences(conclusions(proposal, () if args.robot is None else ("--robot", str(args.robot))), out)
+
+    out.result(record(PROPOSAL, proposal), show_proposal)
     return ExitCode.DATA_LOSS if proposal.failed else 0
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show
-from tfsat_host.quantity import Column, Table
+from tfsat_host.present.terminal import sentences, show_facts, show_rows, show_table
+from tfsat_host.quantity import Column, Columns, fields, record
 
 if TYPE_CHECKING:
     from tfsat_host.rehearsal.learning import Learnt, Lesson
@@ -53,12 +54,16 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     slow = args.grid < _SLOW_BELOW_DEG
     with out.progress("Computing the loops") if slow else nullcontext():
         distribution = grid.distribution(Multibody.of(robot), room, args.grid, start_rad=start)
-        result = grid_result.document(distribution, robot, args.speed)
+        result = grid_result.GridResult(distribution, robot, args.speed, [path for path, _ in files])
     for path, marker in files:
         with out.progress(f"Writing {path}") if slow or path == args.figure else nullcontext():
             write_all([grid_result.output_file(distribution, robot, path, marker)], force=args.force)
-    result["files"] = [str(path) for path, _ in files]
-    out.result(result, lambda: show(grid_result.lines(result), out))
+
+    def show_result() -> None:
+        show_facts(grid_result.DISTRIBUTION, result, out)
+        show_table(grid_result.pair_table(result), out)
+
+    out.result(record(grid_result.DISTRIBUTION, result), show_result)
     return 0
 
 
@@ -96,7 +101,7 @@ _MARKER = b'name = "to learn: '
 _USELESS = (
     "joints time_limit speed limit robust penalty seed particles iterations inertia own_best best_of_all"
 )
-_SHOWN = 3
+_MAX_SHOWN_LESSONS = 3
 
 
 def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
@@ -124,60 +129,87 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
     robot = load_robot(args.robot)
     with out.progress("Flying and evaluating maneuvers", total=1.0) as advance:
         search = learn(robot, args.learn, advance)
-    best, other = search.lessons[0], _other(search)
+    best, other = search.lessons[0], _find_other(search)
     files = [OutputFile(path, _MARKER, lambda place: write_maneuver(best.maneuver, place))]
     if other is not best:
         files.append(OutputFile(second, _MARKER, lambda place: write_maneuver(other.maneuver, place)))
     write_all(files, force=args.force)
-    out.result(_document(search, [file.path for file in files]), lambda: show(_lines(search, files), out))
+    result = _LearningResult(search, [file.path for file in files])
+
+    def show_result() -> None:
+        show_rows(_CHOICE, result.choices, out)
+        show_facts(_LEARNING, result, out)
+        sentences([Advice("Next: ", NextStep("envelope", ("--file", str(path))))], out)
+
+    out.result(record(_LEARNING, result), show_result)
     return 0
 
 
-def _other(search: Learnt) -> Lesson:
+def _find_other(search: Learnt) -> Lesson:
     """Return the member of the best pair that is not the best single maneuver."""
     return next((lesson for lesson in search.pair if lesson is not search.lessons[0]), search.lessons[0])
 
 
-def _choices(search: Learnt) -> dict[str, tuple[Lesson, ...]]:
-    first, second = search.pair
-    return {
-        f"{search.usual.name}": (search.usual,),
-        **{lesson.name: (lesson,) for lesson in search.lessons[:_SHOWN]},
-        f"{search.usual.name}, twice": (search.usual, search.usual),
-        f"{first.name} and {second.name}": (first, second),
-    }
+@dataclass(frozen=True)
+class _Choice:
+    """Drops with one maneuver or two, and what uncertainty they leave."""
+
+    name: str
+    search: Learnt
+    lessons: tuple[Lesson, ...]
+
+    @property
+    def rms_std(self) -> float:
+        """Root mean square of the standard deviations."""
+        return self.search.rms(*self.lessons)
 
 
-def _document(search: Learnt, files: list[Path]) -> dict[str, Any]:
-    return {
-        "wanted": search.wanted,
-        "unit": search.unit,
-        "names": list(search.names),
-        "maneuvers": [
-            {"name": name, "drops": len(of), "std": search.std(*of), "rms_std": search.rms(*of)}
-            for name, of in _choices(search).items()
-        ],
-        "compared": len(search.lessons),
-        "files": [str(path) for path in files],
-    }
+@dataclass(frozen=True)
+class _LearningResult:
+    """Which maneuvers a drop learns most from, and the files that were written."""
+
+    search: Learnt
+    files: list[Path]
+
+    @property
+    def choices(self) -> list[_Choice]:
+        """What a team may fly: 59/70, the best maneuvers, 59/70 twice, the best pair."""
+        search, (first, second) = self.search, self.search.pair
+        lessons = {
+            search.usual.name: (search.usual,),
+            **{lesson.name: (lesson,) for lesson in search.lessons[:_MAX_SHOWN_LESSONS]},
+            f"{search.usual.name}, twice": (search.usual, search.usual),
+            f"{first.name} and {second.name}": (first, second),
+        }
+        return [_Choice(name, search, drops) for name, drops in lessons.items()]
 
 
-def _lines(search: Learnt, files: list[OutputFile]) -> list[str | Table]:
-    usual = search.rms(search.usual)
-    columns = (
-        Column("name", "drops with"),
-        Column("rms", f"± of {search.wanted}, rms", "", form=".3f"),
-        Column("share", "of 59/70's", form=".2f"),
-    )
-    rows = [
-        {"name": name, "rms": search.rms(*of), "share": search.rms(*of) / usual}
-        for name, of in _choices(search).items()
-    ]
-    listed = ", ".join(str(file.path) for file in files)
-    return [
-        Table("", columns, rows),
-        f"The ± (in {search.unit}) is what a drop leaves of {len(search.names)} numbers if the robot is "
-        "as uncertain as "
-        f"its file says; {len(search.lessons)} maneuvers were flown and compared.",
-        f"Written: {listed}. Next: {NextStep('envelope', ('--file', str(files[0].path)))}",
-    ]
+_CHOICE: Columns = (
+    Column("name", "drops with"),
+    Column("drops", of=lambda choice: len(choice.lessons)),
+    Column("std", of=lambda choice: choice.search.std(*choice.lessons)),
+    Column("rms_std", "posterior σ, rms"),
+    Column(
+        "", "÷ 59/70's", of=lambda choice: choice.rms_std / choice.search.rms(choice.search.usual), form=".2f"
+    ),
+)
+_LEARNING: Columns = (
+    Column(
+        "wanted",
+        "Wanted",
+        of="search.wanted",
+        words=lambda result: (
+            f"{result.search.wanted}, {len(result.search.names)} numbers, σ in {result.search.unit}"
+        ),
+    ),
+    *fields("unit=search.unit"),
+    Column("names", of=lambda result: list(result.search.names)),
+    Column("maneuvers", of="choices", columns=_CHOICE),
+    Column("compared", "Maneuvers compared", of=lambda result: len(result.search.lessons)),
+    Column(
+        "files",
+        "Written to",
+        of=lambda result: [str(path) for path in result.files],
+        words=lambda result: ", ".join(map(str, result.files)),
+    ),
+)

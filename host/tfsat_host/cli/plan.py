@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.usage import OUTPUT, add_options, number, seed, whole_number
 from tfsat_host.errors import UsageError
@@ -14,7 +16,11 @@ from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show
+from tfsat_host.present.terminal import sentences, show_facts, show_table
+from tfsat_host.quantity import record
+
+if TYPE_CHECKING:
+    from tfsat_host.plan.orbit.orbit_result import OrbitResult
 
 _MARKER = b'"made_by": "tfsat-host plan"'
 _HISTORY_MARKER = b"_deg,primitive"  # the end of its line of column names
@@ -28,13 +34,14 @@ what is asked for:
 ! --target z:DEG               z-y-x Euler angles of the attitude, such as z:90 or x:30,y:-20,z:90: about z first, then
                                about the new y, then about the newest x, in whatever order they are written
 ! --target-quaternion X Y Z W  the same as a quaternion, scalar last, from body to inertial axes
---robot FILE                   a robot file, or the name of a robot that tfsat brings along (default: cubesat_3u)
+--robot FILE                   a robot file, or the name of a robot that tfsat brings along (default: cubesat_3u, for
+                               orbit; of all other commands: drop_tower)
 --tolerance DEG                error that may be left (default 1)
 how:
 --method {{greedy,search}}  greedy: always the loop that leaves least; search: the fastest chain found (default)
 --grid DEG                step of the primitives' displacements; loops of three joints have three times this (default 5)
 --table-only              take the last loop from the table, too, instead of solving its displacements
---most N                  most primitives (default 150)
+--max-primitives N        give up after so many (default 150)
 what may be wrong:
 --model-error SCALE  fly a robot drawn from the robot file's uncertainties times this (default 0: the model)
 --noise DEG          standard deviation of the measured attitude about each axis (default 0)
@@ -52,16 +59,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     above = dict.fromkeys(("tolerance", "grid"), _above_zero)
     errors = {"model_error": _scale, "noise": _not_negative}
     most = whole_number("primitives", 1, 9999)
-    add_options(parser, _USAGE, most=most, seed=seed, **above, **errors)
-    parser.set_defaults(robot=Path("cubesat_3u"), method="search", most=150, seed=1)
+    add_options(parser, _USAGE, max_primitives=most, seed=seed, **above, **errors)
+    parser.set_defaults(robot=Path("cubesat_3u"), method="search", max_primitives=150, seed=1)
     parser.set_defaults(tolerance=1.0, grid=5.0, model_error=0.0, noise=0.0)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
+    from tfsat_host.plan.orbit.joint_motion_file import write_joint_motion
     from tfsat_host.plan.orbit.orbit_flight import AttitudeSensor, drawn_robot, fly, unit_quaternion
     from tfsat_host.plan.orbit.orbit_planner import Planner
-    from tfsat_host.plan.orbit.orbit_result import document, lines, write_joint_motion
+    from tfsat_host.plan.orbit.orbit_result import FILES, PLAN, OrbitResult
     from tfsat_host.plan.orbit.primitives import primitive_table
     from tfsat_host.robot import load_robot
 
@@ -83,13 +91,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
         table, tolerance = primitive_table(robot, args.grid), math.radians(args.tolerance)
         # Who flies the model itself may use up the tolerance; who does not keeps some of it for the errors.
         exact = {"share": 1.0} if plant is None and args.noise == 0.0 else {}
-        planner = Planner.of(table, args.method, tolerance, trim=not args.table_only, most=args.most, **exact)
+        planner = Planner.of(
+            table, args.method, tolerance, trim=not args.table_only, most=args.max_primitives, **exact
+        )
         flight = fly(
             planner, target, plant=plant, sensing=AttitudeSensor(math.radians(args.noise), args.seed)
         )
-        result = {"made_by": "tfsat-host plan", "robot_file": str(args.robot)}
-        result |= document(robot, planner, flight, plant)
-    text = json.dumps(result, indent=2) + "\n"
+        result = OrbitResult.of(robot, str(args.robot), planner, flight, plant)
+    plan = record(PLAN, result)
+    text = json.dumps(plan, indent=2) + "\n"
     motion = partial(write_joint_motion, robot, [step.primitive for step in flight.steps])
     files = []
     if args.out is not None:
@@ -97,9 +107,22 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if args.history is not None:
         files.append(OutputFile(args.history, _HISTORY_MARKER, motion))
     write_all(files, force=args.force)
-    result |= {"file": args.out, "history": args.history}
-    out.result(result, lambda: show(lines(result), out))
+    result = replace(result, file=args.out, history=args.history)
+    out.result(plan | record(FILES, result), lambda: _show(result, out))
     return 0 if flight.reached else ExitCode.DATA_LOSS
+
+
+def _show(result: OrbitResult, out: Output) -> None:
+    from tfsat_host.plan.orbit.orbit_result import FILES, PLAN, step_table
+
+    sentences([result.verdict], out)
+    show_facts((*PLAN, *FILES), result, out)
+    show_table(step_table(result), out)
+    if result.history is not None:
+        check = NextStep("simulate", ("--robot", result.robot_file, "--history", str(result.history)))
+        sentences([Advice("Check: ", check)], out)
+    if result.flight.steps:
+        sentences([result.verdict], out)
 
 
 def _above_zero(text: str) -> float:

@@ -1,14 +1,14 @@
-"""`tfsat-host sensitivity`: how sure a maneuver's rotation is, and which error it depends on."""
+"""`tfsat-host sensitivity`: the uncertainty of a maneuver's rotation, by parameter."""
 
 from __future__ import annotations
 
 import argparse
-import math
 
 from tfsat_host.cli import maneuver_argument as given
-from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, number, seed, whole_number
+from tfsat_host.cli.usage import FORCE, FULL, INITIAL_RATE, OUTPUT, ROBOT, number, seed, whole_number
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show
+from tfsat_host.present.terminal import show, show_facts
+from tfsat_host.quantity import record
 
 _USAGE = f"""
 Derivatives of a maneuver's rotation by every parameter of the robot model, and a Monte Carlo study over the
@@ -30,7 +30,8 @@ Monte Carlo:
 samples:
 --out FILE         write every sample to a CSV file, a row each
 {FORCE}
-{OUTPUT}"""
+{OUTPUT}
+{FULL}"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -47,53 +48,60 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     from tfsat_host.dynamics.simulation import robot_limits
     from tfsat_host.maneuver.schedule import servo_speed_notices
-    from tfsat_host.plan import study_result
     from tfsat_host.plan.cluster import run_study
     from tfsat_host.plan.facility import load_tower
     from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
+    from tfsat_host.plan.samples_file import check_samples_file, write_samples
     from tfsat_host.plan.spread import derivatives, linear_spread, summary, time_limits
     from tfsat_host.plan.study import Study
+    from tfsat_host.plan.study_result import StudyResult
+    from tfsat_host.plan.study_tables import FACTS, STUDY, detail_tables, overview_tables
     from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)
     robot = load_robot(args.robot)
     stated = uncertainty_of(robot, dict(args.sigma))
     schedule = given.schedule_from(args, given.maneuver_from(args, robot), robot_limits(robot, strokes_min=1))
-    notices = [*schedule.notices, *servo_speed_notices(schedule, robot.path)]
+    notices = (*schedule.notices, *servo_speed_notices(schedule, robot.path))
     in_a_tower = args.facility is not None or robot.has_sequencer
     limits = time_limits(load_tower(args.facility)) if in_a_tower else ()
     parameters = Parameters.of(robot, Plan.of_schedule(robot, schedule), rate)
     if args.out is not None:
-        study_result.check_samples_file(args.out, force=args.force)
+        check_samples_file(args.out, force=args.force)
     linearization = derivatives(parameters)
     study = Study(parameters, error_sources(parameters, stated), args.samples, args.seed)
     for notice in notices:
         out.warn(notice)
     begun_s = time.perf_counter()
     outcomes = run_study(study, out, workers=args.workers, address=args.dask)
-    seconds = time.perf_counter() - begun_s
-    error_deg = math.degrees(max(linearization.error_rad, outcomes.error_rad))
-    linear = linear_spread(linearization, study.sources)
-    spread = summary(study, outcomes, linearization.quaternion_xyzw, limits)
-    late = study_result.notices(linear, spread, args.samples, error_deg)
-    for notice in late:
+    result = StudyResult(
+        robot,
+        schedule,
+        args.initial_rate,
+        stated,
+        study,
+        linearization,
+        linear_spread(linearization, study.sources),
+        summary(study, outcomes, linearization.quaternion_xyzw, limits),
+        outcomes,
+        time.perf_counter() - begun_s,
+        notices,
+        args.out,
+    )
+    for notice in result.doubts:
         out.warn(notice)
-    result = {
-        **study_result.document(study, linearization, linear, spread),
-        "robot": robot.name,
-        "base": robot.body_names[robot.base],
-        "schedule": schedule.as_rows(),
-        "speed_deg_s": schedule.speed_deg_s,
-        "initial_rate_deg_s": args.initial_rate,
-        "uncertainty": stated.figures(),
-        "notices": [*notices, *late],
-        "seconds": seconds,
-        "integration_error_deg": error_deg,
-        "files": {} if args.out is None else {"csv": str(args.out)},
-    }
     if args.out is not None:
-        study_result.write_samples(study, outcomes, linearization.quaternion_xyzw, args.out, force=args.force)
-    out.result(result, lambda: show(study_result.lines(result), out))
+        write_samples(study, outcomes, linearization.quaternion_xyzw, args.out, force=args.force)
+
+    def show_result() -> None:
+        show_facts(FACTS, result, out)
+        show(overview_tables(result), out)
+        if args.full:
+            show(detail_tables(result), out)
+        else:
+            out.line("Kinds of errors, quantiles, histogram: the same command with --full")
+
+    out.result(record(STUDY, result), show_result)
     return 0
 
 

@@ -12,7 +12,8 @@ from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, duration_s
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show
+from tfsat_host.present.terminal import show, show_facts
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics import JointHistory
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Simulates, writes the histories, shows where the robot ends."""
     from tfsat_host.dynamics.motion_files import flight_path, write_flight
     from tfsat_host.dynamics.simulation import fly
-    from tfsat_host.dynamics.simulation_result import document, lines, notices
+    from tfsat_host.dynamics.simulation_result import FILES, RESULT, SimulationResult, notices, tables
     from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)
@@ -69,14 +70,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with out.progress("Simulating") if slow else nullcontext():
         how = {"step_s": args.step, "order": args.order}
         simulation = fly(robot, motion, until_s=until_s, base=base, initial_rate_rad_s=rate, **how)
-    result = document(simulation, args.initial_rate)
-    result["notices"] = notices(simulation, maneuver, step_s=args.step)
-    for notice in result["notices"]:
+    doubts = notices(simulation, maneuver, step_s=args.step)
+    result = SimulationResult(simulation, args.initial_rate, doubts, file)
+    for notice in result.notices:
         out.warn(notice)
+    document = record(RESULT, result)
     if file is not None:
-        write_flight(simulation.flight, file, result, force=args.force)
-    result["files"] = {} if file is None else {file.suffix.lower()[1:]: str(file)}
-    out.result(result, lambda: show(lines(result), out))
+        write_flight(simulation.flight, file, document, force=args.force)
+
+    def show_result() -> None:
+        show_facts((*RESULT, *FILES), result, out)
+        show(tables(result), out)
+
+    out.result(document | record(FILES, result), show_result)
     return 0
 
 

@@ -187,6 +187,7 @@ output:
 --json  print one JSON object to stdout instead of text
 --yes   answer every question with yes; needs no terminal"""
 FORCE = "--force  overwrite a file that this command did not make"
+FULL = "--full  every number and table, not one screen"
 ROBOT = "--robot FILE  a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"
 INITIAL_RATE = (
     "--initial-rate X Y Z  angular rate of the base body at the release, in its own axes, deg/s "

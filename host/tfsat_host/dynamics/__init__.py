@@ -17,7 +17,8 @@ from tfsat_host.dynamics.history import (
 )
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.propagate import Flight, propagate, propagate_within
+from tfsat_host.dynamics.propagate import Flight, propagate
+from tfsat_host.dynamics.propagate_within import propagate_within
 from tfsat_host.dynamics.quaternion import rotation_angle_rad, rotation_vector_rad
 from tfsat_host.dynamics.spatial_momentum import connection, joint_momentum, kinetic_energy_j, locked_inertia
 from tfsat_host.dynamics.stroke import path_rotation, stroke_rotation

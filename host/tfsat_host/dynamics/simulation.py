@@ -16,7 +16,8 @@ from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import JointHistory, TimedMove, history_from_moves, overlap, servo_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_within
+from tfsat_host.dynamics.propagate import Flight
+from tfsat_host.dynamics.propagate_within import EstimatedFlight, propagate_within
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Limits, Schedule
 from tfsat_host.protocol.limits import FALL_US

@@ -1,10 +1,11 @@
-"""A simulation as a document, as tables for people, and where motion or figures are not what one may think."""
+"""A simulation as JSON, as facts and tables for people, and where motion or figures are not what one may think."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,8 +16,8 @@ from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.history import JointHistory, overshoots
 from tfsat_host.dynamics.simulation import Simulation
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
-from tfsat_host.maneuver.schedule import servo_speed_notices
-from tfsat_host.quantity import Column, Columns, Table, vector
+from tfsat_host.maneuver.schedule import TimedStroke, servo_speed_notices
+from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, vector
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import s_from_us
 
@@ -25,98 +26,188 @@ ERROR_DEG = 1e-3
 _BEYOND_DEG = 0.5  # less is how far sensors and servos are off
 _LATE_S = 1e-6  # the schedule's own resolution
 
-_FINAL: Columns = (Column("what", "final rotation"), Column("value", " "))
-_STROKES: Columns = (
-    Column("t_s", "start", form=".2f"),
-    Column("joint", "joint"),
-    Column("angle_deg", "turns by", form="+.2f"),
-    Column("reorientation_deg", "then turned"),
-    Column("euler_zyx_deg", "Euler angles z, y, x", form="+.3f"),
-)
-_BODIES: Columns = (
-    Column("body", "body"),
-    Column("reorientation_deg", "has turned by"),
-    Column("rotation_vector_deg", "rotation vector x, y, z", form="+.3f"),
-)
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Turn:
+    """How a body has turned since the release, in the ways that people write it; inertial axes.
 
-def document(simulation: Simulation, initial_rate_deg_s: Sequence[float] | None) -> dict[str, Any]:
-    """Build the `--json` document, without notices and files; `strokes` is empty for a sampled history."""
-    robot, flight, rotations = simulation.robot, simulation.flight, simulation.rotations()
-    strokes = simulation.motion.strokes if isinstance(simulation.motion, Schedule) else ()
-    after = quaternion.to_matrix(simulation.stroke_quaternions_xyzw.T)
-    return {
-        **_rotation(rotations[flight.body.base]),
-        "robot": robot.name,
-        "base": robot.body_names[flight.body.base],
-        "closed": simulation.is_closed,
-        "duration_s": float(flight.t_s[-1]),
-        "end_s": _end_s(simulation),
-        "integration_error_deg": math.degrees(simulation.estimated.error_rad),
-        "initial_rate_deg_s": initial_rate_deg_s,
-        "angular_momentum_kg_m2_s": (flight.momentum()[0] + 0.0).tolist(),
-        "bodies": [
-            {"body": name, **_rotation(matrix)}
-            for name, matrix in zip(robot.body_names, rotations, strict=True)
-        ],
-        "strokes": [
-            {"t_s": s.t_s, "end_s": round(end_s, 6), "joint": s.joint, "angle_deg": s.angle_deg}
-            | {"after": _rotation(after[..., number])}
-            for number, (s, end_s) in enumerate(zip(strokes, simulation.arrivals_s, strict=True))
-        ],
-    }
-
-
-def _end_s(simulation: Simulation) -> float:
-    """Return the time at which the joints are at rest.
-
-    For strokes it is rounded to 10 ms, as in the paper's table.
+    Attributes:
+        matrix: (3, 3) the rotation.
     """
-    if isinstance(simulation.motion, Schedule):
-        return round(max(simulation.arrivals_s, default=0.0), 2)
-    flight = simulation.flight
-    # At a jump the flight shows the rate before it: the last moving instant is the end of the motion.
-    return float(flight.t_s[flight.angle_rates_rad_s.any(axis=1)].max(initial=0.0))
+
+    matrix: FloatArray
+
+    @property
+    def reorientation_deg(self) -> float:
+        """The rotation angle."""
+        return float(np.degrees(self._rotation.magnitude()))
+
+    # Adding zero avoids negative zeros.
+
+    @property
+    def rotation_vector_deg(self) -> FloatArray:
+        """(3,) axis times angle."""
+        return np.asarray(np.degrees(self._rotation.as_rotvec()) + 0.0)
+
+    @property
+    def euler_zyx_deg(self) -> FloatArray:
+        """(3,) about z, the turned y, the twice turned x."""
+        return np.asarray(np.degrees(euler_zyx_rad(self.matrix)) + 0.0)
+
+    @property
+    def quaternion_xyzw(self) -> FloatArray:
+        """(4,) scalar last, not negative."""
+        return np.asarray(self._rotation.as_quat(canonical=True) + 0.0)
+
+    @property
+    def _rotation(self) -> Rotation:
+        return Rotation.from_matrix(self.matrix)
 
 
-def _rotation(matrix: FloatArray) -> dict[str, Any]:
-    """Return a rotation (3, 3) as angle, rotation vector, Euler angles (degrees) and quaternion.
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyTurn:
+    """How one body has turned at the end."""
 
-    Adding zero avoids negative zeros.
+    body: str
+    turn: Turn
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StrokeTurn:
+    """One stroke, when its joint arrives, and how the base has turned then."""
+
+    stroke: TimedStroke
+    end_s: float
+    after: Turn
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationResult:
+    """A simulation as it is told.
+
+    Attributes:
+        simulation: The flight of a schedule or a history.
+        initial_rate_deg_s: Of the base at the release, as it was given; None: no angular momentum.
+        notices: Where the motion or the figures may differ from what is expected, one sentence each.
+        path: The written motion; None: not asked for.
     """
-    rotation = Rotation.from_matrix(matrix)
-    return {
-        "reorientation_deg": float(np.degrees(rotation.magnitude())),
-        "rotation_vector_deg": (np.degrees(rotation.as_rotvec()) + 0.0).tolist(),
-        "euler_zyx_deg": (np.degrees(euler_zyx_rad(matrix)) + 0.0).tolist(),
-        "quaternion_xyzw": (rotation.as_quat(canonical=True) + 0.0).tolist(),
-    }
+
+    simulation: Simulation
+    initial_rate_deg_s: Sequence[float] | None
+    notices: Sequence[str]
+    path: Path | None = None
+
+    @property
+    def base_name(self) -> str:
+        """The body whose attitude is followed."""
+        return self.simulation.robot.body_names[self.simulation.flight.body.base]
+
+    @property
+    def bodies(self) -> list[BodyTurn]:
+        """Each body's turn from the release to the end."""
+        names = self.simulation.robot.body_names
+        return [
+            BodyTurn(name, Turn(matrix))
+            for name, matrix in zip(names, self.simulation.rotations(), strict=True)
+        ]
+
+    @property
+    def final(self) -> Turn:
+        """The base's turn from the release to the end."""
+        return self.bodies[self.simulation.flight.body.base].turn
+
+    @property
+    def strokes(self) -> list[StrokeTurn]:
+        """The schedule's strokes; none of a sampled history."""
+        motion, after = (
+            self.simulation.motion,
+            quaternion.to_matrix(self.simulation.stroke_quaternions_xyzw.T),
+        )
+        if not isinstance(motion, Schedule):
+            return []
+        return [
+            StrokeTurn(stroke, round(end_s, 6), Turn(after[..., number]))
+            for number, (stroke, end_s) in enumerate(
+                zip(motion.strokes, self.simulation.arrivals_s, strict=True)
+            )
+        ]
+
+    @property
+    def duration_s(self) -> float:
+        """The end of the simulation."""
+        return float(self.simulation.flight.t_s[-1])
+
+    @property
+    def end_s(self) -> float:
+        """When the joints are at rest; of strokes it is rounded to 10 ms, as in the paper's table."""
+        if isinstance(self.simulation.motion, Schedule):
+            return round(max(self.simulation.arrivals_s, default=0.0), 2)
+        flight = self.simulation.flight
+        # At a jump the flight shows the rate before it: the last moving instant is the end of the motion.
+        return float(flight.t_s[flight.angle_rates_rad_s.any(axis=1)].max(initial=0.0))
 
 
-def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Yield the report for people from a `document`, the most wanted figures first."""
-    rate = result["initial_rate_deg_s"]
-    turning = (
-        "without angular momentum"
-        if rate is None
-        else f"{result['base']} turning at {vector(rate, form='g')} deg/s about its x, y, z"
+def _format_release(result: SimulationResult) -> str:
+    if result.initial_rate_deg_s is None:
+        return "no angular momentum"
+    return (
+        f"{result.base_name} turns at {vector(result.initial_rate_deg_s, form='g')} deg/s about its x, y, z"
     )
-    joints = f"joints at rest after {result['end_s']:.2f} s" if result["end_s"] else "joints never move"
-    yield f"Robot      {result['robot']}, followed by its {result['base']}"
-    yield f"Release    {turning}"
-    yield f"Time       {joints}, followed to {result['duration_s']:.2f} s"
-    yield ""
-    rotation = {
-        "reorientation / deg": f"{result['reorientation_deg']:.3f}",
-        "rotation vector x, y, z / deg": vector(result["rotation_vector_deg"], form="+.3f"),
-        "Euler angles z, y, x / deg": vector(result["euler_zyx_deg"], form="+.3f"),
-        "quaternion x, y, z, w": vector(result["quaternion_xyzw"], form="+.6f"),
-    }
-    yield Table("", _FINAL, [{"what": what, "value": value} for what, value in rotation.items()])
-    yield Table("", _STROKES, [{**stroke, **stroke["after"]} for stroke in result["strokes"]])
-    if not result["closed"]:
-        yield Table("", _BODIES, result["bodies"])
-    yield from (f"Written    {path}" for path in result["files"].values())
+
+
+def _format_time(result: SimulationResult) -> str:
+    joints = f"joints at rest after {result.end_s:.2f} s" if result.end_s else "joints never move"
+    return f"{joints}, simulated to {result.duration_s:.2f} s"
+
+
+_TURN: Columns = (
+    Column("reorientation_deg", "Reorientation"),
+    Column("rotation_vector_deg", "Rotation vector x, y, z", form="+.3f"),
+    Column("euler_zyx_deg", "Euler angles z, y, x", form="+.3f"),
+    Column("quaternion_xyzw", "Quaternion x, y, z, w", form="+.6f"),
+)
+_BODY: Columns = (Column("body", "body"), *columns_of("turn", _TURN))
+_COMMAND = columns_of(
+    "stroke",
+    (
+        Column("t_s", "start", form=".2f"),
+        Column("joint", "joint"),
+        Column("angle_deg", "turns by", form="+.2f"),
+    ),
+)
+_STROKE: Columns = (_COMMAND[0], *fields("end_s"), *_COMMAND[1:], Column("after", columns=_TURN))
+RESULT: Columns = (
+    *columns_of("final", _TURN),
+    Column("robot", "Robot", of="simulation.robot.name"),
+    Column("base", "Attitude of", of="base_name"),
+    Column("closed", of="simulation.is_closed"),
+    *fields("duration_s"),
+    Column("end_s", "Time", words=_format_time),
+    *fields("integration_error_deg=simulation.estimated.error_rad"),
+    Column("initial_rate_deg_s", "Release", words=_format_release),
+    Column("angular_momentum_kg_m2_s", of=lambda result: result.simulation.flight.momentum()[0] + 0.0),
+    Column("bodies", columns=_BODY),
+    Column("strokes", columns=_STROKE),
+    *fields("notices"),
+)
+"""A result as `tfsat-host simulate` shows it: all of it in `--json`, what has a label as facts for people."""
+FILES: Columns = (
+    Column(
+        "files",
+        "Written to",
+        of=lambda result: {} if result.path is None else {result.path.suffix.lower()[1:]: str(result.path)},
+        words=lambda result: "" if result.path is None else str(result.path),
+    ),
+)
+
+
+def tables(result: SimulationResult) -> list[Table]:
+    """Return the strokes, and what each body has turned by if that is not the same of all."""
+    after = columns_of("after", (replace(_TURN[0], label="then turned"), _TURN[2]))
+    return [
+        Table("", (*_STROKE, *after), result.strokes),
+        Table("", _BODY[:3], [] if result.simulation.is_closed else result.bodies),
+    ]
 
 
 def notices(

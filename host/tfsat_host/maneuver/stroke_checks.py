@@ -231,7 +231,8 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
     if limits.end_max_us is not None and ends_us[-1] > limits.end_max_us:
         raise ManeuverError(
             Defect.OUTLASTS_FALL,
-            what=f"The maneuver would end {_s(ends_us[-1])} s after release; "
+            # To a millisecond, up: nobody plans with less, and the end stays beyond the limit.
+            what=f"The maneuver would end {_s(1000 * math.ceil(ends_us[-1] / 1000))} s after release; "
             f"the fall ends at {_s(limits.end_max_us)} s.",
             meaning="The robot would land while it still moves.",
             next_step="Use smaller angles, fewer strokes or a higher speed.",

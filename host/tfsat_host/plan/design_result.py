@@ -1,23 +1,28 @@
-"""A design as the maneuver that is written: its checks by sequencer and drop tower, as a document and for people."""
+"""A design as the maneuver that is written: its checks by sequencer and drop tower, as JSON and for people."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.plan.loops import format_sequence
-from tfsat_host.plan.maneuver_design import Candidate, Design, Robust
+from tfsat_host.plan.maneuver_design import Candidate, Design, Robust, candidate
 from tfsat_host.plan.reach_envelope import EnvelopeError, envelope_of
-from tfsat_host.plan.tower_checks import Check, check_maneuver
-from tfsat_host.quantity import Column, Table, vector
+from tfsat_host.plan.tower_checks import CHECK, Check, TowerReport, check_maneuver
+from tfsat_host.quantity import Column, Columns, Table, columns_of, fields, number, vector
 from tfsat_host.robot import RobotModel
+
+PAPER_ANGLES_DEG = (59.0, 70.0)
+"""Of joints 1 and 2 in the paper's drop test, flown as +1 +2 -1 -2."""
+_PAPER_SEQUENCE = (1, 2, -1, -2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,37 +30,45 @@ class Proposal:
     """A designed maneuver and what is known of flying it.
 
     Attributes:
-        flown: As it is commanded.
+        design: What was found.
+        robot: For whom.
+        written: The choice as it is commanded.
         maneuver: To be written.
+        path: Where it is written.
         schedule: Its times; None if no sequencer commands the robot, or it would refuse.
         refusal: Why it would.
-        checks: Against the drop tower; none without a schedule.
+        tower: Against the drop tower; None without a schedule or without outlines.
         notices: What else a person should know.
     """
 
-    flown: Candidate
+    design: Design
+    robot: RobotModel
+    written: Candidate
     maneuver: Maneuver
+    path: Path
     schedule: Schedule | None = None
     refusal: str = ""
-    checks: tuple[Check, ...] = ()
+    tower: TowerReport | None = None
     notices: tuple[str, ...] = ()
 
     @property
     def failed(self) -> list[Check]:
         """The checks that did not pass."""
-        return [check for check in self.checks if not check.passed]
+        return [] if self.tower is None else self.tower.failed
 
 
-def propose(design: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
+def propose(design: Design, robot: RobotModel, path: Path, *, swarm: bool) -> Proposal:
     """Propose the maneuver to fly, with the sequencer's verdict and the drop tower's checks.
 
     The choice is the optimum (the robust one if it was asked for), or the swarm's result if `swarm` is true.
     """
     best = design.optimum if design.robust is None else design.robust.maneuver
     chosen = design.swarm if swarm else best
-    candidate = design.round_candidate(chosen)
-    name = f"designed: {format_sequence(candidate.sequence)} for {robot.name}, {candidate.reorientation_deg:.3f} deg"
-    proposal = Proposal(candidate, design.maneuver(chosen, name))
+    written = design.round_candidate(chosen)
+    name = (
+        f"designed: {format_sequence(written.sequence)} for {robot.name}, {written.reorientation_deg:.3f} deg"
+    )
+    proposal = Proposal(design, robot, written, design.maneuver(chosen, name), path)
     # Without pulses in the robot file no board flies it: neither sequencer nor drop tower matters.
     if not robot.has_sequencer:
         return proposal
@@ -73,103 +86,172 @@ def propose(design: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
         return replace(
             proposal, notices=(*proposal.notices, f"Not checked against the drop tower: {error.what}")
         )
-    return replace(proposal, checks=check_maneuver(schedule, robot, tower, envelope))
+    checks = check_maneuver(schedule, robot, tower, envelope)
+    return replace(proposal, tower=TowerReport(schedule, robot, tower, envelope, checks))
 
 
-def document(design: Design, proposal: Proposal, path: Path) -> dict[str, Any]:
-    """Build the `--json` document: the maneuver as written, then swarm and optimum as found."""
-    schedule = proposal.schedule
-    return {
-        **asdict(proposal.flown),
-        "joints": [joint + 1 for joint in design.problem.joints],
-        "swarm": {
-            **asdict(design.swarm),
-            "best_objective_deg": [math.degrees(value) for value in design.search.best_values],
-            "evaluations": design.search.evaluations,
-        },
-        "optimum": {
-            **asdict(design.optimum),
-            "gain_deg_per_s": math.degrees(design.summit.gain_rad_s),
-            "gradient_left_deg_per_deg": design.summit.residual,
-            "summits_climbed": design.summits,
-        },
-        "swarm_behind_optimum_deg": design.gap_deg,
-        "robust": None if design.robust is None else _robust(design.robust),
-        "file": path,
-        "schedule": None if schedule is None else schedule.as_rows(),
-        "end_s": None if schedule is None else schedule.end_s,
-        "sequencer_refuses": proposal.refusal or None,
-        "checks": [asdict(check) for check in proposal.checks],
-        "notices": list(proposal.notices),
-    }
-
-
-def lines(design: Design, proposal: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
-    """Yield the report for people: swarm, optimum, the written maneuver, its checks and the next command."""
-    robust = [] if design.robust is None else [("robust", design.robust.maneuver)]
-    rows = [
-        {**asdict(candidate), "who": who, "sequence": format_sequence(candidate.sequence)}
-        for who, candidate in (
-            ("swarm", design.swarm),
-            ("optimum", design.optimum),
-            *robust,
-            ("written", proposal.flown),
-        )
-    ]
-    columns = (
-        Column("who", " "),
-        Column(
-            "alpha_deg", f"joints {', '.join(str(joint + 1) for joint in design.problem.joints)}", form=".2f"
-        ),
-        Column("sequence", "sequence"),
-        Column("reorientation_deg", "turns"),
-        Column("duration_s", "time", form=".4f"),
-        Column("efficiency", "turn per travel", form=".4f"),
+def paper_candidate(proposal: Proposal) -> Candidate | None:
+    """Compute the paper's maneuver 59/70, if this robot could fly it but for the time limit that was asked for."""
+    problem = proposal.design.problem
+    displacements = np.zeros(len(problem.joints))
+    displacements[:2] = np.radians(PAPER_ANGLES_DEG)
+    is_possible = (
+        proposal.robot.has_sequencer
+        and problem.joints[:2] == (0, 1)
+        and bool((displacements <= problem.limit_rad).all())
     )
-    yield Table("", columns, rows)
-    yield f"Rotation vector of what was written: {vector(proposal.flown.rotation_vector_deg)} deg."
-    if design.gap_deg is not None:
-        # The time limit's multiplier, degrees a second, to first order.
-        gain = 0.1 * math.degrees(design.summit.gain_rad_s)
-        gain_text = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
-        yield f"The swarm stays {design.gap_deg:.3f} deg behind the optimum{gain_text}."
-    if design.robust is not None:
-        yield _robust_words(design.robust)
-    named = f"--file {path}{robot_option}"
-    if proposal.checks and not proposal.failed:
-        yield f"It fits the drop tower: all {len(proposal.checks)} checks passed (tfsat-host envelope {named})."
-    if proposal.schedule is None:
-        yield f"Written to {path}."
-        yield f"Next: tfsat-host simulate {named}"
-        return
-    yield f"Written to {path}; ends {proposal.schedule.end_s:.2f} s after release."
-    if proposal.failed:
-        yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
-    else:
-        yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(path))))
+    if not is_possible or problem.keeps_time(displacements):
+        return None
+    return candidate(problem, displacements, _PAPER_SEQUENCE)
 
 
-def _robust(robust: Robust) -> dict[str, Any]:
-    spreads = {"": robust.spread, "optimum_": robust.of_optimum}
-    return {
-        **asdict(robust.maneuver),
-        "k": robust.k,
-        **{f"{who}mean_deg": math.degrees(spread.mean_rad) for who, spread in spreads.items()},
-        **{f"{who}std_deg": math.degrees(spread.std_rad) for who, spread in spreads.items()},
-    }
+_CANDIDATE: Columns = (
+    Column("alpha_deg", "displacements", form=".2f"),
+    Column("sequence", "sequence", words=lambda candidate: format_sequence(candidate.sequence)),
+    *fields("rotation_vector_deg"),
+    Column("reorientation_deg", "turns"),
+    Column("duration_s", "time", form=".4f"),
+    Column("efficiency", "turn per travel", form=".4f"),
+)
+_SWARM: Columns = (
+    *columns_of("swarm", _CANDIDATE),
+    Column("best_objective_deg", of=lambda design: np.degrees(design.search.best_values)),
+    *fields("evaluations=search.evaluations"),
+)
+_OPTIMUM: Columns = (
+    *columns_of("optimum", _CANDIDATE),
+    Column("gain_deg_per_s", of=lambda design: math.degrees(design.summit.gain_rad_s)),
+    *fields("gradient_left_deg_per_deg=summit.residual summits_climbed=summits"),
+)
+_ROBUST: Columns = (
+    *columns_of("maneuver", _CANDIDATE),
+    *fields("k mean_deg=spread.mean_rad std_deg=spread.std_rad"),
+    *fields("optimum_mean_deg=of_optimum.mean_rad optimum_std_deg=of_optimum.std_rad"),
+)
 
 
-def _robust_words(robust: Robust) -> str:
-    robust_text, plain = (
-        f"{math.degrees(spread.mean_rad):.2f} ± {math.degrees(spread.std_rad):.2f} deg, less {robust.k:g} ±: "
-        f"{math.degrees(spread.less(robust.k)):.2f} deg"
+def _format_maneuver(proposal: Proposal) -> str:
+    joints = ", ".join(str(joint + 1) for joint in proposal.design.problem.joints)
+    written = proposal.written
+    angles, sequence = vector(written.alpha_deg, form=".2f"), format_sequence(written.sequence)
+    return f"{angles} deg of joints {joints}, in the order {sequence}"
+
+
+def _format_swarm(design: Design) -> str:
+    turned = f"{design.swarm.reorientation_deg:.3f} deg"
+    if design.gap_deg is None:
+        return f"{turned}, beyond the time limit"
+    return f"{turned}, {design.gap_deg:.3f} deg behind the optimum"
+
+
+def _format_gain(design: Design) -> str:
+    """Format what 0.1 s more would give, to first order by the time limit's multiplier; empty: nothing."""
+    gain_deg = 0.1 * math.degrees(design.summit.gain_rad_s)
+    return f"{number(gain_deg, '+.2f')} deg" if gain_deg > 0.0 else ""
+
+
+def _format_robust(robust: Robust | None) -> str:
+    if robust is None:
+        return ""
+    robust_text, optimum_text = (
+        f"{math.degrees(spread.mean_rad):.2f} ± {math.degrees(spread.std_rad):.2f} deg (less {robust.k:g} ±: "
+        f"{math.degrees(spread.less(robust.k)):.2f} deg)"
         for spread in (robust.spread, robust.of_optimum)
     )
-    return f"With the robot file's uncertainty the robust maneuver turns by {robust_text}; the optimum by {plain}."
+    return f"{robust_text}; the optimum: {optimum_text}"
 
 
-def warnings(design: Design, proposal: Proposal) -> Iterator[str]:
+def _format_file(proposal: Proposal) -> str:
+    if proposal.schedule is None:
+        return str(proposal.path)
+    return f"{proposal.path} (ends {proposal.schedule.end_s:.2f} s after release)"
+
+
+PROPOSAL: Columns = (
+    Column("", "Maneuver", words=_format_maneuver),
+    Column(
+        "",
+        "Reorientation",
+        words=lambda proposal: (
+            f"{proposal.written.reorientation_deg:.3f} deg in {proposal.written.duration_s:.4f} s "
+            f"(time limit {proposal.design.problem.time_limit_s:g} s)"
+        ),
+    ),
+    *(replace(column, label="") for column in columns_of("written", _CANDIDATE)),
+    Column("joints", of=lambda proposal: [joint + 1 for joint in proposal.design.problem.joints]),
+    Column(
+        "swarm", "Swarm", of="design", words=lambda proposal: _format_swarm(proposal.design), columns=_SWARM
+    ),
+    Column(
+        "optimum",
+        "0.1 s more",
+        of="design",
+        words=lambda proposal: _format_gain(proposal.design),
+        columns=_OPTIMUM,
+    ),
+    *fields("swarm_behind_optimum_deg=design.gap_deg"),
+    Column(
+        "robust",
+        "With uncertainty",
+        of="design.robust",
+        words=lambda proposal: _format_robust(proposal.design.robust),
+        columns=_ROBUST,
+    ),
+    Column("file", "Written to", of="path", words=_format_file),
+    Column("schedule", of=lambda proposal: proposal.schedule and proposal.schedule.as_rows()),
+    Column("end_s", of=lambda proposal: proposal.schedule and proposal.schedule.end_s),
+    Column("sequencer_refuses", of=lambda proposal: proposal.refusal or None),
+    Column(
+        "checks", of=lambda proposal: () if proposal.tower is None else proposal.tower.checks, columns=CHECK
+    ),
+    *fields("notices"),
+)
+"""A proposal as `tfsat-host design` shows it: all of it in `--json`, what has a label as facts for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    name: str
+    candidate: Candidate
+
+
+def candidate_table(proposal: Proposal) -> Table:
+    """Return what was found, what is written, and the paper's maneuver where the time limit is too short for it."""
+    design, paper = proposal.design, paper_candidate(proposal)
+    candidates = {
+        "swarm": design.swarm,
+        "optimum": design.optimum,
+        "robust": None if design.robust is None else design.robust.maneuver,
+        "written": proposal.written,
+        "paper's 59/70": paper,
+    }
+    rows = [_Row(name, found) for name, found in candidates.items() if found is not None]
+    return Table("", (Column("name", "maneuver"), *columns_of("candidate", _CANDIDATE)), rows)
+
+
+def conclusions(proposal: Proposal, robot_option: tuple[str, ...]) -> Iterator[str]:
+    """Yield why the paper's maneuver turns farther, the verdict, and the next command for the robot that was named."""
+    paper, limit_s = paper_candidate(proposal), proposal.design.problem.time_limit_s
+    if paper is not None and paper.reorientation_deg > proposal.written.reorientation_deg:
+        longer_s = f"{math.ceil(1e3 * paper.duration_s) / 1e3:g}"
+        yield Advice(
+            f"The paper's 59/70 turns farther because it takes {longer_s} s; the time limit here is {limit_s:g} s. "
+            "With as much time: ",
+            NextStep("design", ("--time-limit", longer_s, *robot_option)),
+        )
+    if proposal.tower is not None:
+        yield proposal.tower.verdict
+    if proposal.schedule is None:
+        yield Advice("Next: ", NextStep("simulate", ("--file", str(proposal.path), *robot_option)))
+    elif proposal.failed:
+        yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
+    else:
+        yield Advice("Next: ", NextStep("upload-sequence", ("--file", str(proposal.path))))
+
+
+def warnings(proposal: Proposal) -> Iterator[str]:
     """Yield warnings against flying the maneuver, one sentence each."""
+    design = proposal.design
     if design.gap_deg is None:
         yield (
             f"The swarm takes {design.swarm.duration_s:.3f} s, longer than the time limit of "

@@ -1,4 +1,4 @@
-"""A distribution as a document, as tables for people, as a CSV for plotting programs, and as the paper's figure.
+"""A distribution as JSON, for people, as a CSV for plotting programs, and as the paper's figure.
 
 The figure of nonholonomic reorientation, in z-y-x Euler angles, needs matplotlib, the extra `figures`.
 """
@@ -6,9 +6,9 @@ The figure of nonholonomic reorientation, in z-y-x Euler angles, needs matplotli
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from tfsat_host.errors import UsageError
 from tfsat_host.output_files import OutputFile
 from tfsat_host.plan.grid import Distribution, GridManeuver
 from tfsat_host.plotting import check_matplotlib, load_matplotlib
-from tfsat_host.quantity import Column, Columns, Table
+from tfsat_host.quantity import Column, Columns, Table, fields, record
 from tfsat_host.robot import RobotModel
 
 # Errors of the drop test's reorientation, paper, section "Result": before and after its model was corrected.
@@ -33,14 +33,6 @@ _COLUMNS = (
     "rotation_x_deg,rotation_y_deg,rotation_z_deg,"
     "reorientation_deg,efficiency"
 )
-_LOOPS: Columns = (
-    Column("joints", "joints", form=".0f"),
-    Column("alpha_deg", "first", form="g"),
-    Column("beta_deg", "second", form="g"),
-    Column("reorientation_deg", "reorientation", form=".2f"),
-    Column("efficiency", "efficiency", form=".4f"),
-    Column("euler_zyx_deg", "z y x", form="+.2f"),
-)
 
 
 def expected_error_deg(target_deg: float, error_deg: float = DROP_TEST_ERROR_DEG) -> float:
@@ -51,55 +43,119 @@ def expected_error_deg(target_deg: float, error_deg: float = DROP_TEST_ERROR_DEG
     return target_deg * error_deg / DROP_TEST_REORIENTATION_DEG
 
 
-def document(distribution: Distribution, robot: RobotModel, speed_deg_s: float | None) -> dict[str, Any]:
-    """Build the `--json` document, without the files.
+@dataclass(frozen=True, eq=False)
+class GridResult:
+    """A distribution, and what its most efficient loop makes of a robot on orbit.
 
-    Joints move at `speed_deg_s`; None means as fast as the servos.
+    Loops follow one another without pause: 30 deg/s with an efficiency of 0.1092 make 3.28 deg/s, 27.4 s for 90 deg.
 
-    Loops follow one another without pause: 30 deg/s with an efficiency of 0.1092 make 3.28 deg/s, 27.4 s
-    for 90 deg.
+    Attributes:
+        distribution: All loops of the grid.
+        robot: Whose.
+        asked_speed_deg_s: Of the joints; None: as fast as the slower of the loop's two servos.
+        files: The written ones.
     """
-    best = distribution.maneuver(distribution.best_by_efficiency)
-    # As fast as the slower of the loop's two servos.
-    if speed_deg_s is None:
-        speed_deg_s = math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in best.joints))
-    return {
-        "robot": robot.name,
-        "grid_deg": distribution.step_deg,
-        "maneuvers": len(distribution.angle_rad),
-        "most_efficient": _as_json(best),
-        "farthest": _as_json(distribution.maneuver(distribution.best_by_angle)),
-        "pairs": [_as_json(distribution.maneuver(index)) for index in distribution.best_of_pairs()],
-        "joint_speed_deg_s": speed_deg_s,
-        # Efficiency is turn per joint travel: times the joint speed it is the robot's mean rate.
-        "average_rate_deg_s": speed_deg_s * best.efficiency,
-        "target_deg": _TARGET_DEG,
-        "slew_time_s": _TARGET_DEG / (speed_deg_s * best.efficiency),
-        "expected_error_deg": expected_error_deg(_TARGET_DEG),
-    }
+
+    distribution: Distribution
+    robot: RobotModel
+    asked_speed_deg_s: float | None
+    files: Sequence[Path]
+
+    @property
+    def most_efficient(self) -> GridManeuver:
+        """The loop that turns the robot most for what its joints turn."""
+        return self.distribution.maneuver(self.distribution.best_by_efficiency)
+
+    @property
+    def farthest(self) -> GridManeuver:
+        """The loop that turns the robot most."""
+        return self.distribution.maneuver(self.distribution.best_by_angle)
+
+    @property
+    def pairs(self) -> list[GridManeuver]:
+        """The most efficient loop of each pair of joints."""
+        return [self.distribution.maneuver(index) for index in self.distribution.best_of_pairs()]
+
+    @property
+    def joint_speed_deg_s(self) -> float:
+        """How fast the joints of the most efficient loop move."""
+        if self.asked_speed_deg_s is not None:
+            return self.asked_speed_deg_s
+        servos = (self.robot.servos[joint] for joint in self.most_efficient.joints)
+        return math.degrees(min(servo.average_rate_rad_s for servo in servos))
+
+    @property
+    def average_rate_deg_s(self) -> float:
+        """The robot's mean rate: the efficiency is turn per joint travel."""
+        return self.joint_speed_deg_s * self.most_efficient.efficiency
 
 
-def _as_json(maneuver: GridManeuver) -> dict[str, Any]:
-    return maneuver._asdict() | {"joints": [joint + 1 for joint in maneuver.joints]}
-
-
-def lines(result: dict[str, Any]) -> Iterator[str | Table]:
-    """Yield the report for people from a `document`."""
-    title = f"{result['robot']}: the most efficient of each pair's loops of four strokes"
-    yield Table(title, _LOOPS, result["pairs"])
-    yield f"{result['maneuvers']} loops on a grid of {result['grid_deg']:g} deg."
-    farthest = result["farthest"]
-    yield (
-        f"Farthest: {farthest['reorientation_deg']:.2f} deg by joints {farthest['joints'][0]} and "
-        f"{farthest['joints'][1]}, {farthest['alpha_deg']:g} and {farthest['beta_deg']:g} deg "
-        f"(efficiency {farthest['efficiency']:.4f})."
+def _format_farthest(result: GridResult) -> str:
+    loop = result.farthest
+    return (
+        f"{loop.reorientation_deg:.2f} deg by joints {loop.joints[0] + 1} and {loop.joints[1] + 1}, "
+        f"{loop.alpha_deg:g} and {loop.beta_deg:g} deg (efficiency {loop.efficiency:.4f})"
     )
-    yield (
-        f"With joints at {result['joint_speed_deg_s']:g} deg/s the most efficient loop again and again turns by "
-        f"{result['average_rate_deg_s']:.2f} deg/s: {_TARGET_DEG:g} deg in {result['slew_time_s']:.1f} s, without "
-        f"feedback to about {result['expected_error_deg']:.2f} deg, in proportion to the drop test's errors."
-    )
-    yield from (f"Written to {path}." for path in result["files"])
+
+
+_LOOP: Columns = (
+    Column("joints", "joints", of=lambda loop: [joint + 1 for joint in loop.joints], form=".0f"),
+    Column("alpha_deg", "first", form="g"),
+    Column("beta_deg", "second", form="g"),
+    Column("reorientation_deg", "reorientation", form=".2f"),
+    Column("efficiency", "efficiency", form=".4f"),
+    *fields("rotation_vector_deg"),
+    Column("euler_zyx_deg", "z y x", form="+.2f"),
+)
+DISTRIBUTION: Columns = (
+    Column("robot", "Robot", of="robot.name"),
+    *fields("grid_deg=distribution.step_deg"),
+    Column(
+        "maneuvers",
+        "Loops",
+        of=lambda result: len(result.distribution.angle_rad),
+        words=lambda result: (
+            f"{len(result.distribution.angle_rad)} of four strokes, on a grid of {result.distribution.step_deg:g} deg"
+        ),
+    ),
+    Column("most_efficient", of=lambda result: record(_LOOP, result.most_efficient)),
+    Column("farthest", "Farthest", of=lambda result: record(_LOOP, result.farthest), words=_format_farthest),
+    Column("pairs", columns=_LOOP),
+    *fields("joint_speed_deg_s"),
+    Column(
+        "average_rate_deg_s",
+        "Average rate",
+        words=lambda result: (
+            f"{result.average_rate_deg_s:.2f} deg/s by the most efficient loop, joints at {result.joint_speed_deg_s:g} "
+            "deg/s"
+        ),
+    ),
+    Column("target_deg", of=lambda _result: _TARGET_DEG),
+    Column(
+        "slew_time_s",
+        f"Time for {_TARGET_DEG:g} deg",
+        of=lambda result: _TARGET_DEG / result.average_rate_deg_s,
+        form=".1f",
+    ),
+    Column(
+        "expected_error_deg",
+        "Error without feedback",
+        of=lambda _result: expected_error_deg(_TARGET_DEG),
+        words=lambda _result: f"{expected_error_deg(_TARGET_DEG):.2f} deg, in proportion to the drop test's",
+    ),
+    Column(
+        "files",
+        "Written to",
+        of=lambda result: [str(path) for path in result.files],
+        words=lambda result: ", ".join(map(str, result.files)),
+    ),
+)
+"""A distribution as `tfsat-host design --grid` shows it: all in `--json`, what has a label as facts for people."""
+
+
+def pair_table(result: GridResult) -> Table:
+    """Return the most efficient loop of each pair of joints."""
+    return Table("The most efficient loop of each pair of joints", _LOOP, result.pairs)
 
 
 def files_for(table: Path | None, figure: Path | None) -> list[tuple[Path, bytes]]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.propagate import final_attitudes
+from tfsat_host.dynamics.propagate_within import final_attitudes
 from tfsat_host.plan.facility import DropTower
 from tfsat_host.plan.parameters import ErrorSources, Parameters
 from tfsat_host.plan.study import Outcomes, Study

@@ -18,7 +18,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.propagate import final_attitudes
+from tfsat_host.dynamics.propagate_within import final_attitudes
 from tfsat_host.plan.parameters import ErrorSources, Parameters
 from tfsat_host.worker_processes import worker_pool
 

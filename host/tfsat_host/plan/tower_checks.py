@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +17,12 @@ from tfsat_host.plan.facility import (
     residual_force_n,
     vertical_travel_mm,
 )
-from tfsat_host.plan.reach_envelope import Envelope, permissible_transversal_velocities
-from tfsat_host.quantity import Column, Columns, Table
+from tfsat_host.plan.reach_envelope import (
+    Envelope,
+    TransversalVelocities,
+    permissible_transversal_velocities,
+)
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import s_from_us
 
@@ -169,41 +172,88 @@ def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Che
     yield _check("vertical-travel", lowest_mm, "at most", tower.usable_vertical_travel_mm, "mm", bottom)
 
 
-_CHECKS: Columns = (
-    Column("name", "check"),
-    Column("value", "found", words=lambda check: _format_value(check.value, check.unit)),
-    Column("limit", "needed", words=lambda check: f"{check.needed} {_format_value(check.limit, check.unit)}"),
-    Column("passed", "passed", words=lambda check: "ok" if check.passed else "NO"),
-    Column("sentence", "which means"),
-)
-
-
 def _format_value(value: float, unit: str) -> str:
     """Times to a millisecond, all else to a tenth."""
     return f"{value:.3f} {unit}" if unit == "s" else f"{value:.1f} {unit}"
 
 
-def document(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> dict[str, Any]:
-    """Build the `--json` document, without the command's own entries."""
-    permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
-    names = "max_radius_mm max_radius_t_s max_radius_body folded_radius_mm height_mm"
-    return {
-        "fits": all(check.passed for check in checks),
-        "checks": [asdict(check) for check in checks],
-        **{name: getattr(envelope, name) for name in names.split()},
-        "permissible_transversal_velocity_mm_s": permissible.paper,
-        "permissible_transversal_velocity_moment_by_moment_mm_s": permissible.moment_by_moment,
-        "facility": tower.name,
-    }
+CHECK: Columns = (
+    Column("name", "check"),
+    Column("passed", "result", words=lambda check: "ok" if check.passed else "FAILED"),
+    Column("value", "value", words=lambda check: _format_value(check.value, check.unit)),
+    Column("limit", "limit", words=lambda check: f"{check.needed} {_format_value(check.limit, check.unit)}"),
+    *fields("at_most unit sentence beyond"),
+)
 
 
-def lines(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> Iterator[str | Table]:
-    """Yield the report for people: the checks, the robot's reach and the verdict."""
-    yield Table("", _CHECKS, checks)
-    yield (
-        f"The robot reaches {envelope.max_radius_mm:.0f} mm from its line of fall and {envelope.height_mm:.0f} mm "
-        "in height, by the boxes of its robot file."
+@dataclass(frozen=True, eq=False)
+class TowerReport:
+    """A maneuver against a drop tower.
+
+    Attributes:
+        schedule: The maneuver.
+        robot: Who flies it.
+        tower: Where.
+        envelope: How far the robot reaches.
+        checks: All of them, in the order in which a drop meets them.
+        initial_rate_deg_s: Of the base at the release, as it was given; None: no angular momentum.
+    """
+
+    schedule: Schedule
+    robot: RobotModel
+    tower: DropTower
+    envelope: Envelope
+    checks: tuple[Check, ...]
+    initial_rate_deg_s: Sequence[float] | None = None
+
+    @property
+    def failed(self) -> list[Check]:
+        """The checks that did not pass."""
+        return [check for check in self.checks if not check.passed]
+
+    @property
+    def permissible(self) -> TransversalVelocities:
+        """Sideways velocities that just take the robot to the walls by the landing."""
+        return permissible_transversal_velocities(
+            self.envelope, self.tower.envelope_radius_mm, self.tower.fall_s
+        )
+
+    @property
+    def verdict(self) -> str:
+        """Whether the maneuver fits, in a line."""
+        if self.failed:
+            names = ", ".join(check.name for check in self.failed)
+            return f"DOES NOT FIT {self.tower.name}: {len(self.failed)} of {len(self.checks)} checks failed ({names})"
+        return f"FITS {self.tower.name}: {len(self.checks)} of {len(self.checks)} checks passed"
+
+
+def _format_reach(report: TowerReport) -> str:
+    envelope = report.envelope
+    return (
+        f"{envelope.max_radius_mm:.0f} mm from the line of fall ({envelope.max_radius_body}, "
+        f"{envelope.max_radius_t_s:.2f} s after release; by the boxes of the robot file)"
     )
-    failed = [check.name for check in checks if not check.passed]
-    fits = f"The maneuver fits {tower.name}: all {len(checks)} checks passed."
-    yield f"Doubtful at {tower.name}: {', '.join(failed)}." if failed else fits
+
+
+REPORT: Columns = (
+    Column("fits", of=lambda report: not report.failed),
+    Column("checks", columns=CHECK),
+    Column("max_radius_mm", "Reach", of="envelope.max_radius_mm", words=_format_reach),
+    Column("max_radius_t_s", of="envelope.max_radius_t_s"),
+    Column("max_radius_body", of="envelope.max_radius_body"),
+    Column("folded_radius_mm", "Reach in the start pose", of="envelope.folded_radius_mm", form=".0f"),
+    Column("height_mm", "Height", of="envelope.height_mm", form=".0f"),
+    Column(
+        "permissible_transversal_velocity_mm_s",
+        "Max. sideways velocity",
+        of="permissible.paper",
+        words=lambda report: (
+            f"{report.permissible.paper:.1f} mm/s ({report.permissible.moment_by_moment:.1f} mm/s moment by moment)"
+        ),
+    ),
+    Column("permissible_transversal_velocity_moment_by_moment_mm_s", of="permissible.moment_by_moment"),
+    Column("facility", of="tower.name"),
+    Column("schedule", of=lambda report: report.schedule.as_rows()),
+    *fields("end_s=schedule.end_s robot=robot.name initial_rate_deg_s notices=schedule.notices"),
+)
+"""A report as `tfsat-host envelope` shows it: all of it in `--json`, what has a label as facts for people."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from tfsat_host.next_step import Advice
 from tfsat_host.notices import printable as printable
 from tfsat_host.present.wrapping import fill_lines, stream_columns
-from tfsat_host.quantity import Columns, Quantity, Table
+from tfsat_host.quantity import Column, Columns, Quantity, Table
 
 if TYPE_CHECKING:
     from tfsat_host.present.output import Output
@@ -55,15 +55,18 @@ def show_facts(columns: Columns, row: Any, out: Output, *, color: str = "") -> N
         color: Of the first value's first word on a terminal, as a select-graphic-rendition sequence has it.
     """
     cells = [(column, column.cell(row)) for column in columns if column.label]
-    facts = [(f"{column.label}:", _with_unit(cell)) for column, cell in cells]
+    facts = [(f"{column.label}:", _with_unit(column, cell)) for column, cell in cells]
     shown = [(label, text) for label, text in facts if text]
     width = max((len(label) for label, _ in shown), default=0) + 1
     for number, (label, text) in enumerate(shown):
         write_labelled(label, text, out, color="" if number else color, label_columns=width)
 
 
-def _with_unit(cell: Quantity | str) -> str:
-    return f"{cell.text('unknown')} {cell.unit}".rstrip() if isinstance(cell, Quantity) else cell
+def _with_unit(column: Column, cell: Quantity | str) -> str:
+    if isinstance(cell, str):
+        # Words have their units in them; a vector is numbers alone.
+        return cell if column.words is not None else f"{cell} {column.unit}".rstrip()
+    return f"{cell.text('unknown')} {cell.unit}".rstrip()
 
 
 def show_quantities(quantities: Iterable[Quantity], out: Output) -> None:

@@ -65,7 +65,15 @@ def test_a_person_reads_both_results_and_what_to_type_next(tfsat_host: RunCli) -
     assert "+2 +1 -2 -1" in process.stdout or "+1 +2 -1 -2" in process.stdout
     assert "26.123" in process.stdout
     assert "tfsat-host upload-sequence --file mine.toml" in process.stdout
-    assert "all 11 checks passed" in process.stdout
+    assert "11 of 11 checks passed" in process.stdout and "59/70" not in process.stdout
+
+
+def test_it_says_why_the_papers_maneuver_turns_farther(tfsat_host: RunCli) -> None:
+    """Compare with 59/70, which takes longer than the default time limit."""
+    text = " ".join(tfsat_host("design").stdout.split())
+    assert "paper's 59/70 59.00 70.00 0.00 +1 +2 -1 -2 26.106 1.5176" in text
+    assert "it takes 1.518 s; the time limit here is 1.5 s" in text
+    assert "tfsat-host design --time-limit 1.518" in text
 
 
 def test_everything_can_be_set(tfsat_host: RunCli) -> None:

@@ -22,7 +22,11 @@ def test_a_person_reads_every_check_and_the_verdict(tfsat_host: RunCli) -> None:
     text = tfsat_host("envelope", 59, 70).stdout
     for check in tfsat_host.json("envelope", 59, 70)["checks"]:
         assert check["name"] in text
-    assert "The maneuver fits COSMOTORRE: all 11 checks passed." in text
+    lines = text.splitlines()
+    assert lines[0] == lines[-1] == "FITS COSMOTORRE: 11 of 11 checks passed"
+    assert len(lines) <= 40
+    full = tfsat_host("envelope", 59, 70, "--full").stdout
+    assert "opens upwards" in full and "opens upwards" not in text
     assert "at most 165.0 mm" in text
 
 
@@ -30,7 +34,9 @@ def test_a_maneuver_that_does_not_fit_ends_with_3_and_says_why(tfsat_host: RunCl
     result = tfsat_host.json("envelope", 66, 67, expect=3)
     assert result["fits"] is False
     assert [check["name"] for check in result["checks"] if not check["passed"]] == ["stroke-time"]
-    assert "Doubtful at COSMOTORRE: stroke-time." in tfsat_host("envelope", 66, 67, expect=3).stdout
+    text = tfsat_host("envelope", 66, 67, expect=3).stdout
+    assert text.splitlines()[-1] == "DOES NOT FIT COSMOTORRE: 1 of 11 checks failed (stroke-time)"
+    assert "The strokes take 1.565 s together" in text and "tfsat-host design" in text
 
 
 def test_a_file_says_the_same_as_its_angles(tfsat_host: RunCli) -> None:

@@ -9,17 +9,12 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.orbit.chain_polish import least_time
+from tfsat_host.plan.orbit.chain_search import Route, lookup, search
 from tfsat_host.plan.orbit.orbit_flight import unit_quaternion
-from tfsat_host.plan.orbit.orbit_planner import (
-    Planner,
-    Route,
-    TimeToGo,
-    lookup,
-    remainder,
-    search,
-    trim_primitive,
-)
+from tfsat_host.plan.orbit.orbit_planner import Planner, remainder
+from tfsat_host.plan.orbit.primitive_trim import trim_primitive
 from tfsat_host.plan.orbit.primitives import PrimitiveTable
+from tfsat_host.plan.orbit.time_to_go import TimeToGo
 
 GOAL_RAD = float(np.radians(1.0))
 TARGETS_DEG = [(90.0, 0.0, 0.0), (-45.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (150.0, -8.0, 12.0)]

@@ -38,9 +38,20 @@ def test_json_has_derivatives_sources_and_samples(tfsat_host: RunCli) -> None:
 
 
 def test_people_read_what_to_measure_first(tfsat_host: RunCli) -> None:
-    text = tfsat_host("sensitivity", 59, 70, "--samples", 200).stdout
-    for words in ("Nominal    26.106 deg", "stroke 2 end (joint 2)", "scales of servos", "█", "2.5 s (fall)"):
+    screen = tfsat_host("sensitivity", 59, 70, "--samples", 200).stdout
+    assert len(screen.splitlines()) <= 40
+    assert screen.startswith("Expected rotation:  2") and " ± 2." in screen.splitlines()[0]
+    text = " ".join(screen.split())
+    for words in (
+        "Nominal rotation: 26.106 deg",
+        "Measure first: joint 2 servo scale ± 7 %",
+        "stroke 2 end (joint 2)",
+    ):
         assert words in text
+    assert "fall 2.5" in text and "█" not in text
+    full = tfsat_host("sensitivity", 59, 70, "--samples", 200, "--full").stdout
+    for words in ("scales of servos", "97.5 %", "█"):
+        assert words in full
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from tfsat_host.dynamics import (
     quaternion,
     rotation_angle_rad,
 )
-from tfsat_host.dynamics.propagate import final_attitudes
+from tfsat_host.dynamics.propagate_within import final_attitudes
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.robot import RobotModel
 

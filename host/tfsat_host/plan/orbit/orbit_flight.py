@@ -84,7 +84,7 @@ class Pilot:
             self.outcome = "primitives used up"
             return None
         # Keep the chain while it leads where it was planned to; else plan again from what was measured.
-        if not self._returning and (not self._chain.primitives or self._astray(needed)):
+        if not self._returning and (not self._chain.primitives or self._misses_target(needed)):
             self._plan(needed, primitives_left)
         if not self._chain.primitives:
             return None
@@ -124,7 +124,7 @@ class Pilot:
         """
         return 0 < primitives_left <= len(self._since_least) and self._chain.remaining_rad >= self._least_rad
 
-    def _astray(self, needed: FloatArray) -> bool:
+    def _misses_target(self, needed: FloatArray) -> bool:
         """Return whether the remaining chain, flown from here, would miss the attitude it was planned for."""
         tolerance = self._planner.tolerance_rad
         has_next = len(self._chain.primitives) > 1
@@ -262,13 +262,12 @@ def open_loop_error_rad(
     target_xyzw: FloatArray,
     *,
     plant: Multibody,
-    initial_xyzw: FloatArray | None = None,
 ) -> float:
     """Compute the final attitude error of the planner's first chain flown without feedback."""
     target = _unit(target_xyzw)
-    attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
+    attitude = quaternion.identity()
     # The chain as planned at the start, with nothing measured in between.
-    for primitive in planner.chain(quaternion.product(quaternion.inverse(attitude), target)).primitives:
+    for primitive in planner.chain(target).primitives:
         attitude = quaternion.product(attitude, fly_primitive(plant, planner.table.start_rad, primitive))
     return _error(attitude, target)
 
