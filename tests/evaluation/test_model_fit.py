@@ -172,14 +172,14 @@ def test_a_correction_that_explains_is_offered() -> None:
         _, comparison = explain_drop(seed)
         assert comparison.fit.converged
         assert (comparison.offered, comparison.withheld) == (True, ())
-        assert comparison.explains_after and not comparison.explains_before
+        assert comparison.fitted_explains and not comparison.nominal_explains
 
 
 def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> None:
     drop, comparison = explain_drop(4)
     right = drop.flown
     good = compare_model(estimate_motion(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7)
-    assert good.explains_before and good.offered
+    assert good.nominal_explains and good.offered
     wrong = good.driven.with_offsets(np.full(9, 5.0))
     assert wrong.error.mahalanobis > UNEXPLAINED
     (reason,) = replace(good, after=wrong).withheld
@@ -210,7 +210,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
     assert comparison.fit.widening > comparison.fit.excess
     assert comparison.after.error.mahalanobis > EXPECTED_DISTANCE
     assert comparison.after.values is comparison.fit.values
-    assert not comparison.explains_before and not comparison.explains_after
+    assert not comparison.nominal_explains and not comparison.fitted_explains
 
 
 def test_scale_factors_that_nobody_calibrated_cost_little() -> None:

@@ -141,16 +141,16 @@ def test_a_correction_that_found_no_end() -> None:
 
 def test_a_model_that_even_its_correction_does_not_mend() -> None:
     explained = good().explained
-    error = explained.after.error
+    error = explained.fitted.error
     tight = replace(error, covariance=error.covariance * (error.mahalanobis / (2 * UNEXPLAINED)) ** 2)
-    evaluation = replace(good(), explained=replace(explained, after=replace(explained.after, error=tight)))
+    evaluation = replace(good(), explained=replace(explained, after=replace(explained.fitted, error=tight)))
     words = reason(evaluation, "The model does not explain the motion, corrected or not.")
     assert f"{2 * UNEXPLAINED:.1f} times what" in words
 
 
 def test_a_correction_that_only_spoils_a_good_model() -> None:
     explained = good().explained
-    evaluation = replace(good(), explained=replace(explained, before=explained.after, after=explained.before))
+    evaluation = replace(good(), explained=replace(explained, before=explained.fitted, after=explained.nominal))
     words = reason(evaluation, "The correction of the model cannot be used.")
     assert "nothing is said against the model" in words
 

@@ -165,7 +165,7 @@ class Evaluation:
     withheld: Mapping[str, str] = field(default_factory=dict)
     widest: float = 1.0
 
-    def gives(self, *results: str) -> bool:
+    def is_given(self, *results: str) -> bool:
         """Return whether none of these results is withheld.
 
         Without names, none of those that gyros and angle sensors measure.

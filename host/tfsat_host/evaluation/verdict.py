@@ -20,6 +20,7 @@ from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.quantity import Columns, fields, record
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.log_summary import grave_warnings
 
@@ -48,7 +49,10 @@ class Verdict:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict as a dict for JSON."""
-        return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
+        return record(VERDICT, self)
+
+
+VERDICT: Columns = fields("level sentence reasons")
 
 
 def verdict_of(
@@ -80,7 +84,7 @@ def verdict_of(
         ("not every stroke was flown as commanded", _of_strokes(evaluation.strokes)),
         ("a joint moved between its strokes", moved),
         ("the fall differs from a free fall with this maneuver", _of_fall(evaluation)),
-        (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.gives() else ()),
+        (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.is_given() else ()),
     )
     # Generators give their reasons once, but these are needed twice.
     present = {sentence: list(reasons) for sentence, reasons in groups}
@@ -200,6 +204,6 @@ def _of_model(explained: ModelComparison) -> str:
 
     The model is blamed only if it explains the motion neither as filed nor corrected.
     """
-    if explained.explains_before or explained.explains_after:
+    if explained.nominal_explains or explained.fitted_explains:
         return "the correction of the model cannot be used"
     return "the model does not explain the motion, corrected or not"

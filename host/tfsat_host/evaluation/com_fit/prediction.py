@@ -265,7 +265,7 @@ BODY_1 = 0
 
 
 @dataclass(frozen=True, eq=False)
-class Sides:
+class ComparedModel:
     """A model against the measurement.
 
     Attributes:
@@ -297,34 +297,32 @@ class ModelInput:
     lag: Lag
     offsets: Offsets
 
-    def with_offsets(self, values: FloatArray) -> Sides:
+    def with_offsets(self, values: FloatArray) -> ComparedModel:
         """Compare the measurement with the model at given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.correct(values), self.flown, self.quiet)
         linearization = derivatives(self.offsets, values, self.flown, momentum)
         # Before a fit the sensors' errors are independent and of variance one.
-        return self._compare_sides(
-            values, linearization, np.eye(linearization.by_errors.shape[2]), fitted=False
-        )
+        return self._compare(values, linearization, np.eye(linearization.by_errors.shape[2]), fitted=False)
 
-    def with_fit(self, fit: ModelFit) -> Sides:
+    def with_fit(self, fit: ModelFit) -> ComparedModel:
         """Compare the measurement with the model at offsets that were fitted to this very drop."""
         p = len(self.offsets)
         # Leave the momentum out: the prediction takes its own from the quiet samples.
         indices = np.r_[0:p, p + 3 : len(fit.covariance)]
-        return self._compare_sides(
+        return self._compare(
             fit.values, fit.derivatives, fit.covariance[np.ix_(indices, indices)], fitted=True
         )
 
-    def _compare_sides(
+    def _compare(
         self, values: FloatArray, linearization: Derivatives, errors: FloatArray, *, fitted: bool
-    ) -> Sides:
+    ) -> ComparedModel:
         body, turned = self.offsets.correct(values), self.rotation[:, BODY_1]
         prediction = predict(body, self.flown, initial_momentum(body, self.flown, self.quiet))
         covariance = difference_covariance(
             self.flown, turned, BODY_1, linearization, errors, self.quiet, fitted=fitted
         )
         error = attitude_error(prediction, self.flown, turned, BODY_1, self.lag, covariance)
-        return Sides(values, prediction, error)
+        return ComparedModel(values, prediction, error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,25 +333,25 @@ class ModelComparison:
         driven: What drives it.
         fit: The offsets that explain the motion best. Where even they miss the attitude by more than the sensors'
             errors allow, something unknown is at work in them as well: the data are taken to be worse by as much.
-        before: The model as its file has it.
-        after: The model with those offsets, against sensors without the errors that the fit found in them; its
+        nominal: The model as its file has it.
+        fitted: The model with those offsets, against sensors without the errors that the fit found in them; its
             uncertainty is not widened by what even it misses.
     """
 
     driven: ModelInput
     fit: ModelFit
-    before: Sides
-    after: Sides
+    nominal: ComparedModel
+    fitted: ComparedModel
 
     @property
-    def explains_before(self) -> bool:
+    def nominal_explains(self) -> bool:
         """The model as it is predicts the attitude within the stated errors."""
-        return self.before.error.mahalanobis <= UNEXPLAINED
+        return self.nominal.error.mahalanobis <= UNEXPLAINED
 
     @property
-    def explains_after(self) -> bool:
+    def fitted_explains(self) -> bool:
         """The corrected model does."""
-        return self.after.error.mahalanobis <= UNEXPLAINED
+        return self.fitted.error.mahalanobis <= UNEXPLAINED
 
     @property
     def offered(self) -> bool:
@@ -379,16 +377,16 @@ class ModelComparison:
                 f"The correction is more than {IMPLAUSIBLE_STDS:g} times what was allowed for {names}: more likely it "
                 "stands for another error."
             )
-        if not self.explains_after:
+        if not self.fitted_explains:
             yield self._missed_sentence()
 
     def _missed_sentence(self) -> str:
-        before, after = self.before.error, self.after.error
+        before, after = self.nominal.error, self.fitted.error
         missed = (
             f"misses the attitude by {np.rad2deg(after.final_norm_rad):.2f} deg, {after.mahalanobis:.1f} times what "
             "all stated uncertainties together explain"
         )
-        if self.explains_before:
+        if self.nominal_explains:
             return (
                 f"The corrected model {missed}, and the model as it is by {np.rad2deg(before.final_norm_rad):.2f} deg, "
                 f"{before.mahalanobis:.1f} times: the correction is wrong, and nothing is said against the model."
@@ -409,7 +407,7 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         rotation, _ = poses(offsets.body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
         return ModelInput(kinematics, rotation, quiet_samples(kinematics.t_s, first_stroke_s), lag, offsets)
 
-    def sensed_by(fit: ModelFit) -> tuple[ModelInput, Sides, float]:
+    def sensed_by(fit: ModelFit) -> tuple[ModelInput, ComparedModel, float]:
         """Sensors without the errors that a fit found; the model it found against them, in expected distances."""
         sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
         after = sensed.with_fit(fit)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +15,24 @@ from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop_result import clock_table, joint_table, standing_table, stroke_table
-from tfsat_host.evaluation.result.model_result import error_table, offset_table
+from tfsat_host.evaluation.result.drop_result import (
+    BODIES,
+    FALL,
+    INITIAL_RATE,
+    JOINTS,
+    LAG,
+    STANDING,
+    STROKES,
+    TURN,
+    BodyResult,
+    bodies,
+    clock_table,
+    joint_table,
+    joints,
+    standing_table,
+    stroke_table,
+)
+from tfsat_host.evaluation.result.model_result import MODEL, error_table, offset_table
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector
@@ -98,6 +117,39 @@ def cause_table(evaluation: Evaluation) -> Table:
         "All causes that were compared for the checks above, as likely as another before the drop: what is left out "
         "is less likely than 0.001. Two of which the one is less than 3 times as likely cannot be told apart.",
     )
+
+
+def _of_body_1(value: Callable[[BodyResult], Any], evaluation: Evaluation) -> Any:
+    return value(bodies(evaluation)[0])
+
+
+EVALUATION: Columns = (
+    # The turn of body 1 under the keys that everybody looks for first.
+    *(
+        replace(
+            column,
+            of=partial(_of_body_1, column.value),
+            std=column.std and partial(_of_body_1, column.std_of),
+        )
+        for column in (*TURN, *INITIAL_RATE)
+        if column.key != "bridged"
+    ),
+    Column("strokes", columns=STROKES),
+    Column("standing", columns=STANDING),
+    *MODEL,
+    Column("checks", columns=CHECKS),
+    Column("causes", columns=CAUSES),
+    Column("bodies", of=bodies, columns=BODIES),
+    Column("joints", of=joints, columns=JOINTS),
+    Column("until_s", of=lambda evaluation: float(evaluation.motion.t_s[-1])),
+    Column(
+        "lag",
+        of=lambda evaluation: evaluation.motion.lag if evaluation.is_given("rates") else None,
+        columns=LAG,
+    ),
+    *FALL,
+)
+"""One evaluated drop as a JSON object: docs/evaluation.md."""
 
 
 NEARLY_ALL = 0.5

@@ -26,11 +26,13 @@ def key_numbers_of(evaluation: Evaluation) -> list[Quantity]:
     return [
         _reorientation(evaluation),
         attitude_error(
-            "Attitude error, nominal model", evaluation.explained.before.error, is_given=evaluation.gives()
+            "Attitude error, nominal model",
+            evaluation.explained.nominal.error,
+            is_given=evaluation.is_given(),
         ),
         attitude_error(
             "Attitude error, fitted model",
-            evaluation.explained.after.error,
+            evaluation.explained.fitted.error,
             is_given=np.isfinite(withholding_factor(evaluation)),
         ),
         _largest_correction(evaluation),
@@ -131,7 +133,7 @@ def _change_of_force(evaluation: Evaluation) -> Quantity:
     changes, stds = evaluation.micro_gravity.changes_g, evaluation.micro_gravity.changes_std_g
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"
-    if not evaluation.gives("micro-gravity"):
+    if not evaluation.is_given("micro-gravity"):
         return Quantity(_NONE, unit=MM_S2, label=label, note=_WITHHELD)
     if not np.isfinite(norms).any():
         return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")
