@@ -150,7 +150,9 @@ def test_a_model_that_even_its_correction_does_not_mend() -> None:
 
 def test_a_correction_that_only_spoils_a_good_model() -> None:
     explained = good().explained
-    evaluation = replace(good(), explained=replace(explained, before=explained.fitted, after=explained.nominal))
+    evaluation = replace(
+        good(), explained=replace(explained, before=explained.fitted, after=explained.nominal)
+    )
     words = reason(evaluation, "The correction of the model cannot be used.")
     assert "nothing is said against the model" in words
 

@@ -187,9 +187,7 @@ def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> Non
 def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
     blocks = record_blocks().blocks
     process = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
-    assert "truncated: complete from 0.0 to 0.7 s; start and end not in the file" in (
-        process.stdout
-    )
+    assert "truncated: complete from 0.0 to 0.7 s; start and end not in the file" in (process.stdout)
     assert "The recording begins at block 10: RAM kept the newest 0.7 s." in process.stderr
     for word in ("damaged", "lost", "power was cut", "missing"):
         assert word not in process.stdout + process.stderr

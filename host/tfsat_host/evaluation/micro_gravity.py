@@ -258,21 +258,8 @@ def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArra
 
 
 def _gravity(body: int, before: AtRest, qualities: Sequence[WindowQuality]) -> GravityCheck:
-    first_quality = next(
-        (
-            body_quality
-            for quality in qualities
-            for body_quality in quality.bodies
-            if body_quality.body == body
-        ),
-        None,
-    )
-    return check_gravity(
-        body,
-        before,
-        first_quality.residual_g if first_quality else None,
-        first_quality.noise_std_g if first_quality else None,
-    )
+    quiet = (in_window for quality in qualities for in_window in quality.bodies if in_window.body == body)
+    return check_gravity(body, before, next(quiet, None))
 
 
 def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck]) -> tuple[str, ...]:
@@ -377,26 +364,22 @@ class GravityCheck:
         return abs(self.norm_g - 1.0) <= ALARM_STDS * self.norm_std_g
 
 
-def check_gravity(
-    body: int, before: AtRest, in_fall_g: FloatArray | None, in_fall_noise_g: FloatArray | None
-) -> GravityCheck:
+def check_gravity(body: int, before: AtRest, in_fall: BodyQuiet | None = None) -> GravityCheck:
     """Check the gravity that the accelerometer of one body felt.
 
     Args:
         body: 1 to 4.
         before: Its readings before the release.
-        in_fall_g: (3,) its accelerometer's reading in a quiet window, the effect of its turning removed; None
-            without one.
-        in_fall_noise_g: (3,) noise of `in_fall_g`.
+        in_fall: Its readings in a quiet window; None without one.
     """
     norm = float(np.linalg.norm(before.mean_g))
     # The gradient of a norm is its unit vector: it carries the axes' deviations over.
     direction = before.mean_g / norm if norm > 0.0 else np.zeros(3)
     less_fall, std = float("nan"), float("nan")
-    if in_fall_g is not None and in_fall_noise_g is not None:
+    if in_fall is not None:
         # Less the reading in free fall the zero-g output is gone: what is left to err is the scale.
-        less_fall = float(np.linalg.norm(before.mean_g - in_fall_g))
-        std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall_noise_g)))
+        less_fall = float(np.linalg.norm(before.mean_g - in_fall.residual_g))
+        std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall.noise_std_g)))
     return GravityCheck(body, norm, float(np.linalg.norm(direction * before.std_g)), less_fall, std)
 
 

@@ -82,16 +82,8 @@ class FlownStroke:
 
     def withheld(self) -> FlownStroke:
         """Nothing that its joint's sensors told is given: NaN, and no remark."""
-        return FlownStroke(
-            self.number,
-            self.joint,
-            self.scheduled_s,
-            self.logged_s,
-            self.commanded_rad,
-            self.moved,
-            "",
-            unfinished=self.unfinished,
-        )
+        commanded = (self.number, self.joint, self.scheduled_s, self.logged_s, self.commanded_rad, self.moved)
+        return FlownStroke(*commanded, remark="", unfinished=self.unfinished)
 
     @property
     def short_rad(self) -> float:

@@ -106,11 +106,11 @@ def _withheld(evaluation: Evaluation) -> Iterator[str]:
     worst = (by_name[name] for name in dict.fromkeys(evaluation.withheld[name] for name in names))
     checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
     why = (
-        f"errors {evaluation.widest:.3g} times as great as stated do not explain it"
+        f"errors {evaluation.widest:.3g} times the stated ones do not explain it"
         if evaluation.widest > 1.0
         else "no greater errors of the certificate describe such a fault"
     )
-    yield f"Withheld, with all that follows from it: {', '.join(names)}. Failed: {checks}; {why}."
+    yield f"Withheld, with derived results: {', '.join(names)}. Failed: {checks}; {why}."
 
 
 def _widening_reasons(evaluation: Evaluation) -> Iterator[str]:
@@ -185,18 +185,12 @@ def _of_fall(evaluation: Evaluation) -> Iterator[str]:
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
     # Only an interval that lies wholly outside speaks against a drop; an uncertain one does not.
-    if velocity.downward_judged == "outside":
-        speed = velocity.downward
-        yield (
-            f"The robot left the release mechanism at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s downwards: "
-            "outside what the facility permits."
-        )
-    if velocity.transversal_judged == "outside" and velocity.transversal_speed is not None:
-        speed = velocity.transversal_speed
-        yield (
-            f"The robot drifted sideways at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s: more than the "
-            "facility permits."
-        )
+    for speed, judged, label in (
+        (velocity.downward, velocity.downward_judged, "Release velocity, downwards"),
+        (velocity.transversal_speed, velocity.transversal_judged, "Transversal velocity"),
+    ):
+        if judged == "outside" and speed is not None:
+            yield f"{label}: {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s, outside what the facility permits."
 
 
 def _of_model(explained: ModelComparison) -> str:

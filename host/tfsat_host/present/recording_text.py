@@ -53,7 +53,9 @@ def _verdict_words(log: DropLog) -> str:
         if is_missing
     ]
     first_s, last_s = (log.seconds(int(t_us)) for t_us in log.t_us[[0, -1]])
-    return f"truncated: complete from {first_s:.1f} to {last_s:.1f} s; {' and '.join(missing)} not in the file"
+    return (
+        f"truncated: complete from {first_s:.1f} to {last_s:.1f} s; {' and '.join(missing)} not in the file"
+    )
 
 
 def _sampling(log: DropLog) -> str:

@@ -7,7 +7,7 @@ from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial
-from tfsat_host.evaluation.com_fit.prediction import ModelInput, ComparedModel
+from tfsat_host.evaluation.com_fit.prediction import ComparedModel, ModelInput
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""

@@ -224,10 +224,21 @@ class Derivatives:
 
 def residual_rate(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
+    return _residual(body, kinematics, momentum)[2]
+
+
+def _residual(
+    body: Multibody, kinematics: FallSamples, momentum: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Locked inertia (m, 3, 3), momentum by joint rates (m, 3, joints), and the unexplained rate (m, 3)."""
+    inertia, of_joints = inertia_and_joint_momentum(
+        body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad
+    )
     # Turn the constant momentum into base axes, and what is left over into a rate of the base.
-    residual_momentum = _momentum(inertia, joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
-    return np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0])
+    measured = _momentum(inertia, of_joints, kinematics)
+    residual_momentum = measured - kinematics.attitude.swapaxes(1, 2) @ momentum
+    rate = np.linalg.solve(inertia, residual_momentum[..., None])[..., 0]
+    return inertia, of_joints, np.asarray(rate, dtype=np.float64)
 
 
 def derivatives(
@@ -238,15 +249,9 @@ def derivatives(
     They are taken at smoothed rates, for the base those that the model predicts: see `smooth_rates`.
     """
     body = offsets.correct(vector)
-    inertia, of_joints = inertia_and_joint_momentum(
-        body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad
-    )
-    residual_momentum = (
-        _momentum(inertia, of_joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
-    )
+    inertia, of_joints, rate = _residual(body, kinematics, momentum)
     # The inverse of the locked inertia turns momentum into the base's rate, (m, 3, 3).
     inverse = np.linalg.inv(inertia)
-    rate = np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0], dtype=np.float64)
     # Take the slopes at the predicted rate, smoothed: noise in columns would count as information.
     kinematics = replace(
         kinematics,
@@ -263,8 +268,11 @@ def derivatives(
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
     # By the pose only the momentum's slope counts: h - R^T H all but vanishes at the predicted rate.
-    by_angles = inverse @ _momentum_by_angles(body, kinematics)
-    by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, kinematics), kinematics.tilt_errors, 2)
+    by_angles = inverse @ _momentum_by(body, kinematics, "angles_rad", np.eye(body.n_joints)[:, None])
+    # One tilt a robot: (6, 1, joints, 2), the second axis for the samples.
+    tilts = np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
+    by_each_tilt = _momentum_by(body, kinematics, "tilt_rad", tilts)
+    by_tilts = inverse @ np.tensordot(by_each_tilt, kinematics.tilt_errors.reshape(len(tilts), -1), 1)
     # An error that turns the attitude turns the momentum in base axes.
     turned = cumulative_trapezoid(
         kinematics.attitude @ kinematics.rate_errors[:, :3], kinematics.t_s, axis=0, initial=0
@@ -283,28 +291,22 @@ def derivatives(
     )
 
 
-def _momentum_by_angles(body: Multibody, kinematics: FallSamples) -> FloatArray:
-    """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
-    # A batch of robots (joints, 1, joints), one joint moved in each, broadcast over the samples.
-    steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
+def _momentum_by(body: Multibody, kinematics: FallSamples, name: str, steps: FloatArray) -> FloatArray:
+    """(m, 3, k): momentum, base axes, at the same rates, by angles or tilts of joints.
+
+    Args:
+        body: The robot.
+        kinematics: Where the slopes are taken.
+        name: Of the angles there.
+        steps: k unit steps of them, each broadcast over the samples.
+    """
+    angles = getattr(kinematics, name)
+    # A batch of k robots, one number moved in each.
     high, low = (
-        momentum_of(body, replace(kinematics, angles_rad=kinematics.angles_rad + s)) for s in (steps, -steps)
+        momentum_of(body, replace(kinematics, **{name: angles + sign * _ANGLE_STEP_RAD * steps}))
+        for sign in (1.0, -1.0)
     )
     return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
-
-
-def _momentum_by_tilts(body: Multibody, kinematics: FallSamples) -> FloatArray:
-    """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
-    # One tilt a robot: (6, 1, joints, 2), the second axis for the samples.
-    steps = _ANGLE_STEP_RAD * np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
-    high, low = (
-        momentum_of(body, replace(kinematics, tilt_rad=kinematics.tilt_rad + s)) for s in (steps, -steps)
-    )
-    return np.asarray(
-        np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1).reshape(
-            *high.shape[1:], *kinematics.tilt_rad.shape
-        )
-    )
 
 
 PAPER_SIZE = 25

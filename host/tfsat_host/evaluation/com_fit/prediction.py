@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import cos, sin, sqrt
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
@@ -72,21 +72,10 @@ def predict(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> P
             # H is small: where it is seen from the last sample's attitude, it is off by a hundredth of itself.
             ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
             # Trapezoid, the rate at its end predicted with the attitude at its beginning.
-            attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
+            attitude = attitude @ Rotation.from_rotvec(0.5 * step_s * (rates[k - 1] + ahead)).as_matrix()
         rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
     # Integrate by the routine that integrates the gyros, so that both sides are treated alike.
     return Prediction(momentum, rates, integrate_rates(kinematics.t_s, rates).as_matrix())
-
-
-def _turn(rotation: FloatArray) -> FloatArray:
-    """(3, 3) of a rotation vector."""
-    x, y, z = rotation.tolist()
-    angle = sqrt(x * x + y * y + z * z)
-    # Below a microradian the series' first terms are exact to the last digit.
-    first, second = (sin(angle) / angle, (1.0 - cos(angle)) / angle**2) if angle > 1e-6 else (1.0, 0.5)
-    # Rodrigues' formula with the cross-product matrix.
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 @dataclass(frozen=True, eq=False)

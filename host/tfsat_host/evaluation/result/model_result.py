@@ -54,14 +54,13 @@ def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
         return ("The correction is withheld: change nothing by it.", *failed, *explained)
     if worth == "not called for":
         return (
-            "No correction is called for: the nominal model explains the motion, and what was found beyond it is "
-            "within its own uncertainty.",
+            "No correction is called for: the nominal model explains the motion, the fitted correction is within its "
+            "uncertainty.",
         )
     # Along a weak direction a single offset is the prior's; only what they do together was measured.
     if evaluation.identifiability.undetermined:
         return (
-            "The offsets go together: single ones along directions that the data do not determine are the prior's, "
-            "and none of those is to be filed.",
+            "File all offsets or none: along directions that are not observable single ones are the prior's.",
         )
     return ()
 
@@ -125,8 +124,8 @@ _IDENTIFIABILITY: Columns = (
     Column("sentences", of=lambda identifiability: identifiability.sentences()),
 )
 TRADE_EXACTLY = (
-    "Where a hinge and a center of mass move together, nothing that a drop measures changes: the sums below are "
-    "determined, the single numbers are held by what the robot file states of them."
+    "Hinge points and centers of mass trade exactly: the drop determines the sums below, the robot file's "
+    "uncertainty holds the single numbers."
 )
 _TRADE: Columns = (
     *fields("name unit std std_alone"),
@@ -269,8 +268,8 @@ def remarks(evaluation: Evaluation) -> list[str]:
         sentences += [TRADE_EXACTLY, *determined]
     if swarm is not None:
         sentences += [
-            f"The swarm's objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as filed, "
-            f"{swarm.objective:.3g} by the swarm, {swarm.objective_gauss_newton:.3g} by the correction.",
+            f"Swarm objective, sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s (nominal), "
+            f"{swarm.objective:.3g} (swarm), {swarm.objective_gauss_newton:.3g} (fitted).",
             *swarm.sentences(),
         ]
     return sentences
@@ -334,26 +333,22 @@ def _z_scores(side: _Side) -> str:
     return ", ".join(number(score, "+.1f") for score in side.error.z_scores)
 
 
+_ERRORS: Columns = (
+    Column("name", "model"),
+    *map(_angle, range(3)),
+    Column("norm_deg", "norm", of="error.final_norm_rad"),
+    Column("rms_deg", "rms over time", of="error.rms_rad"),
+    Column("", "z-scores", words=_z_scores),
+)
+
+
 def error_table(evaluation: Evaluation) -> Table:
     """Measured less predicted attitude of body 1 at the end."""
-    columns = (
-        Column("name", "model"),
-        *map(_angle, range(3)),
-        Column("norm_deg", "norm", of="error.final_norm_rad"),
-        Column("rms_deg", "rms over time", of="error.rms_rad"),
-        Column("", "z-scores", words=_z_scores),
-    )
+    models = (("nominal", _nominal_error(evaluation)), ("fitted", _fitted_error(evaluation)))
     return Table(
         "Attitude error of the model",
-        columns,
-        [
-            *([_Side("nominal", evaluation.explained.nominal.error)] if evaluation.is_given() else []),
-            *(
-                []
-                if np.isnan(withholding_factor(evaluation))
-                else [_Side("fitted", evaluation.explained.fitted.error)]
-            ),
-        ],
+        _ERRORS,
+        [_Side(name, error) for name, error in models if isinstance(error, AttitudeError)],
         "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
