@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.drops import fit_drop
-from tfsat_host.evaluation.com_fit.momentum_residual import averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import averaged_momentum
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.plan.swarm import SwarmSettings
 

@@ -143,7 +143,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
     assert worth_of(evaluation) == "to be made" and significance(evaluation) > 3.0
     explained = evaluation.explained
     fit = replace(explained.fit, values=0.02 * explained.fit.std)
-    right = replace(evaluation, explained=replace(explained, fit=fit, before=explained.fitted))
+    right = replace(evaluation, explained=replace(explained, fit=fit, nominal=explained.fitted))
     assert worth_of(right) == "not called for"
     drop = drop_of(right)
     assert "No correction is called for" in table(drop, "Correction of the model")["caption"]

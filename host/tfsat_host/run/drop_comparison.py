@@ -19,7 +19,7 @@ from tfsat_host.evaluation.com_fit.cross_validation import (
     find_trusted_drops,
     left_aside,
 )
-from tfsat_host.evaluation.result.model_result import COMPARISON, comparison_tables
+from tfsat_host.evaluation.result.comparison_result import COMPARISON, comparison_tables
 from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict

@@ -13,8 +13,8 @@ from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.objective import least_of_objective
 from tests.validation.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
-from tfsat_host.evaluation.com_fit.prediction import ComparedModel
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.robot import RobotModel
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel, ModelInput
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial
-from tfsat_host.evaluation.com_fit.prediction import ComparedModel, ModelInput
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""

@@ -164,7 +164,7 @@ def sensed_checks(
             continue
         value = float(np.sqrt(chi_square / count))
         greatest = np.rad2deg(np.nanmax([sensor.greatest_rad for sensor in motion.sensors]))
-        sentence = f"Difference of the {kind.name}: {value:.2g} times stated, at most {greatest:.3f} deg from their fusion."
+        sentence = f"Difference of the {kind.name}: {value:.2g} times stated, max. {greatest:.3f} deg."
         yield kind.judge(value, rms_limit(count), sentence)
 
 

@@ -32,7 +32,8 @@ from scipy.special import chdtrc, chdtri
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.joint_fit import JointFit, fit_jointly
-from tfsat_host.evaluation.com_fit.momentum_residual import PAPER_SIZE, FallSamples, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3

@@ -20,7 +20,8 @@ from scipy.optimize import minimize as descend
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum_residual import PAPER_SIZE, FallSamples, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.plan.swarm import SwarmSettings, minimize
 

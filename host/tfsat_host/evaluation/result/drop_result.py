@@ -15,7 +15,7 @@ from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import InitialRate
-from tfsat_host.evaluation.strokes import JointRest
+from tfsat_host.evaluation.standing_joints import JointRest
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, plus_minus
 
 

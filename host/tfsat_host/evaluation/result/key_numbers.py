@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
+from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.model_result import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number

@@ -1,8 +1,8 @@
-"""The correction of the model, for tables and JSON: of one drop, whether it is one to make, and of several drops."""
+"""The correction of the model, for tables and JSON: whether it is one to make, and what the drop tells of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -10,10 +10,10 @@ from scipy.special import chdtri
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.cross_validation import CombinedOffsets, LeftOut
 from tfsat_host.evaluation.com_fit.identifiability import Coupling, couplings
+from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
 from tfsat_host.evaluation.com_fit.offsets import COM_BODIES, Offsets
-from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE, AttitudeError
+from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.quantity import Column, Columns, Table, fields, number
 
@@ -242,7 +242,7 @@ def offset_table(evaluation: Evaluation) -> Table:
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
-        columns = (*OFFSETS, _other_correction("paper's swarm ± its spread", by_name))
+        columns = (*OFFSETS, other_correction("paper's swarm ± its spread", by_name))
     if np.isnan(withholding_factor(evaluation)):
         return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(evaluation)))
     sentences = [*correction_sentences(evaluation), *_stuck(rows), *evaluation.identifiability.sentences()]
@@ -275,27 +275,7 @@ def remarks(evaluation: Evaluation) -> list[str]:
     return sentences
 
 
-def combined_columns(
-    label: str, values: Sequence[float], std: Sequence[float], fits: dict[str, ModelFit]
-) -> Columns:
-    """Build the columns of the common correction and of each drop's own under its name.
-
-    Args:
-        label: Of the common correction.
-        values: (n,)
-        std: (n,)
-        fits: By drop.
-    """
-    names = next(iter(fits.values())).offsets.names
-
-    def of(label: str, values: Sequence[float], std: Sequence[float]) -> Column:
-        return _other_correction(label, dict(zip(names, zip(values, std, strict=True), strict=True)))
-
-    drops = (of(name, fit.values.tolist(), fit.std.tolist()) for name, fit in fits.items())
-    return (*OFFSETS[:2], of(label, values, std), *drops)
-
-
-def _other_correction(label: str, by_name: dict[str, tuple[float, float]]) -> Column:
+def other_correction(label: str, by_name: dict[str, tuple[float, float]]) -> Column:
     """Another correction than the row's own: value and standard deviation by the offset's name."""
     unknown = (float("nan"), float("nan"))
     return Column(
@@ -352,75 +332,3 @@ def error_table(evaluation: Evaluation) -> Table:
         "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
-
-
-INDEPENDENT = (
-    "Standard deviations of all drops together take the drops as independent: errors of a calibration that they share "
-    "are not made smaller."
-)
-_AGREEMENT = fields("agree chi_square degrees_of_freedom widened_by")
-LEFT_OUT: Columns = (
-    Column("drop", "left out", of="name"),
-    Column("error_before_deg", "nominal model", of="error_before"),
-    Column("error_after_deg", "with the others'", of="error_after"),
-    Column("error_own_deg", "with its own", of="error_own"),
-    Column("own_off_stds", "own off (stds)", of="own_off_std", form=".1f"),
-    *fields("improved objective_before_kg_m2_s=objective_before objective_after_kg_m2_s=objective_after"),
-)
-
-
-COMPARISON: Columns = (
-    Column(
-        "offsets",
-        of=lambda several: _combined_offsets(several.combined),
-        columns=fields("name unit value std"),
-    ),
-    Column("agreement", of="combined", columns=_AGREEMENT),
-    *fields("remarks"),
-    Column("cross_validation", of="left_out", columns=LEFT_OUT),
-)
-"""Of several drops: an object with `combined`, `left_out` and `remarks`, as the arguments of `comparison_tables`."""
-
-
-def _combined_offsets(combined: CombinedOffsets | None) -> list[Offset] | None:
-    if combined is None:
-        return None
-    return offset_rows(combined.offsets, combined.values, combined.std, np.zeros(len(combined.values), bool))
-
-
-def comparison_tables(
-    evaluations: Mapping[str, Evaluation],
-    combined: CombinedOffsets,
-    left_out: Sequence[LeftOut],
-    remarks: Sequence[str],
-) -> list[Table]:
-    """Build the tables of the common correction and of each drop judged by the others.
-
-    Args:
-        evaluations: The drops by name.
-        combined: All of them together.
-        left_out: Each drop that others can judge.
-        remarks: Cautions about the result; sentences.
-    """
-    fits = {name: evaluation.explained.fit for name, evaluation in evaluations.items()}
-    label = "all drops" if combined.agree else "all drops, DOUBTFUL"
-    columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
-    first = next(iter(fits.values()))
-    # Only a drop that was left out shows that a correction is the robot's, not the recording's.
-    better = sum(prediction.improved for prediction in left_out)
-    return [
-        Table(
-            "Correction of the model, by all drops together",
-            columns,
-            offsets(first)[: first.offsets.sought],
-            " ".join([*remarks, INDEPENDENT]),
-        ),
-        Table(
-            "Each drop by the corrections of the others",
-            LEFT_OUT,
-            left_out,
-            "Attitude error of body 1 at the end, norm. The other drops' corrections made the model better in "
-            f"{better} of {len(left_out)} drops. Own off: its own offsets less the others', in standard deviations of "
-            "that difference; about 1 where drops agree.",
-        ),
-    ]

@@ -8,14 +8,9 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.com_fit.momentum_residual import (
-    PAPER_SIZE,
-    MovingAverage,
-    averaged_momentum,
-    inertial_momentum,
-    residual_rate,
-)
-from tfsat_host.evaluation.com_fit.prediction import BODY_1
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, MovingAverage, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum, residual_rate
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude_charts import (
