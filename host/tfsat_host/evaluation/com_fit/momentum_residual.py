@@ -44,7 +44,7 @@ class FallSamples:
         base_rate_rad_s: (m, 3) of the base, base axes, from all gyros.
         rate_covariance: (m, 6, 6) of base and joint rates, noise alone.
         attitude: (m, 3, 3) from base axes to those of the first sample.
-        taken: (r,) the sensors' errors that have been taken off.
+        removed_errors: (r,) the sensors' errors that have been removed.
         rate_errors: (m, 6, r) base and joint rates by the sensors' errors, which are independent and of variance one.
         angle_errors: (m, 3, r) joint angles by the same.
         sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
@@ -61,7 +61,7 @@ class FallSamples:
     base_rate_rad_s: FloatArray
     rate_covariance: FloatArray
     attitude: FloatArray
-    taken: FloatArray
+    removed_errors: FloatArray
     rate_errors: FloatArray
     angle_errors: FloatArray
     sensor_errors: FloatArray
@@ -76,7 +76,7 @@ class FallSamples:
         The readings of each body's own gyro stay as they are.
         """
         # Only the change counts: what was taken off before stays off.
-        off = errors - self.taken
+        off = errors - self.removed_errors
         rates = self.rate_errors @ off
         base = self.base_rate_rad_s + rates[:, :3]
         # All to first order but the attitude, in which a rate's error accumulates: integrate that anew.
@@ -87,12 +87,12 @@ class FallSamples:
             base_rate_rad_s=base,
             attitude=integrate_rates(self.t_s, base).as_matrix(),
             tilt_rad=self.tilt_rad + self.tilt_errors @ off,
-            taken=errors,
+            removed_errors=errors,
         )
 
     def turned_by(self, errors: FloatArray) -> float:
         """Return the greatest error of a joint angle that the errors (r,) would cause, rad."""
-        return float(np.abs(self.angle_errors @ (errors - self.taken)).max())
+        return float(np.abs(self.angle_errors @ (errors - self.removed_errors)).max())
 
 
 @dataclass(frozen=True, eq=False)
