@@ -118,7 +118,7 @@ def test_a_release_that_is_not_permitted() -> None:
         notes=(),
     )
     evaluation = replace(good(), release_velocity=velocity)
-    assert "at 140 ± 2 mm/s downwards" in reason(
+    assert "Release velocity, downwards: 140 ± 2 mm/s, outside" in reason(
         evaluation, "The fall differs from a free fall with this maneuver."
     )
     perhaps = replace(velocity, downward_judged="uncertain")
