@@ -15,7 +15,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE
+from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.evaluation import evaluate as evaluation_of
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
@@ -55,8 +55,8 @@ def correct_robot(evaluation: Evaluation) -> RobotModel:
 def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
     model = correct_robot(fallen(robot))
     for next_drop in (fallen(robot, 1), fallen(robot, 2, 80.0, 50.0)):
-        as_filed = next_drop.explained.before.error
-        by_it = again(next_drop, model).explained.before.error
+        as_filed = next_drop.explained.nominal.error
+        by_it = again(next_drop, model).explained.nominal.error
         assert np.rad2deg(as_filed.final_norm_rad) > 0.2
         assert by_it.final_norm_rad < min(np.deg2rad(0.07), 0.05 * as_filed.final_norm_rad)
         # A robot file says not how far the correction itself is uncertain.

@@ -16,15 +16,15 @@ from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
-from tfsat_host.evaluation.com_fit.momentum_residual import Derivatives, FallSamples, derivatives, flown_of
-from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, com_offsets, model_offsets
-from tfsat_host.evaluation.com_fit.prediction import (
+from tfsat_host.evaluation.com_fit.model_comparison import (
     EXPECTED_DISTANCE,
     UNEXPLAINED,
     ModelComparison,
     compare_model,
-    predict,
 )
+from tfsat_host.evaluation.com_fit.momentum_residual import Derivatives, FallSamples, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, com_offsets, model_offsets
+from tfsat_host.evaluation.com_fit.prediction import predict
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.robot import load_robot
@@ -59,7 +59,7 @@ def test_the_offsets_are_found_within_what_they_are_said_to_be_uncertain(
 @pytest.mark.parametrize("seed", few_of(*SEEDS))
 def test_the_corrected_model_predicts_the_attitude(seed: int, dlpf_cfg: int) -> None:
     drop, comparison = explain_drop(seed, dlpf_cfg)
-    before, after = comparison.before.error, comparison.after.error
+    before, after = comparison.nominal.error, comparison.fitted.error
     assert np.rad2deg(before.final_norm_rad) > 0.3, "this robot's model is millimetres off"
     assert np.rad2deg(after.final_norm_rad) < 0.05
     assert after.rms_rad < 0.1 * before.rms_rad
@@ -76,7 +76,7 @@ def test_a_model_that_is_right_needs_no_correction() -> None:
         estimate_motion(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7
     )
     assert (np.abs(comparison.fit.values) < 3.5 * comparison.fit.std).all()
-    assert comparison.before.error.mahalanobis < 4.0
+    assert comparison.nominal.error.mahalanobis < 4.0
 
 
 def test_nuisance_parameters_cost_certainty_and_no_truth() -> None:
@@ -172,19 +172,19 @@ def test_a_correction_that_explains_is_offered() -> None:
         _, comparison = explain_drop(seed)
         assert comparison.fit.converged
         assert (comparison.offered, comparison.withheld) == (True, ())
-        assert comparison.explains_after and not comparison.explains_before
+        assert comparison.fitted_explains and not comparison.nominal_explains
 
 
 def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> None:
     drop, comparison = explain_drop(4)
     right = drop.flown
     good = compare_model(estimate_motion(drop.log, certificate(drop, 4), right), com_offsets(right), 0.7)
-    assert good.explains_before and good.offered
+    assert good.nominal_explains and good.offered
     wrong = good.driven.with_offsets(np.full(9, 5.0))
     assert wrong.error.mahalanobis > UNEXPLAINED
-    (reason,) = replace(good, after=wrong).withheld
+    (reason,) = replace(good, fitted=wrong).withheld
     assert "the correction is wrong, and nothing is said against the model" in reason
-    (reason,) = replace(comparison, after=comparison.before).withheld
+    (reason,) = replace(comparison, fitted=comparison.nominal).withheld
     assert reason.startswith("Even the corrected model misses")
 
 
@@ -208,9 +208,9 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
         0.7,
     )
     assert comparison.fit.widening > comparison.fit.excess
-    assert comparison.after.error.mahalanobis > EXPECTED_DISTANCE
-    assert comparison.after.values is comparison.fit.values
-    assert not comparison.explains_before and not comparison.explains_after
+    assert comparison.fitted.error.mahalanobis > EXPECTED_DISTANCE
+    assert comparison.fitted.values is comparison.fit.values
+    assert not comparison.nominal_explains and not comparison.fitted_explains
 
 
 def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
@@ -264,7 +264,7 @@ def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_a
     assert (comparison.fit.std < 0.3 * comparison.fit.offsets.prior_std).all()
     z_scores = (comparison.fit.values - drop.true_com_offsets_mm) / comparison.fit.std
     assert np.sqrt(np.mean(z_scores**2)) < 2.2
-    assert comparison.after.error.rms_rad < comparison.before.error.rms_rad
+    assert comparison.fitted.error.rms_rad < comparison.nominal.error.rms_rad
     assert comparison.offered
 
 

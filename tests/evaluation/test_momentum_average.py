@@ -7,7 +7,7 @@ import pytest
 
 from tests.evaluation.drops import few_of, fit_drop
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ
-from tfsat_host.evaluation.com_fit.momentum_residual import (
+from tfsat_host.evaluation.com_fit.momentum_average import (
     PAPER_SIZE,
     averaged_momentum,
     cutoff_hz,

@@ -13,7 +13,7 @@ from tests.evaluation.run_folder import CERTIFICATE, made_drop, made_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.checks.check import Kind
-from tfsat_host.evaluation.com_fit.prediction import UNEXPLAINED
+from tfsat_host.evaluation.com_fit.model_comparison import UNEXPLAINED
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity, Velocity
 from tfsat_host.evaluation.verdict import OFF_SHARE, refusal_verdict, verdict_of
@@ -118,7 +118,7 @@ def test_a_release_that_is_not_permitted() -> None:
         notes=(),
     )
     evaluation = replace(good(), release_velocity=velocity)
-    assert "at 140 ± 2 mm/s downwards" in reason(
+    assert "Release velocity, downwards: 140 ± 2 mm/s, outside" in reason(
         evaluation, "The fall differs from a free fall with this maneuver."
     )
     perhaps = replace(velocity, downward_judged="uncertain")
@@ -141,16 +141,18 @@ def test_a_correction_that_found_no_end() -> None:
 
 def test_a_model_that_even_its_correction_does_not_mend() -> None:
     explained = good().explained
-    error = explained.after.error
+    error = explained.fitted.error
     tight = replace(error, covariance=error.covariance * (error.mahalanobis / (2 * UNEXPLAINED)) ** 2)
-    evaluation = replace(good(), explained=replace(explained, after=replace(explained.after, error=tight)))
+    evaluation = replace(good(), explained=replace(explained, fitted=replace(explained.fitted, error=tight)))
     words = reason(evaluation, "The model does not explain the motion, corrected or not.")
     assert f"{2 * UNEXPLAINED:.1f} times what" in words
 
 
 def test_a_correction_that_only_spoils_a_good_model() -> None:
     explained = good().explained
-    evaluation = replace(good(), explained=replace(explained, before=explained.after, after=explained.before))
+    evaluation = replace(
+        good(), explained=replace(explained, nominal=explained.fitted, fitted=explained.nominal)
+    )
     words = reason(evaluation, "The correction of the model cannot be used.")
     assert "nothing is said against the model" in words
 

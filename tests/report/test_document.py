@@ -33,7 +33,7 @@ def test_key_numbers_are_the_evaluations(drop: Any) -> None:
     turn = evaluation.reorientation
     assert key_numbers["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
     assert key_numbers["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
-    for label, sides in (("nominal", evaluation.explained.before), ("fitted", evaluation.explained.after)):
+    for label, sides in (("nominal", evaluation.explained.nominal), ("fitted", evaluation.explained.fitted)):
         error = key_numbers[f"Attitude error, {label} model"]
         assert error["value"] == pytest.approx(np.rad2deg(sides.error.final_norm_rad))
         assert 0.0 < error["std"] < 0.1
@@ -143,7 +143,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
     assert worth_of(evaluation) == "to be made" and significance(evaluation) > 3.0
     explained = evaluation.explained
     fit = replace(explained.fit, values=0.02 * explained.fit.std)
-    right = replace(evaluation, explained=replace(explained, fit=fit, before=explained.after))
+    right = replace(evaluation, explained=replace(explained, fit=fit, nominal=explained.fitted))
     assert worth_of(right) == "not called for"
     drop = drop_of(right)
     assert "No correction is called for" in table(drop, "Correction of the model")["caption"]

@@ -99,7 +99,7 @@ def test_body_1_turns_as_far_as_was_found(topics: Topics) -> None:
 
 def test_attitude_errors_of_both_models(topics: Topics) -> None:
     explained = evaluate_run().explained
-    for place, sides in (("model_filed", explained.before), ("model_corrected", explained.after)):
+    for place, sides in (("model_filed", explained.nominal), ("model_corrected", explained.fitted)):
         last = topics[f"/{place}/body_1/attitude_error"][-1][1]
         final, std = np.rad2deg(sides.error.final_rad), np.rad2deg(sides.error.std_rad[-1])
         np.testing.assert_allclose((last.z_deg, last.y_deg, last.x_deg), final, rtol=1e-14)

@@ -98,7 +98,7 @@ def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path)
     path = write(tmp_path / "SD.bin", recording(4).image())
     # A folder below a device's file cannot be made, by root either.
     process = decode(path, "--out", "/proc/nowhere", expect=1)
-    assert "complete: nothing is missing" in process.stdout
+    assert "complete: no samples lost" in process.stdout
     assert "No file could be written to /proc/nowhere" in process.stderr
     assert "is decoded (complete, 24 samples)" in process.stderr
     json_text = decode(path, "--out", "/proc/nowhere", "--json", expect=1).stdout
@@ -107,6 +107,6 @@ def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path)
 
 def test_the_footer_is_shown_in_words(tmp_path: Path) -> None:
     output = decode(write(tmp_path / "SD.bin", recording(4).image())).stdout
-    assert "jitter 1.5 µs rms, steps of 3.569 to 3.573 ms, 0 late ticks" in output
-    assert "longest stall 7 ms, at most 3 of 768 blocks waited, 0 written a second time" in output
-    assert "Ended      by a stop over the cable" in output
+    assert "jitter 1.5 µs rms, steps 3.569 to 3.573 ms, 0 late ticks" in output
+    assert "longest stall 7 ms, max. 3 of 768 blocks buffered, 0 rewritten" in output
+    assert "Ended:     stopped via USB" in output and output.splitlines()[-1].startswith("Verdict: complete")

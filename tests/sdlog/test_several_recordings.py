@@ -154,7 +154,7 @@ def test_with_its_end_it_is_truncated_still(tmp_path: Path) -> None:
     assert (log.verdict, log.blocks_lost) == ("truncated", 0)
     assert log.footer is not None
     process = decode(tmp_path / "RAM.BIN", expect=3)
-    assert "what came before is not in the file" in process.stdout
+    assert "start not in the file" in process.stdout
     assert "no end" not in process.stderr
 
 
@@ -187,9 +187,7 @@ def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> Non
 def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
     blocks = record_blocks().blocks
     process = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
-    assert "truncated: complete from 0.0 s to 0.7 s; what came before and after is not in the file" in (
-        process.stdout
-    )
+    assert "truncated: complete from 0.0 to 0.7 s; start and end not in the file" in (process.stdout)
     assert "The recording begins at block 10: RAM kept the newest 0.7 s." in process.stderr
     for word in ("damaged", "lost", "power was cut", "missing"):
         assert word not in process.stdout + process.stderr
@@ -199,7 +197,7 @@ def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
 
 def test_a_cut_recording_says_from_when_to_when_it_is_complete(tmp_path: Path) -> None:
     process = decode(write(tmp_path / "SD.bin", record_blocks().image()), expect=3)
-    assert "truncated: complete from 0.0 s to 0.9 s; what came after is not in the file" in process.stdout
+    assert "truncated: complete from 0.0 to 0.9 s; end not in the file" in process.stdout
 
 
 def test_a_part_that_ram_could_not_hold_is_not_said_to_come_from_it(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     try:
         written = _write(log, args, out)
     except TfsatError as error:
-        show_recording(facts, out)
+        show_recording(log, (), out)
         raise NotWrittenError(error, facts) from None
     for path in written.of_other_recordings:
         out.warn(
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             "into another folder with --out."
         )
     facts["files"] = {name: str(path) for name, path in written.files.items()}
-    out.result(facts, lambda: show_recording(facts, out))
+    out.result(facts, lambda: show_recording(log, facts["files"].values(), out))
     return ExitCode.DATA_LOSS if facts["warnings"] else 0
 
 

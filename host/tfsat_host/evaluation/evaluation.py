@@ -1,226 +1,52 @@
 """The whole evaluation of one drop: what the robot did, whether the model knew, and how sure both are.
 
 from tfsat_host.evaluation.evaluation import evaluate
-found = evaluate(load("SD.bin"), load_robot(), read_calibration("calibration.toml"), schedule)
-found.reorientation.angle_rad, found.reorientation.std_rad
+drop = evaluate(load("SD.bin"), load_robot(), read_calibration("calibration.toml"), schedule)
+drop.reorientation.angle_rad, drop.reorientation.std_rad
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.apply import CalibratedSamples, apply_calibration
+from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, Mark
-from tfsat_host.evaluation.checks.check import UNKNOWN, Cause, Check, withheld_by
+from tfsat_host.evaluation.checks.check import UNKNOWN, Check, withheld_by
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.recording_checks import maneuver_check
 from tfsat_host.evaluation.checks.rest_checks import start_pose_check
 from tfsat_host.evaluation.checks.small_faults import AXIS, NO_SENSORS, STATED_TOO_WELL
-from tfsat_host.evaluation.clocks import Clocks, align_clocks
-from tfsat_host.evaluation.com_fit.identifiability import Identifiability, identifiability
+from tfsat_host.evaluation.clocks import align_clocks
+from tfsat_host.evaluation.com_fit.identifiability import identifiability
+from tfsat_host.evaluation.com_fit.model_comparison import compare_model
 from tfsat_host.evaluation.com_fit.offsets import Offsets, model_offsets
-from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
-from tfsat_host.evaluation.com_fit.prediction import ModelComparison, compare_model
-from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
+from tfsat_host.evaluation.evaluated_drop import AXES_FILED, CERTIFICATE, SENSED
+from tfsat_host.evaluation.evaluated_drop import Evaluation as Evaluation
+from tfsat_host.evaluation.evaluated_drop import Turn as Turn
+from tfsat_host.evaluation.fall_instants import fall_instants
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
-from tfsat_host.evaluation.laser_spots import BodyRotation
-from tfsat_host.evaluation.laser_velocity import (
-    LaserError,
-    ReleaseVelocity,
-    VelocityWindows,
-    release_velocity,
-)
-from tfsat_host.evaluation.micro_gravity import (
-    SETTLE_S,
-    MicroGravity,
-    com_in_bodies_m,
-    micro_gravity,
-    quiet_windows,
-    sensor_arms_m,
-)
-from tfsat_host.evaluation.motion.attitude import BodyMotion
-from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
-from tfsat_host.evaluation.motion.samples import EvaluationError, end_of_fall_s, samples_of
+from tfsat_host.evaluation.motion.motion import Motion, initial_rates, motion_of, notes_of
+from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
 from tfsat_host.evaluation.rest import Rest, rest_before_release
-from tfsat_host.evaluation.strokes import FlownStroke, JointRest, standing_joints, strokes_flown
+from tfsat_host.evaluation.stages import ExternalObservations as ExternalObservations
+from tfsat_host.evaluation.stages import find_first_stroke_s, find_release_velocity, measure_micro_gravity
+from tfsat_host.evaluation.standing_joints import standing_joints
+from tfsat_host.evaluation.strokes import strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.robot import ASSUMED, RobotModel
 from tfsat_host.sdlog import DropLog
 
-SENSED = frozenset({"rates", "attitudes", "strokes"})
-"""What gyros and angle sensors tell without the model: wrong by what their certificate is wrong by."""
 MIN_WIDENING, MAX_WIDENING = 3.0, 40.0
 """Checks tell the factor roughly. Sensors that still contradict each other with errors so many times as stated are not
 badly calibrated, but broken."""
-CERTIFICATE, AXES_FILED = "certificate", "robot file's joint axes"
-LEFT_TO_SETTLE_S = 0.3
-"""Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
-BODY_2 = 1
-"""The lasers' (paper, section "Design of the transformable robot")."""
-
-
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """How a body has turned from the release to the end of the evaluation.
-
-    Attributes:
-        angle_rad: Of the whole rotation: the reorientation.
-        std_rad: Its standard deviation.
-        rotation_vector_rad: (3,) axes of the body at the release.
-        covariance: (3, 3) of the attitude, the same axes, rad^2.
-        euler_zyx_rad: (3,).
-        bridged: Some of its gyro's samples are missing and were bridged from other bodies.
-    """
-
-    angle_rad: float
-    std_rad: float
-    rotation_vector_rad: FloatArray
-    covariance: FloatArray
-    euler_zyx_rad: FloatArray
-    bridged: bool
-
-    @classmethod
-    def of(cls, body: BodyMotion) -> Turn:
-        """Compute the turn of one body."""
-        angle, std = body.reorientation_rad()
-        last: Rotation = body.attitude[-1]
-        return cls(
-            angle,
-            std,
-            last.as_rotvec(),
-            body.covariance(),
-            euler_zyx_rad(last.as_matrix()),
-            bool(body.bridged.any()),
-        )
-
-    @classmethod
-    def withheld(cls) -> Turn:
-        """Return a withheld turn: NaN throughout."""
-        return cls(np.nan, np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), np.full(3, np.nan), False)
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """One drop, evaluated; times after the release.
-
-    Attributes:
-        log: The recording.
-        model: The robot as its file has it.
-        calibration: What it was evaluated with; what stood in for something missing is in `notes`.
-        schedule: What was commanded; None: unknown.
-        notes: What could not be used, and what stood in for it; a sentence each.
-        rest: Before the release.
-        instants: Release and landing as the accelerometers felt them.
-        micro_gravity: Its quality.
-        clocks: Of sequencer and video against the logger's; None without a schedule.
-        release_velocity: By the laser spots; None without them.
-        motion: Joint angles, rates, attitudes.
-        turns: Of bodies 1 to 4.
-        initial_rates: Of bodies 1 to 4, between release and first stroke.
-        strokes: Commanded and flown.
-        standing: What the joints did while nothing commanded them; empty without a schedule.
-        explained: The model against the measurement, before and after its correction.
-        identifiability: What the data can tell of the correction, and what not.
-        checks: Of integrity, without any truth.
-        swarm: The paper's search for the same correction; None: not asked for.
-        widening: Factor on the standard deviations of `widened`, so that the sensors do not contradict each other.
-        widened: `CERTIFICATE` or `AXES_FILED`.
-        withheld: Names of the results that are not given (NaN), as of `Check.protects`, each with the check that failed
-            farthest above its limit.
-        widest: Times that the stated errors were taken in vain; 1: not tried, as greater errors describe no such cause.
-    """
-
-    log: DropLog
-    model: RobotModel
-    calibration: Calibration
-    schedule: Schedule | None
-    notes: tuple[str, ...]
-    rest: Rest
-    instants: FallInstants
-    micro_gravity: MicroGravity
-    clocks: Clocks | None
-    release_velocity: ReleaseVelocity | None
-    motion: Motion
-    turns: tuple[Turn, ...]
-    initial_rates: tuple[InitialRate, ...]
-    strokes: tuple[FlownStroke, ...]
-    standing: tuple[JointRest, ...]
-    explained: ModelComparison
-    identifiability: Identifiability
-    checks: tuple[Check, ...]
-    swarm: SwarmFit | None
-    widening: float = 1.0
-    widened: str = CERTIFICATE
-    withheld: Mapping[str, str] = field(default_factory=dict)
-    widest: float = 1.0
-
-    def gives(self, *results: str) -> bool:
-        """Return whether none of these results is withheld.
-
-        Without names, none of those that gyros and angle sensors measure.
-        """
-        return not self.withheld.keys() & (set(results) or SENSED)
-
-    @property
-    def reorientation(self) -> Turn:
-        """Of body 1: the paper's."""
-        return self.turns[0]
-
-    def with_withheld(self, withheld: Mapping[str, str]) -> Evaluation:
-        """Without the results of these names."""
-        return replace(
-            self,
-            withheld=withheld,
-            turns=tuple(Turn.withheld() if "attitudes" in withheld else turn for turn in self.turns),
-            initial_rates=tuple(
-                InitialRate.withheld() if "rates" in withheld else rate for rate in self.initial_rates
-            ),
-            # Strokes come of gyros and angle sensors together: any result of either withholds them.
-            strokes=tuple(
-                stroke.withheld() if SENSED & withheld.keys() else stroke for stroke in self.strokes
-            ),
-            standing=() if SENSED & withheld.keys() else self.standing,
-            # Body 2's turning, by its gyro, was taken off the spots: without rates no velocity.
-            release_velocity=None if "rates" in withheld else self.release_velocity,
-        )
-
-    @property
-    def failed_checks(self) -> tuple[Check, ...]:
-        """Those that say that something is wrong."""
-        return tuple(check for check in self.checks if check.verdict == "failed")
-
-    @property
-    def causes(self) -> tuple[Cause, ...]:
-        """What failed checks may come from, the likeliest first; empty if there was nothing to compare causes of."""
-        return next((check.causes for check in self.failed_checks if check.causes), ())
-
-
-@dataclass(frozen=True, slots=True)
-class ExternalObservations:
-    """What others than the logger saw of a drop.
-
-    Attributes:
-        video: Events by a video's clock.
-        video_rate: Seconds of that clock in a real one; None: nobody knows.
-        laser: Places of the laser spots.
-        windows: What release velocities are permitted; needed with `laser`.
-    """
-
-    video: Sequence[Mark] = ()
-    video_rate: float | None = None
-    laser: LaserTracks | None = None
-    windows: VelocityWindows | None = None
 
 
 def evaluate(
@@ -277,7 +103,7 @@ class _Drop:
     schedule: Schedule | None
     rest: Rest
     notes: tuple[str, ...]
-    seen: ExternalObservations
+    witnesses: ExternalObservations
     offsets: Offsets | None
     swarm: bool
 
@@ -353,7 +179,7 @@ class _Drop:
         )
 
     def _evaluate(self, calibration: Calibration, diagnosed: bool) -> Evaluation:
-        log, model, schedule, witnesses = self.log, self.model, self.schedule, self.seen
+        log, model, schedule, witnesses = self.log, self.model, self.schedule, self.witnesses
         # By sensors alone: what the robot did must not depend on the masses that are to be judged.
         motion = self._motion(calibration)
         samples = motion.samples
@@ -364,12 +190,12 @@ class _Drop:
         strokes = (
             () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
         )
-        first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
+        first_stroke_s = find_first_stroke_s(log, schedule, clocks, samples.until_s)
         # The momentum is taken before the first stroke and then drives the model's prediction.
         explained = compare_model(motion, self.offsets or model_offsets(model), first_stroke_s)
         # All of the recording: rest and landing lie outside the samples of the motion.
         calibrated_samples = apply_calibration(Counts.from_log(log), calibration, model)
-        velocity, against = _release_velocity(witnesses, motion, model, first_stroke_s, clocks)
+        velocity, against = find_release_velocity(witnesses, motion, model, first_stroke_s, clocks)
         return Evaluation(
             log=log,
             model=model,
@@ -378,7 +204,9 @@ class _Drop:
             notes=(*self.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
             rest=self.rest,
             instants=fall_instants(log, calibrated_samples),
-            micro_gravity=_micro_gravity(log, calibrated_samples, motion, model, first_stroke_s, strokes),
+            micro_gravity=measure_micro_gravity(
+                log, calibrated_samples, motion, model, first_stroke_s, strokes
+            ),
             clocks=clocks,
             release_velocity=velocity,
             motion=motion,
@@ -409,79 +237,3 @@ def _excess(checks: Sequence[Check], results: frozenset[str]) -> float:
 def _with_leaning_axes(model: RobotModel, factor: float) -> RobotModel:
     stated = model.uncertainty or ASSUMED
     return replace(model, uncertainty=replace(stated, joint_axis_rad=factor * stated.joint_axis_rad))
-
-
-def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | None, until_s: float) -> float:
-    """Return the time of the first stroke: as logged, else as commanded, else the end of the fall.
-
-    A command counts by the sequencer's clock.
-    """
-    if schedule is not None and clocks is not None and schedule.strokes:
-        fit = clocks.sequencer
-        planned = [float(fit.to_logger_s(stroke.t_s)) if fit else stroke.t_s for stroke in schedule.strokes]
-        return min(
-            logged if np.isfinite(logged) else plan
-            for logged, plan in zip(clocks.stroke_s, planned, strict=True)
-        )
-    # Without a schedule the line's first rise in the fall ends the time before the strokes.
-    edges = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
-    return min((t_s for t_s in edges if t_s > 0.0), default=until_s)
-
-
-def _micro_gravity(
-    log: DropLog,
-    samples: CalibratedSamples,
-    motion: Motion,
-    model: RobotModel,
-    first_stroke_s: float,
-    strokes: Sequence[FlownStroke],
-) -> MicroGravity:
-    landing_s = end_of_fall_s(log)
-    ends = [stroke.end_s for stroke in strokes if np.isfinite(stroke.end_s)]
-    last_end_s = max(ends) if ends else landing_s - LEFT_TO_SETTLE_S
-    if any(stroke.unfinished or stroke.scheduled_s > landing_s - SETTLE_S for stroke in strokes):
-        last_end_s = landing_s  # the recording ends among the strokes: nothing came after the last
-    # The CoM shifts with the joints: the arms at the release hold before, the last ones after the strokes.
-    at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
-    windows = quiet_windows(
-        first_stroke_s,
-        last_end_s,
-        landing_s,
-        sensor_arms_m(model, at_release),
-        sensor_arms_m(model, motion.angles_rad[-1]),
-    )
-    return micro_gravity(samples, log.t_s, windows)
-
-
-def _release_velocity(
-    witnesses: ExternalObservations,
-    motion: Motion,
-    model: RobotModel,
-    first_stroke_s: float,
-    clocks: Clocks | None,
-) -> tuple[ReleaseVelocity | None, tuple[str, ...]]:
-    """Compute the release velocity, or the reasons why the laser spots give none.
-
-    A failure here does not affect the rest of the drop's results.
-    """
-    if witnesses.laser is None or witnesses.windows is None:
-        return None, ()
-    body = motion.bodies[BODY_2]
-    rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
-    angles_rad = np.column_stack(
-        [np.interp(body.t_s, motion.t_s, angle_rad) for angle_rad in motion.angles_rad.T]
-    )
-    # (n, 3) posture by posture: the robot's CoM wanders through body 2 as the joints move.
-    com_m = np.array([com_in_bodies_m(model, angles)[BODY_2] for angles in angles_rad])
-    turning = BodyRotation(body.t_s, body.attitude.as_matrix(), rate_std, com_m)
-    try:
-        velocity = release_velocity(
-            witnesses.laser.after_release(clocks.video if clocks else None),
-            witnesses.windows,
-            first_stroke_s=first_stroke_s,
-            turning=turning,
-        )
-    # The spots are a side witness: report why they give nothing, and keep the drop.
-    except (LaserError, LaserFileError) as error:
-        return None, (Advice(f"No release velocity. {error.what} {error.meaning} ", error.next_step),)
-    return velocity, ()

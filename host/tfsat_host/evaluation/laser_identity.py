@@ -86,8 +86,7 @@ def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Id
         np.interp(usable_tracks.t_s, turning.t_s, turning.angle_rad()) <= MAX_TURN_RAD
     )
     # Mirroring a spot without places changes nothing: such readings would tie with others.
-    there = set(np.unique(usable_tracks.spot).tolist())
-    readings = [AS_FILED, *(variant for variant in _others() if _means_something(variant, there))]
+    readings = possible_readings(set(usable_tracks.spot.tolist()))
     # First with the errors as stated; the best reading's residuals tell how good the places really are.
     costs, scales = np.array([_cost(variant.of(usable_tracks), turning, 1.0) for variant in readings]).T
     scale = float(scales[int(np.argmin(costs))])
@@ -107,14 +106,10 @@ def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Id
     )
 
 
-def _others() -> Iterator[Reading]:
-    for exchanged, first, second in product((False, True), repeat=3):
-        if (exchanged, first, second) != (False, False, False):
-            yield Reading(exchanged, (first, second))
-
-
-def _means_something(reading: Reading, spots: set[int]) -> bool:
-    return all(n in spots for n in (1, 2) if reading.mirrored[n - 1])
+def possible_readings(spots: set[int]) -> list[Reading]:
+    """Return all readings of a file with such spots, the file's own first."""
+    readings = (Reading(exchanged, (a, b)) for exchanged, a, b in product((False, True), repeat=3))
+    return [reading for reading in readings if all(n in spots for n in (1, 2) if reading.mirrored[n - 1])]
 
 
 def _cost(tracks: LaserTracks, turning: BodyRotation, scale: float) -> tuple[float, float]:

@@ -17,10 +17,7 @@ import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import ACCEL_SCALE_STD, CalibratedSamples
-from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.laser_velocity import PUSHED_OFF_S
-from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 SETTLE_S = 0.1
@@ -258,21 +255,8 @@ def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArra
 
 
 def _gravity(body: int, before: AtRest, qualities: Sequence[WindowQuality]) -> GravityCheck:
-    first_quality = next(
-        (
-            body_quality
-            for quality in qualities
-            for body_quality in quality.bodies
-            if body_quality.body == body
-        ),
-        None,
-    )
-    return check_gravity(
-        body,
-        before,
-        first_quality.residual_g if first_quality else None,
-        first_quality.noise_std_g if first_quality else None,
-    )
+    quiet = (in_window for quality in qualities for in_window in quality.bodies if in_window.body == body)
+    return check_gravity(body, before, next(quiet, None))
 
 
 def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck]) -> tuple[str, ...]:
@@ -377,49 +361,20 @@ class GravityCheck:
         return abs(self.norm_g - 1.0) <= ALARM_STDS * self.norm_std_g
 
 
-def check_gravity(
-    body: int, before: AtRest, in_fall_g: FloatArray | None, in_fall_noise_g: FloatArray | None
-) -> GravityCheck:
+def check_gravity(body: int, before: AtRest, in_fall: BodyQuiet | None = None) -> GravityCheck:
     """Check the gravity that the accelerometer of one body felt.
 
     Args:
         body: 1 to 4.
         before: Its readings before the release.
-        in_fall_g: (3,) its accelerometer's reading in a quiet window, the effect of its turning removed; None
-            without one.
-        in_fall_noise_g: (3,) noise of `in_fall_g`.
+        in_fall: Its readings in a quiet window; None without one.
     """
     norm = float(np.linalg.norm(before.mean_g))
     # The gradient of a norm is its unit vector: it carries the axes' deviations over.
     direction = before.mean_g / norm if norm > 0.0 else np.zeros(3)
     less_fall, std = float("nan"), float("nan")
-    if in_fall_g is not None and in_fall_noise_g is not None:
+    if in_fall is not None:
         # Less the reading in free fall the zero-g output is gone: what is left to err is the scale.
-        less_fall = float(np.linalg.norm(before.mean_g - in_fall_g))
-        std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall_noise_g)))
+        less_fall = float(np.linalg.norm(before.mean_g - in_fall.residual_g))
+        std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall.noise_std_g)))
     return GravityCheck(body, norm, float(np.linalg.norm(direction * before.std_g)), less_fall, std)
-
-
-def com_in_bodies_m(model: RobotModel, joint_angles_rad: FloatArray) -> FloatArray:
-    """(n, 3) the whole robot's CoM in the frame of each of its n bodies.
-
-    Args:
-        model: The robot.
-        joint_angles_rad: (n - 1,) as they stand.
-    """
-    tree = Multibody.of(model)
-    rotation, translation = poses(tree, np.asarray(joint_angles_rad, dtype=np.float64))
-    com = np.einsum("nij,nj->ni", rotation, tree.com_m) + translation
-    center = tree.mass_kg @ com / tree.mass_kg.sum()
-    # A body's point x, global at zero angles, lies at rotation x + translation; its own frame starts at origin_m.
-    at_zero_angles = np.einsum("nji,nj->ni", rotation, center - translation)
-    return np.asarray(at_zero_angles - model.origin_m)
-
-
-def sensor_arms_m(model: RobotModel, joint_angles_rad: FloatArray) -> FloatArray:
-    """(4, 3) from the robot's CoM to the IMU of bodies 1 to 4, axes of the IMU's body; arguments as above."""
-    center = com_in_bodies_m(model, joint_angles_rad)
-    arms = np.full((len(model.imus), 3), np.nan)
-    for imu in model.imus:
-        arms[imu.body] = imu.position_m - center[imu.body]
-    return arms

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.signal import get_window
 
 from tfsat_host.arrays import FloatArray
 
@@ -186,6 +187,4 @@ def compare_spectra(
 
 def _weights(n: int, window: Window) -> FloatArray:
     """(n,) periodic, as the spectrum's grid is: Hann's then has exactly three lines a sine."""
-    if window == "rectangular":
-        return np.ones(n)
-    return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n))
+    return np.asarray(get_window("boxcar" if window == "rectangular" else "hann", n))

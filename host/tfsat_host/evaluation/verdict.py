@@ -14,12 +14,13 @@ from typing import Any, Literal
 import numpy as np
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.com_fit.prediction import ModelComparison
-from tfsat_host.evaluation.evaluation import CERTIFICATE, Evaluation
+from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
+from tfsat_host.evaluation.evaluated_drop import CERTIFICATE, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.quantity import Columns, fields, record
 from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.log_summary import grave_warnings
 
@@ -48,7 +49,10 @@ class Verdict:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict as a dict for JSON."""
-        return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
+        return record(VERDICT, self)
+
+
+VERDICT: Columns = fields("level sentence reasons")
 
 
 def verdict_of(
@@ -80,7 +84,7 @@ def verdict_of(
         ("not every stroke was flown as commanded", _of_strokes(evaluation.strokes)),
         ("a joint moved between its strokes", moved),
         ("the fall differs from a free fall with this maneuver", _of_fall(evaluation)),
-        (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.gives() else ()),
+        (_of_model(evaluation.explained), evaluation.explained.withheld if evaluation.is_given() else ()),
     )
     # Generators give their reasons once, but these are needed twice.
     present = {sentence: list(reasons) for sentence, reasons in groups}
@@ -102,11 +106,11 @@ def _withheld(evaluation: Evaluation) -> Iterator[str]:
     worst = (by_name[name] for name in dict.fromkeys(evaluation.withheld[name] for name in names))
     checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
     why = (
-        f"errors {evaluation.widest:.3g} times as great as stated do not explain it"
+        f"errors {evaluation.widest:.3g} times the stated ones do not explain it"
         if evaluation.widest > 1.0
         else "no greater errors of the certificate describe such a fault"
     )
-    yield f"Withheld, with all that follows from it: {', '.join(names)}. Failed: {checks}; {why}."
+    yield f"Withheld, with derived results: {', '.join(names)}. Failed: {checks}; {why}."
 
 
 def _widening_reasons(evaluation: Evaluation) -> Iterator[str]:
@@ -181,18 +185,12 @@ def _of_fall(evaluation: Evaluation) -> Iterator[str]:
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
     # Only an interval that lies wholly outside speaks against a drop; an uncertain one does not.
-    if velocity.downward_judged == "outside":
-        speed = velocity.downward
-        yield (
-            f"The robot left the release mechanism at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s downwards: "
-            "outside what the facility permits."
-        )
-    if velocity.transversal_judged == "outside" and velocity.transversal_speed is not None:
-        speed = velocity.transversal_speed
-        yield (
-            f"The robot drifted sideways at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s: more than the "
-            "facility permits."
-        )
+    for speed, judged, label in (
+        (velocity.downward, velocity.downward_judged, "Release velocity, downwards"),
+        (velocity.transversal_speed, velocity.transversal_judged, "Transversal velocity"),
+    ):
+        if judged == "outside" and speed is not None:
+            yield f"{label}: {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s, outside what the facility permits."
 
 
 def _of_model(explained: ModelComparison) -> str:
@@ -200,6 +198,6 @@ def _of_model(explained: ModelComparison) -> str:
 
     The model is blamed only if it explains the motion neither as filed nor corrected.
     """
-    if explained.explains_before or explained.explains_after:
+    if explained.nominal_explains or explained.fitted_explains:
         return "the correction of the model cannot be used"
     return "the model does not explain the motion, corrected or not"

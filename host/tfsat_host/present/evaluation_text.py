@@ -110,7 +110,7 @@ def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output
 
 
 def _lag_words(evaluation: Evaluation) -> str:
-    if not evaluation.gives("rates"):
+    if not evaluation.is_given("rates"):
         return "withheld"
     lag = evaluation.motion.lag
     delay = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms"

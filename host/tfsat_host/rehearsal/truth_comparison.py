@@ -127,7 +127,7 @@ def _strokes(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[Estimat
 
 
 def _offsets(evaluation: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[EstimateAndTruth]:
-    if not evaluation.gives("offsets") or not evaluation.gives():
+    if not evaluation.is_given("offsets") or not evaluation.is_given():
         return
     fit = evaluation.explained.fit
     # In mm, as the fit's parameters; each is a direction onto which the true offset is projected.

@@ -98,7 +98,7 @@ def _evaluation_channels(evaluation: Evaluation, stamp: Stamp) -> Iterator[Chann
         yield topic(
             f"/{MODELS[kind]}/momentum_averaged", "Momentum", average.t_s, PER_KG_M2_S * average.values
         )
-    for place, side in ((FILED, explained.before), (CORRECTED, explained.after)):
+    for place, side in ((FILED, explained.nominal), (CORRECTED, explained.fitted)):
         rows = np.rad2deg(np.hstack([side.error.euler_zyx_rad, side.error.std_rad]))
         yield topic(f"/{place}/body_1/attitude_error", "EulerAngles", side.error.t_s, rows)
 

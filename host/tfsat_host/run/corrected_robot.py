@@ -19,8 +19,8 @@ from tfsat_host.config import with_entry
 from tfsat_host.dynamics.multibody import across
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
 from tfsat_host.evaluation.com_fit.offsets import Kind, Parameter
-from tfsat_host.evaluation.com_fit.prediction import ModelComparison
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.model_result import correction_sentences, worth_of
 from tfsat_host.robot import RobotFileError, RobotModel

@@ -20,12 +20,12 @@ from tfsat_host.evaluation.com_fit.cross_validation import (
     find_trusted_drops,
     left_aside,
 )
-from tfsat_host.evaluation.result.model_result import comparison, comparison_tables
+from tfsat_host.evaluation.result.comparison_result import COMPARISON, comparison_tables
 from tfsat_host.evaluation.verdict import Verdict, refusal_verdict
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.quantity import Column, Columns, Table
+from tfsat_host.quantity import Column, Columns, Table, record
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.drop_evaluation import EvaluatedRun
@@ -73,8 +73,8 @@ DROPS: Columns = (
     Column("drop", "drop", of="name"),
     Column("verdict", "verdict", of=lambda drop: "failed" if drop.run is None else drop.run.verdict.level),
     _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
-    _angle("before_deg", "nominal error", "explained.before.error.final_norm_rad"),
-    _angle("after_deg", "fitted error", "explained.after.error.final_norm_rad"),
+    _angle("before_deg", "nominal error", "explained.nominal.error.final_norm_rad"),
+    _angle("after_deg", "fitted error", "explained.fitted.error.final_norm_rad"),
 )
 """Of several drops, a line each."""
 
@@ -168,7 +168,7 @@ class Comparison:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as a dict for `--json`, under `comparison`."""
-        return comparison([run.found for run in self.runs], self.combined, self.left_out, self.remarks)
+        return record(COMPARISON, self)
 
     def tables(self, names: Sequence[str]) -> list[Table]:
         """Build the tables of the common correction and of each drop's fit under the others' correction.

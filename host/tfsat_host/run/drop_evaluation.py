@@ -14,16 +14,14 @@ from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.evaluation.camera import read_tracks, read_video_marks
 from tfsat_host.evaluation.evaluation import Evaluation, ExternalObservations, evaluate
 from tfsat_host.evaluation.laser_velocity import windows_of
-from tfsat_host.evaluation.result.drop_result import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
-from tfsat_host.evaluation.result.evaluation_tables import CAUSES, CHECKS
-from tfsat_host.evaluation.result.model_result import model
+from tfsat_host.evaluation.result.evaluation_tables import EVALUATION
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
-from tfsat_host.quantity import Column, Columns, json_objects, record, records
+from tfsat_host.quantity import Column, Columns, json_objects, record
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate_check import (
     CERTIFICATE_STATE,
@@ -98,27 +96,14 @@ class EvaluatedRun:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the evaluation for `--json`: plain numbers, lists and text, NaN where a value is unknown."""
-        evaluation = self.found
-        of_bodies = bodies(evaluation)
         return {
             "drop": str(self.place),
             "verdict": self.verdict.as_dict(),
-            # The turn of body 1 under the keys that everybody looks for first.
-            **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
-            "strokes": records(STROKES, evaluation.strokes),
-            "standing": records(STANDING, evaluation.standing),
-            **model(evaluation),
-            "checks": records(CHECKS, evaluation.checks),
-            "causes": records(CAUSES, evaluation.causes),
-            "bodies": of_bodies,
-            "joints": records(JOINTS, joints(evaluation)),
-            "until_s": float(evaluation.motion.t_s[-1]),
-            "lag": json_objects(LAG, evaluation.motion.lag if evaluation.gives("rates") else None),
-            **fall(evaluation),
-            "notes": [*evaluation.notes, *self.remarks],
+            **record(EVALUATION, self.found),
+            "notes": [*self.found.notes, *self.remarks],
             "calibration": self.calibration_facts,
             "maneuver": None if self.files.maneuver is None else str(self.files.maneuver),
-            "robot": evaluation.model.name,
+            "robot": self.found.model.name,
             "recording": record(_RECORDING, self),
         }
 

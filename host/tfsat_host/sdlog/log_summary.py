@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -10,101 +11,116 @@ import numpy as np
 from tfsat_host.arrays import BoolArray
 from tfsat_host.notices import printable
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
+from tfsat_host.protocol.messages import LogFooter, LogHeader
+from tfsat_host.quantity import Column, Columns, fields, record
 
 from .contradictions import two_releases
 from .droplog import SENSORS_PER_JOINT, DropLog
 from .ledger import Gap
-
-Json = dict[str, Any]
-
-
-def metadata(log: DropLog) -> Json:
-    """Return all that `DropLog` holds besides its columns; bytes as hexadecimal text, except the schema."""
-    return {
-        "source": printable(log.path.name),
-        "session": f"{log.session:08x}",
-        "other_sessions": [f"{other:08x}" for other in log.other_sessions],
-        "chosen_by": log.chosen_by,
-        "recordings": [
-            asdict(log_recording) | {"session": f"{log_recording.session:08x}"}
-            for log_recording in log.recordings
-        ],
-        "verdict": log.verdict,
-        "samples": len(log),
-        "samples_lost": log.samples_lost,
-        "blocks_lost": log.blocks_lost,
-        "first_s": log.seconds(int(log.t_us[0])),
-        "last_s": log.seconds(int(log.t_us[-1])),
-        "duration_s": log.duration_s,
-        # JSON has no NaN, which alone is unequal to itself.
-        "rate_hz": log.rate_hz if log.rate_hz == log.rate_hz else None,
-        "release_us": log.release_us,
-        "release_uncertainty_us": log.release_uncertainty_us,
-        "release_interval_us": list(log.release.interval_us) if log.release else None,
-        "t_s_origin": log.t_s_origin,
-        "doubts": list(log.doubts),
-        "header": _plain(log.header) | {"is_copy": log.header_is_copy, "time_us": log.header_time_us},
-        "unix_offset_us": log.unix_offset_us,
-        "footer": _plain(log.footer) if log.footer else None,
-        "set_aside": asdict(log.set_aside),
-        "gaps": [asdict(gap) for gap in log.gaps],
-        "late_samples": _late_samples(log),
-        "events": [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events],
-    }
+from .recordings import Recording, SetAside
 
 
-def _late_samples(log: DropLog) -> Json:
-    """Count the late samples and the sampling timer's ticks missed, and find the longest step."""
-    rows = log.late_rows
-    if not len(rows):
-        return {"count": 0, "ticks_missed": 0, "longest_us": None, "longest_s": None}
-    step_us = log.t_us[rows] - log.t_us[rows - 1]
-    longest = int(np.argmax(step_us))
-    return {
-        "count": len(rows),
-        # A step of k nominal periods left k - 1 ticks without a sample.
-        "ticks_missed": int((np.rint(step_us * (log.header.rate_hz / 1e6)) - 1).sum()),
-        "longest_us": int(step_us[longest]),
-        "longest_s": log.seconds(int(log.t_us[rows[longest]])),
-    }
+@dataclass(frozen=True, slots=True)
+class LateSamples:
+    """Samples that came late: how many, the timer's ticks missed before them, the longest step and when it ended."""
+
+    count: int
+    ticks_missed: int
+    longest_us: int | None
+    longest_s: float | None
 
 
-def _plain(record: Any) -> Json:
-    values = asdict(record)
-    if "schema" in values:
-        values["schema"] = values["schema"].rstrip(b"\0").decode("ascii", errors="replace")
-    return {
-        name: value.hex() if isinstance(value, bytes) else list(value) if isinstance(value, tuple) else value
-        for name, value in values.items()
-    }
+@dataclass(frozen=True, slots=True)
+class SensorCount:
+    """One sensor's samples: valid, invalid and clipped ones (None for angle sensors)."""
+
+    sensor: str
+    valid: int
+    invalid: int
+    clipped: int | None
 
 
-def summary(log: DropLog) -> Json:
-    """Return the metadata, and per sensor the number of samples valid, invalid and clipped."""
-    return metadata(log) | {
-        "sensors": _sensor_rows(log),
-        "clipping": _clipping_facts(log),
-        "warnings": warnings(log),
-    }
-
-
-def _sensor_rows(log: DropLog) -> list[Json]:
-    """Return a row per sensor: name, samples valid, invalid and clipped (None for angle sensors)."""
-    rows: list[Json] = []
-    for i in range(log.imu_valid.shape[1]):
-        clipped = int(np.count_nonzero(log.clipped[:, i] & log.imu_valid[:, i]))
-        rows.append(_row(f"IMU of body {i + 1}", log.imu_valid[:, i], clipped))
-    for i in range(log.angle_valid.shape[1]):
-        joint, sensor = divmod(i, SENSORS_PER_JOINT)
-        rows.append(_row(f"joint {joint + 1} angle sensor {sensor + 1}", log.angle_valid[:, i], None))
-    return rows
-
-
-def _clipping_facts(log: DropLog) -> Json | None:
-    """Return when IMUs were at full scale and how many such samples lie in the fall; None if never.
+@dataclass(frozen=True, slots=True)
+class Clipping:
+    """When IMUs were at full scale, the end of the fall, and how many such samples lie in it.
 
     Clipping at the landing is no fault. In the fall a clipped value is a lower bound of the truth.
     """
+
+    first_s: float
+    last_s: float
+    fall_s: float
+    in_fall: int
+
+
+def _columns_of(kind: type) -> Columns:
+    """Return a column for each field of a dataclass or named tuple."""
+    return fields(" ".join(kind.__annotations__))
+
+
+def _hex(value: int) -> str:
+    return f"{value:08x}"
+
+
+def _header_facts(log: DropLog) -> dict[str, Any]:
+    schema = log.header.schema.rstrip(b"\0").decode("ascii", errors="replace")
+    more = {"schema": schema, "is_copy": log.header_is_copy, "time_us": log.header_time_us}
+    return _field_values(log.header) | more
+
+
+def _field_values(protocol_record: LogHeader | LogFooter) -> dict[str, Any]:
+    """Return a protocol record's fields; bytes as hexadecimal text."""
+    return {
+        name: value.hex() if isinstance(value, bytes) else list(value) if isinstance(value, tuple) else value
+        for name, value in asdict(protocol_record).items()
+    }
+
+
+def _event_facts(log: DropLog) -> list[dict[str, Any]]:
+    return [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events]
+
+
+def count_late_samples(log: DropLog) -> LateSamples:
+    """Count the late samples and the sampling timer's ticks missed, and find the longest step."""
+    rows = log.late_rows
+    if not len(rows):
+        return LateSamples(0, 0, None, None)
+    step_us = log.t_us[rows] - log.t_us[rows - 1]
+    longest = int(np.argmax(step_us))
+    # A step of k nominal periods left k - 1 ticks without a sample.
+    ticks_missed = int((np.rint(step_us * (log.header.rate_hz / 1e6)) - 1).sum())
+    return LateSamples(
+        len(rows), ticks_missed, int(step_us[longest]), log.seconds(int(log.t_us[rows[longest]]))
+    )
+
+
+SENSORS: Columns = (
+    Column("sensor", "sensor"),
+    Column("valid", "valid"),
+    Column("invalid", "invalid"),
+    Column("clipped", "clipped"),
+)
+
+
+def count_sensors(log: DropLog) -> list[SensorCount]:
+    """Count each sensor's samples: IMUs first, then angle sensors."""
+    rows = []
+    for i, valid in enumerate(log.imu_valid.T):
+        clipped = int(np.count_nonzero(log.clipped[:, i] & valid))
+        rows.append(_count_sensor(f"IMU of body {i + 1}", valid, clipped))
+    for i, valid in enumerate(log.angle_valid.T):
+        joint, sensor = divmod(i, SENSORS_PER_JOINT)
+        rows.append(_count_sensor(f"joint {joint + 1} angle sensor {sensor + 1}", valid, None))
+    return rows
+
+
+def _count_sensor(name: str, valid: BoolArray, clipped: int | None) -> SensorCount:
+    count = int(np.count_nonzero(valid))
+    return SensorCount(name, count, len(valid) - count, clipped)
+
+
+def count_clipped(log: DropLog) -> Clipping | None:
+    """Count the clipped samples in the fall; None if no IMU was ever at full scale."""
     clipped = (log.clipped & log.imu_valid).any(axis=1)
     if not clipped.any():
         return None
@@ -112,18 +128,8 @@ def _clipping_facts(log: DropLog) -> Json | None:
     landings = (log.seconds(event.t_us) for event in log.events if event.name == "landing")
     # The fall ends at the first landing after t = 0, at the latest after the facility's time of fall.
     fall_s = min([FALL_US / 1e6, *(t_s for t_s in landings if t_s > 0.0)])
-    released = log.release_us is not None
-    return {
-        "first_s": float(times[0]),
-        "last_s": float(times[-1]),
-        "fall_s": fall_s,
-        "in_fall": int(np.count_nonzero((times >= 0.0) & (times < fall_s))) if released else 0,
-    }
-
-
-def _row(name: str, valid: BoolArray, clipped: int | None) -> Json:
-    count = int(np.count_nonzero(valid))
-    return {"sensor": name, "valid": count, "invalid": len(valid) - count, "clipped": clipped}
+    in_fall = np.count_nonzero((times >= 0.0) & (times < fall_s)) if log.release is not None else 0
+    return Clipping(float(times[0]), float(times[-1]), fall_s, int(in_fall))
 
 
 MAX_SINGLE_MISSES = 0.01
@@ -143,14 +149,14 @@ def single_misses(valid: BoolArray) -> bool:
 def grave_warnings(log: DropLog) -> list[str]:
     """Return those of `warnings` that concern more than single readings."""
     valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
-    rows = zip(_sensor_rows(log), valid.T, strict=True)
+    rows = zip(count_sensors(log), valid.T, strict=True)
     # Isolated misses are bridged by their neighbours: leave out exactly those sensors' lines.
     light = {_missed_line(log, row) for row, is_valid in rows if single_misses(is_valid)}
     return [line for line in warnings(log) if line not in light]
 
 
-def _missed_line(log: DropLog, row: Json) -> str:
-    return f"The {row['sensor']} gave no value in {row['invalid']} of {len(log)} samples."
+def _missed_line(log: DropLog, row: SensorCount) -> str:
+    return f"The {row.sensor} gave no value in {row.invalid} of {len(log)} samples."
 
 
 def warnings(log: DropLog) -> list[str]:
@@ -175,10 +181,10 @@ def warnings(log: DropLog) -> list[str]:
         lines.append(_late_line(log))
     if log.footer is None:
         lines.append(_open_end_line(log))
-    clipped = _clipping_facts(log)
-    if clipped is not None and clipped["in_fall"]:
-        lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
-    lines += [_missed_line(log, row) for row in _sensor_rows(log) if row["invalid"]]
+    clipping = count_clipped(log)
+    if clipping is not None and clipping.in_fall:
+        lines.append(f"{clipping.in_fall} samples in the fall are clipped (lower bounds).")
+    lines += [_missed_line(log, row) for row in count_sensors(log) if row.invalid]
     return lines
 
 
@@ -186,10 +192,10 @@ _GAPS_SHOWN = 5
 
 
 def _late_line(log: DropLog) -> str:
-    late = _late_samples(log)
+    late = count_late_samples(log)
     return (
-        f"The logger took {late['count']} samples late and none in {late['ticks_missed']} ticks before them "
-        f"(longest step {late['longest_us'] / 1e3:.3f} ms, up to {late['longest_s']:.3f} s): "
+        f"The logger took {late.count} samples late and none in {late.ticks_missed} ticks before them "
+        f"(longest step {(late.longest_us or 0) / 1e3:.3f} ms, up to {late.longest_s:.3f} s): "
         "nothing that existed is lost, but rates change unseen there."
     )
 
@@ -220,3 +226,53 @@ def _gap_line(log: DropLog, gap: Gap) -> str:
     end = "the end" if gap.end_us is None else f"{log.seconds(gap.end_us):.3f} s"
     cause = f", {gap.samples_dropped} of them dropped by the logger" if gap.samples_dropped else ""
     return f"  {start} to {end}: {gap.samples} samples{cause}, {gap.blocks} blocks"
+
+
+METADATA: Columns = (
+    Column("source", of=lambda log: printable(log.path.name)),
+    Column("session", of=lambda log: _hex(log.session)),
+    Column("other_sessions", of=lambda log: list(map(_hex, log.other_sessions))),
+    *fields("chosen_by"),
+    Column(
+        "recordings",
+        columns=(
+            Column("session", of=lambda recording: _hex(recording.session)),
+            *_columns_of(Recording)[1:],
+        ),
+    ),
+    *fields("verdict"),
+    Column("samples", of=len),
+    *fields("samples_lost blocks_lost"),
+    Column("first_s", of=lambda log: log.seconds(int(log.t_us[0]))),
+    Column("last_s", of=lambda log: log.seconds(int(log.t_us[-1]))),
+    *fields("duration_s"),
+    # JSON has no NaN.
+    Column("rate_hz", of=lambda log: log.rate_hz if isfinite(log.rate_hz) else None),
+    *fields("release_us release_uncertainty_us"),
+    Column("release_interval_us", of=lambda log: log.release and log.release.interval_us),
+    *fields("t_s_origin doubts"),
+    Column("header", of=_header_facts),
+    *fields("unix_offset_us"),
+    Column("footer", of=lambda log: log.footer and _field_values(log.footer)),
+    Column("set_aside", columns=_columns_of(SetAside)),
+    Column("gaps", columns=_columns_of(Gap)),
+    Column("late_samples", of=count_late_samples, columns=_columns_of(LateSamples)),
+    Column("events", of=_event_facts),
+)
+"""All that `DropLog` holds besides its columns; bytes as hexadecimal text, except the schema."""
+SUMMARY: Columns = (
+    *METADATA,
+    Column("sensors", of=count_sensors, columns=SENSORS),
+    Column("clipping", of=count_clipped, columns=_columns_of(Clipping)),
+    Column("warnings", of=warnings),
+)
+
+
+def metadata(log: DropLog) -> dict[str, Any]:
+    """Return a recording's metadata as its files hold it."""
+    return record(METADATA, log)
+
+
+def summary(log: DropLog) -> dict[str, Any]:
+    """Return the metadata, the samples per sensor and the warnings as `decode --json` prints them."""
+    return record(SUMMARY, log)

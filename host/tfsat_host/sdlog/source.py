@@ -102,10 +102,6 @@ class LogSource:
             yield first, self.read_into(buffer[: (reached - first) * BLOCK_BYTES], first * BLOCK_BYTES)
         self.blocks_in_holes += self.block_count - reached
 
-    def read_blocks(self, position: int, count: int) -> memoryview:
-        """Blocks `position` and following, in a buffer of their own. Raises LogError as `read_into`."""
-        return self.read_into(memoryview(bytearray(count * BLOCK_BYTES)), position * BLOCK_BYTES)
-
     def tail(self) -> bytes:
         """Read the bytes behind the last whole block."""
         whole_bytes = self.block_count * BLOCK_BYTES

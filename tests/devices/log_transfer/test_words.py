@@ -15,6 +15,7 @@ from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.quantity import Quantity, record
 from tfsat_host.run.fetched_log import Copy
+from tfsat_host.sdlog import DropEvent
 
 
 @pytest.mark.parametrize(
@@ -22,7 +23,7 @@ from tfsat_host.run.fetched_log import Copy
     [(1, "more than a quarter of"), (2, "more than half of"), (3, "more than 3 quarters of"), (4, "all of")],
 )
 def test_how_full_the_ring_is(arg: int, words: str) -> None:
-    event = {"name": "ring_high_water", "index": 0, "arg": arg, "value": 893}
+    event = DropEvent(t_us=0, name="ring_high_water", index=0, arg=arg, value=893)
     assert event_words(event) == f"893 blocks wait for the card: {words} the ring"
 
 

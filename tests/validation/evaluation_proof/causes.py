@@ -15,8 +15,8 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.cause_evidence import SOUND, TIE
 from tfsat_host.evaluation.checks.check import Cause
 from tfsat_host.evaluation.checks.drop_checks import checks_of
+from tfsat_host.evaluation.com_fit.model_comparison import compare_model
 from tfsat_host.evaluation.com_fit.offsets import model_offsets
-from tfsat_host.evaluation.com_fit.prediction import compare_model
 from tfsat_host.evaluation.motion.motion import motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
 from tfsat_host.evaluation.rest import rest_before_release

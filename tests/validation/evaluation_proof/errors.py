@@ -36,7 +36,7 @@ _RATES = 20
 def errors_of(drop: Drop, evaluation: Evaluation) -> dict[str, Errors]:
     """Against the hidden truth: deg, deg/s, and mm of the centers of mass."""
     bodies, fit = evaluation.motion.bodies, evaluation.explained.fit
-    after = evaluation.explained.after.error
+    after = evaluation.explained.fitted.error
     turned = [_reorientation(drop, number, body) for number, body in enumerate(bodies, 1)]
     return {
         "reorientation of body 1": join_errors(turned[:1]),

@@ -13,8 +13,8 @@ from tests.validation.evaluation_proof.errors import errors_of
 from tests.validation.evaluation_proof.objective import least_of_objective
 from tests.validation.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
-from tfsat_host.evaluation.com_fit.prediction import Sides
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.robot import RobotModel
 
@@ -31,7 +31,7 @@ class Difference:
     rms_deg: float
 
     @classmethod
-    def of(cls, sides: Sides) -> Difference:
+    def of(cls, sides: ComparedModel) -> Difference:
         return cls(float(np.rad2deg(sides.error.final_norm_rad)), float(np.rad2deg(sides.error.rms_rad)))
 
 
@@ -111,8 +111,8 @@ def _flight(drop: Drop, evaluation: Evaluation, other: Evaluation) -> Flight:
     return Flight(
         errors_of(drop, evaluation),
         explained.fit.excess,
-        Difference.of(explained.before),
-        Difference.of(explained.after),
+        Difference.of(explained.nominal),
+        Difference.of(explained.fitted),
         Difference.of(explained.driven.with_offsets(other.explained.fit.values)),
         swarm.values - drop.true_com_offsets_mm,
         swarm.spread,

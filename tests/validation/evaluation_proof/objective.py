@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.model_comparison import ComparedModel, ModelInput
 from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial
-from tfsat_host.evaluation.com_fit.prediction import ModelInput, Sides
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""
@@ -28,6 +28,6 @@ def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
     return np.asarray(optimum.x)
 
 
-def with_centers(driven: ModelInput, values: FloatArray) -> Sides:
+def with_centers(driven: ModelInput, values: FloatArray) -> ComparedModel:
     """Apply CoM offsets (9,), in mm, to the model and leave all else as filed."""
     return driven.with_offsets(np.pad(values, (0, len(driven.offsets) - len(values))))

@@ -85,10 +85,10 @@ def _replay(robot: Robot, drop: Drop) -> Replay:
         _errors(drop, evaluation),
         Difference.of(with_centers(driven, drop.true_com_offsets_mm)),
         Difference.of(with_centers(evaluation.explained.driven, drop.true_com_offsets_mm)),
-        Difference.of(paper_evaluation.explained.before),
+        Difference.of(paper_evaluation.explained.nominal),
         Difference.of(with_centers(driven, swarm.values)),
         _errors(drop, calibrated),
-        Difference.of(calibrated.explained.before),
+        Difference.of(calibrated.explained.nominal),
         Difference.of(with_centers(calibrated.explained.driven, swarm.values)),
     )
 

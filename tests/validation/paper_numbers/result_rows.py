@@ -9,7 +9,7 @@ from tests.validation.paper_numbers.numbers import GIVEN, Row, row
 from tfsat_host.dynamics.history import TimedMove, history_from_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
-from tfsat_host.evaluation.com_fit.momentum_residual import cutoff_hz
+from tfsat_host.evaluation.com_fit.momentum_average import cutoff_hz
 from tfsat_host.robot import RobotModel
 
 HUNG_DEG = 6.0

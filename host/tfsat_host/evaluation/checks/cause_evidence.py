@@ -111,40 +111,19 @@ def _try_hypothesis(
 def of_no_kind(residuals: WholeResidual) -> list[TestedHypothesis]:
     """Compute the evidence of two special hypotheses: nothing is wrong, and everything is."""
     whitened_residual = residuals.whiten(residuals.residual)
-    return [_try_no_error(whitened_residual), _try_any_error(whitened_residual)]
-
-
-def _try_no_error(whitened_residual: FloatArray) -> TestedHypothesis:
-    agree = (
-        f"{UNKNOWN}; gyros, angle sensors and model agree to {(whitened_residual**2).mean():.3g} "
-        "times what their errors allow"
-    )
-    return TestedHypothesis(
-        SOUND,
-        float(-0.5 * whitened_residual @ whitened_residual),
-        lambda: agree,
-        _LOOK,
-        np.zeros((len(whitened_residual), 0)),
-    )
-
-
-def _try_any_error(whitened_residual: FloatArray) -> TestedHypothesis:
+    k, chi_square = len(whitened_residual), float(whitened_residual @ whitened_residual)
     factors = np.array(_WORSE)
     # All errors greater by one factor: each row costs its logarithm, and chi-square falls by its square.
-    logs = (
-        -len(whitened_residual) * np.log(factors) - 0.5 * (whitened_residual @ whitened_residual) / factors**2
-    )
-    apart = (
-        f"{UNKNOWN}; the data contradict each other {(whitened_residual**2).mean():.3g} times as "
-        "much as their errors allow"
-    )
-    return TestedHypothesis(
-        UNKNOWN,
-        float(logsumexp(logs) - np.log(len(factors))),
-        lambda: apart,
-        _LOOK,
-        np.zeros((len(whitened_residual), 0)),
-    )
+    logs = -k * np.log(factors) - 0.5 * chi_square / factors**2
+    misfit, no_columns = f"{chi_square / k:.3g}", np.zeros((k, 0))
+    agree = f"{UNKNOWN}; gyros, angle sensors and model agree to {misfit} times what their errors allow"
+    apart = f"{UNKNOWN}; the data contradict each other {misfit} times as much as their errors allow"
+    return [
+        TestedHypothesis(SOUND, -0.5 * chi_square, lambda: agree, _LOOK, no_columns),
+        TestedHypothesis(
+            UNKNOWN, float(logsumexp(logs) - np.log(len(factors))), lambda: apart, _LOOK, no_columns
+        ),
+    ]
 
 
 def rank_causes(trials: Sequence[TestedHypothesis]) -> tuple[Cause, ...]:

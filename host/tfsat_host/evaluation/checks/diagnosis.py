@@ -54,10 +54,7 @@ def evidence_check(residuals: WholeResidual) -> Check:
     best = max(try_hypotheses(residuals, stated_faults(residuals)), key=lambda trial: trial.log_evidence)
     # Logarithm of the Bayes factor between the likeliest fault and none.
     value = best.log_evidence - sound.log_evidence
-    sentence = (
-        f"The likeliest other cause ({best.kind}) explains gyros, angle sensors and momentum e^{value:.1f} times as "
-        "well as that all is as filed and certified."
-    )
+    sentence = f"Likeliest other cause: {best.kind}, log Bayes factor {value:.1f} against none."
     return AS_FILED.judge(value, EVIDENCE_THRESHOLD_NATS, sentence)
 
 

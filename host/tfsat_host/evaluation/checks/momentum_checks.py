@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.checks.check import Check, Kind, rms_limit, z_limit
 from tfsat_host.evaluation.checks.stated_errors import RATE_FLOOR_RAD_S
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
@@ -29,43 +27,23 @@ def momentum_checks(motion: Motion, fit: ModelFit | None, base: int) -> Iterator
         yield CONSTANT.not_possible(why)
         yield BEFORE_AFTER.not_possible(why)
         return
-    block_residuals = _Left.of(motion, fit)
-    yield _constant(block_residuals)
+    yield _constant(motion, fit)
     yield _before_after(motion, fit, base)
 
 
-class _Left(NamedTuple):
-    """What the fitted model does not explain, over k blocks, as a rate of the base.
-
-    Attributes:
-        t_s: (k,) where each begins.
-        rate_rad_s: (k, 3) means.
-        variance: (k, 3, 3) of those, with a floor.
-    """
-
-    t_s: FloatArray
-    rate_rad_s: FloatArray
-    variance: FloatArray
-
-    @classmethod
-    def of(cls, motion: Motion, fit: ModelFit) -> _Left:
-        t = motion.t_s[motion.t_s >= SETTLED_S]
-        blocks = Blocks.of(t, BLOCK_S)
-        # The model does not know ringing frames: a floor under each block's noise.
-        noise = blocks.mean(fit.derivatives.noise) / blocks.counts[:, None, None]
-        return cls(t[blocks.edges], blocks.mean(fit.residual_rad_s), noise + RATE_FLOOR_RAD_S**2 * np.eye(3))
-
-
-def _constant(block_residuals: _Left) -> Check:
-    rms = float(np.sqrt((block_residuals.rate_rad_s**2).mean()))
-    expected = float(np.sqrt(np.trace(block_residuals.variance.mean(axis=0)) / 3.0))
-    worst = int(np.linalg.norm(block_residuals.rate_rad_s, axis=1).argmax())
-    sentence = (
-        f"The model leaves {np.rad2deg(rms):.3f} deg/s rms of the base's rate unexplained, most of it at "
-        f"{block_residuals.t_s[worst]:.1f} s."
-    )
-    limit = expected * rms_limit(block_residuals.rate_rad_s.size)
-    return CONSTANT.judge(float(np.rad2deg(rms)), float(np.rad2deg(limit)), sentence)
+def _constant(motion: Motion, fit: ModelFit) -> Check:
+    t = motion.t_s[motion.t_s >= SETTLED_S]
+    blocks = Blocks.of(t, BLOCK_S)
+    # Residual of the base's rate: means over blocks, (k, 3).
+    residual = blocks.mean(fit.residual_rad_s)
+    # The model does not know ringing frames: a floor under each block's noise.
+    noise = blocks.mean(fit.derivatives.noise) / blocks.counts[:, None, None]
+    variance = noise + RATE_FLOOR_RAD_S**2 * np.eye(3)
+    rms_deg_s = float(np.rad2deg(np.sqrt((residual**2).mean())))
+    expected = float(np.sqrt(np.trace(variance.mean(axis=0)) / 3.0))
+    worst_s = t[blocks.edges][np.linalg.norm(residual, axis=1).argmax()]
+    sentence = f"Residual of the base's rate: {rms_deg_s:.3f} deg/s rms, largest at {worst_s:.1f} s."
+    return CONSTANT.judge(rms_deg_s, float(np.rad2deg(expected * rms_limit(residual.size))), sentence)
 
 
 def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
@@ -87,7 +65,6 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
     limit = z_limit(3) * float(np.sqrt(variance + 2.0 * RATE_FLOOR_RAD_S**2))
     value = float(np.abs(change).max())
     sentence = (
-        f"Between before and after the maneuver the momentum changes by {np.rad2deg(value):.3f} deg/s of the base "
-        "more than the model explains."
+        f"Change of momentum over the maneuver: {np.rad2deg(value):.3f} deg/s of the base beyond the model."
     )
     return BEFORE_AFTER.judge(float(np.rad2deg(value)), float(np.rad2deg(limit)), sentence)

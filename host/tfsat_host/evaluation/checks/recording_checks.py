@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -134,23 +134,6 @@ OTHER_JOINT_RAD = np.deg2rad(5.0)
 MOVED_RAD = np.deg2rad(1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Rise:
-    """One rise of the stroke line, and what moved then; joint 0: nothing did."""
-
-    t_s: float
-    joint: int
-    size_rad: float
-    std_rad: float
-
-    def __str__(self) -> str:
-        moved = "no joint"
-        if self.joint:
-            size, std = np.rad2deg([self.size_rad, self.std_rad])
-            moved = f"joint {self.joint} by {size:+.2f} ± {max(std, 0.01):.2f} deg"
-        return f"{self.t_s:.3f} s {moved}"
-
-
 def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke]) -> Check:
     """Check that the maneuver flown is the one in the file.
 
@@ -170,9 +153,9 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
     unseen = {stroke.number for stroke in strokes if not np.isfinite(stroke.logged_s)}
     if surplus and unseen:
         wrong |= unseen
-    sentence = "Nothing says that another maneuver was flown than the file's."
+    sentence = "Stroke line and joints agree with the file."
     if wrong:
-        flown_text = "; ".join(map(str, _rises(motion, edges_s)))
+        flown_text = "; ".join(_describe_rises(motion, edges_s))
         filed = "; ".join(
             f"{stroke.scheduled_s:.3f} s joint {stroke.joint} by {np.rad2deg(stroke.commanded_rad):+.2f} deg"
             for stroke in strokes
@@ -211,26 +194,23 @@ def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
     }
 
 
-def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
-    """Return each rise of the stroke line with the joint that moved most before the next rise.
+def _describe_rises(motion: Motion, edges_s: FloatArray) -> list[str]:
+    """Format each rise of the stroke line with the joint that moved most before the next rise.
 
     The joint's travel is counted until it moves again, or to the end.
     """
-    t, end_s = motion.t_s, float(motion.t_s[-1])
-    untils_s = [*edges_s[1:].tolist(), end_s]
-    movers = [_mover(motion, t_s, until_s) for t_s, until_s in zip(edges_s.tolist(), untils_s, strict=True)]
-    rises = []
-    for i, (t_s, joint) in enumerate(zip(edges_s.tolist(), movers, strict=True)):
-        again = (k for k in range(i + 1, len(movers)) if movers[k] == joint)
-        before, after = (
-            at_rest(t, t_s),
-            at_rest(t, edges_s[k] if (k := next(again, None)) is not None else end_s),
-        )
-        if not joint or before is None or after is None:
-            rises.append(_Rise(t_s, 0, 0.0, 0.0))
-        else:
-            rises.append(_Rise(t_s, joint, *change_of(motion.joints[joint - 1], before, after)))
-    return rises
+    t, end_s, starts_s = motion.t_s, float(motion.t_s[-1]), edges_s.tolist()
+    movers = [_mover(motion, t_s, until_s) for t_s, until_s in pairwise([*starts_s, end_s])]
+    sentences = []
+    for i, (t_s, joint) in enumerate(zip(starts_s, movers, strict=True)):
+        again = (starts_s[k] for k in range(i + 1, len(movers)) if movers[k] == joint)
+        before, after = at_rest(t, t_s), at_rest(t, next(again, end_s))
+        moved = "no joint"
+        if joint and before is not None and after is not None:
+            size, std = np.rad2deg(change_of(motion.joints[joint - 1], before, after))
+            moved = f"joint {joint} by {size:+.2f} ± {max(std, 0.01):.2f} deg"
+        sentences.append(f"{t_s:.3f} s {moved}")
+    return sentences
 
 
 def _mover(motion: Motion, from_s: float, until_s: float, least_rad: float = MOVED_RAD) -> int:

@@ -49,15 +49,13 @@ def rest_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
 
 def _gravity(rest: RestBeforeRelease) -> Check:
     """Accelerometers are not calibrated: three of their standard deviations hold 50 mg, 80 mg along z, and 3 %."""
-    gravity_checks = [
-        check_gravity(b + 1, force, None, None) for b, force in enumerate(rest.force) if force is not None
-    ]
+    gravity_checks = [check_gravity(b + 1, force) for b, force in enumerate(rest.force) if force is not None]
     if not gravity_checks:
         return GRAVITY.not_possible("No accelerometer answered before the release.")
     # The farthest by its own uncertainty, which differs from axis to axis.
     worst = max(gravity_checks, key=lambda check: abs(check.norm_g - 1.0) / check.norm_std_g)
     sentence = (
-        f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of "
+        f"Body {worst.body} at rest: {worst.norm_g:.3f} g, the largest deviation from 1 g of "
         f"{len(gravity_checks)} bodies."
     )
     return GRAVITY.judge(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
@@ -77,7 +75,9 @@ def _down(rest: RestBeforeRelease, model: RobotModel) -> Check:
     spread = float(np.sqrt(np.mean([std**2 for _, std, _ in directions.values()])))
     body = max(off, key=lambda b: off[b] / directions[b][1])
     limit = ALARM_STDS * float(np.hypot(directions[body][1], spread))
-    sentence = f"At rest body {body + 1} feels down {np.rad2deg(off[body]):.1f} deg away from the others."
+    sentence = (
+        f"Body {body + 1} at rest: down differs by {np.rad2deg(off[body]):.1f} deg from the other bodies'."
+    )
     # In the suspect's own axes, where an exchange or reversal shows by the axis that is nearest.
     turn = directions[body][2]
     felt, right = (_axis(turn.T @ vector) for vector in (directions[body][0], usual))
@@ -131,12 +131,11 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
     # Rows are ordered by body, then by axis.
     body, axis = divmod(int(rows[worst]) - data.at_rest(0).start, 3)
     off_deg, bias_time = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
-    against = "no bias at all, for none was calibrated"
+    against = "zero (bias never calibrated)"
     if bias_time:
         against = f"the bias of {bias_time:%Y-%m-%d %H:%M} UTC"
     sentence = (
-        f"At rest the gyro of body {body + 1} shows {off_deg:+.3f} deg/s about its {'xyz'[axis]} "
-        f"relative to {against}."
+        f"Gyro of body {body + 1} at rest: {off_deg:+.3f} deg/s about {'xyz'[axis]} relative to {against}."
     )
     return BIAS.judge(float(abs(off_deg)), float(np.rad2deg(limits[worst])), sentence)
 
@@ -150,8 +149,7 @@ def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
     body = int(ratio.argmax())
     value = float(np.rad2deg(densities_rad_s_rthz[body]))
     sentence = (
-        f"The gyro of body {body + 1} is the noisiest: {value:.4f} {NOISE.unit}, "
-        f"{ratio[body]:.1f} times its data sheet's."
+        f"Noisiest gyro: body {body + 1}, {value:.4f} {NOISE.unit} ({ratio[body]:.1f} times the data sheet)."
     )
     return NOISE.judge(value, float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ)), sentence).caused_by(
         f"gyro of body {body + 1}: its supply or its cable is disturbed, or the robot was shaken before the release",

@@ -27,7 +27,7 @@ _RATES, _ANGLES = ("rates", "attitudes", "strokes", "offsets"), ("strokes", "off
 AS_STATED = Kind("sensors as stated", STATED, _RATES)
 AXES = Kind("axes as stated", STATED, ("offsets",))
 WEIGHT = Kind("gyros without their weight", STATED, ("rates", "attitudes", "offsets"))
-LITTLE_STATED = "Not all misalignments and zero points were measured: little is stated of them."
+LITTLE_STATED = "Not all misalignments and zero points were measured."
 LAG = Kind("lag of the gyros", "ms", _RATES)
 LAG_STDS = 3.0
 """Of what a chip may be from its sheet, and its readings from their time stamps: settings are 1 to 5 ms apart."""
@@ -49,8 +49,7 @@ def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]
         rms = np.rad2deg(np.sqrt((data.residual[rows & stated.known] ** 2).mean()))
         value = float(np.sqrt(chi_square / count))
         sentence = (
-            f"Off the axis of joint {joint + 1} the {kind.name} differ by {rms:.3f} deg/s rms, "
-            f"{value:.2g} times what their stated errors allow."
+            f"Difference off the axis of joint {joint + 1}: {rms:.3f} deg/s rms, {value:.2g} times stated."
         )
         yield kind.judge(value, rms_limit(count), sentence)
 
@@ -62,7 +61,7 @@ def stated_check(motion: Motion, calibration: Calibration) -> Check:
     # The many errors that are as stated must not hide the few that are not.
     pairs = map(_by_stated, motion.solved.stated[:2])
     value, limit = max(pairs, key=lambda pair: pair[0] / pair[1])
-    sentence = f"Gyros and angle sensors are off by {value:.2f} times what their certificate states."
+    sentence = f"Errors of gyros and angle sensors: {value:.2f} times their certificate's."
     return AS_STATED.judge(value, limit, sentence)
 
 
@@ -74,7 +73,7 @@ def axes_check(motion: Motion, calibration: Calibration) -> Check:
     if not is_measured(calibration):
         return AXES.not_possible(LITTLE_STATED)
     value, limit = _by_stated(motion.solved.stated[2])
-    sentence = f"The joints' axes lean by {value:.2f} times what the robot file states."
+    sentence = f"Tilt of the joints' axes: {value:.2f} times the robot file's uncertainty."
     return AXES.judge(value, limit, sentence).caused_by(
         "the robot file: the axis of a joint leans by more than it states",
         Advice("Measure the hinges, and compare their axes: ", NextStep("robot")),
@@ -102,8 +101,8 @@ def weight_check(motion: Motion, data: Consistency) -> Check:
         covariance += np.diag(np.nan_to_num(data.rest.reading_std_rad_s).ravel() ** 2)
     value = float(np.sqrt(change @ np.linalg.solve(covariance, change) / len(change)))
     sentence = (
-        f"From hanging to falling the gyros' biases change by {np.rad2deg(np.sqrt((change**2).mean())):.2f} deg/s rms, "
-        f"{value:.2g} times what they may feel of their weight."
+        f"Bias change from hanging to falling: {np.rad2deg(np.sqrt((change**2).mean())):.2f} deg/s rms, "
+        f"{value:.2g} times the stated g-sensitivity."
     )
     return WEIGHT.judge(value, rms_limit(len(change)), sentence).caused_by(
         f"g-sensitivity: the gyros feel forces {value:.2g} times as much as their data sheet says",
@@ -145,7 +144,7 @@ def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
         std = np.rad2deg(np.sqrt(variance[a] + variance[b] - 2.0 * stated.covariance[a, b]))
         worst = int((np.abs(apart) / std).argmax())
         at_s = data.t_s[data.block.edges[both][worst]]
-        sentence = f"The two {kind.name} differ by {apart[worst]:+.3f} deg at {at_s:.1f} s."
+        sentence = f"Largest difference of the two {kind.name}: {apart[worst]:+.3f} deg at {at_s:.1f} s."
         yield kind.judge(float(abs(apart[worst])), float(z_limit(len(apart)) * std[worst]), sentence)
 
 
@@ -165,10 +164,7 @@ def sensed_checks(
             continue
         value = float(np.sqrt(chi_square / count))
         greatest = np.rad2deg(np.nanmax([sensor.greatest_rad for sensor in motion.sensors]))
-        sentence = (
-            f"The {kind.name} differ by {value:.2g} times what their stated errors allow; "
-            f"from the angle fused of both a sensor is off by {greatest:.3f} deg at most."
-        )
+        sentence = f"Difference of the {kind.name}: {value:.2g} times stated, max. {greatest:.3f} deg."
         yield kind.judge(value, rms_limit(count), sentence)
 
 
@@ -189,7 +185,7 @@ def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
             weighted = np.linalg.solve(stated.among(rows), turned[rows])
             information = float(weighted @ turned[rows])
             off = 100.0 * float(weighted @ data.residual[rows]) / information
-            sentence = f"The gyros at joint {joint + 1} show {off:+.2f} % more than its angle sensors."
+            sentence = f"Gyros relative to the angle sensors of joint {joint + 1}: {off:+.2f} %."
             yield kind.judge(abs(off), 100.0 * z_limit(data.joints) / information**0.5, sentence)
 
 
@@ -207,8 +203,8 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
     # Judge what the strokes gave even where the fusion refused it.
     delay_s = lag.delay_s if lag.implausible_s is None else lag.implausible_s
     sentence = (
-        f"The gyros are {1e3 * delay_s:.2f} ms behind the angle sensors; "
-        f"their low-pass accounts for {1e3 * lag.expected_s:.2f} ms."
+        f"Gyro delay relative to the angle sensors: {1e3 * delay_s:.2f} ms "
+        f"(data sheet: {1e3 * lag.expected_s:.2f} ms)."
     )
     return LAG.judge(1e3 * abs(delay_s - lag.expected_s), 1e3 * LAG_STDS * DELAY_STD_S, sentence)
 
@@ -230,8 +226,8 @@ def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) 
     differences = [(_apart(motion, tree.base, b, start[b], end[b], bent), b) for b in others]
     (ratio, angle, std), worst = max(differences, key=lambda difference: difference[0][0])
     sentence = (
-        f"At the end of the fall the gyros of bodies {worst + 1} and {tree.base + 1} differ by {np.rad2deg(angle):.3f} "
-        "deg in the base's attitude."
+        f"The base's attitude at the end by the gyros of bodies {worst + 1} and {tree.base + 1} differs by "
+        f"{np.rad2deg(angle):.3f} deg."
     )
     # In rad along this very difference, whose standard deviation is angle over ratio.
     limit = z_limit(3 * len(others)) * (angle / ratio if ratio > 0.0 else std)

@@ -121,7 +121,7 @@ def fit_model(offsets: Offsets, kinematics: FallSamples, before: ModelFit | None
     # Start from no offsets and the mean momentum, or from where another fit of this drop ended.
     if before is None:
         momentum = inertial_momentum(offsets.body, kinematics).mean(axis=0)
-        start = Place(np.zeros(len(offsets)), momentum, kinematics.taken, 0, converged=False)
+        start = Place(np.zeros(len(offsets)), momentum, kinematics.removed_errors, 0, converged=False)
     else:
         start = Place.of(before)
     # First fit as if the sensors' noise were all that is left over.
@@ -249,7 +249,7 @@ def _fit(
         place.steps,
         place.converged,
         np.abs(place.values) >= offsets.bounds - _CLOSE,
-        system.found,
+        system.derivatives,
     )
 
 
@@ -262,7 +262,7 @@ class _System(NamedTuple):
     prior: FloatArray
     whitening: FloatArray
     momentum_unit: float
-    found: Derivatives
+    derivatives: Derivatives
 
     @classmethod
     def of(cls, offsets: Offsets, place: Place, kinematics: FallSamples) -> _System:

@@ -32,7 +32,8 @@ from scipy.special import chdtrc, chdtri
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.joint_fit import JointFit, fit_jointly
-from tfsat_host.evaluation.com_fit.momentum_residual import PAPER_SIZE, FallSamples, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
@@ -66,12 +67,14 @@ class CombinedOffsets:
     """Offsets of several drops together.
 
     Attributes:
+        offsets: What was free in all drops.
         values: (p,) in the offsets' units.
         covariance: (p, p), the drops taken as independent; widened if they do not agree.
         chi_square: Of what the drops leave over at the common offsets.
         degrees_of_freedom: Of that; 0 for one drop.
     """
 
+    offsets: Offsets
     values: FloatArray
     covariance: FloatArray
     chi_square: float
@@ -157,7 +160,7 @@ def combine(fits: Sequence[ModelFit]) -> CombinedOffsets:
     chi_square, freedom = _disagreement(joint, offsets.prior_std)
     # The ratio is of standard deviations; it is one where chance may explain the scatter.
     covariance = joint.covariance * _birge_ratio(chi_square, freedom) ** 2
-    return CombinedOffsets(joint.values, covariance, chi_square, freedom)
+    return CombinedOffsets(offsets, joint.values, covariance, chi_square, freedom)
 
 
 def _disagreement(joint: JointFit, prior_std: FloatArray) -> tuple[float, float]:

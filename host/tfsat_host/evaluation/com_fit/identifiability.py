@@ -184,8 +184,8 @@ class Coupling:
         """Format the coupling as a sentence."""
         if self.determined is not None:
             return (
-                f"{self.determined.name}: {self.determined.value:+.2f} ± {self.determined.std:.2g} {self.unit}, where "
-                f"{self.name} alone is known to ± {self.std:.2g} {self.unit}."
+                f"{self.determined.name}: {self.determined.value:+.2f} ± {self.determined.std:.2g} {self.unit} "
+                f"({self.name} alone: ± {self.std:.2g} {self.unit})."
             )
         cause = max(self.growth, key=lambda group: self.growth[group])
         partner, correlation = self.partners[0]

@@ -8,22 +8,6 @@ where h is the angular momentum that the model makes of the measured rates. That
 in deg/s of the base instead of kg m^2/s: the weights are then those of the sensors. To first order the difference
 between the measured and the predicted attitude is its integral, so one set of derivatives serves the fit of the
 model and the uncertainty of the comparison.
-
-The paper measures a model by how far the averaged angular momentum strays from its first value,
-
-    J = sum over j of | hbar(t_j) - hbar(t_0) |        (paper, section Result)
-
-with hbar the moving average of the momentum in inertial axes over N samples, a simple low-pass: 25 samples at 280 Hz
-have the cutoff 5 Hz. Its cutoff is
-
-    f_co = 0.443 f_s / sqrt(N^2 - 1),
-
-where the average lets 1 / sqrt(2) of an amplitude pass (after S. W. Smith, The Scientist and Engineer's Guide to
-Digital Signal Processing, 1997, chapter 15).
-
-Samples are not quite even, and some are missing, so the average is one over time: a sample stands for the time up to
-the middles between it and its neighbours, and the window is N mean sampling periods long. On an even grid that is the
-mean of N samples, for odd N. Only whole windows count: the first and the last N / 2 samples have no average.
 """
 
 from __future__ import annotations
@@ -60,7 +44,7 @@ class FallSamples:
         base_rate_rad_s: (m, 3) of the base, base axes, from all gyros.
         rate_covariance: (m, 6, 6) of base and joint rates, noise alone.
         attitude: (m, 3, 3) from base axes to those of the first sample.
-        taken: (r,) the sensors' errors that have been taken off.
+        removed_errors: (r,) the sensors' errors that have been removed.
         rate_errors: (m, 6, r) base and joint rates by the sensors' errors, which are independent and of variance one.
         angle_errors: (m, 3, r) joint angles by the same.
         sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
@@ -77,7 +61,7 @@ class FallSamples:
     base_rate_rad_s: FloatArray
     rate_covariance: FloatArray
     attitude: FloatArray
-    taken: FloatArray
+    removed_errors: FloatArray
     rate_errors: FloatArray
     angle_errors: FloatArray
     sensor_errors: FloatArray
@@ -92,7 +76,7 @@ class FallSamples:
         The readings of each body's own gyro stay as they are.
         """
         # Only the change counts: what was taken off before stays off.
-        off = errors - self.taken
+        off = errors - self.removed_errors
         rates = self.rate_errors @ off
         base = self.base_rate_rad_s + rates[:, :3]
         # All to first order but the attitude, in which a rate's error accumulates: integrate that anew.
@@ -103,12 +87,12 @@ class FallSamples:
             base_rate_rad_s=base,
             attitude=integrate_rates(self.t_s, base).as_matrix(),
             tilt_rad=self.tilt_rad + self.tilt_errors @ off,
-            taken=errors,
+            removed_errors=errors,
         )
 
     def turned_by(self, errors: FloatArray) -> float:
         """Return the greatest error of a joint angle that the errors (r,) would cause, rad."""
-        return float(np.abs(self.angle_errors @ (errors - self.taken)).max())
+        return float(np.abs(self.angle_errors @ (errors - self.removed_errors)).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,10 +208,21 @@ class Derivatives:
 
 def residual_rate(body: Multibody, kinematics: FallSamples, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    inertia, joints = inertia_and_joint_momentum(body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad)
+    return _residual(body, kinematics, momentum)[2]
+
+
+def _residual(
+    body: Multibody, kinematics: FallSamples, momentum: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Locked inertia (m, 3, 3), momentum by joint rates (m, 3, joints), and the unexplained rate (m, 3)."""
+    inertia, of_joints = inertia_and_joint_momentum(
+        body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad
+    )
     # Turn the constant momentum into base axes, and what is left over into a rate of the base.
-    residual_momentum = _momentum(inertia, joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
-    return np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0])
+    measured = _momentum(inertia, of_joints, kinematics)
+    residual_momentum = measured - kinematics.attitude.swapaxes(1, 2) @ momentum
+    rate = np.linalg.solve(inertia, residual_momentum[..., None])[..., 0]
+    return inertia, of_joints, np.asarray(rate, dtype=np.float64)
 
 
 def derivatives(
@@ -238,15 +233,9 @@ def derivatives(
     They are taken at smoothed rates, for the base those that the model predicts: see `smooth_rates`.
     """
     body = offsets.correct(vector)
-    inertia, of_joints = inertia_and_joint_momentum(
-        body.tilt_hinges(kinematics.tilt_rad), kinematics.angles_rad
-    )
-    residual_momentum = (
-        _momentum(inertia, of_joints, kinematics) - kinematics.attitude.swapaxes(1, 2) @ momentum
-    )
+    inertia, of_joints, rate = _residual(body, kinematics, momentum)
     # The inverse of the locked inertia turns momentum into the base's rate, (m, 3, 3).
     inverse = np.linalg.inv(inertia)
-    rate = np.asarray(np.linalg.solve(inertia, residual_momentum[..., None])[..., 0], dtype=np.float64)
     # Take the slopes at the predicted rate, smoothed: noise in columns would count as information.
     kinematics = replace(
         kinematics,
@@ -263,8 +252,11 @@ def derivatives(
     joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
     # By the pose only the momentum's slope counts: h - R^T H all but vanishes at the predicted rate.
-    by_angles = inverse @ _momentum_by_angles(body, kinematics)
-    by_tilts = inverse @ np.tensordot(_momentum_by_tilts(body, kinematics), kinematics.tilt_errors, 2)
+    by_angles = inverse @ _momentum_by(body, kinematics, "angles_rad", np.eye(body.n_joints)[:, None])
+    # One tilt a robot: (6, 1, joints, 2), the second axis for the samples.
+    tilts = np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
+    by_each_tilt = _momentum_by(body, kinematics, "tilt_rad", tilts)
+    by_tilts = inverse @ np.tensordot(by_each_tilt, kinematics.tilt_errors.reshape(len(tilts), -1), 1)
     # An error that turns the attitude turns the momentum in base axes.
     turned = cumulative_trapezoid(
         kinematics.attitude @ kinematics.rate_errors[:, :3], kinematics.t_s, axis=0, initial=0
@@ -283,120 +275,19 @@ def derivatives(
     )
 
 
-def _momentum_by_angles(body: Multibody, kinematics: FallSamples) -> FloatArray:
-    """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
-    # A batch of robots (joints, 1, joints), one joint moved in each, broadcast over the samples.
-    steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
-    high, low = (
-        momentum_of(body, replace(kinematics, angles_rad=kinematics.angles_rad + s)) for s in (steps, -steps)
-    )
-    return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
-
-
-def _momentum_by_tilts(body: Multibody, kinematics: FallSamples) -> FloatArray:
-    """(m, 3, joints, 2): momentum, base axes, by each tilt of a joint's axis at the same rates."""
-    # One tilt a robot: (6, 1, joints, 2), the second axis for the samples.
-    steps = _ANGLE_STEP_RAD * np.eye(kinematics.tilt_rad.size).reshape(-1, 1, *kinematics.tilt_rad.shape)
-    high, low = (
-        momentum_of(body, replace(kinematics, tilt_rad=kinematics.tilt_rad + s)) for s in (steps, -steps)
-    )
-    return np.asarray(
-        np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1).reshape(
-            *high.shape[1:], *kinematics.tilt_rad.shape
-        )
-    )
-
-
-PAPER_SIZE = 25
-# Of the cutoff f_co = 0.443 f_s / sqrt(N^2 - 1), see the text of this module.
-_HALF_POWER = 0.443
-_MIN_SHARE = 0.75
-"""A window in which more than a quarter of the samples are missing has no average."""
-
-
-@dataclass(frozen=True, eq=False)
-class MovingAverage:
-    """A moving average.
-
-    Attributes:
-        t_s: (k,) the sample times that have a whole window around them.
-        values: (..., k, d).
-        size: N.
-        width_s: Of the window.
-    """
-
-    t_s: FloatArray
-    values: FloatArray
-    size: int
-    width_s: float
-
-    @property
-    def cutoff_hz(self) -> float:
-        """Where the average lets 1 / sqrt(2) pass; infinite for one sample."""
-        return cutoff_hz(self.size, self.size / self.width_s)
-
-    @property
-    def strayed(self) -> FloatArray:
-        """(..., k) distance from the first value."""
-        return np.asarray(np.linalg.norm(self.values - self.values[..., :1, :], axis=-1))
-
-    @property
-    def objective(self) -> FloatArray:
-        """(...) the paper's J: the sum of those, in the values' unit. It grows with the number of samples."""
-        return np.asarray(self.strayed.sum(axis=-1))
-
-
-def cutoff_hz(size: int, rate_hz: float) -> float:
-    """Compute the cutoff frequency of the moving average over `size` samples; infinite for one.
-
-    Raises:
-        ValueError: `size` is below one.
-    """
-    if size < 1:
-        raise ValueError(f"a moving average needs one sample or more, not {size}")
-    return float("inf") if size == 1 else _HALF_POWER * rate_hz / float(np.sqrt(size**2 - 1.0))
-
-
-def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> MovingAverage:
-    """Averages around every sample that has a whole window.
+def _momentum_by(body: Multibody, kinematics: FallSamples, name: str, steps: FloatArray) -> FloatArray:
+    """(m, 3, k): momentum, base axes, at the same rates, by angles or tilts of joints.
 
     Args:
-        t_s: (m,) ascending.
-        values: (..., m, d).
-        size: N.
-
-    Raises:
-        ValueError: there are fewer than `size` samples, or `size` is below one.
+        body: The robot.
+        kinematics: Where the slopes are taken.
+        name: Of the angles there.
+        steps: k unit steps of them, each broadcast over the samples.
     """
-    if not 1 <= size <= len(t_s) or len(t_s) < 2:
-        raise ValueError(f"an average over {size} samples needs as many, and two; there are {len(t_s)}")
-    # The median step, which missing samples do not lengthen.
-    period = float(np.median(np.diff(t_s)))
-    middles = 0.5 * (t_s[1:] + t_s[:-1])
-    edges = np.concatenate([[t_s[0] - 0.5 * period], middles, [t_s[-1] + 0.5 * period]])
-    width = size * period
-    low, high = t_s - 0.5 * width, t_s + 0.5 * width
-    # Rounding must not cost the first and the last whole window.
-    slack = 1e-6 * period
-    is_full = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
-    # A whole window may still have too few samples in it.
-    inside = np.searchsorted(t_s, high) - np.searchsorted(t_s, low)
-    rows = np.flatnonzero(is_full & (inside >= _MIN_SHARE * size))
-    # Sum up once: the integral over any window is then a difference of two interpolated sums.
-    sums = np.concatenate(
-        [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
+    angles = getattr(kinematics, name)
+    # A batch of k robots, one number moved in each.
+    high, low = (
+        momentum_of(body, replace(kinematics, **{name: angles + sign * _ANGLE_STEP_RAD * steps}))
+        for sign in (1.0, -1.0)
     )
-    means = (_between(edges, sums, high[rows]) - _between(edges, sums, low[rows])) / width
-    return MovingAverage(t_s[rows], means, size, width)
-
-
-def averaged_momentum(body: Multibody, kinematics: FallSamples, size: int = PAPER_SIZE) -> MovingAverage:
-    """Compute the moving average of the momentum by a model or a batch of models: kg m^2/s, inertial axes."""
-    return moving_average(kinematics.t_s, inertial_momentum(body, kinematics), size)
-
-
-def _between(edges: FloatArray, sums: FloatArray, at: FloatArray) -> FloatArray:
-    """(..., k, d) of sums that grow in straight lines from edge to edge; beyond the ends by the last one's slope."""
-    index = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(edges) - 2)
-    share = (at - edges[index]) / (edges[index + 1] - edges[index])
-    return np.asarray(sums[..., index, :] + share[:, None] * (sums[..., index + 1, :] - sums[..., index, :]))
+    return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize as descend
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum_residual import PAPER_SIZE, FallSamples, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.plan.swarm import SwarmSettings, minimize
 
@@ -61,9 +62,6 @@ class SwarmFit:
         objective_gauss_newton: J of Gauss and Newton's offsets, which do not minimize it.
         objective_below: J at the bottom of the valley in which the best lies: what a descent from there reaches.
         each: (s, p) what each swarm found.
-        each_objective: (s,) J there.
-        at_bound: (p,) the best lies at its bound.
-        gauss_newton: (p,) the other's offsets.
         particles: Of each swarm.
         iterations: Of each swarm.
     """
@@ -74,9 +72,6 @@ class SwarmFit:
     objective_gauss_newton: float
     objective_below: float
     each: FloatArray
-    each_objective: FloatArray
-    at_bound: BoolArray
-    gauss_newton: FloatArray
     particles: int
     iterations: int
 
@@ -100,8 +95,8 @@ class SwarmFit:
         if not self.converged:
             lowest = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
             sentences.append(
-                f"They did not converge: the best stopped at J = {self.objective:.3g} kg m^2/s, and "
-                f"{lowest:.3g} kg m^2/s is possible. Its offsets are for comparison, and mean nothing."
+                f"They did not converge: the best stopped at J = {self.objective:.3g} kg m^2/s, "
+                f"{lowest:.3g} kg m^2/s is possible. Its offsets are for comparison only."
             )
         return tuple(sentences)
 
@@ -113,16 +108,6 @@ class SwarmFit:
             if len(self.each) > 1
             else np.full(len(self.values), np.nan)
         )
-
-    @property
-    def from_gauss_newton(self) -> FloatArray:
-        """(p,) the best less Gauss and Newton's."""
-        return self.values - self.gauss_newton
-
-    @property
-    def distance(self) -> float:
-        """Length of that."""
-        return float(np.linalg.norm(self.from_gauss_newton))
 
 
 def powers(vectors: FloatArray) -> FloatArray:
@@ -196,9 +181,6 @@ def swarm_fit(
         float(averaged_momentum(fit.offsets.correct(fit.values), kinematics, size).objective),
         _bottom(polynomial, best.position, offsets.bounds),
         np.stack([minimum.position for minimum in minima]),
-        np.array([minimum.value for minimum in minima]),
-        np.abs(best.position) >= offsets.bounds * (1.0 - 1e-9),
-        fit.values[: len(offsets)],
         settings.particles,
         settings.iterations,
     )

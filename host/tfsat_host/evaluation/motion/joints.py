@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import block_diag
+from scipy.signal import savgol_filter
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.motion.gyro_signal import derivative
+from tfsat_host.evaluation.motion.samples import bridge_missing
 
 SHARED_CAUSE = 4.0
 """Gyros' scale factors are calibrated against these very sensors, so that a bend that was missed is in both. Two
@@ -243,11 +244,9 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
     stds = np.full(len(joints), np.pi)
     for j, joint in enumerate(joints):
         angle = joint.mean_rad
-        is_finite = np.isfinite(angle)
-        if is_finite.sum() > SMOOTHED:
+        if np.isfinite(angle).sum() > SMOOTHED:
             # Bridge missing readings: the filter needs equidistant samples.
-            smooth = smooth_savitzky_golay(np.interp(t_s, t_s[is_finite], angle[is_finite]))
-            rates[:, j] = derivative(t_s, smooth)
+            rates[:, j] = derivative(t_s, smooth_savitzky_golay(bridge_missing(t_s, angle)))
             stds[j] = sample_noise_rad(angle)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
             variances[j] = 2.0 * (stds[j] * rate_hz / SMOOTHED) ** 2
@@ -255,21 +254,15 @@ def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float
 
 
 def smooth_savitzky_golay(values: FloatArray) -> FloatArray:
-    """(n,) each of n > SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
+    """(n,) each of n >= SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
 
     The first and the last few share the cubic of the first and the last window.
     """
-    half = SMOOTHED // 2
-    # Hat matrix of a cubic over one window: row k gives the fitted value at its sample k.
-    powers = np.vander(np.arange(-half, half + 1) / half, _SMOOTHING_ORDER + 1)
-    fitted = powers @ np.linalg.pinv(powers)
-    inner = sliding_window_view(values, SMOOTHED) @ fitted[half]
-    return np.concatenate([fitted[:half] @ values[:SMOOTHED], inner, fitted[half + 1 :] @ values[-SMOOTHED:]])
+    return np.asarray(savgol_filter(values, SMOOTHED, _SMOOTHING_ORDER))
 
 
 UNSENSED_STD_RAD = np.deg2rad(6.0)
 """Of a start that no sensor tells: the paper's joint 1 hung 6 deg from where its servo should have held it."""
-_SMOOTHED = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,9 +342,7 @@ def _disagreement(sensed: SensedJoint, k: int, angle_rad: FloatArray) -> SensorD
     off = off[np.isfinite(off)]
     if not len(off):
         return SensorDisagreement(k + 1, *[float("nan")] * 4)
-    smooth = (
-        np.convolve(off, np.full(_SMOOTHED, 1 / _SMOOTHED), mode="valid") if len(off) >= _SMOOTHED else off
-    )
+    smooth = np.convolve(off, np.full(SMOOTHED, 1 / SMOOTHED), mode="valid") if len(off) >= SMOOTHED else off
     return SensorDisagreement(
         k + 1,
         float(off.mean()),

@@ -14,7 +14,7 @@ from tfsat_host.evaluation.motion.attitude import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.gyro_signal import Lag
 from tfsat_host.evaluation.motion.joints import JointMotion, SensedJoint
 from tfsat_host.evaluation.motion.rate_fusion import FusedRates
-from tfsat_host.evaluation.motion.samples import MAX_GAP_S, Samples, turned_from
+from tfsat_host.evaluation.motion.samples import MAX_GAP_S, Samples, bridge_missing, turned_from
 from tfsat_host.evaluation.motion.sensor_fusion import FusionSolution, SensorFusion
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog.log_summary import single_misses
@@ -142,7 +142,7 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
         or np.diff(samples.t_s[is_finite], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > MAX_GAP_S
     ):
         return np.full_like(rate, np.nan)
-    return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[is_finite], rate[is_finite]))
+    return turned_from(samples.t_s, bridge_missing(samples.t_s, rate))
 
 
 SETTLED_S = 0.03

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -292,7 +293,7 @@ class Readings:
         """Build the readings of one drop, calibrated with `gyros`."""
         # Back to raw readings, bias included: errors found later act on those, in sensor axes.
         own = [g.readings(samples.rate_rad_s[:, b]) + g.bias_rad_s for b, g in enumerate(gyros)]
-        bridged = _bridged_over(samples.t_s, np.stack(own, axis=1))
+        bridged = np.apply_along_axis(partial(bridge_missing, samples.t_s), 0, np.stack(own, axis=1))
         return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
 
     def without(self, parameters: FloatArray) -> tuple[GyroCalibration, ...]:
@@ -308,16 +309,12 @@ class Readings:
         return np.stack([g.jacobian(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
 
 
-def _bridged_over(t_s: FloatArray, readings: FloatArray) -> FloatArray:
-    """Without NaN, by straight lines in time, so that neighbours of a lost sample still have a derivative."""
-    filled = readings.copy()
-    for index in np.ndindex(readings.shape[1:]):
-        column = readings[(slice(None), *index)]
-        is_finite = np.isfinite(column)
-        filled[(slice(None), *index)] = (
-            np.interp(t_s, t_s[is_finite], column[is_finite]) if is_finite.any() else 0.0
-        )
-    return filled
+def bridge_missing(t_s: FloatArray, values: FloatArray) -> FloatArray:
+    """(n,) without NaN, by straight lines in time, so that neighbours of a lost sample still have a derivative."""
+    is_finite = np.isfinite(values)
+    if not is_finite.any():
+        return np.zeros_like(values)
+    return np.interp(t_s, t_s[is_finite], values[is_finite])
 
 
 def _away_from_holes(answered: BoolArray) -> BoolArray:

@@ -50,7 +50,7 @@ from tfsat_host.evaluation.motion.rate_fusion import (
     information_by_neighbours,
     rates_by_angles,
 )
-from tfsat_host.evaluation.motion.samples import Readings, Samples, holes_of, turned_from
+from tfsat_host.evaluation.motion.samples import Readings, Samples, bridge_missing, holes_of, turned_from
 from tfsat_host.robot import ASSUMED, RobotModel
 
 _MAX_STEPS = 12
@@ -320,15 +320,10 @@ class _Step(NamedTuple):
 
 def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatArray) -> FloatArray:
     """(n, 3) joint angles by the angle sensors; a joint without any is taken to stand where its servo holds it."""
-    columns = []
-    for joint, servo_angle_rad in zip(joints, held_rad, strict=True):
-        angle = joint.mean_rad
-        is_finite = np.isfinite(angle)
-        columns.append(
-            np.interp(t_s, t_s[is_finite], angle[is_finite])
-            if is_finite.any()
-            else np.full_like(t_s, servo_angle_rad)
-        )
+    columns = [
+        bridge_missing(t_s, joint.mean_rad) if joint.answered else np.full_like(t_s, servo_angle_rad)
+        for joint, servo_angle_rad in zip(joints, held_rad, strict=True)
+    ]
     return np.column_stack(columns)
 
 

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.clock_fit import ClockFit
+from tfsat_host.evaluation.clocks import Clocks
 from tfsat_host.evaluation.evaluation import Evaluation, Turn
 from tfsat_host.evaluation.laser_velocity import Velocity
+from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
-from tfsat_host.evaluation.strokes import JointRest
-from tfsat_host.quantity import (
-    UNKNOWN,
-    Column,
-    Columns,
-    Table,
-    fields,
-    json_objects,
-    number,
-    plus_minus,
-    record,
-)
+from tfsat_host.evaluation.motion.motion import InitialRate
+from tfsat_host.evaluation.standing_joints import JointRest
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, plus_minus
 
 
 def _quaternion(turn: Turn) -> Any:
@@ -30,14 +24,16 @@ def _quaternion(turn: Turn) -> Any:
 
 
 TURN: Columns = (
-    Column("reorientation_deg", of="angle_rad", std="std_rad"),
-    *fields("rotation_vector_deg euler_zyx_deg bridged"),
+    Column("reorientation_deg", of="turn.angle_rad", std="turn.std_rad"),
+    *fields(
+        "rotation_vector_deg=turn.rotation_vector_rad euler_zyx_deg=turn.euler_zyx_rad bridged=turn.bridged"
+    ),
     # Twice to degrees: a covariance is in square units.
-    Column("attitude_covariance_deg2", of=lambda turn: np.rad2deg(np.rad2deg(turn.covariance))),
+    Column("attitude_covariance_deg2", of=lambda body: np.rad2deg(np.rad2deg(body.turn.covariance))),
     # Canonical sign: q and -q are one rotation, and a file should show only one of them.
-    Column("quaternion_xyzw", of=_quaternion),
+    Column("quaternion_xyzw", of=lambda body: _quaternion(body.turn)),
 )
-INITIAL_RATE: Columns = (Column("initial_rate_deg_s", of="rate_rad_s", std="std_rad_s"),)
+INITIAL_RATE: Columns = (Column("initial_rate_deg_s", of="initial.rate_rad_s", std="initial.std_rad_s"),)
 LAG: Columns = (*fields("measured expected_ms"), Column("delay_ms", "late", std="delay_std_s", form=".1f"))
 
 STROKES: Columns = (
@@ -116,7 +112,7 @@ JOINTS: Columns = (
 def joints(evaluation: Evaluation) -> list[JointEnds]:
     """Return the ends of all joints; NaN where the results of their sensors are withheld."""
     # NaN withholds: a check of the sensors behind these angles failed.
-    motion, factor = evaluation.motion, 1.0 if evaluation.gives() else np.nan
+    motion, factor = evaluation.motion, 1.0 if evaluation.is_given() else np.nan
     release = int(np.searchsorted(motion.t_s, 0.0))
     return [
         JointEnds(
@@ -126,18 +122,26 @@ def joints(evaluation: Evaluation) -> list[JointEnds]:
             factor * float(joint.angle_rad[-1]),
             factor * float(joint.std_rad()[-1]),
             joint.sensed,
-            tuple(joint.sensors) if evaluation.gives() else (),
+            tuple(joint.sensors) if evaluation.is_given() else (),
         )
         for joint in motion.joints
     ]
 
 
-def bodies(evaluation: Evaluation) -> list[dict[str, Any]]:
-    """Return each body's turn and initial rate for JSON."""
-    return [
-        {"body": number, **record(TURN, turn), **record(INITIAL_RATE, rate)}
-        for number, (turn, rate) in enumerate(zip(evaluation.turns, evaluation.initial_rates, strict=True), 1)
-    ]
+BODIES: Columns = (*fields("body"), *TURN, *INITIAL_RATE)
+
+
+class BodyResult(NamedTuple):
+    """One body: its turn from the release to the end, and its rate before the first stroke."""
+
+    body: int
+    turn: Turn
+    initial: InitialRate
+
+
+def bodies(evaluation: Evaluation) -> list[BodyResult]:
+    """Return the results of bodies 1 to 4."""
+    return list(map(BodyResult, count(1), evaluation.turns, evaluation.initial_rates))
 
 
 def stroke_table(evaluation: Evaluation) -> Table:
@@ -149,7 +153,7 @@ def stroke_table(evaluation: Evaluation) -> Table:
 
 def joint_table(evaluation: Evaluation) -> Table:
     """Build the table of joint angles at the release and at the end, and of their sensors' agreement."""
-    if not evaluation.gives():
+    if not evaluation.is_given():
         return Table("Joints", JOINTS, (), fold="Joint angles: withheld.")
     return Table(
         "Joints",
@@ -245,23 +249,32 @@ _RELEASE_VELOCITY: Columns = (
 )
 
 
-def fall(evaluation: Evaluation) -> dict[str, Any]:
-    """Return the JSON keys about the fall."""
-    clocks, instants = evaluation.clocks, evaluation.instants
-    return {
-        "clocks": {
-            "sequencer": json_objects(CLOCK, clocks.sequencer if clocks else None),
-            "video": json_objects(CLOCK, clocks.video if clocks else None),
-        },
-        "rest": {"duration_s": evaluation.rest.duration_s},
-        "release": {"std_s": instants.release_std_s, "felt": json_objects(_INSTANT, instants.release)},
-        "landing": {"logged_s": instants.landing_logged_s, "felt": json_objects(_INSTANT, instants.landing)},
-        "micro_gravity": json_objects(
-            _MICRO_GRAVITY, evaluation.micro_gravity if evaluation.gives("micro-gravity") else None
-        ),
-        "release_velocity": json_objects(_RELEASE_VELOCITY, evaluation.release_velocity),
-        "fall_findings": [*instants.findings, *evaluation.micro_gravity.findings],
-    }
+def _given_micro_gravity(evaluation: Evaluation) -> MicroGravity | None:
+    return evaluation.micro_gravity if evaluation.is_given("micro-gravity") else None
+
+
+FALL: Columns = (
+    Column(
+        "clocks",
+        of=lambda evaluation: evaluation.clocks or Clocks(None, None, (), ()),
+        columns=(Column("sequencer", columns=CLOCK), Column("video", columns=CLOCK)),
+    ),
+    Column("rest", columns=fields("duration_s")),
+    Column(
+        "release",
+        of="instants",
+        columns=(*fields("std_s=release_std_s"), Column("felt", of="release", columns=_INSTANT)),
+    ),
+    Column(
+        "landing",
+        of="instants",
+        columns=(*fields("logged_s=landing_logged_s"), Column("felt", of="landing", columns=_INSTANT)),
+    ),
+    Column("micro_gravity", of=_given_micro_gravity, columns=_MICRO_GRAVITY),
+    Column("release_velocity", columns=_RELEASE_VELOCITY),
+    Column("fall_findings", of=lambda drop: [*drop.instants.findings, *drop.micro_gravity.findings]),
+)
+"""Of an evaluation: clocks, release, landing, micro-gravity."""
 
 
 def clock_table(evaluation: Evaluation) -> Table:

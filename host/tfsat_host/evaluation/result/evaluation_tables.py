@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +15,24 @@ from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop_result import clock_table, joint_table, standing_table, stroke_table
-from tfsat_host.evaluation.result.model_result import error_table, offset_table
+from tfsat_host.evaluation.result.drop_result import (
+    BODIES,
+    FALL,
+    INITIAL_RATE,
+    JOINTS,
+    LAG,
+    STANDING,
+    STROKES,
+    TURN,
+    BodyResult,
+    bodies,
+    clock_table,
+    joint_table,
+    joints,
+    standing_table,
+    stroke_table,
+)
+from tfsat_host.evaluation.result.model_result import MODEL, error_table, offset_table
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector
@@ -47,23 +66,22 @@ def _with_unit(attribute: str) -> Callable[[Check], str]:
     return text
 
 
-def _format_advice(check: Check) -> str:
-    """Format a check's sentence, for a failed one with the likely cause and the next step."""
-    cause = f"Likely cause: {check.cause.rstrip('.')}." if check.cause else ""
-    return _join(part for part in (check.sentence, cause, check.next_step) if part)
-
-
-def _join(texts: Iterable[str]) -> str:
-    """Put spaces between texts; the commands in them stay commands."""
-    return Advice(*[part for text in texts for part in (" ", text)][1:])
+def _explain_check(check: Check) -> str:
+    """Format a check's finding, the likely cause and the next step of a failed one."""
+    parts = [check.sentence]
+    parts += [f"Likely cause: {check.cause}"] if check.cause else []
+    parts += [Advice("Next step: ", check.next_step)] if check.next_step else []
+    ended = [part if part.endswith((".", "!", "?")) else Advice(part, ".") for part in parts]
+    # Put spaces between the parts; the commands in them stay commands.
+    return Advice(*[piece for part in ended for piece in (" ", part)][1:])
 
 
 CHECKS: Columns = (
     Column("name", "check"),
     Column("verdict", "verdict"),
-    Column("value", "found", words=_with_unit("value")),
-    Column("threshold", "at most", words=_with_unit("threshold")),
-    Column("sentence", "finding", words=_format_advice),
+    Column("value", "value", words=_with_unit("value")),
+    Column("threshold", "limit", words=_with_unit("threshold")),
+    Column("sentence", "finding", words=_explain_check),
     *fields("unit cause next_step"),
 )
 
@@ -76,7 +94,7 @@ def check_table(evaluation: Evaluation) -> Table:
         "Integrity checks",
         CHECKS,
         checks,
-        "Without any truth: sensors that contradict each other, or free fall, cannot all be right.",
+        "Consistency of the sensors with each other and with free fall.",
         folded=passed,
         fold=f"{passed} of {len(checks)} checks passed",
     )
@@ -84,8 +102,8 @@ def check_table(evaluation: Evaluation) -> Table:
 
 CAUSES: Columns = (
     Column("cause", "cause"),
-    Column("probability", "probability", form=".3f"),
-    Column("next_step", "what to do"),
+    Column("probability", "posterior", form=".3f"),
+    Column("next_step", "next step"),
 )
 
 
@@ -95,9 +113,41 @@ def cause_table(evaluation: Evaluation) -> Table:
         "Causes",
         CAUSES,
         evaluation.causes,
-        "All causes that were compared for the checks above, as likely as another before the drop: what is left out "
-        "is less likely than 0.001. Two of which the one is less than 3 times as likely cannot be told apart.",
+        "Causes with posterior >= 0.001 (uniform prior). Ratio < 3: indistinguishable.",
     )
+
+
+def _of_body_1(value: Callable[[BodyResult], Any], evaluation: Evaluation) -> Any:
+    return value(bodies(evaluation)[0])
+
+
+EVALUATION: Columns = (
+    # The turn of body 1 under the keys that everybody looks for first.
+    *(
+        replace(
+            column,
+            of=partial(_of_body_1, column.value),
+            std=column.std and partial(_of_body_1, column.std_of),
+        )
+        for column in (*TURN, *INITIAL_RATE)
+        if column.key != "bridged"
+    ),
+    Column("strokes", columns=STROKES),
+    Column("standing", columns=STANDING),
+    *MODEL,
+    Column("checks", columns=CHECKS),
+    Column("causes", columns=CAUSES),
+    Column("bodies", of=bodies, columns=BODIES),
+    Column("joints", of=joints, columns=JOINTS),
+    Column("until_s", of=lambda evaluation: float(evaluation.motion.t_s[-1])),
+    Column(
+        "lag",
+        of=lambda evaluation: evaluation.motion.lag if evaluation.is_given("rates") else None,
+        columns=LAG,
+    ),
+    *FALL,
+)
+"""One evaluated drop as a JSON object: docs/evaluation.md."""
 
 
 NEARLY_ALL = 0.5
@@ -116,27 +166,42 @@ def reasons_of(evaluation: Evaluation, verdict: Verdict) -> tuple[str, ...]:
     """
     failed = {check.sentence: check for check in evaluation.failed_checks}
     possible = sum(check.verdict != "not possible" for check in evaluation.checks)
-    # Few failures: each has its own likely cause and next step.
+    # Few failures: each has its own likely cause and next step, which are named once.
     if len(evaluation.failed_checks) <= NEARLY_ALL * possible:
-        return tuple(_explain_check(failed[text]) if text in failed else text for text in verdict.reasons)
+        return tuple(_name_causes_once(verdict.reasons, failed))
     # Nearly all failed: the common input is wrong, and single causes would send people astray.
     everything = (
-        f"{len(evaluation.failed_checks)} of {possible} checks failed at once, which no single sensor "
-        "brings about: most "
-        "likely the calibration, the robot file or the order of the bodies is not this robot's."
+        f"{len(evaluation.failed_checks)} of {possible} checks failed, more than a single sensor causes. Likely cause: "
+        "calibration, robot file or order of the bodies of another robot."
     )
     return (everything, *(text for text in verdict.reasons if text not in failed))
 
 
-def _explain_check(check: Check) -> str:
-    """Format a check's finding, likely cause and next step."""
-    parts = [f"{check.name}: {check.sentence}"]
-    parts += [f"Likely cause: {check.cause}"] if check.cause else []
-    parts += [check.next_step] if check.next_step else []
-    return _join(part if part.endswith((".", "!", "?")) else Advice(part, ".") for part in parts)
+def _name_causes_once(reasons: Iterable[str], failed: Mapping[str, Check]) -> Iterator[str]:
+    """Yield the reasons, of each failed check its name, and cause and next step where no reason before has them."""
+    named: set[str] = set()
+    for reason in reasons:
+        check = failed.get(reason)
+        if check is None:
+            yield reason
+        elif check.cause in named:
+            yield f"{check.name}: {check.sentence} Same likely cause."
+        else:
+            named.add(check.cause or "")
+            yield Advice(f"{check.name}: ", _explain_check(check))
 
 
-_COLUMNS = tuple(Column(name, name) for name in ("quantity", "value", "unit", "taken"))
+@dataclass(frozen=True, slots=True)
+class _CalibrationRow:
+    """One calibrated quantity as people read it, and when it was measured."""
+
+    quantity: str
+    value: str
+    unit: str
+    measured: str
+
+
+_CALIBRATION: Columns = tuple(Column(name, name) for name in ("quantity", "value", "unit", "measured"))
 
 
 def release_time(log: DropLog) -> datetime | None:
@@ -153,31 +218,34 @@ def utc(moment: datetime | None) -> str:
 
 def calibration_table(evaluation: Evaluation) -> Table:
     """Build the table of the calibration used, with when each quantity was measured."""
-    calibration, date_of = evaluation.calibration, _Taken(evaluation)
+    calibration, date_of = evaluation.calibration, _MeasuredDates(evaluation)
     rows = []
     for gyro in calibration.gyros:
         name = f"bias of body {gyro.body}"
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
-        rows.append([name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)])
-    rows += [
-        [*_misalignment_row(gyro, evaluation), date_of(f"misalignment of body {gyro.body}")]
-        for gyro in calibration.gyros
-    ]
-    rows += [[*_scale(gyro), date_of("scale factor", f"of body {gyro.body}")] for gyro in calibration.gyros]
+        rows.append(_CalibrationRow(name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)))
+    for gyro in calibration.gyros:
+        name = f"misalignment of body {gyro.body}"
+        rows.append(_CalibrationRow(name, _misalignment_deg(gyro, evaluation), "deg", date_of(name)))
+    for gyro in calibration.gyros:
+        values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
+        measured = date_of("scale factor", f"of body {gyro.body}")
+        rows.append(_CalibrationRow(f"scale factors of body {gyro.body}", vector(values, std), "1", measured))
     for joint in calibration.joints:
         name = f"zero point of joint {joint.joint}"
         std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
-        rows.append([name, vector(np.rad2deg(joint.zero_rad) % 360.0, std), "deg", date_of(name)])
+        zeros = vector(np.rad2deg(joint.zero_rad) % 360.0, std)
+        rows.append(_CalibrationRow(name, zeros, "deg", date_of(name)))
     return Table(
         "Calibration",
-        _COLUMNS,
-        [dict(zip(("quantity", "value", "unit", "taken"), row, strict=True)) for row in rows],
-        "± is the greatest standard deviation of a row. What stands in for something that was never measured, "
-        "or not since a landing, is shown next to the verdict.",
+        _CALIBRATION,
+        rows,
+        "±: greatest standard deviation of a row. Default values for what was never measured, or not since a landing: "
+        "see the reasons of the verdict.",
     )
 
 
-class _Taken:
+class _MeasuredDates:
     """When quantities were measured: the earliest of those that a row holds, and whether they hold yet."""
 
     def __init__(self, evaluation: Evaluation) -> None:
@@ -200,7 +268,7 @@ class _Taken:
         return ", ".join([utc(earliest), *remarks])
 
 
-def _misalignment_row(gyro: GyroCalibration, evaluation: Evaluation) -> list[str]:
+def _misalignment_deg(gyro: GyroCalibration, evaluation: Evaluation) -> str:
     """Format the angle between the sensor's mounting and its design."""
     # Rotation from the designed to the measured mounting; its angle follows from the trace.
     turn = gyro.rotation @ evaluation.model.imus[gyro.body - 1].sensor_to_body.T
@@ -208,10 +276,4 @@ def _misalignment_row(gyro: GyroCalibration, evaluation: Evaluation) -> list[str
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
     # Principal deviations of the tilt; the row shows the greatest, which holds in any direction.
     std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
-    return [f"misalignment of body {gyro.body}", vector(np.array([angle]), std), "deg"]
-
-
-def _scale(gyro: GyroCalibration) -> list[str]:
-    """About each body axis."""
-    values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
-    return [f"scale factors of body {gyro.body}", vector(values, std), "1"]
+    return vector(np.array([angle]), std)

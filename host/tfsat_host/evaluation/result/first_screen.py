@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.evaluation.com_fit.prediction import BODY_1, Sides
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1, ComparedModel
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.drop_result import STROKES
 from tfsat_host.evaluation.result.key_numbers import attitude_error
@@ -43,8 +43,8 @@ def prediction_table(evaluation: Evaluation) -> Table:
     rows = [_Row("measured", measured, "")]
     explained = evaluation.explained
     for name, side, is_given in (
-        ("nominal model", explained.before, evaluation.gives()),
-        ("fitted model", explained.after, np.isfinite(withholding_factor(evaluation))),
+        ("nominal model", explained.nominal, evaluation.is_given()),
+        ("fitted model", explained.fitted, np.isfinite(withholding_factor(evaluation))),
     ):
         if is_given:
             predicted = Quantity(float(np.rad2deg(_predicted_turn_rad(evaluation, side))), None, "deg")
@@ -54,7 +54,7 @@ def prediction_table(evaluation: Evaluation) -> Table:
     return Table(f"Prediction and measurement, release to {until_s:.2f} s", _PREDICTION, rows)
 
 
-def _predicted_turn_rad(evaluation: Evaluation, side: Sides) -> float:
+def _predicted_turn_rad(evaluation: Evaluation, side: ComparedModel) -> float:
     """Return the angle by which body 1 has turned since the release in a model's prediction."""
     # The attitude error compares both as the gyros see them; what is left of the measured angles is predicted.
     predicted_zyx_rad = evaluation.reorientation.euler_zyx_rad - side.error.final_rad

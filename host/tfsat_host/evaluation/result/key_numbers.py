@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
+from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.result.model_result import distance_words, withholding_factor, worth_of
 from tfsat_host.quantity import Quantity, number
@@ -26,11 +27,13 @@ def key_numbers_of(evaluation: Evaluation) -> list[Quantity]:
     return [
         _reorientation(evaluation),
         attitude_error(
-            "Attitude error, nominal model", evaluation.explained.before.error, is_given=evaluation.gives()
+            "Attitude error, nominal model",
+            evaluation.explained.nominal.error,
+            is_given=evaluation.is_given(),
         ),
         attitude_error(
             "Attitude error, fitted model",
-            evaluation.explained.after.error,
+            evaluation.explained.fitted.error,
             is_given=np.isfinite(withholding_factor(evaluation)),
         ),
         _largest_correction(evaluation),
@@ -131,7 +134,7 @@ def _change_of_force(evaluation: Evaluation) -> Quantity:
     changes, stds = evaluation.micro_gravity.changes_g, evaluation.micro_gravity.changes_std_g
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"
-    if not evaluation.gives("micro-gravity"):
+    if not evaluation.is_given("micro-gravity"):
         return Quantity(_NONE, unit=MM_S2, label=label, note=_WITHHELD)
     if not np.isfinite(norms).any():
         return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")

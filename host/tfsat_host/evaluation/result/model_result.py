@@ -1,20 +1,21 @@
-"""The correction of the model, for tables and JSON: of one drop, whether it is one to make, and of several drops."""
+"""The correction of the model, for tables and JSON: whether it is one to make, and what the drop tells of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
 
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.cross_validation import CombinedOffsets, LeftOut
-from tfsat_host.evaluation.com_fit.identifiability import couplings
-from tfsat_host.evaluation.com_fit.offsets import COM_BODIES
-from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE, AttitudeError
+from tfsat_host.evaluation.com_fit.identifiability import Coupling, couplings
+from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
+from tfsat_host.evaluation.com_fit.offsets import COM_BODIES, Offsets
+from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.quantity import Column, Columns, Table, fields, json_objects, number, record, records
+from tfsat_host.quantity import Column, Columns, Table, fields, number
 
 NOT_CALLED_FOR = 0.05
 """A correction as great as this one comes of noise alone in more than this share of drops: none is called for."""
@@ -37,7 +38,7 @@ def worth_of(evaluation: Evaluation) -> Worth:
     """Judge whether the fitted correction is to be made; any failed check withholds it."""
     if evaluation.explained.withheld or evaluation.failed_checks:
         return "withheld"
-    before = evaluation.explained.before.error.mahalanobis
+    before = evaluation.explained.nominal.error.mahalanobis
     # The model as filed predicts within its error, and the correction is within noise: leave the file.
     if before <= EXPECTED_DISTANCE and significance(evaluation) <= 1.0:
         return "not called for"
@@ -49,18 +50,17 @@ def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
     worth = worth_of(evaluation)
     if worth == "withheld":
         failed = tuple(f"The check of {check.name} failed." for check in evaluation.failed_checks[:1])
-        explained = evaluation.explained.withheld if evaluation.gives() else ()
+        explained = evaluation.explained.withheld if evaluation.is_given() else ()
         return ("The correction is withheld: change nothing by it.", *failed, *explained)
     if worth == "not called for":
         return (
-            "No correction is called for: the nominal model explains the motion, and what was found beyond it is "
-            "within its own uncertainty.",
+            "No correction is called for: the nominal model explains the motion, the fitted correction is within its "
+            "uncertainty.",
         )
     # Along a weak direction a single offset is the prior's; only what they do together was measured.
     if evaluation.identifiability.undetermined:
         return (
-            "The offsets go together: single ones along directions that the data do not determine are the prior's, "
-            "and none of those is to be filed.",
+            "File all offsets or none: along directions that are not observable single ones are the prior's.",
         )
     return ()
 
@@ -97,24 +97,25 @@ OFFSETS: Columns = (
 
 def withholding_factor(evaluation: Evaluation) -> float:
     """1, or NaN where the correction is not given; to multiply its numbers with."""
-    return 1.0 if evaluation.gives("offsets") and evaluation.gives() else np.nan
+    return 1.0 if evaluation.is_given("offsets") and evaluation.is_given() else np.nan
 
 
 def offsets(fit: ModelFit, times: float = 1.0) -> list[Offset]:
     """Return the offsets of a fit; `times` is the factor of `withholding_factor`."""
-    fit_offsets = fit.offsets
-    numbers = (times * fit.values, times * fit.std, fit_offsets.prior_std, fit_offsets.bounds, fit.at_bound)
-    return [
-        Offset(*row)
-        for row in zip(
-            fit_offsets.names, fit_offsets.units, *(all_.tolist() for all_ in numbers), strict=True
-        )
-    ]
+    return offset_rows(fit.offsets, times * fit.values, times * fit.std, fit.at_bound)
 
 
+def offset_rows(free: Offsets, values: FloatArray, std: FloatArray, at_bound: BoolArray) -> list[Offset]:
+    """Return a row for each of p free numbers with their values (p,) and standard deviations (p,)."""
+    numbers = (column.tolist() for column in (values, std, free.prior_std, free.bounds, at_bound))
+    return list(map(Offset, free.names, free.units, *numbers))
+
+
+ERROR_NORM = Column("final_norm_deg")
 ERROR: Columns = (
     Column("final_zyx_deg", of="final_rad", std=lambda error: np.rad2deg(error.std_rad[-1])),
-    *fields("final_norm_deg rms_deg z_scores mahalanobis"),
+    ERROR_NORM,
+    *fields("rms_deg z_scores mahalanobis"),
 )
 _DIRECTION = "composition components told=determined std std_by_data prior_std"
 _IDENTIFIABILITY: Columns = (
@@ -123,8 +124,8 @@ _IDENTIFIABILITY: Columns = (
     Column("sentences", of=lambda identifiability: identifiability.sentences()),
 )
 TRADE_EXACTLY = (
-    "Where a hinge and a center of mass move together, nothing that a drop measures changes: the sums below are "
-    "determined, the single numbers are held by what the robot file states of them."
+    "Hinge points and centers of mass trade exactly: the drop determines the sums below, the robot file's "
+    "uncertainty holds the single numbers."
 )
 _TRADE: Columns = (
     *fields("name unit std std_alone"),
@@ -146,43 +147,90 @@ _SWARM: Columns = (
 )
 
 
-def model(evaluation: Evaluation) -> dict[str, Any]:
-    """Return the JSON keys about the model."""
-    explained = evaluation.explained
-    fit, before, after = explained.fit, explained.before.error, explained.after.error
-    shape = (len(COM_BODIES), 3)
+def _error(nominal_or_fitted: AttitudeError, *, is_given: bool) -> AttitudeError | dict[str, None]:
+    return nominal_or_fitted if is_given else dict.fromkeys(column.key for column in ERROR)
+
+
+def _nominal_error(evaluation: Evaluation) -> AttitudeError | dict[str, None]:
+    """Return the nominal model's error; unknown where the sensors are not trusted."""
+    return _error(evaluation.explained.nominal.error, is_given=evaluation.is_given())
+
+
+def _fitted_error(evaluation: Evaluation) -> AttitudeError | dict[str, None]:
+    """Return the fitted model's error; unknown where the sensors or the correction are not trusted."""
+    return _error(
+        evaluation.explained.fitted.error, is_given=bool(np.isfinite(withholding_factor(evaluation)))
+    )
+
+
+def _if_given(value: Callable[[Evaluation], Any]) -> Callable[[Evaluation], Any]:
+    """Make a column's value None where the sensors are not trusted."""
+    return lambda evaluation: value(evaluation) if evaluation.is_given() else None
+
+
+def _of_fit(value: Callable[[ModelFit], Any]) -> Callable[[Evaluation], Any]:
+    """Make a column's value of the fit, NaN where the correction is withheld."""
+    return lambda evaluation: withholding_factor(evaluation) * value(evaluation.explained.fit)
+
+
+def _centers(values: FloatArray, fit: ModelFit) -> FloatArray:
     # The sought offsets come first: x, y, z of each corrected center of mass.
-    centers = slice(fit.offsets.sought)
-    times = withholding_factor(evaluation)
-    errors = {"before": record(ERROR, before), "after": record(ERROR, after)}
-    # Untrusted sensors void both errors; a withheld correction voids the second only.
-    if not evaluation.gives():
-        errors["before"] = dict.fromkeys(errors["before"])
-    if np.isnan(times):
-        errors["after"] = dict.fromkeys(errors["after"])
-    return {
-        "com_offset_mm": times * fit.values[centers].reshape(shape),
-        "com_offset_mm_std": times * fit.std[centers].reshape(shape),
-        "offsets": records(
-            (*OFFSETS[:2], *fields("value std prior_std bound at_bound")), offsets(fit, times)
+    return values[: fit.offsets.sought].reshape(len(COM_BODIES), 3)
+
+
+_CORRECTION: Columns = (
+    Column("worth", of=worth_of),
+    Column("significance", of=lambda evaluation: withholding_factor(evaluation) * significance(evaluation)),
+    *fields("offered=explained.offered"),
+    Column("withheld", of=lambda evaluation: evaluation.explained.withheld if evaluation.is_given() else []),
+    *fields("converged=explained.fit.converged"),
+)
+MODEL: Columns = (
+    Column(
+        "com_offset_mm",
+        of=_of_fit(lambda fit: _centers(fit.values, fit)),
+        std=_of_fit(lambda fit: _centers(fit.std, fit)),
+    ),
+    Column(
+        "offsets",
+        of=lambda evaluation: offsets(evaluation.explained.fit, withholding_factor(evaluation)),
+        columns=(*OFFSETS[:2], *fields("value std prior_std bound at_bound")),
+    ),
+    Column(
+        "attitude_error_deg",
+        of=lambda evaluation: evaluation,
+        columns=(
+            Column("before", of=lambda evaluation: ERROR_NORM.value(_nominal_error(evaluation))),
+            Column("after", of=lambda evaluation: ERROR_NORM.value(_fitted_error(evaluation))),
         ),
-        "attitude_error_deg": {side: error["final_norm_deg"] for side, error in errors.items()},
-        "attitude_error": errors,
-        "correction": {
-            "worth": worth_of(evaluation),
-            "significance": times * significance(evaluation),
-            "offered": explained.offered,
-            "withheld": list(explained.withheld) if evaluation.gives() else [],
-            "converged": fit.converged,
-        },
-        "momentum_kg_m2_s": times * fit.momentum_kg_m2_s,
-        "excess_variance": times * fit.excess,
-        "identifiability": json_objects(
-            _IDENTIFIABILITY, evaluation.identifiability if evaluation.gives() else None
+    ),
+    Column(
+        "attitude_error",
+        of=lambda evaluation: evaluation,
+        columns=(
+            Column("before", of=_nominal_error, columns=ERROR),
+            Column("after", of=_fitted_error, columns=ERROR),
         ),
-        "trades": records(_TRADE, couplings(fit, explained.driven.flown) if evaluation.gives() else ()),
-        "swarm": json_objects(_SWARM, evaluation.swarm if evaluation.gives() else None),
-    }
+    ),
+    Column("correction", of=lambda evaluation: evaluation, columns=_CORRECTION),
+    Column("momentum_kg_m2_s", of=_of_fit(lambda fit: fit.momentum_kg_m2_s)),
+    Column("excess_variance", of=_of_fit(lambda fit: fit.excess)),
+    Column(
+        "identifiability",
+        of=_if_given(lambda evaluation: evaluation.identifiability),
+        columns=_IDENTIFIABILITY,
+    ),
+    Column(
+        "trades", of=lambda evaluation: trades(evaluation) if evaluation.is_given() else [], columns=_TRADE
+    ),
+    Column("swarm", of=_if_given(lambda evaluation: evaluation.swarm), columns=_SWARM),
+)
+"""Of an evaluation: the fitted model, its errors, and what the drop can tell of it."""
+
+
+def trades(evaluation: Evaluation) -> tuple[Coupling, ...]:
+    """Return the couplings of the offsets that the fit sought."""
+    return couplings(evaluation.explained.fit, evaluation.explained.driven.flown)
 
 
 def offset_table(evaluation: Evaluation) -> Table:
@@ -194,7 +242,7 @@ def offset_table(evaluation: Evaluation) -> Table:
         by_name = dict(
             zip(fit.offsets.alone.names, zip(swarm.values, swarm.spread, strict=True), strict=True)
         )
-        columns = (*OFFSETS, _of_fit("paper's swarm ± its spread", by_name))
+        columns = (*OFFSETS, other_correction("paper's swarm ± its spread", by_name))
     if np.isnan(withholding_factor(evaluation)):
         return Table("Correction of the model", OFFSETS, (), fold=" ".join(correction_sentences(evaluation)))
     sentences = [*correction_sentences(evaluation), *_stuck(rows), *evaluation.identifiability.sentences()]
@@ -211,44 +259,23 @@ def offset_table(evaluation: Evaluation) -> Table:
 
 def remarks(evaluation: Evaluation) -> list[str]:
     """Format sentences on the couplings of single offsets and on the swarm's result, where there are any."""
-    fit, swarm = evaluation.explained.fit, evaluation.swarm
+    swarm = evaluation.swarm
     sentences: list[str] = []
     if np.isnan(withholding_factor(evaluation)):
         return sentences
-    trades = couplings(fit, evaluation.explained.driven.flown)
-    if any(trade.determined for trade in trades):
-        sentences.append(TRADE_EXACTLY)
-        sentences += [trade.sentence() for trade in trades if trade.determined]
+    determined = [trade.sentence() for trade in trades(evaluation) if trade.determined]
+    if determined:
+        sentences += [TRADE_EXACTLY, *determined]
     if swarm is not None:
         sentences += [
-            f"The swarm's objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as filed, "
-            f"{swarm.objective:.3g} by the swarm, {swarm.objective_gauss_newton:.3g} by the correction.",
+            f"Swarm objective, sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s (nominal), "
+            f"{swarm.objective:.3g} (swarm), {swarm.objective_gauss_newton:.3g} (fitted).",
             *swarm.sentences(),
         ]
     return sentences
 
 
-def combined_columns(
-    label: str, values: Sequence[float], std: Sequence[float], fits: dict[str, ModelFit]
-) -> Columns:
-    """Build the columns of the common correction and of each drop's own under its name.
-
-    Args:
-        label: Of the common correction.
-        values: (n,)
-        std: (n,)
-        fits: By drop.
-    """
-    names = next(iter(fits.values())).offsets.names
-
-    def of(label: str, values: Sequence[float], std: Sequence[float]) -> Column:
-        return _of_fit(label, dict(zip(names, zip(values, std, strict=True), strict=True)))
-
-    drops = (of(name, fit.values.tolist(), fit.std.tolist()) for name, fit in fits.items())
-    return (*OFFSETS[:2], of(label, values, std), *drops)
-
-
-def _of_fit(label: str, by_name: dict[str, tuple[float, float]]) -> Column:
+def other_correction(label: str, by_name: dict[str, tuple[float, float]]) -> Column:
     """Another correction than the row's own: value and standard deviation by the offset's name."""
     unknown = (float("nan"), float("nan"))
     return Column(
@@ -286,102 +313,22 @@ def _z_scores(side: _Side) -> str:
     return ", ".join(number(score, "+.1f") for score in side.error.z_scores)
 
 
+_ERRORS: Columns = (
+    Column("name", "model"),
+    *map(_angle, range(3)),
+    Column("norm_deg", "norm", of="error.final_norm_rad"),
+    Column("rms_deg", "rms over time", of="error.rms_rad"),
+    Column("", "z-scores", words=_z_scores),
+)
+
+
 def error_table(evaluation: Evaluation) -> Table:
     """Measured less predicted attitude of body 1 at the end."""
-    columns = (
-        Column("name", "model"),
-        *map(_angle, range(3)),
-        Column("norm_deg", "norm", of="error.final_norm_rad"),
-        Column("rms_deg", "rms over time", of="error.rms_rad"),
-        Column("", "z-scores", words=_z_scores),
-    )
+    models = (("nominal", _nominal_error(evaluation)), ("fitted", _fitted_error(evaluation)))
     return Table(
         "Attitude error of the model",
-        columns,
-        [
-            *([_Side("nominal", evaluation.explained.before.error)] if evaluation.gives() else []),
-            *(
-                []
-                if np.isnan(withholding_factor(evaluation))
-                else [_Side("fitted", evaluation.explained.after.error)]
-            ),
-        ],
+        _ERRORS,
+        [_Side(name, error) for name, error in models if isinstance(error, AttitudeError)],
         "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
-
-
-INDEPENDENT = (
-    "Standard deviations of all drops together take the drops as independent: errors of a calibration that they share "
-    "are not made smaller."
-)
-_AGREEMENT = fields("agree chi_square degrees_of_freedom widened_by")
-LEFT_OUT: Columns = (
-    Column("drop", "left out", of="name"),
-    Column("error_before_deg", "nominal model", of="error_before"),
-    Column("error_after_deg", "with the others'", of="error_after"),
-    Column("error_own_deg", "with its own", of="error_own"),
-    Column("own_off_stds", "own off (stds)", of="own_off_std", form=".1f"),
-    *fields("improved objective_before_kg_m2_s=objective_before objective_after_kg_m2_s=objective_after"),
-)
-
-
-def comparison(
-    evaluations: Sequence[Evaluation],
-    combined: CombinedOffsets | None,
-    left_out: Sequence[LeftOut],
-    remarks: Sequence[str],
-) -> dict[str, Any]:
-    """Return the comparison for JSON; the arguments are those of `comparison_tables`."""
-    free = evaluations[0].explained.fit.offsets
-    return {
-        "offsets": None
-        if combined is None
-        else [
-            {"name": name, "unit": unit, "value": value, "std": std}
-            for name, unit, value, std in zip(
-                free.names, free.units, combined.values.tolist(), combined.std.tolist(), strict=True
-            )
-        ],
-        "agreement": json_objects(_AGREEMENT, combined),
-        "remarks": list(remarks),
-        "cross_validation": records(LEFT_OUT, left_out),
-    }
-
-
-def comparison_tables(
-    evaluations: Mapping[str, Evaluation],
-    combined: CombinedOffsets,
-    left_out: Sequence[LeftOut],
-    remarks: Sequence[str],
-) -> list[Table]:
-    """Build the tables of the common correction and of each drop judged by the others.
-
-    Args:
-        evaluations: The drops by name.
-        combined: All of them together.
-        left_out: Each drop that others can judge.
-        remarks: Cautions about the result; sentences.
-    """
-    fits = {name: evaluation.explained.fit for name, evaluation in evaluations.items()}
-    label = "all drops" if combined.agree else "all drops, DOUBTFUL"
-    columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
-    first = next(iter(fits.values()))
-    # Only a drop that was left out shows that a correction is the robot's, not the recording's.
-    better = sum(prediction.improved for prediction in left_out)
-    return [
-        Table(
-            "Correction of the model, by all drops together",
-            columns,
-            offsets(first)[: first.offsets.sought],
-            " ".join([*remarks, INDEPENDENT]),
-        ),
-        Table(
-            "Each drop by the corrections of the others",
-            LEFT_OUT,
-            left_out,
-            "Attitude error of body 1 at the end, norm. The other drops' corrections made the model better in "
-            f"{better} of {len(left_out)} drops. Own off: its own offsets less the others', in standard deviations of "
-            "that difference; about 1 where drops agree.",
-        ),
-    ]

@@ -9,7 +9,8 @@ import numpy as np
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
-from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError, Sides
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1, ComparedModel
+from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import compare_spectra
 from tfsat_host.report.contents.chart import (
@@ -57,7 +58,7 @@ def euler_angles(evaluation: Evaluation) -> EulerAngles:
     start = measured[driven][0]
     carried = evaluation.explained.driven.rotation[:, BODY_1]
 
-    def by_model(sides: Sides) -> FloatArray:
+    def by_model(sides: ComparedModel) -> FloatArray:
         # (k, 3, 3) attitude of the base, then of body 1 on it, counted from the first of them.
         base = sides.prediction.attitude @ carried
         turned = start @ (base[0].T @ base)
@@ -71,7 +72,7 @@ def euler_angles(evaluation: Evaluation) -> EulerAngles:
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 0.0))
     angles = continuous(euler_zyx_rad(measured))
     return EulerAngles(
-        moved.t_s, angles, std, by_model(evaluation.explained.before), by_model(evaluation.explained.after)
+        moved.t_s, angles, std, by_model(evaluation.explained.nominal), by_model(evaluation.explained.fitted)
     )
 
 
@@ -120,7 +121,7 @@ def _beside_error_deg(evaluation: Evaluation, angles: EulerAngles, *, last: bool
     driven = np.isfinite(angles.before_rad[:, 0])
     apart = (angles.measured_rad - angles.before_rad)[
         driven
-    ] - evaluation.explained.before.error.euler_zyx_rad
+    ] - evaluation.explained.nominal.error.euler_zyx_rad
     # Both curves were unwrapped on their own: they may be whole turns apart.
     size = np.rad2deg(np.abs(wrap_angle(apart)))
     return float(size[-1].max() if last else size.max())
@@ -130,8 +131,8 @@ def attitude_error_chart(evaluation: Evaluation) -> Chart:
     """Measured less predicted Euler angles, and their norm."""
     rows = evaluation.motion.t_s >= evaluation.explained.driven.flown.t_s[0]
     errors: dict[Kind, AttitudeError] = {
-        "before": evaluation.explained.before.error,
-        "after": evaluation.explained.after.error,
+        "before": evaluation.explained.nominal.error,
+        "after": evaluation.explained.fitted.error,
     }
     sides: list[Side] = [
         (kind, pad_rows(rows, np.rad2deg(error.euler_zyx_rad)), pad_rows(rows, np.rad2deg(error.std_rad)))
@@ -153,7 +154,7 @@ def attitude_error_chart(evaluation: Evaluation) -> Chart:
 
 def attitude_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the spectrum of the attitude error: measured less predicted Euler angles."""
-    sides = evaluation.explained.before.error, evaluation.explained.after.error
+    sides = evaluation.explained.nominal.error, evaluation.explained.fitted.error
     before, after = (np.rad2deg(error.euler_zyx_rad) for error in sides)
     return spectrum_chart(
         "attitude_spectrum",

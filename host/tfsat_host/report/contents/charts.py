@@ -8,14 +8,9 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.com_fit.momentum_residual import (
-    PAPER_SIZE,
-    MovingAverage,
-    averaged_momentum,
-    inertial_momentum,
-    residual_rate,
-)
-from tfsat_host.evaluation.com_fit.prediction import BODY_1
+from tfsat_host.evaluation.com_fit.model_comparison import BODY_1
+from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, MovingAverage, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum, residual_rate
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude_charts import (
@@ -76,7 +71,7 @@ def rate_chart(evaluation: Evaluation) -> Chart:
 
 def rate_spectrum_chart(evaluation: Evaluation) -> Chart:
     """Build the chart with the spectrum of body 1's rate error: measured less predicted."""
-    sides = evaluation.explained.before.error, evaluation.explained.after.error
+    sides = evaluation.explained.nominal.error, evaluation.explained.fitted.error
     before, after = (np.rad2deg(error.rate_rad_s) for error in sides)
     return spectrum_chart(
         "rate_spectrum",
@@ -93,7 +88,7 @@ def unexplained_chart(evaluation: Evaluation) -> Chart:
     rows = evaluation.motion.t_s >= kinematics.t_s[0]
     # As filed, only constant momentum explains the rate; the corrected side is the residual of the fit.
     before = residual_rate(
-        explained.driven.offsets.body, kinematics, explained.before.prediction.momentum_kg_m2_s
+        explained.driven.offsets.body, kinematics, explained.nominal.prediction.momentum_kg_m2_s
     )
     values = (before, explained.fit.residual_rad_s)
     filed, corrected = (np.rad2deg(pad_rows(rows, rates)) for rates in values)

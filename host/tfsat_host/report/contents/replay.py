@@ -47,7 +47,7 @@ def body_poses(evaluation: Evaluation) -> BodyPoses:
     angles = evaluation.motion.angles_rad[evaluation.motion.samples.fall]
     attitude = moved.attitude.as_matrix()
     driven = driven_samples(evaluation)
-    offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.before
+    offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.nominal
     # A prediction begins at the identity: turn it into the inertial axes of the measured attitude.
     predicted = attitude[driven][0] @ sides.prediction.attitude
     # The ghost is built by the model as filed, the measured robot by the corrected one.
