@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.report.reported_drop import evaluate_run, numbers, plots, series
+from tests.report.reported_drop import drop_of, evaluate_run, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.report.contents.attitude_charts import euler_angles
 
@@ -122,3 +122,48 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
 
 def test_boxes_are_the_robot_files(drop: Any) -> None:
     assert drop["replay"]["bodies"][1] == {"name": "body 2", "boxes_m": [[[0, 0, 0], [0.1, 0.1, 0.112]]]}
+
+
+CHECK = "gyros of bodies 3 and 4"
+
+
+def kinds_drawn(drop: Any) -> dict[str, set[str]]:
+    """Return the kinds of lines of each plot that a check can withhold."""
+    evidence = ("gyro_residuals", "window", "forces")
+    return {
+        plot["id"]: {line["kind"] for line in plot["series"]}
+        for plot in drop["plots"]
+        if plot["id"] not in evidence
+    }
+
+
+def test_curves_that_a_failed_check_withholds_are_not_drawn() -> None:
+    withheld = dict.fromkeys(("rates", "attitudes", "strokes", "offsets"), CHECK)
+    drop = drop_of(evaluate_run().with_withheld(withheld))
+    drawn = kinds_drawn(drop)
+    assert drawn.pop("joints") == {"commanded"}
+    assert set().union(*drawn.values()) == set()
+    by_id = plots(drop)
+    for name in drawn:
+        assert by_id[name]["withheld"] == f"withheld: {CHECK} (check failed)"
+        assert by_id[name]["caption"] == "", "its numbers are withheld, too"
+    assert by_id["joints"]["withheld"] == f"measured withheld: {CHECK} (check failed)"
+    assert by_id["forces"]["series"] and by_id["gyro_residuals"]["series"], "the check's own evidence stays"
+    assert drop["replay"] is None and drop["no_replay"] == f"Replay withheld: {CHECK} (check failed)"
+    assert drop["prediction"]["rows"][0][1] == "withheld"
+
+
+def test_a_withheld_correction_withholds_the_fitted_model_only() -> None:
+    drop = drop_of(evaluate_run().with_withheld({"offsets": "momentum throughout the fall"}))
+    drawn, by_id = kinds_drawn(drop), plots(drop)
+    assert drawn["euler"] == {"measured", "before"} and drawn["attitude_error"] == {"before"}
+    assert not any("after" in kinds for kinds in drawn.values())
+    note = "fitted model withheld: momentum throughout the fall (check failed)"
+    assert {by_id[name]["withheld"] for name in ("euler", "momentum", "rate_spectrum")} == {note}
+    assert by_id["rates"]["withheld"] == ""
+    assert drop["replay"] is not None
+
+
+def test_a_withheld_micro_gravity_is_not_drawn() -> None:
+    forces = plots(drop_of(evaluate_run().with_withheld({"micro-gravity": "gravity at rest"})))["forces"]
+    assert forces["series"] == [] and forces["withheld"] == "withheld: gravity at rest (check failed)"

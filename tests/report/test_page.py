@@ -47,8 +47,10 @@ def test_opens_with_all_its_parts(report: Opened) -> None:
     assert report.page.title() == "Drop tower robot, maneuver 59/70: drop 1"
     assert report.page.locator("h2").all_inner_texts() == [
         "✓\nGood",
+        "Prediction and measurement, release to 2.50 s",
+        "Strokes",
         "Key numbers",
-        "What could not be used",
+        "Data not used, default values",
         "The drop over time",
         "Spectra",
         "Details",
@@ -281,7 +283,7 @@ def test_meagre_documents_still_show_what_they_have(
 
 
 def test_another_format_is_refused_in_words(open_document: Opener) -> None:
-    report = open_document({**sample_document(), "format": 2})
-    assert "has format 2, this page shows format 1" in report.page.locator("body").inner_text()
+    report = open_document({**sample_document(), "format": 3})
+    assert "has format 3, this page shows format 2" in report.page.locator("body").inner_text()
     report = open_document({**sample_document(), "drops": []})
     assert "holds no drop" in report.page.locator("body").inner_text()

@@ -16,7 +16,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.plotting import load_matplotlib
-from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
+from tfsat_host.report.contents.chart import AXES, NORM, WORDS, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.document import Event
@@ -137,7 +137,7 @@ class FigureData:
 
 
 def motion_figure(content: FigureData) -> Figure:
-    """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
+    """Draw attitude, rates, joint angles, momentum of the nominal model (the paper's fig. euler_omg)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     euler, rates, joints = (content.charts[name] for name in ("euler", "rates", "joints"))
     _time_panel(panels[0], content, euler, _ANGLES, ("measured", "before", "after"))
@@ -148,12 +148,12 @@ def motion_figure(content: FigureData) -> Figure:
 
 
 def momentum_figure(content: FigureData) -> Figure:
-    """Momentum above its spectrum, before and after the correction (fig. amfft)."""
+    """Draw the momentum above its spectrum, nominal and fitted model (fig. amfft)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     sides: tuple[Kind, Kind] = ("before", "after")
     for column, kind in enumerate(sides):
         _momentum_panel(panels[column], content, kind)
-        panels[column].set_title(f"({_LETTERS[column]}) model {kind} correction", loc="left")
+        panels[column].set_title(f"({_LETTERS[column]}) {WORDS[kind]}", loc="left")
         _spectrum_panel(
             panels[2 + column],
             content.charts["momentum_spectrum"],
@@ -170,14 +170,14 @@ def momentum_figure(content: FigureData) -> Figure:
 
 
 def rate_error_figure(content: FigureData) -> Figure:
-    """Spectrum of the rate error before and after the correction (fig. omgfft)."""
+    """Draw the spectrum of the rate error, nominal and fitted model (fig. omgfft)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
     _spectrum_panel(panels[0], content.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
     return figure
 
 
 def attitude_error_figure(content: FigureData) -> Figure:
-    """Euler angles' error over time, before and after the correction (fig. deuler)."""
+    """Draw the Euler angles' error over time, nominal and fitted model (fig. deuler)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
     chart = content.charts["attitude_error"]
     lines = [line for line in chart.lines if line.component < len(AXES)]
@@ -320,8 +320,7 @@ def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple
                 zorder=0.5,
             )
     axes.set_xlim(*window_s)
-    axes.set_xlabel(chart.x_label)
-    axes.set_ylabel(chart.y_label)
+    _label_axes(axes, chart)
 
 
 def over_frequency(axes: Axes, chart: Chart) -> None:
@@ -332,8 +331,15 @@ def over_frequency(axes: Axes, chart: Chart) -> None:
         axes.set_xlim(float(chart.x[0]), float(chart.x[-1]))
     if chart.band is not None:
         axes.axvspan(*chart.band, color=BAND_COLOR, alpha=BAND_ALPHA, lw=0.0, zorder=0.5)
+    _label_axes(axes, chart)
+
+
+def _label_axes(axes: Axes, chart: Chart) -> None:
+    """Name both axes, and the check that withholds curves of this chart."""
     axes.set_xlabel(chart.x_label)
     axes.set_ylabel(chart.y_label)
+    if chart.withheld:
+        axes.text(0.5, 0.5, chart.withheld, transform=axes.transAxes, ha="center", va="center", wrap=True)
 
 
 def legend(
@@ -352,10 +358,14 @@ def legend(
     """
     handles = [_handle(COLORS[component], PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:
-        handles += [_handle("#555555", style, kind) for kind, style in kinds.items()]
+        handles += [_handle("#555555", style, WORDS[kind]) for kind, style in kinds.items()]
     handles += [_handle("#555555", style, words) for words, style in (others or {}).items()]
     axes.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=max(len(handles), 1),
+        borderaxespad=0.1,
     )
 
 

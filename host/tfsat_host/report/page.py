@@ -73,8 +73,7 @@ _PAGE = """<!doctype html>
 <body>
 <noscript>
 {results}
-<p>Plots and replay draw themselves with JavaScript, which is switched off here. All results as text:
-{as_text}.</p>
+<p>Plots and replay need JavaScript, which is off. All results as text: {as_text}</p>
 </noscript>
 <script type="application/json" id="document">{document}</script>
 <script type="application/json" id="licences">{licences}</script>

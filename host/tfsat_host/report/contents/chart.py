@@ -62,6 +62,7 @@ class Chart:
         x_label: With the unit.
         log_x, log_y: Logarithmic axes.
         band: A range of x to point out.
+        withheld: Which lines are not drawn because a check failed, and the check; empty: none.
     """
 
     id: str
@@ -74,6 +75,7 @@ class Chart:
     log_x: bool = False
     log_y: bool = False
     band: tuple[float, float] | None = None
+    withheld: str = ""
 
     def of_kind(self, *kinds: Kind) -> tuple[Line, ...]:
         """Return the lines of these kinds only."""
@@ -134,16 +136,15 @@ def spectrum_chart(
         np.where(spectrum.amplitude[1:] > 0.0, spectrum.amplitude[1:], np.nan)
         for spectrum in (compared.before, compared.after)
     )
-    window = "Rectangular" if compared.before.window == "rectangular" else f"{compared.before.window}'s"
-    remainder_text = f": {100.0 * compared.left:.0f} % are left" if np.isfinite(compared.left) else ""
+    remainder_text = f"; {100.0 * compared.left:.0f} % of it left" if np.isfinite(compared.left) else ""
     return Chart(
         chart_id,
         title,
         f"amplitude ({unit})",
         tuple(lines_of(names, [("before", before, None), ("after", after, None)], components)),
-        f"{window} window; a sine of amplitude a shows a. Below {compared.cutoff_hz:g} Hz, shaded, "
-        f"{compared.rms_before:.3g} {unit} rms before the correction and {compared.rms_after:.3g} "
-        f"after{remainder_text}.",
+        f"Window: {compared.before.window}; a sine of amplitude a shows a. Rms below {compared.cutoff_hz:g} Hz "
+        f"(shaded): {compared.rms_before:.3g} {unit} (nominal model), {compared.rms_after:.3g} {unit} "
+        f"(fitted model{remainder_text}).",
         x=compared.before.frequency_hz[1:],
         x_label=FREQUENCY,
         log_x=True,
@@ -164,6 +165,7 @@ def plot_of(chart: Chart) -> Plot:
         log_y=chart.log_y,
         band=None if chart.band is None else list(chart.band),
         caption=chart.caption,
+        withheld=chart.withheld,
         series=[
             PlotSeries(
                 label=line.label,

@@ -31,8 +31,9 @@ class BodyPoses:
     Attributes:
         t_s: (k,) after the release.
         measured: (k, b, 7) origin of each body's frame from the robot's CoM, m, and its quaternion x y z w. Attitude by
-            the base's gyro, angles by gyros and angle sensors, CoM by the corrected model.
-        predicted: (k, b, 7) the same by the model as its file has it, driven by the measured joint angles; NaN until
+            the base's gyro, angles by gyros and angle sensors, CoM by the fitted model, or the nominal one if that is
+            withheld.
+        predicted: (k, b, 7) the same by the nominal model, driven by the measured joint angles; NaN until
             the release has settled.
     """
 
@@ -50,9 +51,10 @@ def body_poses(evaluation: Evaluation) -> BodyPoses:
     offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.before
     # A prediction begins at the identity: turn it into the inertial axes of the measured attitude.
     predicted = attitude[driven][0] @ sides.prediction.attitude
-    # The ghost is built by the model as filed, the measured robot by the corrected one.
+    # The ghost is built by the nominal model, the measured robot by the fitted one.
     ghost = _place_bodies(offsets.body, evaluation.model, angles[driven], predicted)
-    corrected = offsets.correct(evaluation.explained.fit.values)
+    fitted = evaluation.explained.fit.values
+    corrected = offsets.correct(fitted) if evaluation.gives("offsets") else offsets.body
     return BodyPoses(
         moved.t_s, _place_bodies(corrected, evaluation.model, angles, attitude), pad_rows(driven, ghost)
     )
@@ -75,7 +77,7 @@ def _place_bodies(
 
 
 def replay_of(evaluation: Evaluation) -> Replay:
-    """Measured, and by the model as its file has it."""
+    """Build the replay: as measured, and by the nominal model."""
     model, moved = evaluation.model, body_poses(evaluation)
     return Replay(
         bodies=[
