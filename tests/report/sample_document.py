@@ -40,7 +40,7 @@ _NUMBERS = (
 )
 
 
-def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMPLES) -> dict[str, Any]:
+def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMPLES) -> Any:
     """Build a report document of one drop per name; each drop has its own seed and verdict."""
     return {
         "format": 2,

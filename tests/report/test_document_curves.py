@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from tests.report.reported_drop import drop_of, evaluate_run, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.report.contents.attitude_charts import euler_angles
+from tfsat_host.report.contents.charts import charts_of
+from tfsat_host.report.contents.replay import body_poses
 
 
 def test_every_line_fits_its_axis(drop: Any) -> None:
@@ -50,14 +52,14 @@ def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
             assert np.all(np.abs(apart[late]) < 0.04 + allowance)
 
 
-def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
-    curves = series(plots(drop)["euler"])
+def test_models_begin_where_the_measured_attitude_is() -> None:
+    curves = {line.label: line.values for line in charts_of(evaluate_run())["euler"].lines}
     for axis in "xyz":
         measured = curves[f"φ{axis} measured"]
         for model in ("nominal model", "fitted model"):
             predicted = curves[f"φ{axis} {model}"]
             first = int(np.isfinite(predicted).argmax())
-            assert np.isnan(predicted[:first]).all() and 0.02 < drop["t_s"][first] < 0.05
+            assert np.isnan(predicted[:first]).all() and 0.02 < evaluate_run().motion.t_s[first] < 0.05
             assert (
                 predicted[first] == pytest.approx(measured[first], abs=1e-9) and abs(measured[first]) > 1e-3
             )
@@ -94,14 +96,13 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
 
 
 def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
-    evaluation, replay = evaluate_run(), drop["replay"]
+    evaluation, moved_bodies = evaluate_run(), body_poses(evaluate_run())
     model, offsets = evaluation.model, evaluation.explained.driven.offsets
     corrected = offsets.correct(evaluation.explained.fit.values)
-    ghost = replay["model"]
-    assert ghost[0][0] == [None] * 7  # the release has not settled
-    for poses, body in ((replay["measured"], corrected), (ghost[20:], offsets.body)):
+    ghost = moved_bodies.predicted
+    assert drop["replay"]["model"][0][0] == [None] * 7  # the release has not settled
+    for moved, body in ((moved_bodies.measured, corrected), (ghost[20:], offsets.body)):
         com, share = body.com_m - model.origin_m, body.mass_kg / body.mass_kg.sum()
-        moved = np.array(poses, dtype=np.float64)
         rotation = (
             Rotation.from_quat(moved[..., 3:].reshape(-1, 4)).as_matrix().reshape(*moved.shape[:2], 3, 3)
         )
@@ -114,7 +115,7 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
                 for b in (int(model.joint_inner[joint]), int(model.joint_outer[joint]))
             ]
             assert np.abs(ends[0] - ends[1]).max() < 1e-9
-    last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (replay["measured"], ghost)]
+    last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (moved_bodies.measured, ghost)]
     apart_deg = np.rad2deg((last[0].inv() * last[1]).magnitude())
     expected = numbers(drop)["Attitude error, nominal model"]["value"]
     assert apart_deg == pytest.approx(expected, rel=0.1)

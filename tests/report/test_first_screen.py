@@ -43,7 +43,8 @@ CONTRAST = """() => {
 def box(locator: Locator) -> dict[str, float]:
     bounds = locator.bounding_box()
     assert bounds is not None
-    return {**bounds, "right": bounds["x"] + bounds["width"], "bottom": bounds["y"] + bounds["height"]}
+    left, top, width, height = (bounds[key] for key in ("x", "y", "width", "height"))
+    return {"x": left, "y": top, "height": height, "right": left + width, "bottom": top + height}
 
 
 def open_at(open_document: Opener, width: int, height: int, document: Any = None) -> Opened:

@@ -12,7 +12,6 @@ import pytest
 from tests.report.conftest import Opener
 from tests.report.opened import Opened
 from tests.report.sample_document import SPECTRA, TIME_PLOTS, sample_document
-from tfsat_host.report import render
 
 A4_BETWEEN_MARGINS_PX = 688
 NUMBERS = [
@@ -181,10 +180,6 @@ def test_a_wide_table_scrolls_by_itself_with_the_arrow_keys(open_document: Opene
     report.press("ArrowRight")
     report.page.wait_for_function("() => document.activeElement.scrollLeft > 0")
     assert report.time_s == time_s
-
-
-def test_one_drop_of_800_samples_stays_small() -> None:
-    assert len(render(sample_document(samples=800)).encode()) <= 1.5e6
 
 
 def poison_strings(part: Any, text: str) -> Any:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.spectra import ComparedSpectra
 from tfsat_host.report.document import Plot, PlotSeries
+from tfsat_host.report.document_rounding import round_line, round_to_digits
 
 Kind = Literal["measured", "before", "after", "commanded"]
 
@@ -154,33 +155,35 @@ def spectrum_chart(
 
 
 def plot_of(chart: Chart) -> Plot:
-    """Convert a chart to a plot of the document."""
+    """Convert a chart to a plot of the document, its numbers rounded to what a plot can show."""
     return Plot(
         id=chart.id,
         title=chart.title,
         x_label=chart.x_label,
         y_label=chart.y_label,
-        x=None if chart.x is None else chart.x.tolist(),
+        x=None if chart.x is None else round_to_digits(chart.x).tolist(),
         log_x=chart.log_x,
         log_y=chart.log_y,
         band=None if chart.band is None else list(chart.band),
         caption=chart.caption,
         withheld=chart.withheld,
-        series=[
-            PlotSeries(
-                label=line.label,
-                values=numbers(line.values),
-                std=None if line.std is None else numbers(line.std),
-                component=line.component,
-                kind=line.kind,
-            )
-            for line in chart.lines
-        ],
+        series=[_series(line, log=chart.log_y) for line in chart.lines],
     )
 
 
-def numbers(values: FloatArray) -> list[float | None]:
-    """Convert values to a list for JSON, with None for NaN and infinity."""
+def _series(line: Line, *, log: bool) -> PlotSeries:
+    values, std = round_line(line.values, line.std, log=log)
+    return PlotSeries(
+        label=line.label,
+        values=numbers(values),
+        std=None if std is None else numbers(std),
+        component=line.component,
+        kind=line.kind,
+    )
+
+
+def numbers(values: FloatArray) -> list[Any]:
+    """Convert (n, ...) values to lists for JSON, with None for NaN and infinity."""
     # As objects: an array of floats cannot hold None.
     json_values = values.astype(object)
     json_values[~np.isfinite(values)] = None

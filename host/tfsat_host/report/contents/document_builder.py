@@ -130,7 +130,7 @@ def _drop(drop: ReportedDrop) -> Drop:
         strokes=table(stroke_summary(evaluation)),
         key_numbers=[key_number(key_quantity) for key_quantity in key_numbers_of(evaluation)],
         notes=_notes(drop),
-        t_s=evaluation.motion.t_s.tolist(),
+        t_s=evaluation.motion.t_s.round(6).tolist(),
         window_s=[0.0, samples.until_s],
         events=events_of(evaluation),
         plots=[plot_of(chart) for chart in charts_of(evaluation).values()],

@@ -17,6 +17,7 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
 from tfsat_host.report.document import Replay, ReplayBody
+from tfsat_host.report.document_rounding import poses_to_keep, round_poses
 from tfsat_host.robot import RobotModel
 
 _CORNERS = 8
@@ -77,15 +78,16 @@ def _place_bodies(
 
 
 def replay_of(evaluation: Evaluation) -> Replay:
-    """Build the replay: as measured, and by the nominal model."""
+    """Build the replay: as measured, and by the nominal model, with no more poses than a screen shows."""
     model, moved = evaluation.model, body_poses(evaluation)
+    kept = poses_to_keep(moved.t_s)
     return Replay(
         bodies=[
             ReplayBody(name=name, boxes_m=boxes_of(model, body)) for body, name in enumerate(model.body_names)
         ],
-        t_s=moved.t_s.tolist(),
-        measured=_list_poses(moved.measured),
-        model=_list_poses(moved.predicted),
+        t_s=moved.t_s[kept].round(4).tolist(),
+        measured=numbers(round_poses(moved.measured[kept])),
+        model=numbers(round_poses(moved.predicted[kept])),
     )
 
 
@@ -101,7 +103,3 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     # Corners that are not eight by eight are no boxes: take the one around all of them.
     boxes = corners_m[None] if remainder else corners_m.reshape(count, _CORNERS, 3)
     return [[box.min(axis=0).tolist(), box.max(axis=0).tolist()] for box in boxes]
-
-
-def _list_poses(poses: FloatArray) -> list[list[list[float | None]]]:
-    return [[numbers(pose) for pose in bodies] for bodies in poses]
