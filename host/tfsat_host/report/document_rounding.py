@@ -15,7 +15,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray, IntArray
 
 _REPLAY_STEP_S = 1 / 100
-_STEPS_PER_SPAN = 1e5
+_STEPS_PER_SPAN = 5e4
 _MAX_STRING_CHARACTERS = 2000
 
 
@@ -53,7 +53,7 @@ def poses_to_keep(t_s: FloatArray) -> IntArray:
 
 
 def _decimals(values: FloatArray) -> int:
-    """Return the decimal places that divide the range of the values into about a hundred thousand steps."""
+    """Return the decimal places that divide the range of the values into fifty thousand steps or more."""
     finite = values[np.isfinite(values)]
     # A constant line has no range: resolve its value instead.
     step = (np.ptp(finite) or np.abs(finite).max()) / _STEPS_PER_SPAN if finite.size else 0.0

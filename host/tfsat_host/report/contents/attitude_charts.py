@@ -104,7 +104,7 @@ def euler_chart(evaluation: Evaluation) -> Chart:
         "z-y-x Euler angle (deg)",
         tuple(lines_of([f"φ{AXES[axis]}" for axis in ZYX], sides, ZYX)),
         "Since the release. Models: driven by the measured joint angles, from the measured attitude once the release "
-        "has settled. measured − predicted differs from the attitude error below, which includes the gyro delay: up to "
+        "has settled. Measured − predicted differs from the attitude error below, which includes the gyro delay: up to "
         f"{_beside_error_deg(evaluation, angles):.2g} deg while joints move, "
         f"{_beside_error_deg(evaluation, angles, last=True):.2g} deg at the end. Band: ± 1 standard deviation.",
     )

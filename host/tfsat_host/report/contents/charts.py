@@ -104,7 +104,7 @@ def unexplained_chart(evaluation: Evaluation) -> Chart:
         f"Residual rate of {evaluation.model.body_names[evaluation.model.base]}",
         "rate (deg/s)",
         tuple(lines_of(_NAMES, sides, by_side=True)),
-        "measured − predicted at constant momentum; fitted model: also − the fitted sensor errors. "
+        "Measured − predicted at constant momentum; fitted model: also − the fitted sensor errors. "
         f"Residual variance of the fit: {explained.fit.excess:.2g} times that of the sensors' noise.",
     )
 

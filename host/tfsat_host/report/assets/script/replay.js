@@ -8,7 +8,7 @@ function createReplay() {
   const canvas = el("canvas", {
     class: "bodies",
     tabindex: "0",
-    role: "img",
+    role: "application",
     "aria-label": "Replay of the drop in three dimensions. Arrow keys turn the view, plus and minus zoom, zero resets it.",
   });
   const scene = createScene(canvas);
