@@ -144,7 +144,7 @@ def test_every_text_stands_out_from_its_background(open_document: Opener, scheme
 def test_every_drawing_has_a_text_in_its_place(report: Opened) -> None:
     unnamed = report.page.evaluate(
         """() => [...document.querySelectorAll("canvas")].filter(canvas =>
-             canvas.ariaHidden !== "true" && !(["img", "application"].includes(canvas.getAttribute("role")) && canvas.ariaLabel))
+             canvas.ariaHidden !== "true" && !(["img", "application"].includes(canvas.role) && canvas.ariaLabel))
              .map(canvas => canvas.parentElement.className)"""
     )
     assert unnamed == []
