@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,7 @@ class Opener:
         self._browser, self._folder = browser, folder
         self._opened: list[Opened] = []
 
-    def __call__(self, document: Mapping[str, Any], *, into: Browser | None = None, **context: Any) -> Opened:
+    def __call__(self, document: Any, *, into: Browser | None = None, **context: Any) -> Opened:
         path = self._folder / f"report{len(self._opened)}.html"
         path.write_text(render(document), encoding="utf-8")
         size = {"viewport": {"width": 1280, "height": 900}}

@@ -40,10 +40,10 @@ _NUMBERS = (
 )
 
 
-def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMPLES) -> dict[str, Any]:
+def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMPLES) -> Any:
     """Build a report document of one drop per name; each drop has its own seed and verdict."""
     return {
-        "format": 1,
+        "format": 2,
         "title": f"Drop tower robot, maneuver 59/70: {', '.join(names)}",
         "made_by": "tfsat-host 0.1.0",
         "made_at": "2025-06-30 14:05 UTC",
@@ -66,6 +66,33 @@ def _drop(name: str, seed: int, samples: int) -> dict[str, Any]:
     return {
         "name": name,
         "verdict": {"level": level, "sentence": sentence, "reasons": ["All six integrity checks passed."]},
+        "prediction": {
+            "title": "Prediction and measurement, release to 2.50 s",
+            "columns": ["body 1", "reorientation (deg)", "attitude error (deg)"],
+            "rows": [
+                ["measured", "25.002 ± 0.083", ""],
+                ["nominal model", "26.114", "1.21 ± 0.11"],
+                ["fitted model", "25.021", "0.042 ± 0.019"],
+            ],
+            "caption": "",
+        },
+        "change": "To change: body 2 CoM z −7.1\u00a0±\u00a02.3 mm, body 1 CoM x +2.6\u00a0±\u00a00.6 mm; "
+        "37 numbers in all (--corrected-robot FILE writes them).",
+        "strokes": {
+            "title": "Strokes",
+            "columns": ["stroke", "commanded (deg)", "flown (deg)", "start (s)", "end (s)"],
+            "rows": [
+                [
+                    f"{i}: joint {j + 1}",
+                    f"{delta:+.2f}",
+                    f"{delta:+.4f} ± 0.0091",
+                    f"{start:.5f} ± 0.00031",
+                    f"{end:.3f}",
+                ]
+                for i, (j, delta, start, end) in enumerate(STROKES, 1)
+            ],
+            "caption": "",
+        },
         "key_numbers": [
             dict(zip(("label", "value", "std", "unit", "note"), row, strict=True))
             for row in (turned, *_NUMBERS)
@@ -79,14 +106,15 @@ def _drop(name: str, seed: int, samples: int) -> dict[str, Any]:
                 (0.0, "release", "release", None),
                 (END_S + 0.04, "landing", "landing", None),
                 *(
-                    (start, "stroke", f"joint {j + 1}, {delta:+.0f} deg", end)
-                    for j, delta, start, end in STROKES
+                    (start, "stroke", f"{i}: joint {j + 1}, {delta:+.0f} deg", end)
+                    for i, (j, delta, start, end) in enumerate(STROKES, 1)
                 ),
                 (2.62, "gap", "samples lost", 2.66),
             )
         ],
         "plots": _plots(t_s, angles, turns, rng),
         "replay": _replay(t_s, angles, turns),
+        "no_replay": "",
         "tables": [
             _table("Strokes", ["stroke", "joint"], [["1", "1"], ["2", "2"]]),
             _table("Integrity checks", ["check", "verdict"], [["Adjacent gyros agree", "passed"]]),
@@ -175,7 +203,8 @@ def _plot(plot_id: str, series: list[dict[str, Any]]) -> dict[str, Any]:
         "log_x": False,
         "log_y": False,
         "band": None,
-        "caption": "Band: one standard deviation.",
+        "caption": "Band: ± 1 standard deviation.",
+        "withheld": "",
         "series": series,
     }
 

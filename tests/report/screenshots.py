@@ -39,7 +39,7 @@ def take(folder: Path) -> None:
         _open_page(chromium, single_report, _DESKTOP).screenshot(path=folder / "report.png")
         _mid_stroke(_open_page(chromium, single_report, _DESKTOP)).screenshot(path=folder / "replay.png")
         _show_comparison(_open_page(chromium, several, _DESKTOP)).screenshot(path=folder / "several.png")
-        _mid_stroke(_open_page(chromium, single_report, _PHONE)).screenshot(path=folder / "narrow.png")
+        _open_page(chromium, single_report, _PHONE).screenshot(path=folder / "narrow.png")
         chromium.close()
     for picture in sorted(folder.glob("*.png")):
         size = picture.stat().st_size

@@ -243,7 +243,9 @@ def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> Non
     assert len(page.encode()) < MAX_BYTES
     text = page.split("<noscript>")[1].split("</noscript>")[0]
     assert "<h2>&lt;b&gt;drop&lt;/b&gt;: good</h2>" in text and "<th>Reorientation</th>" in text
-    assert document["drops"][0]["verdict"]["sentence"] in text
+    drop = document["drops"][0]
+    for words in (drop["verdict"]["sentence"], drop["change"], drop["prediction"]["title"]):
+        assert words in text
 
 
 @pytest.mark.parametrize("silent", ["the gyro of body 4, and all for 50 ms", "the angle sensors of joint 3"])

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.report.reported_drop import evaluate_run, numbers, plots, series
+from tests.report.reported_drop import drop_of, evaluate_run, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.report.contents.attitude_charts import euler_angles
+from tfsat_host.report.contents.charts import charts_of
+from tfsat_host.report.contents.replay import body_poses
 
 
 def test_every_line_fits_its_axis(drop: Any) -> None:
@@ -50,14 +52,14 @@ def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
             assert np.all(np.abs(apart[late]) < 0.04 + allowance)
 
 
-def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
-    curves = series(plots(drop)["euler"])
+def test_models_begin_where_the_measured_attitude_is() -> None:
+    curves = {line.label: line.values for line in charts_of(evaluate_run())["euler"].lines}
     for axis in "xyz":
         measured = curves[f"φ{axis} measured"]
         for model in ("nominal model", "fitted model"):
             predicted = curves[f"φ{axis} {model}"]
             first = int(np.isfinite(predicted).argmax())
-            assert np.isnan(predicted[:first]).all() and 0.02 < drop["t_s"][first] < 0.05
+            assert np.isnan(predicted[:first]).all() and 0.02 < evaluate_run().motion.t_s[first] < 0.05
             assert (
                 predicted[first] == pytest.approx(measured[first], abs=1e-9) and abs(measured[first]) > 1e-3
             )
@@ -94,14 +96,13 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
 
 
 def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
-    evaluation, replay = evaluate_run(), drop["replay"]
+    evaluation, moved_bodies = evaluate_run(), body_poses(evaluate_run())
     model, offsets = evaluation.model, evaluation.explained.driven.offsets
     corrected = offsets.correct(evaluation.explained.fit.values)
-    ghost = replay["model"]
-    assert ghost[0][0] == [None] * 7  # the release has not settled
-    for poses, body in ((replay["measured"], corrected), (ghost[20:], offsets.body)):
+    ghost = moved_bodies.predicted
+    assert drop["replay"]["model"][0][0] == [None] * 7  # the release has not settled
+    for moved, body in ((moved_bodies.measured, corrected), (ghost[20:], offsets.body)):
         com, share = body.com_m - model.origin_m, body.mass_kg / body.mass_kg.sum()
-        moved = np.array(poses, dtype=np.float64)
         rotation = (
             Rotation.from_quat(moved[..., 3:].reshape(-1, 4)).as_matrix().reshape(*moved.shape[:2], 3, 3)
         )
@@ -114,7 +115,7 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
                 for b in (int(model.joint_inner[joint]), int(model.joint_outer[joint]))
             ]
             assert np.abs(ends[0] - ends[1]).max() < 1e-9
-    last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (replay["measured"], ghost)]
+    last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (moved_bodies.measured, ghost)]
     apart_deg = np.rad2deg((last[0].inv() * last[1]).magnitude())
     expected = numbers(drop)["Attitude error, nominal model"]["value"]
     assert apart_deg == pytest.approx(expected, rel=0.1)
@@ -122,3 +123,48 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
 
 def test_boxes_are_the_robot_files(drop: Any) -> None:
     assert drop["replay"]["bodies"][1] == {"name": "body 2", "boxes_m": [[[0, 0, 0], [0.1, 0.1, 0.112]]]}
+
+
+CHECK = "gyros of bodies 3 and 4"
+
+
+def kinds_drawn(drop: Any) -> dict[str, set[str]]:
+    """Return the kinds of lines of each plot that a check can withhold."""
+    evidence = ("gyro_residuals", "window", "forces")
+    return {
+        plot["id"]: {line["kind"] for line in plot["series"]}
+        for plot in drop["plots"]
+        if plot["id"] not in evidence
+    }
+
+
+def test_curves_that_a_failed_check_withholds_are_not_drawn() -> None:
+    withheld = dict.fromkeys(("rates", "attitudes", "strokes", "offsets"), CHECK)
+    drop = drop_of(evaluate_run().with_withheld(withheld))
+    drawn = kinds_drawn(drop)
+    assert drawn.pop("joints") == {"commanded"}
+    assert set().union(*drawn.values()) == set()
+    by_id = plots(drop)
+    for name in drawn:
+        assert by_id[name]["withheld"] == f"withheld: {CHECK} (check failed)"
+        assert by_id[name]["caption"] == "", "its numbers are withheld, too"
+    assert by_id["joints"]["withheld"] == f"measured withheld: {CHECK} (check failed)"
+    assert by_id["forces"]["series"] and by_id["gyro_residuals"]["series"], "the check's own evidence stays"
+    assert drop["replay"] is None and drop["no_replay"] == f"Replay withheld: {CHECK} (check failed)"
+    assert drop["prediction"]["rows"][0][1] == "withheld"
+
+
+def test_a_withheld_correction_withholds_the_fitted_model_only() -> None:
+    drop = drop_of(evaluate_run().with_withheld({"offsets": "momentum throughout the fall"}))
+    drawn, by_id = kinds_drawn(drop), plots(drop)
+    assert drawn["euler"] == {"measured", "before"} and drawn["attitude_error"] == {"before"}
+    assert not any("after" in kinds for kinds in drawn.values())
+    note = "fitted model withheld: momentum throughout the fall (check failed)"
+    assert {by_id[name]["withheld"] for name in ("euler", "momentum", "rate_spectrum")} == {note}
+    assert by_id["rates"]["withheld"] == ""
+    assert drop["replay"] is not None
+
+
+def test_a_withheld_micro_gravity_is_not_drawn() -> None:
+    forces = plots(drop_of(evaluate_run().with_withheld({"micro-gravity": "gravity at rest"})))["forces"]
+    assert forces["series"] == [] and forces["withheld"] == "withheld: gravity at rest (check failed)"

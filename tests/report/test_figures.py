@@ -78,3 +78,13 @@ def test_before_and_after_share_their_scale(figure_data: FigureData) -> None:
     # What the correction is for: the averages of the corrected model are the flatter ones.
     flat = [np.nanstd(np.asarray(axes.lines[-1].get_ydata(), dtype=np.float64)) for axes in (before, after)]
     assert flat[1] < 0.3 * flat[0]
+
+
+def test_figures_name_the_check_instead_of_withheld_curves(tmp_path: Path) -> None:
+    withheld = dict.fromkeys(("rates", "attitudes", "strokes", "offsets"), "gyro bias at rest")
+    data = drawn_of(evaluate_run().with_withheld(withheld))
+    for name, draw in FIGURES.items():
+        for axes in draw(data).axes:
+            texts = [text.get_text() for text in axes.texts]
+            assert [text for text in texts if "withheld: gyro bias at rest (check failed)" in text], name
+        assert render_figure(name, data, "png", tmp_path)

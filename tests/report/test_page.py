@@ -12,7 +12,6 @@ import pytest
 from tests.report.conftest import Opener
 from tests.report.opened import Opened
 from tests.report.sample_document import SPECTRA, TIME_PLOTS, sample_document
-from tfsat_host.report import render
 
 A4_BETWEEN_MARGINS_PX = 688
 NUMBERS = [
@@ -47,8 +46,10 @@ def test_opens_with_all_its_parts(report: Opened) -> None:
     assert report.page.title() == "Drop tower robot, maneuver 59/70: drop 1"
     assert report.page.locator("h2").all_inner_texts() == [
         "✓\nGood",
+        "Prediction and measurement, release to 2.50 s",
+        "Strokes",
         "Key numbers",
-        "What could not be used",
+        "Data not used, default values",
         "The drop over time",
         "Spectra",
         "Details",
@@ -181,10 +182,6 @@ def test_a_wide_table_scrolls_by_itself_with_the_arrow_keys(open_document: Opene
     assert report.time_s == time_s
 
 
-def test_one_drop_of_800_samples_stays_small() -> None:
-    assert len(render(sample_document(samples=800)).encode()) <= 1.5e6
-
-
 def poison_strings(part: Any, text: str) -> Any:
     """Replace every string of the document by `text`, except the keys, which make it a document."""
     if isinstance(part, dict):
@@ -281,7 +278,7 @@ def test_meagre_documents_still_show_what_they_have(
 
 
 def test_another_format_is_refused_in_words(open_document: Opener) -> None:
-    report = open_document({**sample_document(), "format": 2})
-    assert "has format 2, this page shows format 1" in report.page.locator("body").inner_text()
+    report = open_document({**sample_document(), "format": 3})
+    assert "has format 3, this page shows format 2" in report.page.locator("body").inner_text()
     report = open_document({**sample_document(), "drops": []})
     assert "holds no drop" in report.page.locator("body").inner_text()

@@ -17,9 +17,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.paths import REPOSITORY
+from tests.report.reported_drop import evaluate_run
 from tests.report.sample_document import sample_document
 from tfsat_host.report import page, render
-from tfsat_host.report.document_rounding import shorten_document
+from tfsat_host.report.contents.chart import plot_of
+from tfsat_host.report.contents.charts import charts_of
+from tfsat_host.report.document_rounding import poses_to_keep, round_line
 from tfsat_host.report.page import embeddable
 
 JSON = st.recursive(
@@ -130,39 +133,32 @@ def test_the_scripts_set_text_as_text_only() -> None:
 
 
 def test_rounding_is_finer_than_a_plot_can_show() -> None:
-    document = sample_document()
-    for before, after in zip(
-        document["drops"][0]["plots"], shorten_document(document)["drops"][0]["plots"], strict=True
-    ):
-        for exact, rounded in zip(before["series"], after["series"], strict=True):
-            span = max(exact["values"]) - min(exact["values"])
-            for a, b in zip(exact["values"], rounded["values"], strict=True):
-                assert abs(a - b) <= (5.1e-5 * abs(a) if before["log_y"] else 1e-5 * span)
+    for chart in charts_of(evaluate_run()).values():
+        for exact, shown in zip(chart.lines, plot_of(chart)["series"], strict=True):
+            values = np.array(shown["values"], dtype=np.float64)
+            known = np.isfinite(exact.values)
+            span = np.ptp(exact.values[known]) or np.abs(exact.values[known]).max()
+            allowed = 5.1e-5 * np.abs(exact.values) if chart.log_y else 1.0001e-5 * span
+            assert np.array_equal(known, np.isfinite(values)), chart.id
+            assert np.all((np.abs(values - exact.values) <= allowed)[known]), chart.id
+    exact_values = np.linspace(-3.0, 47.0, 999)
+    values, _ = round_line(exact_values, None, log=False)
+    assert np.abs(values - exact_values).max() <= 1e-5 * 50.0
 
 
 def test_small_uncertainties_of_large_values_keep_their_digits() -> None:
-    document = sample_document()
-    series = document["drops"][0]["plots"][0]["series"][0]
-    series["values"] = [1e3 + i for i in range(len(series["values"]))]
-    series["std"] = [1.234e-3] * len(series["values"])
-    assert shorten_document(document)["drops"][0]["plots"][0]["series"][0]["std"][0] == pytest.approx(
-        1.234e-3, rel=1e-2
-    )
+    _, std = round_line(1e3 + np.arange(240.0), np.full(240, 1.234e-3), log=False)
+    assert std == pytest.approx(1.234e-3, rel=1e-2)
 
 
 @pytest.mark.parametrize("rate_hz", [50, 320, 1000])
 def test_the_replay_is_thinned_but_keeps_ends_and_gaps(rate_hz: int) -> None:
-    document = sample_document()
-    replay = document["drops"][0]["replay"]
-    times = [i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8]
-    pose = replay["measured"][0]
-    replay.update(t_s=times, measured=[pose] * len(times), model=None)
-    short_replay = shorten_document(document)["drops"][0]["replay"]
-    steps = [b - a for a, b in zip(short_replay["t_s"], short_replay["t_s"][1:], strict=False)]
-    assert len(short_replay["measured"]) == len(short_replay["t_s"]) <= 201
-    assert (short_replay["t_s"][0], short_replay["t_s"][-1]) == pytest.approx((times[0], times[-1]), abs=1e-4)
-    assert sorted(steps)[-2] <= max(1 / rate_hz, 0.01) + 2e-4, "no gap but the one that was there"
-    assert {0.5, 0.8} <= {round(t, 2) for t in short_replay["t_s"]}
+    times = np.array([i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8])
+    kept = times[poses_to_keep(times)]
+    assert len(kept) <= 201
+    assert (kept[0], kept[-1]) == (times[0], times[-1])
+    assert np.sort(np.diff(kept))[-2] <= max(1 / rate_hz, 0.01) + 2e-4, "no gap but the one that was there"
+    assert {0.5, 0.8} <= {round(float(t), 2) for t in kept}
 
 
 def test_numpy_numbers_are_numbers() -> None:

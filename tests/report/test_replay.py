@@ -17,7 +17,7 @@ def test_shows_bodies_that_move(report: Opened) -> None:
     report.page.get_by_label("Time after release").fill("1.4")
     assert report.replay_picture().unlike(at_start) > 3000
     assert report.time_s == pytest.approx(1.4)
-    assert report.page.locator(".what").inner_text() == "joint 2, +70 deg"
+    assert report.page.locator(".what").inner_text() == "2: joint 2, +70 deg"
 
 
 def test_opens_where_the_robot_came_to_and_plays_from_the_start(open_document: Opener) -> None:
@@ -90,6 +90,9 @@ def test_the_mouse_turns_it(report: Opened) -> None:
 
 def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
     report.page.get_by_label("Time after release").fill("1.4")
+    assert report.page.locator(".sides span").all_inner_texts() == ["measured", "nominal model"]
+    report.page.get_by_label("Model", exact=True).select_option("over")
+    assert report.page.locator(".sides").is_hidden()
     over = report.replay_picture()
     report.page.get_by_label("Model", exact=True).select_option("hidden")
     hidden = report.replay_picture()
@@ -98,7 +101,6 @@ def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
     assert hidden.unlike(over) > 200
     assert beside.count_visible_pixels() > hidden.count_visible_pixels() + 1000
     assert beside.unlike(over) > 1000
-    report.page.get_by_label("Model", exact=True).select_option("over")
 
 
 def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_document: Opener) -> None:
@@ -138,8 +140,10 @@ def test_without_webgl_it_says_so_and_draws_flat(
 
 def test_without_poses_it_says_so(open_document: Opener) -> None:
     document = sample_document()
-    document["drops"][0]["replay"] = None
+    document["drops"][0].update(
+        replay=None, no_replay="Replay withheld: gyros of bodies 3 and 4 (check failed)"
+    )
     report = open_document(document)
-    assert "no replay" in report.page.locator(".replay .note").inner_text()
+    assert report.page.locator(".replay .note").inner_text() == document["drops"][0]["no_replay"]
     report.press("ArrowRight")
     assert report.hairlines()["rates"] > 0

@@ -151,6 +151,28 @@ def test_verdict_and_strokes_are_told_in_words(topics: Topics) -> None:
     assert [begin, end] == unix_ns([stroke.start_s, stroke.end_s])
 
 
+@pytest.mark.parametrize(
+    ("results", "left"),
+    [
+        (("rates", "attitudes", "strokes", "offsets"), {"/evaluated/log"}),
+        (("offsets",), {"/evaluated/body_1/euler", "/model_filed/body_1/euler"}),
+    ],
+)
+def test_what_a_failed_check_withholds_is_not_written(
+    results: tuple[str, ...], left: set[str], tmp_path: Path
+) -> None:
+    withheld = dict.fromkeys(results, "momentum throughout the fall")
+    write_evaluated_mcap(report_drop(evaluate_run().with_withheld(withheld)), tmp_path / "withheld.mcap")
+    with (tmp_path / "withheld.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    names = {channel.topic for channel in summary.channels.values()}
+    written = {name for name in names if name.startswith(("/evaluated/", "/model_"))}
+    assert left <= written and not any(name.startswith("/model_corrected/") for name in written)
+    assert len(results) == 1 or written == left
+    assert "/body_1/imu" in names, "the recording itself is not withheld"
+
+
 def test_every_topic_is_documented(topics: Topics) -> None:
     documented = re.findall(
         r"`(/[a-zN_/]+)`", (REPOSITORY / "docs" / "report.md").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal, NotRequired, TypedDict
 
-FORMAT = 1
+FORMAT = 2
 """Version of this layout; the page says so when it gets another one."""
 
 
@@ -58,6 +58,7 @@ class Plot(TypedDict):
     """Some lines over one x. Plots of the same `id` are laid over each other when there are several drops.
 
     `x` None stands for the drop's `t_s`; such plots share cursor and zoom. `band` is a range of x to shade.
+    `withheld` says which lines are not drawn because a check failed; empty: none.
     """
 
     id: str
@@ -69,6 +70,7 @@ class Plot(TypedDict):
     log_y: bool
     band: list[float] | None
     caption: str
+    withheld: str
     series: list[PlotSeries]
 
 
@@ -109,10 +111,16 @@ class PageTable(TypedDict):
 
 
 class Drop(TypedDict):
-    """All of one drop. `t_s` belongs to the plots without x, `window_s` is what was evaluated."""
+    """All of one drop. `t_s` belongs to the plots without x, `window_s` is what was evaluated.
+
+    `prediction`, `change` and `strokes` stand on the first screen; `no_replay` says why `replay` is None.
+    """
 
     name: str
     verdict: PageVerdict
+    prediction: PageTable
+    change: str
+    strokes: PageTable
     key_numbers: list[KeyNumber]
     notes: list[str]
     t_s: list[float]
@@ -120,6 +128,7 @@ class Drop(TypedDict):
     events: list[Event]
     plots: list[Plot]
     replay: Replay | None
+    no_replay: str
     tables: list[PageTable]
 
 

@@ -6,7 +6,7 @@ Columns of a two-column journal; colors that every eye and every printer keeps a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.plotting import load_matplotlib
-from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
+from tfsat_host.report.contents.chart import AXES, WORDS, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.document import Event
@@ -101,10 +101,7 @@ RAW = LineStyle("-", 0.4, 0.45)
 """Every sample, behind its average."""
 
 
-def inches(millimeters: float) -> float:
-    """Convert millimeters to inches, matplotlib's unit."""
-    return millimeters / MM_PER_INCH
-
+BANDED = ("measured", "after")
 
 FORMATS = ("pdf", "png")
 MARKER = b"made by tfsat-host report"
@@ -137,30 +134,24 @@ class FigureData:
 
 
 def motion_figure(content: FigureData) -> Figure:
-    """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
+    """Draw attitude, rates, joint angles, momentum of the nominal model (the paper's fig. euler_omg)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
-    euler, rates, joints = (content.charts[name] for name in ("euler", "rates", "joints"))
-    _time_panel(panels[0], content, euler, _ANGLES, ("measured", "before", "after"))
-    _time_panel(panels[1], content, rates, _RATES, ("measured",))
-    _time_panel(panels[2], content, joints, _JOINTS, ("measured", "commanded"))
-    _momentum_panel(panels[3], content, "before")
+    _draw_panel(panels[0], content, "euler", _ANGLES, _styles("measured", "before", "after"))
+    _draw_panel(panels[1], content, "rates", _RATES, _styles("measured"))
+    _draw_panel(panels[2], content, "joints", _JOINTS, _styles("measured", "commanded"))
+    _draw_momentum(panels[3], content, "before")
     return figure
 
 
 def momentum_figure(content: FigureData) -> Figure:
-    """Momentum above its spectrum, before and after the correction (fig. amfft)."""
+    """Draw the momentum above its spectrum, nominal and fitted model (fig. amfft)."""
     figure, panels = _panels(2, 2, PAGE_MM, 112.0)
     sides: tuple[Kind, Kind] = ("before", "after")
     for column, kind in enumerate(sides):
-        _momentum_panel(panels[column], content, kind)
-        panels[column].set_title(f"({_LETTERS[column]}) model {kind} correction", loc="left")
-        _spectrum_panel(
-            panels[2 + column],
-            content.charts["momentum_spectrum"],
-            _MOMENTA,
-            (kind,),
-            {kind: SPECTRA["after"]},
-        )
+        _draw_momentum(panels[column], content, kind)
+        panels[column].set_title(f"({_LETTERS[column]}) {WORDS[kind]}", loc="left")
+        spectrum = panels[2 + column]
+        _draw_panel(spectrum, content, "momentum_spectrum", _MOMENTA, {kind: SPECTRA["after"]})
     for row in (0, 2):
         # The same scale on both sides: that is what the figure compares.
         low, high = zip(*(panel.get_ylim() for panel in panels[row : row + 2]), strict=True)
@@ -170,21 +161,17 @@ def momentum_figure(content: FigureData) -> Figure:
 
 
 def rate_error_figure(content: FigureData) -> Figure:
-    """Spectrum of the rate error before and after the correction (fig. omgfft)."""
+    """Draw the spectrum of the rate error, nominal and fitted model (fig. omgfft)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
-    _spectrum_panel(panels[0], content.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), SPECTRA)
+    _draw_panel(panels[0], content, "rate_spectrum", _RATE_ERRORS, SPECTRA)
     return figure
 
 
 def attitude_error_figure(content: FigureData) -> Figure:
-    """Euler angles' error over time, before and after the correction (fig. deuler)."""
+    """Draw the Euler angles' error over time, nominal and fitted model (fig. deuler)."""
     figure, panels = _panels(1, 1, COLUMN_MM, 66.0)
-    chart = content.charts["attitude_error"]
-    lines = [line for line in chart.lines if line.component < len(AXES)]
     styles: dict[Kind, LineStyle] = {"before": OVER_TIME["before"], "after": PLAIN}
-    draw_lines(panels[0], content.t_s, lines, styles)
-    over_time(panels[0], chart, content.events, content.window_s)
-    legend(panels[0], components_of(lines, _ANGLE_ERRORS), styles)
+    _draw_panel(panels[0], content, "attitude_error", _ANGLE_ERRORS, styles)
     return figure
 
 
@@ -201,7 +188,7 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
     """Panels row by row, lettered if there are several."""
     from matplotlib.figure import Figure
 
-    size = (inches(width_mm), inches(height_mm))
+    size = (width_mm / MM_PER_INCH, height_mm / MM_PER_INCH)
     # A bare Figure, without pyplot: no backend and no global state.
     figure = Figure(figsize=size, layout="constrained")
     panels = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
@@ -211,42 +198,51 @@ def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple
     return figure, panels
 
 
-def _time_panel(
-    axes: Axes, content: FigureData, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
-) -> None:
-    lines = chart.of_kind(*kinds)
-    styles = {kind: OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
-    draw_lines(axes, content.t_s, lines, styles)
-    over_time(axes, chart, content.events, content.window_s)
-    legend(axes, components_of(lines, names), styles)
+def _styles(*kinds: Kind) -> dict[Kind, LineStyle]:
+    return {kind: OVER_TIME[kind] for kind in kinds}
 
 
-def _momentum_panel(axes: Axes, content: FigureData, kind: Kind) -> None:
-    chart = content.charts["momentum"]
-    lines = chart.of_kind(kind)
-    draw_raw(axes, content.t_s, content.charts["momentum_raw"].of_kind(kind))
-    draw_lines(axes, content.t_s, lines, {kind: PLAIN})
-    over_time(axes, chart, content.events, content.window_s)
-    legend(
-        axes,
-        components_of(lines, _MOMENTA),
-        {kind: PLAIN},
-        {"averaged": PLAIN, "samples": RAW},
-    )
+def _draw_momentum(axes: Axes, content: FigureData, kind: Kind) -> None:
+    """Draw the averaged momentum of a model before all its samples."""
+    for line in content.charts["momentum_raw"].of_kind(kind):
+        color = COLORS[line.component]
+        # Order 1.5 is above matplotlib's patches (1) and below its lines (2).
+        axes.plot(content.t_s, line.values, color=color, lw=RAW.width, alpha=RAW.alpha, zorder=1.5)
+    _draw_panel(axes, content, "momentum", _MOMENTA, {kind: PLAIN}, {"averaged": PLAIN, "samples": RAW})
 
 
-def _spectrum_panel(
+def _draw_panel(
     axes: Axes,
-    chart: Chart,
+    content: FigureData,
+    chart_id: str,
     names: Sequence[str],
-    kinds: tuple[Kind, ...],
     styles: Mapping[Kind, LineStyle],
+    others: Mapping[str, LineStyle] | None = None,
 ) -> None:
-    lines = chart.of_kind(*kinds)
-    if chart.x is not None:
-        draw_lines(axes, chart.x, lines, styles)
-    over_frequency(axes, chart)
-    legend(axes, components_of(lines, names), styles)
+    """Draw lines of a chart, over time with the strokes shaded, over frequency with the band below the cutoff.
+
+    Args:
+        axes: The panel.
+        content: What the figure is made of.
+        chart_id: Of the chart.
+        names: Of the components to draw.
+        styles: Of the kinds to draw, as far as the chart has them.
+        others: Further styles, such as thick and thin, by their words.
+    """
+    chart = content.charts[chart_id]
+    lines = [line for line in chart.of_kind(*styles) if line.component < len(names)]
+    draw_lines(axes, content.t_s if chart.x is None else chart.x, lines, styles)
+    if chart.log_x:
+        over_frequency(axes, chart)
+    else:
+        over_time(axes, content.events, content.window_s)
+    axes.set_xlabel(chart.x_label)
+    axes.set_ylabel(chart.y_label)
+    if chart.withheld:
+        axes.text(0.5, 0.5, chart.withheld, transform=axes.transAxes, ha="center", va="center", wrap=True)
+    components = sorted({line.component for line in lines})
+    kinds = {kind: style for kind, style in styles.items() if any(line.kind == kind for line in lines)}
+    legend(axes, {component: names[component] for component in components}, kinds, others or {})
 
 
 def drawn_of(evaluation: Evaluation) -> FigureData:
@@ -266,19 +262,12 @@ def write_figure(name: str, content: FigureData, file_format: str, path: Path) -
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RC)
-        figure = FIGURES[name](content)
-        _save(figure, file_format, path)
-
-
-def _save(figure: Figure, file_format: str, path: Path) -> None:
-    text = MARKER.decode()
-    # Without dates, and without the library's version, which changes nothing that one sees.
-    metadata = (
-        {"Creator": text, "Producer": None, "CreationDate": None}
-        if file_format == "pdf"
-        else {"Software": text}
-    )
-    figure.savefig(path, format=file_format, dpi=PNG_DPI, metadata=metadata)
+        text = MARKER.decode()
+        # Without dates, and without the library's version, which changes nothing that one sees.
+        metadata: dict[str, str | None] = {"Software": text}
+        if file_format == "pdf":
+            metadata = {"Creator": text, "Producer": None, "CreationDate": None}
+        FIGURES[name](content).savefig(path, format=file_format, dpi=PNG_DPI, metadata=metadata)
 
 
 def draw_lines(
@@ -286,63 +275,44 @@ def draw_lines(
     x: FloatArray,
     lines: Sequence[Line],
     styles: Mapping[Kind, LineStyle],
-    banded: Collection[Kind] = ("measured", "after"),
 ) -> None:
-    """Lines, and standard deviations of some kinds as bands behind them: of all they would hide each other."""
+    """Draw lines, and standard deviations of some kinds as bands behind them: of all they would hide each other."""
     for line in lines:
         color, style = COLORS[line.component], styles[line.kind]
         axes.plot(x, line.values, color=color, ls=style.dashes, lw=style.width, alpha=style.alpha)
-        if line.kind in banded and line.std is not None:
+        if line.kind in BANDED and line.std is not None:
             axes.fill_between(
                 x, line.values - line.std, line.values + line.std, color=color, alpha=STD_ALPHA, lw=0.0
             )
 
 
-def draw_raw(axes: Axes, x: FloatArray, lines: Sequence[Line]) -> None:
-    """Draw every sample as a thin line behind the data derived from it."""
-    for line in lines:
-        color = COLORS[line.component]
-        # Order 1.5 is above matplotlib's patches (1) and below its lines (2).
-        axes.plot(x, line.values, color=color, lw=RAW.width, alpha=RAW.alpha, zorder=1.5)
-
-
-def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple[float, float]) -> None:
+def over_time(axes: Axes, events: Sequence[Event], window_s: tuple[float, float]) -> None:
     """Format the time axis and shade the strokes."""
     # Spans lie below the lines and their bands.
     for event in events:
         if event["kind"] == "stroke" and event["until_s"] is not None:
-            axes.axvspan(
-                event["t_s"],
-                event["until_s"],
-                color=STROKE_COLOR,
-                alpha=STROKE_ALPHA,
-                lw=0.0,
-                zorder=0.5,
-            )
+            span = (event["t_s"], event["until_s"])
+            axes.axvspan(*span, color=STROKE_COLOR, alpha=STROKE_ALPHA, lw=0.0, zorder=0.5)
     axes.set_xlim(*window_s)
-    axes.set_xlabel(chart.x_label)
-    axes.set_ylabel(chart.y_label)
 
 
 def over_frequency(axes: Axes, chart: Chart) -> None:
-    """Logarithmic axes, and the band below the cutoff shaded."""
+    """Format logarithmic axes, and shade the band below the cutoff."""
     axes.set_xscale("log")
     axes.set_yscale("log")
     if chart.x is not None:
         axes.set_xlim(float(chart.x[0]), float(chart.x[-1]))
     if chart.band is not None:
         axes.axvspan(*chart.band, color=BAND_COLOR, alpha=BAND_ALPHA, lw=0.0, zorder=0.5)
-    axes.set_xlabel(chart.x_label)
-    axes.set_ylabel(chart.y_label)
 
 
 def legend(
     axes: Axes,
     names: Mapping[int, str],
     kinds: Mapping[Kind, LineStyle],
-    others: Mapping[str, LineStyle] | None = None,
+    others: Mapping[str, LineStyle],
 ) -> None:
-    """Above the panel, where it hides nothing: colors by component, styles by kind; a single kind needs no word.
+    """Place the legend above the panel: colors by component, styles by kind; a single kind needs no word.
 
     Args:
         axes: The panel.
@@ -352,21 +322,17 @@ def legend(
     """
     handles = [_handle(COLORS[component], PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:
-        handles += [_handle("#555555", style, kind) for kind, style in kinds.items()]
-    handles += [_handle("#555555", style, words) for words, style in (others or {}).items()]
+        handles += [
+            _handle("#555555", style, WORDS[kind].removesuffix(" model")) for kind, style in kinds.items()
+        ]
+    handles += [_handle("#555555", style, words) for words, style in others.items()]
     axes.legend(
-        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=max(len(handles), 1),
+        borderaxespad=0.1,
     )
-
-
-def components_of(lines: Sequence[Line], names: Sequence[str]) -> dict[int, str]:
-    """Return the names of the components that occur in the lines; the norm is the fourth component."""
-    there = {line.component for line in lines}
-    return {
-        component: "norm" if component == NORM else names[component]
-        for component in range(4)
-        if component in there
-    }
 
 
 def _handle(color: str, style: LineStyle, label: str) -> Line2D:

@@ -51,17 +51,21 @@ _MESSAGES = {
 
 
 def write_evaluated_mcap(drop: ReportedDrop, path: Path) -> None:
-    """Write the recording as `decode` does, with the quick look replaced by the evaluation.
+    """Write the recording as `decode` does, with the quick look replaced by what the evaluation gives.
 
     Raises:
         MissingExtraError: the extra `mcap` is not installed.
     """
 
     def channels(stamp: Stamp) -> list[Channel]:
+        # What a failed check withholds is not written; the words say which check that is.
+        evaluation, words = drop.evaluation, _words(drop, stamp)
+        if not evaluation.is_given():
+            return [words]
+        topics = [*_evaluation_channels(evaluation, stamp), _scene(evaluation, stamp), words]
+        fitted = f"/{CORRECTED}/"
         return [
-            *_evaluation_channels(drop.evaluation, stamp),
-            _scene(drop.evaluation, stamp),
-            _words(drop, stamp),
+            topic for topic in topics if evaluation.is_given("offsets") or not topic.topic.startswith(fitted)
         ]
 
     write_mcap(drop.evaluation.log, path, BodyFrames((), (), (NOTE,)), channels, MARKER)

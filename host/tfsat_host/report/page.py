@@ -18,7 +18,8 @@ from typing import Any
 
 from tfsat_host.next_step import NextStep
 from tfsat_host.quantity import number, plus_minus
-from tfsat_host.report.document_rounding import shorten_document
+from tfsat_host.report.document import Document, Drop, KeyNumber, PageTable
+from tfsat_host.report.document_rounding import clean
 
 _LIBRARIES = ("uplot.min.js", "twgl.min.js")
 _LICENCES = ("uplot.LICENSE", "twgl.LICENSE")
@@ -73,8 +74,7 @@ _PAGE = """<!doctype html>
 <body>
 <noscript>
 {results}
-<p>Plots and replay draw themselves with JavaScript, which is switched off here. All results as text:
-{as_text}.</p>
+<p>Plots and replay need JavaScript, which is off. All results as text: {as_text}</p>
 </noscript>
 <script type="application/json" id="document">{document}</script>
 <script type="application/json" id="licences">{licences}</script>
@@ -84,18 +84,17 @@ _PAGE = """<!doctype html>
 """
 
 
-def render(document: Mapping[str, Any]) -> str:
-    """Render the page of a document (`tfsat_host.report.document.Document`), to be written as UTF-8.
+def render(document: Document) -> str:
+    """Render the page of a document, to be written as UTF-8.
 
-    Numbers are rounded to what a plot can show; NaN and infinity become gaps; strings beyond 2000 characters
-    are cut, and say so.
+    NaN and infinity become gaps; strings beyond 2000 characters are cut, and say so.
 
     Raises:
         KeyError: A part of the document is missing.
         TypeError: The document holds something that JSON cannot.
     """
     js, css = script(), style()
-    cut = shorten_document(document)
+    cut: Document = clean(document)
     return _PAGE.format(
         policy=_policy(js, css),
         style=css,
@@ -166,17 +165,13 @@ def embeddable(document: Mapping[str, Any]) -> str:
     return text.translate(_HARMLESS)
 
 
-def without_script(document: Mapping[str, Any]) -> str:
-    """Render all drops for browsers without JavaScript; every string of the document is escaped.
-
-    Args:
-        document: As it is embedded, see `document_rounding.shortened`.
-    """
+def without_script(document: Document) -> str:
+    """Render all drops for browsers without JavaScript; every string of the document is escaped."""
     lacking = [f"<p>{_text(sentence)}</p>" for sentence in document.get("lacking", ())]
     return "\n".join([f"<h1>{_text(document['title'])}</h1>", *lacking, *map(_drop, document["drops"])])
 
 
-def _drop(drop: Mapping[str, Any]) -> str:
+def _drop(drop: Drop) -> str:
     verdict = drop["verdict"]
     reasons = "".join(f"<li>{_text(reason)}</li>" for reason in verdict["reasons"])
     numbers = "".join(
@@ -185,11 +180,19 @@ def _drop(drop: Mapping[str, Any]) -> str:
     )
     return (
         f"<h2>{_text(drop['name'])}: {_text(verdict['level'])}</h2>\n<p>{_text(verdict['sentence'])}</p>\n"
-        f"<ul>{reasons}</ul>\n<table>{numbers}</table>"
+        f"<ul>{reasons}</ul>\n{_table(drop['prediction'])}\n<p>{_text(drop['change'])}</p>\n"
+        f"{_table(drop['strokes'])}\n<table>{numbers}</table>"
     )
 
 
-def _figure(key_number: Mapping[str, Any]) -> str:
+def _table(table: PageTable) -> str:
+    rows = [table["columns"], *table["rows"]]
+    cells = ("".join(f"<td>{_text(cell)}</td>" for cell in row) for row in rows)
+    body = "".join(f"<tr>{row}</tr>" for row in cells)
+    return f"<table><caption>{_text(table['title'])}</caption>{body}</table>"
+
+
+def _figure(key_number: KeyNumber) -> str:
     value, std = key_number["value"], key_number["std"]
     if value is None:
         return "–"

@@ -28,7 +28,6 @@ from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE
-from tfsat_host.report import document_rounding
 from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.replay import replay_of
@@ -60,8 +59,6 @@ _DRAWN = {
     f"{_BUILDER}.charts_of": _once(charts_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.replay_of": _once(replay_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.plot_of": _once(plot_of),
-    "tfsat_host.report.document_rounding._plot": _once(document_rounding._plot),
-    "tfsat_host.report.document_rounding._replay": _once(document_rounding._replay),
 }
 
 

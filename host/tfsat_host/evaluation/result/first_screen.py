@@ -31,8 +31,8 @@ class _Row(NamedTuple):
 
 _PREDICTION: Columns = (
     Column("name", "body 1"),
-    Column("", "reorientation / deg", words=lambda row: row.turn),
-    Column("", "attitude error / deg", words=lambda row: row.error),
+    Column("", "reorientation", shown_in="deg", words=lambda row: row.turn),
+    Column("", "attitude error", shown_in="deg", words=lambda row: row.error),
 )
 
 
@@ -40,7 +40,7 @@ def prediction_table(evaluation: Evaluation) -> Table:
     """Build the table of the reorientation as measured and as both models predict it, with their attitude errors."""
     turn, until_s = evaluation.reorientation, evaluation.motion.bodies[BODY_1].t_s[-1]
     measured = Quantity(float(np.rad2deg(turn.angle_rad)), float(np.rad2deg(turn.std_rad)), "deg")
-    rows = [_Row("measured", measured, "")]
+    rows = [_Row("measured", measured if evaluation.is_given("attitudes") else "withheld", "")]
     explained = evaluation.explained
     for name, side, is_given in (
         ("nominal model", explained.nominal, evaluation.is_given()),

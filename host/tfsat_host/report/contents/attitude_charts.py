@@ -104,11 +104,10 @@ def euler_chart(evaluation: Evaluation) -> Chart:
         "Attitude of body 1",
         "z-y-x Euler angle (deg)",
         tuple(lines_of([f"φ{AXES[axis]}" for axis in ZYX], sides, ZYX)),
-        "Since the release. The models are driven by the measured joint angles and begin where the measured attitude "
-        "is when the release has settled. The error below compares what the gyros show late with a model made as late: "
-        f"these curves differ from it by up to {_beside_error_deg(evaluation, angles):.2g} deg while "
-        "joints move and by "
-        f"{_beside_error_deg(evaluation, angles, last=True):.2g} deg at the end. Band: one standard deviation.",
+        "Since the release. Models: driven by the measured joint angles, from the measured attitude once the release "
+        "has settled. Measured − predicted differs from the attitude error below, which includes the gyro delay: up to "
+        f"{_beside_error_deg(evaluation, angles):.2g} deg while joints move, "
+        f"{_beside_error_deg(evaluation, angles, last=True):.2g} deg at the end. Band: ± 1 standard deviation.",
     )
 
 
@@ -128,7 +127,7 @@ def _beside_error_deg(evaluation: Evaluation, angles: EulerAngles, *, last: bool
 
 
 def attitude_error_chart(evaluation: Evaluation) -> Chart:
-    """Measured less predicted Euler angles, and their norm."""
+    """Build the chart of measured − predicted Euler angles, and of their norm."""
     rows = evaluation.motion.t_s >= evaluation.explained.driven.flown.t_s[0]
     errors: dict[Kind, AttitudeError] = {
         "before": evaluation.explained.nominal.error,
@@ -147,13 +146,12 @@ def attitude_error_chart(evaluation: Evaluation) -> Chart:
         "Attitude error of the model",
         "measured − predicted (deg)",
         tuple(lines),
-        "z-y-x Euler angles of body 1, both sides as the gyros see them. Band: one standard deviation of all that the "
-        "sensors may be off.",
+        "z-y-x Euler angles of body 1, both with the gyro delay. Band: ± 1 standard deviation of all sensor errors.",
     )
 
 
 def attitude_spectrum_chart(evaluation: Evaluation) -> Chart:
-    """Build the chart with the spectrum of the attitude error: measured less predicted Euler angles."""
+    """Build the chart with the spectrum of the attitude error: measured − predicted Euler angles."""
     sides = evaluation.explained.nominal.error, evaluation.explained.fitted.error
     before, after = (np.rad2deg(error.euler_zyx_rad) for error in sides)
     return spectrum_chart(

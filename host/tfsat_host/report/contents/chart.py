@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.spectra import ComparedSpectra
 from tfsat_host.report.document import Plot, PlotSeries
+from tfsat_host.report.document_rounding import round_line, round_to_digits
 
 Kind = Literal["measured", "before", "after", "commanded"]
 
@@ -62,6 +63,7 @@ class Chart:
         x_label: With the unit.
         log_x, log_y: Logarithmic axes.
         band: A range of x to point out.
+        withheld: Which lines are not drawn because a check failed, and the check; empty: none.
     """
 
     id: str
@@ -74,6 +76,7 @@ class Chart:
     log_x: bool = False
     log_y: bool = False
     band: tuple[float, float] | None = None
+    withheld: str = ""
 
     def of_kind(self, *kinds: Kind) -> tuple[Line, ...]:
         """Return the lines of these kinds only."""
@@ -134,16 +137,15 @@ def spectrum_chart(
         np.where(spectrum.amplitude[1:] > 0.0, spectrum.amplitude[1:], np.nan)
         for spectrum in (compared.before, compared.after)
     )
-    window = "Rectangular" if compared.before.window == "rectangular" else f"{compared.before.window}'s"
-    remainder_text = f": {100.0 * compared.left:.0f} % are left" if np.isfinite(compared.left) else ""
+    remainder_text = f"; {100.0 * compared.left:.0f} % of it left" if np.isfinite(compared.left) else ""
     return Chart(
         chart_id,
         title,
         f"amplitude ({unit})",
         tuple(lines_of(names, [("before", before, None), ("after", after, None)], components)),
-        f"{window} window; a sine of amplitude a shows a. Below {compared.cutoff_hz:g} Hz, shaded, "
-        f"{compared.rms_before:.3g} {unit} rms before the correction and {compared.rms_after:.3g} "
-        f"after{remainder_text}.",
+        f"Window: {compared.before.window}; a sine of amplitude a shows a. Rms below {compared.cutoff_hz:g} Hz "
+        f"(shaded): {compared.rms_before:.3g} {unit} (nominal model), {compared.rms_after:.3g} {unit} "
+        f"(fitted model{remainder_text}).",
         x=compared.before.frequency_hz[1:],
         x_label=FREQUENCY,
         log_x=True,
@@ -153,34 +155,40 @@ def spectrum_chart(
 
 
 def plot_of(chart: Chart) -> Plot:
-    """Convert a chart to a plot of the document."""
+    """Convert a chart to a plot of the document, its numbers rounded to what a plot can show."""
     return Plot(
         id=chart.id,
         title=chart.title,
         x_label=chart.x_label,
         y_label=chart.y_label,
-        x=None if chart.x is None else chart.x.tolist(),
+        x=None if chart.x is None else round_to_digits(chart.x).tolist(),
         log_x=chart.log_x,
         log_y=chart.log_y,
         band=None if chart.band is None else list(chart.band),
         caption=chart.caption,
-        series=[
-            PlotSeries(
-                label=line.label,
-                values=numbers(line.values),
-                std=None if line.std is None else numbers(line.std),
-                component=line.component,
-                kind=line.kind,
-            )
-            for line in chart.lines
-        ],
+        withheld=chart.withheld,
+        series=[_series(line, log=chart.log_y) for line in chart.lines],
     )
 
 
-def numbers(values: FloatArray) -> list[float | None]:
-    """Convert values to a list for JSON, with None for NaN and infinity."""
+def _series(line: Line, *, log: bool) -> PlotSeries:
+    values, std = round_line(line.values, line.std, log=log)
+    return PlotSeries(
+        label=line.label,
+        values=numbers(values),
+        std=None if std is None else numbers(std),
+        component=line.component,
+        kind=line.kind,
+    )
+
+
+def numbers(values: FloatArray) -> list[Any]:
+    """Convert (n, ...) values to lists for JSON, with None for NaN and infinity."""
     # As objects: an array of floats cannot hold None.
     json_values = values.astype(object)
+    # Whole numbers without their ".0": a joint that rests is a quarter of a line's text.
+    whole = np.isfinite(values) & (values == values.round())
+    json_values[whole] = values[whole].astype(np.int64)
     json_values[~np.isfinite(values)] = None
     return list(json_values.tolist())
 

@@ -13,17 +13,19 @@ from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, MovingAve
 from tfsat_host.evaluation.com_fit.momentum_residual import inertial_momentum, residual_rate
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
+from tfsat_host.quantity import plus_minus
 from tfsat_host.report.contents.attitude_charts import (
     attitude_error_chart,
     attitude_spectrum_chart,
     euler_chart,
 )
 from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, Side, lines_of, pad_rows, spectrum_chart
+from tfsat_host.report.contents.withheld_curves import withhold_curves
 from tfsat_host.sdlog.droplog import rows_of
 from tfsat_host.units import STANDARD_GRAVITY_M_S2, s_from_us
 
 AVERAGED = 9
-"""Samples: neighbours' noise hides what a wrong mounting does."""
+"""Samples: neighbours' noise hides what misalignment does."""
 SHOWN_HZ = 5.0
 _FLOOR = 1e-6
 PER_KG_M2_S = 1e3
@@ -34,7 +36,7 @@ _NAMES = [f"ω{axis}" for axis in AXES]
 
 
 def charts_of(evaluation: Evaluation) -> dict[str, Chart]:
-    """Build all charts of an evaluation, by id."""
+    """Build all charts of an evaluation, by id, without curves that a failed check withholds."""
     charts = (
         euler_chart(evaluation),
         rate_chart(evaluation),
@@ -50,7 +52,7 @@ def charts_of(evaluation: Evaluation) -> dict[str, Chart]:
         force_chart(evaluation),
         window_chart(evaluation),
     )
-    return {chart.id: chart for chart in charts}
+    return {chart.id: withhold_curves(chart, evaluation) for chart in charts}
 
 
 def rate_chart(evaluation: Evaluation) -> Chart:
@@ -58,19 +60,18 @@ def rate_chart(evaluation: Evaluation) -> Chart:
     moved, fall = evaluation.motion.bodies[BODY_1], evaluation.motion.samples.fall
     rates = np.rad2deg(pad_rows(fall, moved.rate_rad_s))
     lag = evaluation.motion.lag
-    how = "measured against the angle sensors" if lag.measured else "by the data sheet"
+    source = "estimated" if lag.measured else "data sheet"
     return Chart(
         "rates",
         "Angular velocity of body 1",
         "rate (deg/s)",
         tuple(Line(name, rates[:, axis], axis, "measured") for axis, name in enumerate(_NAMES)),
-        f"Body axes. The gyros' delay of {1e3 * lag.delay_s:.2f} ± {1e3 * lag.delay_std_s:.2f} ms, {how}, is taken "
-        "off.",
+        f"Body axes. Gyro delay: {plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms ({source}, compensated).",
     )
 
 
 def rate_spectrum_chart(evaluation: Evaluation) -> Chart:
-    """Build the chart with the spectrum of body 1's rate error: measured less predicted."""
+    """Build the chart with the spectrum of body 1's rate error: measured − predicted."""
     sides = evaluation.explained.nominal.error, evaluation.explained.fitted.error
     before, after = (np.rad2deg(error.rate_rad_s) for error in sides)
     return spectrum_chart(
@@ -83,10 +84,10 @@ def rate_spectrum_chart(evaluation: Evaluation) -> Chart:
 
 
 def unexplained_chart(evaluation: Evaluation) -> Chart:
-    """Build the chart of the base's rate residual that constant momentum does not explain."""
+    """Build the chart of the base's residual rate: measured − predicted at constant momentum."""
     explained, kinematics = evaluation.explained, evaluation.explained.driven.flown
     rows = evaluation.motion.t_s >= kinematics.t_s[0]
-    # As filed, only constant momentum explains the rate; the corrected side is the residual of the fit.
+    # Nominal model: only constant momentum explains the rate; fitted model: the residual of the fit.
     before = residual_rate(
         explained.driven.offsets.body, kinematics, explained.nominal.prediction.momentum_kg_m2_s
     )
@@ -95,17 +96,16 @@ def unexplained_chart(evaluation: Evaluation) -> Chart:
     sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
     return Chart(
         "unexplained",
-        f"Rate of {evaluation.model.body_names[evaluation.model.base]} that nothing explains",
+        f"Residual rate of {evaluation.model.body_names[evaluation.model.base]}",
         "rate (deg/s)",
         tuple(lines_of(_NAMES, sides, by_side=True)),
-        "Measured rate less the one that keeps the momentum constant; with the corrected model also less what the "
-        f"fit holds for errors of the sensors. What is left varies {explained.fit.excess:.2g} times as much as their "
-        "noise.",
+        "Measured − predicted at constant momentum; fitted model: also − the fitted sensor errors. "
+        f"Residual variance of the fit: {explained.fit.excess:.2g} times that of the sensors' noise.",
     )
 
 
 def bodies_of(evaluation: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
-    """Return the multibody model as filed and as corrected."""
+    """Return the nominal and the fitted multibody model."""
     explained = evaluation.explained
     offsets = explained.driven.offsets
     return ("before", offsets.body), ("after", offsets.correct(explained.fit.values))
@@ -124,7 +124,7 @@ def momentum_chart(evaluation: Evaluation) -> Chart:
         "Angular momentum, every sample",
         f"momentum ({_MOMENTUM_UNIT})",
         tuple(lines_of(_MOMENTA, sides, by_side=True)),
-        "What the moving average is made of: the gyros' noise, and what they show while joints speed up.",
+        "Not averaged: with gyro noise, and transients while joints accelerate.",
     )
 
 
@@ -143,9 +143,8 @@ def averaged_momentum_chart(evaluation: Evaluation) -> Chart:
         "Angular momentum of all bodies",
         f"momentum ({_MOMENTUM_UNIT})",
         tuple(lines_of(_MOMENTA, sides, by_side=True)),
-        f"In inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). From its first value it "
-        f"strays by {strayed[0]:.3g} µN m s on average with the nominal model, by {strayed[1]:.3g} "
-        "with the fitted one.",
+        f"Inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). Mean deviation from the "
+        f"first value: {strayed[0]:.3g} µN m s (nominal model), {strayed[1]:.3g} µN m s (fitted model).",
     )
 
 
@@ -196,8 +195,8 @@ def joint_chart(evaluation: Evaluation) -> Chart:
         "Joint angles",
         "angle (deg)",
         tuple(lines),
-        "From the angle sensors and the gyros on either side of each joint. Commanded: at the average speed that the "
-        "schedule counts with. Band: one standard deviation.",
+        "Angle sensors and adjacent gyros, fused. Commanded: at the schedule's mean speed. Band: ± 1 standard "
+        "deviation.",
     )
 
 
@@ -224,11 +223,11 @@ def gyro_residual_chart(evaluation: Evaluation) -> Chart:
     averaged = np.stack([_moving_average(body) for body in residual_deg_s.swapaxes(0, 1)], axis=1)
     return Chart(
         "gyro_residuals",
-        "What adjacent gyros disagree about",
+        "Disagreement of adjacent gyros",
         "rate, norm (deg/s)",
         _norms(averaged),
-        f"Of each gyro, next to the one motion that fits all of them best; averaged over {AVERAGED} samples. A wrong "
-        "mounting or scale shows while joints move, a wrong bias always.",
+        f"Each gyro − the motion that fits all gyros best; moving average over {AVERAGED} samples. Visible while "
+        "joints move: misalignment or scale; always: bias.",
     )
 
 
@@ -239,8 +238,8 @@ def force_chart(evaluation: Evaluation) -> Chart:
         "Micro-gravity",
         "specific force, norm (g)",
         _norms(specific_force_g(evaluation)),
-        "Less what each accelerometer shows between release and first stroke, which is its zero-g output. 1 g before "
-        "the release; strokes shake the sensors, which sit off the center of mass.",
+        "Accelerometer − its zero-g output (mean from release to first stroke). Before the release: 1 g. During "
+        "strokes: accelerations of sensors off the center of mass.",
         log_y=True,
     )
 
@@ -291,10 +290,10 @@ def window_chart(evaluation: Evaluation) -> Chart:
     ]
     return Chart(
         "window",
-        "What the spectra's windows leak",
+        "Window leakage of the spectra",
         "share of the amplitude",
         tuple(lines),
-        "What a spectrum of these samples shows of one sine, by the distance from its frequency.",
+        "Spectrum of a single sine at these samples' times, by distance from its frequency.",
         x=shares["rectangular"][0],
         x_label="distance in frequency (Hz)",
         log_y=True,

@@ -26,6 +26,7 @@ from tfsat_host.evaluation.result.evaluation_tables import (
     tables_of,
     utc,
 )
+from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.file_hash import sha256_of
@@ -35,6 +36,7 @@ from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.event_marks import events_of
 from tfsat_host.report.contents.replay import replay_of
+from tfsat_host.report.contents.withheld_curves import failed_check
 from tfsat_host.report.document import FORMAT, Document, Drop, Fold, KeyNumber, PageTable, PageVerdict
 
 _HYPHEN = re.compile(r"(?:(?<=^)|(?<=[\s(]))-(?=\d)|(?<=\de)-(?=\d)")
@@ -123,13 +125,19 @@ def _drop(drop: ReportedDrop) -> Drop:
         verdict=PageVerdict(
             level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(evaluation, verdict))
         ),
+        prediction=table(prediction_table(evaluation)),
+        change=_HYPHEN.sub("−", change_sentence(evaluation)).replace(" ± ", "\u00a0±\u00a0"),
+        strokes=table(stroke_summary(evaluation)),
         key_numbers=[key_number(key_quantity) for key_quantity in key_numbers_of(evaluation)],
         notes=_notes(drop),
-        t_s=evaluation.motion.t_s.tolist(),
+        t_s=evaluation.motion.t_s.round(6).tolist(),
         window_s=[0.0, samples.until_s],
         events=events_of(evaluation),
         plots=[plot_of(chart) for chart in charts_of(evaluation).values()],
-        replay=replay_of(evaluation),
+        replay=replay_of(evaluation) if evaluation.is_given() else None,
+        no_replay=""
+        if evaluation.is_given()
+        else f"Replay withheld: {failed_check(evaluation)} (check failed)",
         tables=[
             table(source_table)
             for source_table in (
@@ -247,7 +255,7 @@ def _measurement_time_text(evaluation: Evaluation) -> str:
         if measurement.taken is not None
     )
     if not measurement_times:
-        return "nothing in it was ever measured"
+        return "no measured quantity"
     first, last = utc(measurement_times[0]), utc(measurement_times[-1])
     return f"measured {first}" if first == last else f"measured from {first} to {last}"
 

@@ -17,6 +17,7 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report.contents.attitude_charts import driven_samples
 from tfsat_host.report.contents.chart import numbers, pad_rows
 from tfsat_host.report.document import Replay, ReplayBody
+from tfsat_host.report.document_rounding import poses_to_keep, round_poses
 from tfsat_host.robot import RobotModel
 
 _CORNERS = 8
@@ -31,8 +32,9 @@ class BodyPoses:
     Attributes:
         t_s: (k,) after the release.
         measured: (k, b, 7) origin of each body's frame from the robot's CoM, m, and its quaternion x y z w. Attitude by
-            the base's gyro, angles by gyros and angle sensors, CoM by the corrected model.
-        predicted: (k, b, 7) the same by the model as its file has it, driven by the measured joint angles; NaN until
+            the base's gyro, angles by gyros and angle sensors, CoM by the fitted model, or the nominal one if that is
+            withheld.
+        predicted: (k, b, 7) the same by the nominal model, driven by the measured joint angles; NaN until
             the release has settled.
     """
 
@@ -50,9 +52,10 @@ def body_poses(evaluation: Evaluation) -> BodyPoses:
     offsets, sides = evaluation.explained.driven.offsets, evaluation.explained.nominal
     # A prediction begins at the identity: turn it into the inertial axes of the measured attitude.
     predicted = attitude[driven][0] @ sides.prediction.attitude
-    # The ghost is built by the model as filed, the measured robot by the corrected one.
+    # The ghost is built by the nominal model, the measured robot by the fitted one.
     ghost = _place_bodies(offsets.body, evaluation.model, angles[driven], predicted)
-    corrected = offsets.correct(evaluation.explained.fit.values)
+    fitted = evaluation.explained.fit.values
+    corrected = offsets.correct(fitted) if evaluation.is_given("offsets") else offsets.body
     return BodyPoses(
         moved.t_s, _place_bodies(corrected, evaluation.model, angles, attitude), pad_rows(driven, ghost)
     )
@@ -75,15 +78,16 @@ def _place_bodies(
 
 
 def replay_of(evaluation: Evaluation) -> Replay:
-    """Measured, and by the model as its file has it."""
+    """Build the replay: as measured, and by the nominal model, with no more poses than a screen shows."""
     model, moved = evaluation.model, body_poses(evaluation)
+    kept = poses_to_keep(moved.t_s)
     return Replay(
         bodies=[
             ReplayBody(name=name, boxes_m=boxes_of(model, body)) for body, name in enumerate(model.body_names)
         ],
-        t_s=moved.t_s.tolist(),
-        measured=_list_poses(moved.measured),
-        model=_list_poses(moved.predicted),
+        t_s=moved.t_s[kept].round(4).tolist(),
+        measured=numbers(round_poses(moved.measured[kept])),
+        model=numbers(round_poses(moved.predicted[kept])),
     )
 
 
@@ -99,7 +103,3 @@ def boxes_of(model: RobotModel, body: int) -> list[list[list[float]]]:
     # Corners that are not eight by eight are no boxes: take the one around all of them.
     boxes = corners_m[None] if remainder else corners_m.reshape(count, _CORNERS, 3)
     return [[box.min(axis=0).tolist(), box.max(axis=0).tolist()] for box in boxes]
-
-
-def _list_poses(poses: FloatArray) -> list[list[list[float | None]]]:
-    return [[numbers(pose) for pose in bodies] for bodies in poses]

@@ -1,6 +1,6 @@
 // How the replay is looked at: around its middle, by mouse, fingers or keys.
 
-const START = { yaw: 0.7, pitch: 0.42, closeness: 1 };
+const START = { yaw: 0.7, pitch: 0.42, closeness: 1.12 };
 const FIELD_OF_VIEW = 0.5;
 const STEEPEST = 1.5;
 

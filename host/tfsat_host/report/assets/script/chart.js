@@ -44,3 +44,9 @@ function createChart(place, group, options, data, firstWidth, height) {
     },
   };
 }
+
+// The drawing in words, for those who do not see it.
+function describeChart({ uplot }, text) {
+  uplot.ctx.canvas.setAttribute("role", "img");
+  uplot.ctx.canvas.setAttribute("aria-label", text);
+}

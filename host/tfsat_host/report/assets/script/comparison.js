@@ -4,7 +4,7 @@ function dropChooser() {
   return el(
     "fieldset",
     { class: "drops" },
-    el("legend", {}, "Drop shown; the others lie behind it in the plots, marked by their letters"),
+    el("legend", {}, "Drop shown (the others: behind it in the plots, by letter)"),
     ...drops.map((drop, index) => dropChoice(drop, index)),
   );
 }

@@ -1,7 +1,7 @@
 // The page's sections by name, and what should be on it and is not.
 
 function contentsOf(sections) {
-  const heads = sections.flatMap((section) => [...section.querySelectorAll("h2")]).filter((head) => head.id !== "verdict-head");
+  const heads = sections.flatMap((section) => [...section.querySelectorAll("h2")]).filter((head) => !head.closest(".verdict, .prediction, .strokes"));
   const links = heads.map((head) => el("li", {}, el("a", { href: `#${head.id}` }, head.textContent)));
   return el("nav", { class: "contents", "aria-label": "On this page" }, el("ul", {}, ...links));
 }

@@ -17,7 +17,7 @@ function filled(element, attributes, children) {
 }
 
 // A string of the document: set apart, so that its writing direction stays its own affair.
-const said = (text, tag = "span") => el(tag, { dir: "auto", class: "said" }, String(text ?? ""));
+const said = (text, tag = "span", attributes = {}) => el(tag, { dir: "auto", class: "said", ...attributes }, String(text ?? ""));
 
 const readJson = (id) => JSON.parse(document.getElementById(id).textContent);
 

@@ -1,6 +1,6 @@
 // All of it: what stays while the page is open, and what is made anew for each chosen drop.
 
-const FORMAT = 1;
+const FORMAT = 2;
 
 // Every plot's group: time for plots over the drop's time, else one for each kind of x.
 function createGroups() {
@@ -64,14 +64,26 @@ function sectionsOf(drop, timeline, plots, replay, transport) {
   const figures = (overTime) => plots.filter((plot) => plot.overTime === overTime).map((plot) => plot.figure);
   const spectra = figures(false);
   return [
-    el("div", { class: "answer" }, verdictOf(drop), keyNumbersOf(drop), notesOf(drop)),
-    drops.length > 1 ? comparisonSection() : null,
+    verdictOf(drop),
     el(
-      "section",
-      { class: "motion", "aria-labelledby": "motion-head" },
-      el("h2", { id: "motion-head" }, "The drop over time"),
+      "div",
+      { class: "answer" },
+      predictionOf(drop),
       el("div", { class: "watch" }, replay.element, transport.element, keysHelp()),
-      el("div", { class: "plots" }, timeline.figure, ...figures(true)),
+      strokesOf(drop),
+      el(
+        "div",
+        { class: "further" },
+        drops.length > 1 ? comparisonSection() : null,
+        keyNumbersOf(drop),
+        notesOf(drop),
+        el(
+          "section",
+          { class: "motion", "aria-labelledby": "motion-head" },
+          el("h2", { id: "motion-head" }, "The drop over time"),
+          el("div", { class: "plots" }, timeline.figure, ...figures(true)),
+        ),
+      ),
     ),
     spectra.length > 0
       ? el(
@@ -97,13 +109,13 @@ const footer = () =>
   el(
     "footer",
     {},
-    el("p", {}, "This file holds everything that it shows and asks nothing of any network."),
+    el("p", {}, "Works offline: this file loads nothing from a network."),
     licencesOf(),
   );
 
 if (report.format !== FORMAT || drops.length === 0) {
   const why = drops.length === 0 ? "holds no drop" : `has format ${report.format}, this page shows format ${FORMAT}`;
-  document.body.append(el("p", { class: "note" }, `Nothing to show: the document ${why}. Make the report anew.`));
+  document.body.append(el("p", { class: "note" }, `Nothing to show: the document ${why}. Make the report again: tfsat-host report`));
 } else {
   showPage();
 }

@@ -10,24 +10,28 @@ function createPlot(plot, group) {
     "figure",
     { class: "plot", tabindex: "0", role: "group", "aria-label": `Plot: ${plot.title}`, "data-plot": plot.id },
     el("figcaption", {}, said(plot.title, "h3")),
+    plot.withheld ? said(plot.withheld, "p", { class: "withheld said" }) : null,
     place,
     legend.list,
     plot.caption ? said(plot.caption, "p") : null,
   );
   let chart = null;
   let stops = [];
+  place.hidden = lines.length === 0;
   return {
     figure,
     // Only what is on the page has a width to draw for.
     mount(width) {
+      if (lines.length === 0) return;
       chart = createChart(place, group, optionsOf(plot, group, lines), data, width, PLOT_HEIGHT_PX);
+      describeChart(chart, `${plot.title}: ${plot.y_label}. Lines: ${plot.series.map((series) => series.label).join(", ")}.`);
       const read = () => legend.read(group.cursor.now);
       stops = [group.cursor.on(read), paletteChanged.on(legend.repaint)];
       read();
     },
     destroy() {
       for (const stop of stops) stop();
-      chart.destroy();
+      chart?.destroy();
     },
   };
 }

@@ -1,16 +1,15 @@
-// The replay: bodies and the model's ghost at the cursor's time, in the drop's inertial frame.
+// The replay: the measured bodies and the nominal model's at the cursor's time, in the drop's inertial frame.
 
-const NO_WEBGL = "This browser offers no WebGL here, so the bodies are drawn on a plain canvas: the same poses, face by face.";
-const NO_POSES = "This drop has no replay: without an attitude over time there is nothing to show.";
-const MODEL_VIEWS = [["over", "over it"], ["beside", "beside it"], ["hidden", "hidden"]];
-const SIDE_BY_SIDE = 0.45;
+const NO_WEBGL = "This browser has no WebGL: the bodies are drawn on a plain canvas, with the same poses.";
+const MODEL_VIEWS = [["beside", "beside"], ["over", "overlaid"], ["hidden", "hidden"]];
+const SIDE_BY_SIDE = 0.55;
 
 function createReplay() {
   const canvas = el("canvas", {
     class: "bodies",
     tabindex: "0",
-    role: "img",
-    "aria-label": "Replay of the bodies. Arrow keys turn the view, plus and minus zoom, zero resets it.",
+    role: "application",
+    "aria-label": "Replay of the drop in three dimensions. Arrow keys turn the view, plus and minus zoom, zero resets it.",
   });
   const scene = createScene(canvas);
   const drawer = scene ?? createStill(canvas);
@@ -19,14 +18,15 @@ function createReplay() {
   const when = el("span", { class: "when" });
   const what = el("span", { class: "what said", dir: "auto" });
   const names = el("ul", { class: "bodies-key" });
-  const note = el("p", { class: "note", hidden: true });
+  const note = el("p", { class: "note said", dir: "auto", hidden: true });
   const modelView = el("select", { "aria-label": "Model", on: { change: () => draw() } },
     ...MODEL_VIEWS.map(([value, text]) => el("option", { value }, text)));
-  const modelChoice = el("label", {}, "Model ", modelView);
+  const modelChoice = el("label", {}, el("span", { class: "word" }, "Model "), modelView);
+  const sides = el("p", { class: "sides", "aria-hidden": "true" }, el("span", {}, "measured"), el("span", {}, "nominal model"));
   const element = el(
     "figure",
     { class: "replay", "aria-label": "Replay in three dimensions" },
-    el("div", { class: "stage" }, canvas, triad.canvas, el("p", { class: "caption" }, when, el("span", { class: "separator" }, "·"), what)),
+    el("div", { class: "stage" }, el("p", { class: "caption" }, when, el("span", {}, "·"), what), canvas, triad.canvas, sides),
     names,
     note,
   );
@@ -39,10 +39,14 @@ function createReplay() {
     when.textContent = seconds(t);
     what.textContent = inWords(chosenDrop(), t);
     const shown = replay.model ? modelView.value : "hidden";
-    const apart = shown === "beside" ? SIDE_BY_SIDE : 0;
+    const isBeside = shown === "beside";
+    const apart = isBeside ? SIDE_BY_SIDE : 0;
+    sides.style.visibility = isBeside ? "" : "hidden";
+    names.classList.toggle("beside", isBeside);
     const measured = movedAside(posesAt(replay.t_s, replay.measured, t), -apart);
     const ghost = shown === "hidden" ? null : movedAside(posesAt(replay.t_s, replay.model, t), apart);
-    drawer.draw(camera, measured, ghost);
+    const floors = movedAside([twgl.m4.identity()], -apart);
+    drawer.draw(camera, measured, ghost, isBeside ? [...floors, ...movedAside([twgl.m4.identity()], apart)] : floors);
     triad.draw(camera);
   }
   // To the right as the camera sees it, by a share of the room that the robot needs.
@@ -65,7 +69,7 @@ function createReplay() {
       element.classList.toggle("empty", !replay);
       modelChoice.hidden = !replay?.model;
       note.hidden = Boolean(replay && scene);
-      note.textContent = replay ? NO_WEBGL : NO_POSES;
+      note.textContent = replay ? NO_WEBGL : chosenDrop().no_replay;
       if (!replay) {
         names.replaceChildren();
         return () => {};
@@ -82,6 +86,6 @@ function createReplay() {
 function keyOf(replay) {
   const items = replay.bodies.map((body, i) =>
     el("li", {}, el("span", { class: `chip body-${i % 4}`, "aria-hidden": "true" }), said(body.name)));
-  if (replay.model) items.push(el("li", {}, el("span", { class: "chip ghost", "aria-hidden": "true" }), "model's prediction"));
+  if (replay.model) items.push(el("li", { class: "outlined" }, el("span", { class: "chip ghost", "aria-hidden": "true" }), "nominal model"));
   return items;
 }

@@ -1,4 +1,4 @@
-// Bodies by WebGL: what was measured solid, what the model said as a veil with its edges drawn.
+// Bodies by WebGL: what was measured solid, what the model predicts as a veil with its edges drawn.
 
 const VERTEX = `
 attribute vec4 position;
@@ -52,7 +52,8 @@ function createScene(canvas) {
       }));
       ring = twgl.createBufferInfoFromArrays(gl, ringOf(room));
     },
-    draw(camera, measured, ghost) {
+    // `floors`: where the rings lie, one below each robot.
+    draw(camera, measured, ghost, floors) {
       twgl.resizeCanvasToDisplaySize(canvas, Math.min(2, devicePixelRatio));
       gl.viewport(0, 0, canvas.width, canvas.height);
       gl.clearColor(0, 0, 0, 0);
@@ -67,7 +68,7 @@ function createScene(canvas) {
         light: LIGHT,
       });
       gl.depthMask(true);
-      draw(ring, gl.LINES, { model: twgl.m4.identity(), color: channels(palette().quiet, 0.7), shading: 0 });
+      for (const model of floors) draw(ring, gl.LINES, { model, color: channels(palette().quiet, 0.7), shading: 0 });
       gl.polygonOffset(1, 1);
       measured.forEach((matrix, i) => {
         if (matrix) drawBody(bodies[i], matrix, channels(bodyColor(i)), darker(channels(bodyColor(i))));
@@ -76,7 +77,8 @@ function createScene(canvas) {
       gl.depthMask(false);
       gl.polygonOffset(-1, -1);
       ghost?.forEach((matrix, i) => {
-        if (matrix) drawBody(bodies[i], matrix, channels(palette().ink, 0.05), channels(palette().ink));
+        const veil = floors.length > 1 ? channels(bodyColor(i), 0.35) : channels(palette().ink, 0.05);
+        if (matrix) drawBody(bodies[i], matrix, veil, channels(palette().ink));
       });
       gl.depthMask(true);
     },

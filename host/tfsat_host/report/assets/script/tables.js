@@ -16,7 +16,7 @@ function tableOf({ title, columns, rows, caption, fold }) {
     said(title, "h3"),
     caption ? said(caption, "p") : null,
     open.length > 0 ? scrolling(rowsUnder(title, columns, open)) : null,
-    fold ? folded(fold.words, rowsUnder(`${title}: ${fold.words}`, columns, rows.slice(fold.first))) : null,
+    fold ? folded(fold.words, scrolling(rowsUnder(`${title}: ${fold.words}`, columns, rows.slice(fold.first)))) : null,
   );
 }
 
@@ -24,30 +24,23 @@ const rowsUnder = (name, columns, rows) =>
   el(
     "table",
     { "aria-label": name },
-    el("thead", {}, el("tr", {}, ...columns.map(columnHead))),
+    el("thead", {}, el("tr", {}, ...columns.map((text) => said(text, "th", { scope: "col" })))),
     el("tbody", {}, ...rows.map((row) => el("tr", {}, ...row.map(cell)))),
   );
 
 // Paper has nothing to click on: what is folded is printed as well.
-function folded(words, table) {
-  const details = el("details", { class: "folded" }, said(words, "summary"), scrolling(table));
+function folded(words, content) {
+  const details = el("details", { class: "folded" }, said(words, "summary"), content);
   addEventListener("beforeprint", () => (details.open = true));
   return details;
-}
-
-function columnHead(text) {
-  const head = said(text, "th");
-  head.setAttribute("scope", "col");
-  return head;
 }
 
 const SHORT_TEXT = 22;
 const LONG_TEXT = 60;
 
 function cell(text, column) {
-  const made = said(text, column === 0 ? "th" : "td");
-  if (column === 0) made.setAttribute("scope", "row");
-  else if (LOOKS_LIKE_NUMBER.test(text)) made.classList.add("number");
+  const made = column === 0 ? said(text, "th", { scope: "row" }) : said(text, "td");
+  if (column > 0 && LOOKS_LIKE_NUMBER.test(text)) made.classList.add("number");
   // On a narrow screen the table scrolls rather than break its names and squeeze its sentences.
   made.classList.toggle("short", text.length <= SHORT_TEXT);
   made.classList.toggle("long", text.length > LONG_TEXT);

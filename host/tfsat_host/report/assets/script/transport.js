@@ -3,7 +3,7 @@
 const SPEEDS = [1, 0.5, 0.25, 0.1];
 
 function createTransport(group, modelChoice) {
-  const { cursor, player, view } = group;
+  const { cursor, player } = group;
   const play = el("button", { type: "button", class: "play", on: { click: player.toggle } });
   const scrub = el("input", {
     type: "range",
@@ -31,7 +31,6 @@ function createTransport(group, modelChoice) {
     play.textContent = player.playing ? "❚❚" : "▶";
     play.setAttribute("aria-label", player.playing ? "Pause" : "Play");
   };
-  const zoom = (label, text, act) => el("button", { type: "button", "aria-label": label, title: label, on: { click: act } }, text);
   const stops = [cursor.on(showTime), player.on(showState)];
   showTime();
   showState();
@@ -41,16 +40,8 @@ function createTransport(group, modelChoice) {
       { class: "transport", role: "group", "aria-label": "Replay controls" },
       play,
       scrub,
-      el("label", {}, "Speed ", speed),
+      el("label", {}, el("span", { class: "word" }, "Speed "), speed),
       modelChoice,
-      el(
-        "span",
-        { class: "zoom" },
-        "Time ",
-        zoom("Zoom the time plots in", "+", () => view.zoom(0.5, cursor.now)),
-        zoom("Zoom the time plots out", "−", () => view.zoom(2, cursor.now)),
-        zoom("Show the whole drop", "All", () => view.reset()),
-      ),
     ),
     destroy() {
       player.pause();

@@ -1,4 +1,4 @@
-// The answer: how good the drop is and why, its key numbers, what could not be used.
+// The answer: how good the drop is and why; prediction and measurement, what to change, the strokes; key numbers.
 
 const LEVELS = {
   good: { word: "Good", symbol: "✓" },
@@ -16,29 +16,57 @@ function levelMark(drop) {
   return el("span", { class: `level ${level}` }, el("span", { class: "symbol", "aria-hidden": "true" }, symbol), word);
 }
 
+// More reasons than these would push the numbers off the first screen.
+const OPEN_REASONS = 2;
+
 function verdictOf(drop) {
   const { sentence, reasons } = drop.verdict;
+  const list = (some) => (some.length > 0 ? el("ul", {}, ...some.map((reason) => said(reason, "li"))) : null);
+  const rest = list(reasons.slice(OPEN_REASONS));
   return el(
     "section",
     { class: `verdict ${levelOf(drop)}`, "aria-labelledby": "verdict-head" },
     el("h2", { id: "verdict-head" }, levelMark(drop)),
     said(sentence, "p"),
-    reasons.length > 0 ? el("ul", {}, ...reasons.map((reason) => said(reason, "li"))) : null,
+    list(reasons.slice(0, OPEN_REASONS)),
+    rest && folded(`All ${reasons.length} reasons`, rest),
   );
 }
 
+function predictionOf({ prediction, change }) {
+  return el(
+    "section",
+    { class: "prediction", "aria-labelledby": "prediction-head" },
+    said(prediction.title, "h2", { id: "prediction-head" }),
+    scrolling(rowsUnder(prediction.title, prediction.columns, prediction.rows)),
+    said(change, "p", { class: "change said" }),
+  );
+}
+
+function strokesOf({ strokes }) {
+  if (strokes.rows.length === 0) return null;
+  return el(
+    "section",
+    { class: "strokes", "aria-labelledby": "strokes-head" },
+    said(strokes.title, "h2", { id: "strokes-head" }),
+    scrolling(rowsUnder(strokes.title, strokes.columns, strokes.rows)),
+    strokes.caption ? said(strokes.caption, "p") : null,
+  );
+}
+
+// What the first screen's table of strokes says is not said again.
 function keyNumbersOf(drop) {
+  const numbers = drop.key_numbers.filter((number) => number.row !== drop.strokes.title);
+  const rows = [...new Set(numbers.map((number) => number.row).filter(Boolean))];
   return el(
     "section",
     { class: "key-numbers", "aria-labelledby": "numbers-head" },
     el("h2", { id: "numbers-head" }, "Key numbers"),
     el("p", { class: "note" }, "± is one standard deviation."),
-    el("dl", { class: "leading" }, ...drop.key_numbers.filter((number) => !number.row).map(keyNumber)),
-    ...rowNames(drop).map((row) => numberRow(row, drop.key_numbers.filter((number) => number.row === row))),
+    el("dl", {}, ...numbers.filter((number) => !number.row).map(keyNumber)),
+    ...rows.map((row) => numberRow(row, numbers.filter((number) => number.row === row))),
   );
 }
-
-const rowNames = (drop) => [...new Set(drop.key_numbers.map((number) => number.row).filter(Boolean))];
 
 const numberRow = (name, numbers) =>
   el("div", { class: "number-row" }, said(name, "h3"), el("dl", {}, ...numbers.map(keyNumber)));
@@ -68,7 +96,7 @@ function notesOf(drop) {
   return el(
     "section",
     { class: "unused", "aria-labelledby": "notes-head" },
-    el("h2", { id: "notes-head" }, "What could not be used"),
+    el("h2", { id: "notes-head" }, "Data not used, default values"),
     el("ul", {}, ...drop.notes.map((note) => said(note, "li"))),
   );
 }
