@@ -28,7 +28,7 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind, zero
 from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
-from tfsat_host.cli.calibrate.person import record
+from tfsat_host.cli.calibrate.person import record_step
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.emulated_operator import EmulatedOperator
@@ -196,7 +196,7 @@ def record_zero(logger: LoggerClient, out: Output) -> Evidence:
     model = load_robot()
     nothing_known = solve((), model)
     bench = Bench(logger, Idle(), Origin("", "", True, "", ""))
-    return record(zero(1), bench, nothing_known, model, out)
+    return record_step(zero(1), bench, nothing_known, model, out)
 
 
 def scripted_logger(lost: range = range(0)) -> LoggerClient:

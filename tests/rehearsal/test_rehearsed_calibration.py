@@ -64,7 +64,7 @@ def test_what_was_not_measured_is_said(run: Path) -> None:
     )
     assert certificate["drawn"] == ["zero", "misalignment", "scale", "servo"]
     words = command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE).words
-    assert "Drawn for a rehearsal, never measured: zero points, misalignments of the gyros" in words
+    assert "Simulated: zero points, misalignments of the gyros" in words
 
 
 def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:

@@ -12,7 +12,7 @@ from tfsat_host.calibration.certificate.calibration_campaign import note_landing
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Landing,
-    Shortcoming,
+    Quantity,
     of_another_robot,
     quantities,
     with_landing,
@@ -74,7 +74,7 @@ def notices(
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
     ):
-        lacking = [shortfall for shortfall in shortcomings if shortfall.reason == reason]
+        lacking = [shortfall for shortfall in shortcomings if shortfall.state == reason]
         if lacking:
             commands = _commands((shortfall.command for shortfall in lacking), options)
             objections.append(
@@ -120,7 +120,7 @@ def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
     return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
 
 
-def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: bool) -> list[Shortcoming]:
+def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: bool) -> list[Quantity]:
     return [
         shortfall
         for shortfall in calibration.shortcomings(before)
@@ -128,11 +128,11 @@ def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: 
     ]
 
 
-def _shortcoming_as_json(shortcoming: Shortcoming, options: tuple[str, ...]) -> dict[str, Any]:
+def _shortcoming_as_json(shortcoming: Quantity, options: tuple[str, ...]) -> dict[str, Any]:
     return {
         "quantity": shortcoming.name,
-        "reason": shortcoming.reason,
-        "taken": None if shortcoming.taken is None else shortcoming.taken.isoformat(),
+        "reason": shortcoming.state,
+        "taken": None if shortcoming.measured_at is None else shortcoming.measured_at.isoformat(),
         "command": str(shortcoming.command.with_arguments(*options)),
     }
 
@@ -173,11 +173,11 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     early = [
         quantity
         for quantity in quantities(calibration)
-        if quantity.taken is not None and quantity.taken > now + _CLOCKS_APART
+        if quantity.measured_at is not None and quantity.measured_at > now + _CLOCKS_APART
     ]
     if not early:
         return []
-    last = max(quantity.taken for quantity in early if quantity.taken is not None)
+    last = max(quantity.measured_at for quantity in early if quantity.measured_at is not None)
     another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
         f"{_list_names([quantity.name for quantity in early])} {'was' if len(early) == 1 else 'were'} "
@@ -329,7 +329,7 @@ def note_landing_of(
         )
         return
     again = ""
-    if any(shortfall.reason == "stale" for shortfall in updated_calibration.shortcomings()):
+    if any(shortfall.state == "stale" for shortfall in updated_calibration.shortcomings()):
         options = command_options(file, emulated=calibration.subject.emulated)
         again = (
             ": what it may have changed is to be measured again before the next drop "

@@ -46,6 +46,11 @@ class GyroCalibration:
     scaled: Mapping[str, datetime]
     bias_taken: datetime | None
 
+    @property
+    def bias_std_rad_s(self) -> FloatArray:
+        """(3,) standard deviations of the bias, sensor axes."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)[:3]))
+
     def body_rates(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3) rates in body axes of readings (n, 3) in sensor axes."""
         return np.asarray(((readings_rad_s - self.bias_rad_s) / self.scale) @ self.rotation.T)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
-from tfsat_host.cli.calibrate.person import Terminal, give_result, record
+from tfsat_host.cli.calibrate.person import Terminal, give_result, record_step
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
@@ -51,7 +51,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
         def read(step: Step, calibration: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
                 return jogged_joint.sweep(step, bench, out)
-            return record(step, bench, calibration, model, out)
+            return record_step(step, bench, calibration, model, out)
 
         terminal = Terminal(read, len(steps), model, args, out)
         session = Session(steps, campaign, terminal, resume=args.resume, compare=not anew)

@@ -15,6 +15,7 @@ from tfsat_host.cli.calibrate.arguments import commands_as_typed, resume_command
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jogged_joint import measure_servo
+from tfsat_host.cli.calibrate.person import show_certificate
 from tfsat_host.next_step import Advice
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
@@ -43,7 +44,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         stopped = at_stops(points, args.joint, model)
         findings, parts = servo_outcome(servo_map, points, stopped)
         show(parts, out)
-        out.line(f"Written to {campaign.certificate}.")
         after = settings_from_map(servo_map, before)
         result = {
             "joint": args.joint,
@@ -51,6 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             **_upload(servo_map, before, after, bench, args, out),
             "file": campaign.certificate,
         }
+        show_certificate(campaign, out)
     out.result(result)
     return 0
 
