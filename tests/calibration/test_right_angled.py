@@ -61,7 +61,9 @@ def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
 
 def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
     moved = [
-        evidence for evidence in solve_day().used if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)
+        evidence
+        for evidence in solve_day().used_evidence
+        if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)
     ]
     for evidence in moved:
         axis = evidence.step.axis or "xyx"[(evidence.step.joint or 0) - 1]

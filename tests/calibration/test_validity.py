@@ -60,7 +60,7 @@ def test_what_was_measured_after_the_landing_holds() -> None:
     calibration = calibration_with_landing(MEASURED - HOUR)
     assert calibration.shortcomings() == ()
     later = MEASURED + 2 * HOUR
-    fresh = tuple(replace(gyro, bias_taken=later) for gyro in calibration.gyros)
+    fresh = tuple(replace(gyro, bias_recorded_at=later) for gyro in calibration.gyros)
     partly = with_landing(replace(calibration, gyros=fresh), Landing(MEASURED + HOUR, "a test"))
     assert len(names(partly, "stale")) == 14
     assert "bias of body 1" not in names(partly, "stale")
@@ -82,7 +82,7 @@ def test_of_two_directions_only_the_one_from_before_the_landing_is_stale() -> No
 
 def test_what_a_landing_makes_stale_comes_out_of_the_recordings_and_is_not_forgotten() -> None:
     swung = [*prepend_rest_zero(*map(record_good_step, SWINGS)), later(record_good_step(SWINGS[0]), 600)]
-    landing = later(record_good_step(SWINGS[0]), 300).taken
+    landing = later(record_good_step(SWINGS[0]), 300).recorded_at
     gyros = solve(swung, MODEL, landing).gyros
     calibration = with_landing(replace(whole_calibration(), gyros=gyros), Landing(landing, "a test"))
     of_body = [gap for gap in calibration.shortcomings() if gap.name.startswith("misalignment of body")]
@@ -121,7 +121,7 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
         calibration,
         gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]),
         servo_maps=calibration.servo_maps[:1],
-        servo_taken=calibration.servo_taken[:1],
+        servo_recorded_at=calibration.servo_recorded_at[:1],
     )
     assert names(bare, "missing") == [
         "bias of body 1",

@@ -11,7 +11,7 @@ import numpy as np
 
 from tfsat_host.angles import wrap_angle
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.certificate.certificate import Calibration, Paper
+from tfsat_host.calibration.certificate.certificate import Calibration, Recording
 from tfsat_host.calibration.misalignment import angle_between
 from tfsat_host.calibration.response import across
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
@@ -55,7 +55,7 @@ class ZeroPoints:
 
 def zero_points(sensors: JointSensors, before: JointSensors | None) -> ZeroPoints:
     """Build a joint's zero points, compared with those known before, if any were measured."""
-    if before is None or before.zero_taken is None:
+    if before is None or before.zero_recorded_at is None:
         return ZeroPoints(sensors)
     # Read the new zeros by the old calibration: what sets both sensors apart is a slip since then.
     by_each = before.each(sensors.zero_rad[None, :])[0]
@@ -324,7 +324,7 @@ TABLES: Final[Mapping[str, QuantityTable]] = {
 }
 """By quantity."""
 _BENDS: Final = fields("joint sensor bend_deg std_deg")
-_STEPS: Final = (*fields("key=step file sha256"), Column("taken", of=lambda paper: paper.taken.isoformat()))
+_STEPS: Final = fields("key=step file sha256 taken=recorded_at")
 _MISSING: Final = (
     *fields("name reason=state"),
     Column("command", of=lambda quantity: Advice(quantity.command)),
@@ -416,10 +416,10 @@ class StepsResult:
         return sensor_bends(self.now, self.steps) if self.quantity == "scale" else []
 
     @property
-    def recordings(self) -> list[Paper]:
+    def recordings(self) -> list[Recording]:
         """The certificate's entries of the steps."""
         keys = {evidence.step.key for evidence in self.steps}
-        return [paper for paper in self.now.papers if paper.step in keys]
+        return [recording for recording in self.now.recordings if recording.step in keys]
 
     @property
     def columns(self) -> Columns:

@@ -232,7 +232,7 @@ def with_misalignment(
     }
     axes, scaled = (
         {
-            axis: max(response.taken for response in axis_responses)
+            axis: max(response.recorded_at for response in axis_responses)
             for axis, axis_responses in times.items()
             if axis_responses
         }

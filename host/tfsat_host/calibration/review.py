@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import cached_property
@@ -13,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import (
-    DRAWABLE,
+    QUANTITY_NAMES,
     Calibration,
-    Paper,
     Quantity,
+    Recording,
     Subject,
     commands_of,
     in_words,
@@ -43,17 +42,12 @@ class ReviewedQuantity:
     Attributes:
         quantity: Its name, state and command.
         value: What `findings.VALUES` takes its columns from; None: never measured.
-        now: Time to which its age counts.
+        age: Since it was measured; None: never.
     """
 
     quantity: Quantity
     value: Any
-    now: datetime
-
-    @property
-    def age(self) -> timedelta | None:
-        """Since it was measured; None: never."""
-        return None if self.quantity.measured_at is None else self.now - self.quantity.measured_at
+    age: timedelta | None
 
     @property
     def shown(self) -> dict[str, Any]:
@@ -63,17 +57,14 @@ class ReviewedQuantity:
 
 @dataclass(frozen=True, slots=True)
 class CheckedRecording:
-    """A recording of the certificate.
+    """A recording of the certificate: its entry, its age, and its state.
 
-    Attributes:
-        paper: The certificate's entry.
-        state: `matches`, `changed`, `gone` or `unreadable`.
-        now: Time to which its age counts.
+    The state is `matches`, `changed`, `gone` or `unreadable`.
     """
 
-    paper: Paper
+    recording: Recording
+    age: timedelta
     state: str
-    now: datetime
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,24 +127,27 @@ def review(file: Path, calibration: Calibration, model: RobotModel, now: datetim
     """
     values = certificate_values(calibration, model)
     reviewed = tuple(
-        ReviewedQuantity(quantity, None if quantity.measured_at is None else values[quantity.name], now)
+        ReviewedQuantity(quantity, None, None)
+        if quantity.measured_at is None
+        else ReviewedQuantity(quantity, values[quantity.name], now - quantity.measured_at)
         for quantity in quantities(calibration)
     )
     recordings = tuple(
-        CheckedRecording(paper, _recording_state(file, paper), now) for paper in calibration.papers
+        CheckedRecording(recording, now - recording.recorded_at, _recording_state(file, recording))
+        for recording in calibration.recordings
     )
     return Review(file, calibration, reviewed, recordings, now)
 
 
-def _recording_state(certificate: Path, paper: Paper) -> str:
+def _recording_state(certificate: Path, recording: Recording) -> str:
     """Compare a recording with the certificate: `matches`, `changed`, `gone` or `unreadable`."""
     try:
-        data = (recordings_folder(certificate) / paper.file).read_bytes()
+        data = (recordings_folder(certificate) / recording.file).read_bytes()
     except FileNotFoundError:
         return "gone"
     except OSError:
         return "unreadable"
-    return "matches" if sha256(data) == paper.sha256 else "changed"
+    return "matches" if sha256(data) == recording.sha256 else "changed"
 
 
 def age_words(age: timedelta) -> str:
@@ -166,16 +160,6 @@ def age_words(age: timedelta) -> str:
     return next(older, f"{age.days} days ago")
 
 
-def _time(of: Callable[[Any], datetime | None]) -> Callable[[Any], str | None]:
-    """Build the ISO text of a row's time; None where it has none."""
-
-    def text(row: Any) -> str | None:
-        when = of(row)
-        return None if when is None else when.isoformat()
-
-    return text
-
-
 def _quantity_objects(result: Review) -> list[dict[str, Any]]:
     """Return the quantities for JSON: each kind has keys of its own next to value, std and unit."""
     return [{**record(_NAME, row), **row.shown, **record(_TIMES, row)} for row in result.quantities]
@@ -183,32 +167,25 @@ def _quantity_objects(result: Review) -> list[dict[str, Any]]:
 
 _NAME: Columns = fields("quantity=quantity.name state=quantity.state")
 _TIMES: Columns = (
-    Column("taken", of=_time(lambda row: row.quantity.measured_at)),
+    *fields("taken=quantity.measured_at"),
     Column("age_s", of=lambda row: None if row.age is None else row.age.total_seconds()),
     Column("command", of=lambda row: Advice(row.quantity.command)),
 )
+_RECORDING: Columns = (
+    *fields("step=recording.step taken=recording.recorded_at file=recording.file"),
+    *fields("sha256=recording.sha256 state"),
+)
 REVIEW: Columns = (
-    Column("file"),
+    *fields("file"),
     Column("subject", of="calibration.subject", columns=fields("robot logger_serial who_am_i emulated")),
-    Column("written", of=_time(lambda result: result.calibration.written)),
-    *fields("tool_version=calibration.tool_version protocol_hash=calibration.protocol_hash same_protocol"),
+    *fields("written=calibration.written tool_version=calibration.tool_version"),
+    *fields("protocol_hash=calibration.protocol_hash same_protocol"),
     Column("ready", of=lambda result: not result.defects),
     Column("quantities", of=_quantity_objects),
-    Column("drawn", of="calibration.drawn"),
+    *fields("drawn=calibration.simulated_quantities"),
     Column("commands", of=lambda result: [Advice(command) for command in commands_of(result.shortcomings)]),
-    Column(
-        "recordings",
-        columns=(
-            *fields("step=paper.step"),
-            Column("taken", of=_time(lambda recording: recording.paper.taken)),
-            *fields("file=paper.file sha256=paper.sha256 state"),
-        ),
-    ),
-    Column(
-        "landings",
-        of="calibration.landings",
-        columns=(Column("at", of=_time(lambda landing: landing.at)), *fields("told_by")),
-    ),
+    Column("recordings", columns=_RECORDING),
+    Column("landings", of="calibration.landings", columns=fields("at told_by")),
 )
 """Of a review, for `calibrate show --json`."""
 
@@ -245,62 +222,50 @@ SUMMARY: Columns = (
     ),
     Column("", "Last landing", words=lambda result: landing_words(result.calibration, result.now)),
     Column("", "Recordings", words=_recording_words),
-    Column("", "Simulated", words=lambda result: in_words(result.calibration.drawn)),
+    Column("", "Simulated", words=lambda result: in_words(result.calibration.simulated_quantities)),
 )
 """Of a review, for people, below its verdict."""
 
 
-@dataclass(frozen=True, eq=False)
-class KindSummary:
-    """All quantities of a kind.
-
-    Attributes:
-        kind: Of `DRAWABLE`.
-        rows: The quantities.
-    """
-
-    kind: str
-    rows: tuple[ReviewedQuantity, ...]
-
-    @property
-    def measured(self) -> list[ReviewedQuantity]:
-        """Those that were measured."""
-        return [row for row in self.rows if row.value is not None]
-
-    def std_words(self) -> str:
-        """Format the largest standard deviation."""
-        if not self.measured:
-            return UNKNOWN
-        largest = max(float(np.max(row.shown["std"])) for row in self.measured)
-        unit = self.measured[0].shown["unit"]
-        return f"{number(largest, '.2g')} {'' if unit == '1' else unit}".rstrip()
-
-    def age_words(self) -> str:
-        """Format the age of the oldest."""
-        ages = [row.age for row in self.rows if row.age is not None]
-        return age_words(max(ages)) if ages else UNKNOWN
-
-    def state_words(self) -> str:
-        """Format how many are missing or stale; `valid` where none is."""
-        states = [row.quantity.state for row in self.rows]
-        parts = [f"{states.count(state)} {state}" for state in ("missing", "stale") if state in states]
-        return ", ".join(parts) or "valid"
+Rows = list[ReviewedQuantity]
+"""All quantities of a kind."""
 
 
-def kinds_table(result: Review) -> Table:
-    """Summarize a certificate's quantities, a row a kind."""
-    by_kind = groupby(result.quantities, key=lambda row: row.quantity.kind)
-    return Table("", _KIND_COLUMNS, [KindSummary(kind, tuple(rows)) for kind, rows in by_kind])
+def _std_words(rows: Rows) -> str:
+    """Format the largest standard deviation."""
+    shown = [row.shown for row in rows if row.value is not None]
+    if not shown:
+        return UNKNOWN
+    largest, unit = max(float(np.max(values["std"])) for values in shown), shown[0]["unit"]
+    return f"{number(largest, '.2g')} {'' if unit == '1' else unit}".rstrip()
 
 
-_KIND_NAMES = {**DRAWABLE, "scale": "scale factors of the gyros", "servo": "maps of the servos (backlash)"}
-_KIND_COLUMNS: Columns = (
-    Column("", "calibration", words=lambda row: _KIND_NAMES[row.kind]),
-    Column("", "measured", words=lambda row: f"{len(row.measured)} of {len(row.rows)}"),
-    Column("", "max. std", words=KindSummary.std_words),
-    Column("", "oldest", words=KindSummary.age_words),
-    Column("", "next drop", words=KindSummary.state_words),
+def _oldest_words(rows: Rows) -> str:
+    ages = [row.age for row in rows if row.age is not None]
+    return age_words(max(ages)) if ages else UNKNOWN
+
+
+def _state_words(rows: Rows) -> str:
+    """Format how many are missing or stale; `valid` where none is."""
+    states = [row.quantity.state for row in rows]
+    parts = [f"{states.count(state)} {state}" for state in ("missing", "stale") if state in states]
+    return ", ".join(parts) or "valid"
+
+
+def group_by_kind(result: Review) -> list[Rows]:
+    """Return a certificate's quantities, kind by kind."""
+    return [list(rows) for _, rows in groupby(result.quantities, key=lambda row: row.quantity.kind)]
+
+
+_KIND_NAMES = {**QUANTITY_NAMES, "scale": "scale factors of the gyros", "servo": "servo maps (backlash)"}
+KINDS: Columns = (
+    Column("", "calibration", words=lambda rows: _KIND_NAMES[rows[0].quantity.kind]),
+    Column("", "measured", words=lambda rows: f"{sum(row.value is not None for row in rows)} of {len(rows)}"),
+    Column("", "max. std", words=_std_words),
+    Column("", "oldest", words=_oldest_words),
+    Column("", "next drop", words=_state_words),
 )
+"""Of `group_by_kind`, for people: a row a kind."""
 
 
 def _value_words(row: ReviewedQuantity) -> str:
@@ -331,9 +296,9 @@ _VALUE_COLUMNS: Columns = (
     Column("", "next drop", of="quantity.state"),
 )
 _RECORDING_COLUMNS: Columns = (
-    Column("step", "recording", of="paper.step"),
-    Column("", "measured", words=lambda recording: age_words(recording.now - recording.paper.taken)),
-    Column("file", "file", of="paper.file"),
+    Column("step", "recording", of="recording.step"),
+    Column("", "measured", words=lambda recording: age_words(recording.age)),
+    Column("file", "file", of="recording.file"),
     Column("", "SHA-256", words=lambda recording: _RECORDING_STATES[recording.state]),
 )
 _FRAMES = dict.fromkeys(("bias", "zero"), "sensor axes") | dict.fromkeys(
@@ -345,46 +310,32 @@ def full_tables(result: Review) -> list[Table]:
     """Return every value of a certificate, and its recordings."""
     return [
         *(
-            Table(", ".join(filter(None, (_KIND_NAMES[kind], _FRAMES.get(kind)))), _VALUE_COLUMNS, list(rows))
-            for kind, rows in groupby(result.quantities, key=lambda row: row.quantity.kind)
+            Table(", ".join(filter(None, (_KIND_NAMES[kind], _FRAMES.get(kind)))), _VALUE_COLUMNS, rows)
+            for kind, rows in ((rows[0].quantity.kind, rows) for rows in group_by_kind(result))
         ),
         Table("recordings", _RECORDING_COLUMNS, result.recordings),
     ]
 
 
-@dataclass(frozen=True, eq=False)
-class KeptSteps:
-    """A certificate into which steps have just gone.
-
-    Attributes:
-        file: The certificate.
-        calibration: Its contents.
-    """
-
-    file: Path
-    calibration: Calibration
-
-    def validity_words(self) -> str:
-        """Format what a drop needs besides, or until when the calibration is valid."""
-        shortcomings = self.calibration.shortcomings()
-        if not shortcomings:
-            return "ready, valid until the next landing"
-        return Advice(f"{summarize_shortcomings(shortcomings)} (list: ", NextStep("calibrate show"), ")")
-
-    def next_words(self) -> str:
-        """Return the command that measures what is missing first; empty: nothing is missing."""
-        commands = commands_of(self.calibration.shortcomings())
-        return Advice(commands[0]) if commands else ""
+def _validity_words(calibration: Calibration) -> str:
+    """Format what a drop needs besides, or until when the calibration is valid."""
+    shortcomings = calibration.shortcomings()
+    if not shortcomings:
+        return "ready, valid until the next landing"
+    return Advice(f"{summarize_shortcomings(shortcomings)} (list: ", NextStep("calibrate show"), ")")
 
 
-KEPT_STEPS: Columns = (
-    Column("", "Certificate", words=lambda kept: str(kept.file)),
-    Column(
-        "",
-        "Robot",
-        words=lambda kept: "emulated, of no use for a real one" if kept.calibration.subject.emulated else "",
-    ),
-    Column("", "Next drop", words=KeptSteps.validity_words),
-    Column("", "Next", words=KeptSteps.next_words),
+def _next_words(calibration: Calibration) -> str:
+    """Return the command that measures what is missing first; empty: nothing is missing."""
+    commands = commands_of(calibration.shortcomings())
+    return Advice(commands[0]) if commands else ""
+
+
+_EMULATED = "emulated, of no use for a real one"
+CERTIFICATE: Columns = (
+    Column("", "Certificate", words=lambda campaign: str(campaign.certificate)),
+    Column("", "Robot", words=lambda campaign: _EMULATED if campaign.calibration.subject.emulated else ""),
+    Column("", "Next drop", words=lambda campaign: _validity_words(campaign.calibration)),
+    Column("", "Next", words=lambda campaign: _next_words(campaign.calibration)),
 )
-"""What stands last on the screen of a `calibrate` command."""
+"""Of a `Campaign`, for people: what stands last on the screen of a `calibrate` command."""

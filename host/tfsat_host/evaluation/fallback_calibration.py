@@ -80,7 +80,7 @@ def with_fallbacks(
         )
     joints = []
     for sensors in initial_calibration.joints:
-        if sensors.zero_taken is None:
+        if sensors.zero_recorded_at is None:
             sensors = _hung(sensors, log, model)
             notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))

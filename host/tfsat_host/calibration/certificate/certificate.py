@@ -24,7 +24,7 @@ CLOCKS_DIFFER = timedelta(minutes=1)
 """Two computers' clocks may disagree by so much; what was measured later than this is of the future."""
 _MAX_NAMED = 3
 
-DRAWABLE = {
+QUANTITY_NAMES = {
     "bias": "biases of the gyros",
     "zero": "zero points",
     "misalignment": "misalignments of the gyros",
@@ -57,18 +57,18 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Paper:
+class Recording:
     """One recording that a calibration rests on.
 
     Attributes:
         step: Key of the step.
-        taken: When it was begun.
+        recorded_at: When it was begun.
         file: Its name in the recordings' folder.
         sha256: Of its bytes, hexadecimal.
     """
 
     step: str
-    taken: datetime
+    recorded_at: datetime
     file: str
     sha256: str
 
@@ -95,28 +95,29 @@ class Calibration:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
         servo_maps: Of the joints whose servo was measured, by joint.
-        servo_taken: When, in the same order.
-        papers: The recordings, in order of time.
+        servo_recorded_at: When, in the same order.
+        recordings: The recordings, in order of time.
         landings: In order of time.
         written: When the certificate was computed.
         tool_version, protocol_hash: Of the program that computed it.
         logger_image: CRC of the image that the logger ran in the newest recording, 8 hexadecimal digits; None: it
             ran natively, or nothing was recorded.
-        drawn: Of `DRAWABLE`, what was never measured: a rehearsal drew it from an emulated robot's hidden truth.
+        simulated_quantities: Of `QUANTITY_NAMES`, what was never measured: a rehearsal drew it
+            from an emulated robot's hidden truth.
     """
 
     subject: Subject
     gyros: tuple[GyroCalibration, ...]
     joints: tuple[JointSensors, ...]
     servo_maps: tuple[ServoMap, ...]
-    servo_taken: tuple[datetime, ...]
-    papers: tuple[Paper, ...]
+    servo_recorded_at: tuple[datetime, ...]
+    recordings: tuple[Recording, ...]
     landings: tuple[Landing, ...]
     written: datetime
     tool_version: str = __version__
     protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
     logger_image: str | None = None
-    drawn: tuple[str, ...] = ()
+    simulated_quantities: tuple[str, ...] = ()
 
     @property
     def last_landing(self) -> datetime | None:
@@ -162,7 +163,7 @@ class Quantity:
     """One thing that a drop needs to be calibrated.
 
     Attributes:
-        kind: Of `DRAWABLE`.
+        kind: Of `QUANTITY_NAMES`.
         name: For people, such as `bias of body 1`; an axis in it is one of the body, not of the sensor.
         measured_at: When; None: not yet.
         state: For the next drop.
@@ -194,11 +195,11 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
     last = max(landings, default=None)
     servo_times = {
         servo_map.joint: when
-        for servo_map, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+        for servo_map, when in zip(calibration.servo_maps, calibration.servo_recorded_at, strict=True)
     }
     # One command for all joints where none has a zero that holds now.
     landed = calibration.last_landing
-    none_holds = all(_is_stale(joint.zero_taken, landed) for joint in calibration.joints)
+    none_holds = all(_is_stale(joint.zero_recorded_at, landed) for joint in calibration.joints)
 
     def quantity(kind: str, name: str, measured_at: datetime | None, *arguments: str) -> Quantity:
         state: State = "valid"
@@ -210,12 +211,12 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
 
     gyros, joints = calibration.gyros, [sensors.joint for sensors in calibration.joints]
     return (
-        *(quantity("bias", f"bias of body {gyro.body}", gyro.bias_taken) for gyro in gyros),
+        *(quantity("bias", f"bias of body {gyro.body}", gyro.bias_recorded_at) for gyro in gyros),
         *(
             quantity(
                 "zero",
                 f"zero point of joint {sensors.joint}",
-                sensors.zero_taken,
+                sensors.zero_recorded_at,
                 *(("--all",) if none_holds else ("--joint", str(sensors.joint))),
             )
             for sensors in calibration.joints
@@ -322,5 +323,5 @@ def exchanged_imus(subject: Subject, who_am_i: str) -> list[int]:
 
 
 def in_words(names: Sequence[str]) -> str:
-    """Some of `DRAWABLE` for people, such as `zero points, maps of the servos`."""
-    return ", ".join(DRAWABLE[name] for name in names)
+    """Some of `QUANTITY_NAMES` for people, such as `zero points, maps of the servos`."""
+    return ", ".join(QUANTITY_NAMES[name] for name in names)

@@ -201,4 +201,4 @@ def _name_moved(step: Step) -> str:
     """Name the moved bodies, with those that hang on them."""
     # Neither measured nor held: it hangs on a moved body.
     along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
-    return bodies(step.moved) + (f" ({bodies(along)} goes along)" if along else "")
+    return bodies(step.moved) + (f" ({bodies(along)} moves along)" if along else "")

@@ -169,7 +169,7 @@ def warn_of_losses(evidence: Evidence, out: Output) -> None:
     """Says how many samples never arrived."""
     if lost := evidence.counts.samples_lost:
         total = len(evidence.counts.t_us) + lost
-        out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
+        out.warn(f"{lost} of {total} samples lost ({title(evidence.step)}).")
 
 
 class Terminal:
@@ -194,7 +194,9 @@ class Terminal:
         if not self._out.can_ask:
             raise error
         self._out.error(error)
-        self._out.ask("Enter repeats the step, q ends: ", meaning="This step was not accepted.", accept=("",))
+        self._out.ask(
+            "Press Enter to repeat the step, q to quit: ", meaning="This step was not accepted.", accept=("",)
+        )
 
     def on_accepted(self, step: Evidence, calibration: Calibration) -> None:
         """Says what was found."""
@@ -205,7 +207,7 @@ class Terminal:
 
     def on_resumed(self, number: int, step: Evidence) -> None:
         """Says that it was kept before."""
-        time_text = f"{step.taken.astimezone():%H:%M}"
+        time_text = f"{step.recorded_at.astimezone():%H:%M}"
         self._out.note(f"{number} of {self._steps}: {title(step.step)}: kept from {time_text}.")
 
 
@@ -219,7 +221,8 @@ def give_result(
 ) -> None:
     """Print the command's result, from the steps kept and the calibration before it began."""
     from tfsat_host.calibration.findings import StepsResult
-    from tfsat_host.present.terminal import sentences, show_table
+    from tfsat_host.calibration.review import CERTIFICATE
+    from tfsat_host.present.terminal import sentences, show_facts, show_table
 
     calibration = campaign.calibration
     if calibration is None:
@@ -229,16 +232,7 @@ def give_result(
     def show() -> None:
         show_table(result.table, out)
         sentences(result.bend_lines, out)
-        show_certificate(campaign, out)
+        show_facts(CERTIFICATE, campaign, out)
 
     joint = {} if getattr(args, "joint", None) is None else {"joint": args.joint}
     out.result({**joint, **record(result.columns, result), "file": str(campaign.certificate)}, show)
-
-
-def show_certificate(campaign: Campaign, out: Output) -> None:
-    """Show what the next drop needs besides what has just been kept, and the next command."""
-    from tfsat_host.calibration.review import KEPT_STEPS, KeptSteps
-    from tfsat_host.present.terminal import show_facts
-
-    if campaign.calibration is not None:
-        show_facts(KEPT_STEPS, KeptSteps(campaign.certificate, campaign.calibration), out)

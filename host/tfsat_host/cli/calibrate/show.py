@@ -7,11 +7,11 @@ from datetime import UTC, datetime
 
 from tfsat_host.calibration.certificate.certificate import commands_of
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.review import REVIEW, SUMMARY, Review, full_tables, kinds_table, review
+from tfsat_host.calibration.review import KINDS, REVIEW, SUMMARY, Review, full_tables, group_by_kind, review
 from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import sentences, show, show_facts, show_table
+from tfsat_host.present.terminal import sentences, show, show_facts, show_rows
 from tfsat_host.quantity import record
 from tfsat_host.robot import load_robot
 
@@ -34,7 +34,7 @@ def _show(result: Review, out: Output, *, full: bool) -> None:
     """One screen: the verdict, what it rests on, what to type; with `full` every value before that."""
     sentences([result.verdict], out)
     show_facts(SUMMARY, result, out)
-    show_table(kinds_table(result), out)
+    show_rows(KINDS, group_by_kind(result), out)
     if full:
         show(full_tables(result), out)
     if commands := commands_of(result.shortcomings):

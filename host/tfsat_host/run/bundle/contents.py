@@ -204,23 +204,23 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
     except TfsatError as error:
         contents.lack(raw_data, error.what, lost=True)
         return
-    if not calibration.papers:
+    if not calibration.recordings:
         contents.lack(raw_data, "The certificate names no recordings that it was computed from.")
-    elif calibration.drawn:
-        drawn_names = in_words(calibration.drawn)
+    elif calibration.simulated_quantities:
+        drawn_names = in_words(calibration.simulated_quantities)
         contents.lack(
             "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn_names}."
         )
     # Each recording that the certificate rests on must be there unchanged, or it cannot be recomputed.
-    for paper in calibration.papers:
-        path, bundle_name = folder / paper.file, f"{inside}/{paper.file}"
+    for recording in calibration.recordings:
+        path, bundle_name = folder / recording.file, f"{inside}/{recording.file}"
         if not path.is_file():
             contents.lack(bundle_name, f"{path} is not there.", lost=True)
         elif bundle_name not in contents.files:
             contents.lack(
                 bundle_name, f"{path} {contents.left_out.get(bundle_name, 'was not taken')}.", lost=True
             )
-        elif sha256_of(path) != paper.sha256:
+        elif sha256_of(path) != recording.sha256:
             why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
             contents.lack(bundle_name, why, lost=True)
 
