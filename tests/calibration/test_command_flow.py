@@ -161,7 +161,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     before_us = robot.now_us
     assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0
     error_text = capsys.readouterr().err
-    assert ("from 3 s from now on" in error_text) is yes
+    assert ("Reading starts in 3 s." in error_text) is yes
     assert ("Press Enter to start" in error_text) is not yes
     took_s = (robot.now_us - before_us) * 1e-6
     assert took_s == pytest.approx(DURATION_S[StepKind.REST] + lead_s, abs=0.5)

@@ -117,7 +117,7 @@ def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.Capture
         raise KeyboardInterrupt
 
     assert calibrate(*COMMAND, _1=at_the_prompt)[0] == 130
-    assert "q ends: ^C\nError: Interrupted." in capsys.readouterr().err
+    assert "q to quit: ^C\nError: Interrupted." in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("short_steps")

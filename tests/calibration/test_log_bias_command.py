@@ -65,7 +65,7 @@ def test_a_newer_log_replaces_it_and_is_what_the_table_shows(tfsat_host: RunCli)
 def test_what_to_type_next_is_for_the_robot_of_the_recording(tfsat_host: RunCli) -> None:
     file, _ = log(tfsat_host.folder, BEGAN, seed=4)
     output = tfsat_host("calibrate", "bias", "--log", file, "--out", "mine.toml").stdout
-    assert "Next: tfsat-host calibrate zero --all --out mine.toml --emulated" in output
+    assert output.endswith("Next:        tfsat-host calibrate zero --all --out mine.toml --emulated\n")
     file.write_bytes(quiet_drop(4)[0])
     refused = tfsat_host("calibrate", "bias", "--log", file, expect=1)
     assert "tfsat-host calibrate bias --emulated" in refused.stderr

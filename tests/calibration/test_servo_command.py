@@ -293,8 +293,8 @@ def test_it_says_what_will_move_and_demands_the_word(
     monkeypatch.setattr(sys, "stdin", Terminal("JOG\nno\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated"]) == 4
     output = capsys.readouterr()
-    assert "repeatability" in output.out and "joint 3: change / us per deg" in output.out
-    on = "To go on from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
+    assert "Repeatability" in output.out and "joint 3: change / us per deg" in output.out
+    on = "To resume from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
     assert output.err.endswith(on) and "same command" not in output.err
     assert "stop 26 of 26" in output.err
     monkeypatch.setattr(sys, "stdin", Terminal("y\n"))

@@ -102,18 +102,15 @@ def commands_as_typed(
     """
     try:
         yield
-    except KeyboardInterrupt:
-        if not out.json_mode:
+    except (KeyboardInterrupt, NotConfirmed) as error:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        if interrupted and not out.json_mode:
             out.note("")  # behind the prompt, and the terminal's ^C
         if session is None:
             raise
-        what, kept_words = "Interrupted.", session.kept_words
-        raise Interrupted(what=what, meaning=kept_words, next_step=Advice(resume_command(args))) from None
-    except NotConfirmed:  # what it names is complete
-        if session is None:
-            raise
-        what, kept_words = "Stopped before the last step.", session.kept_words
-        raise TfsatError(what=what, meaning=kept_words, next_step=Advice(resume_command(args))) from None
+        kind = Interrupted if interrupted else TfsatError
+        what = "Interrupted." if interrupted else "Stopped before the last step."
+        raise kind(what=what, meaning=session.kept_words, next_step=Advice(resume_command(args))) from None
     except TfsatError as error:
         is_kept = session is not None and bool(session.kept)
         next_step = error.next_step

@@ -113,7 +113,7 @@ def _upload(
                 f"By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
             )
         except NotConfirmed as error:
-            next_step = Advice("To go on from the measurement: ", resume_command(args))
+            next_step = Advice("To resume from the measurement: ", resume_command(args))
             raise error.with_words(next_step=next_step) from None
     upload = bench.jog.write_settings(after)
     fits = warn_of_misfit(bench.jog, after, out)
