@@ -70,7 +70,11 @@ PLACES: Columns = (
     Column("opening_deg", "reached opening", form=".2f"),
     Column("closing_deg", "reached closing", form=".2f"),
 )
-RESIDUALS: Columns = fields("mean_deg side_deg scatter_deg")
+RESIDUALS: Columns = (
+    Column("mean_deg", "Max. error, average of both directions", form=".2f"),
+    Column("side_deg", "Error by backlash, either direction", form=".2f"),
+    Column("scatter_deg", "Scatter (std of an arrival)", form=".2f"),
+)
 
 
 def compute_gain(servo_map: ServoMap) -> Quantity:

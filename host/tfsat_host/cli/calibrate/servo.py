@@ -92,10 +92,6 @@ def _upload(
     joint = servo_map.joint
     out.table(*comparison(after, before), title="Servo settings")
     residuals = predict_residuals(servo_map, after.of(joint))
-    words = (
-        f"joint {joint}: max. error {residuals.mean_deg:.2f} deg on average of both directions, "
-        f"± {residuals.side_deg:.2f} deg by its backlash, scatter {residuals.scatter_deg:.2f} deg (std)"
-    )
     result = {
         "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
         "left": record(RESIDUALS, residuals),
@@ -103,7 +99,8 @@ def _upload(
         "verified": False,
     }
     if args.no_upload:
-        out.line(f"Sequencer: settings unchanged. With the new ones {words}")
+        out.line("Sequencer: settings unchanged. With the new ones:")
+        show_facts(RESIDUALS, residuals, out)
         return result
     if after != before:
         try:
@@ -118,5 +115,6 @@ def _upload(
     upload = bench.jog.write_settings(after)
     fits = warn_of_misfit(bench.jog, after, out)
     already = " (there already)" if not upload.written else ""
-    out.line(f"Sequencer: settings stored, read back identical{already}. Now {words}")
+    out.line(f"Sequencer: settings stored, read back identical{already}")
+    show_facts(RESIDUALS, residuals, out)
     return {**result, "uploaded": upload.written, "verified": True, "maneuver_fits": fits}
