@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from enum import Enum
 from functools import reduce
 from typing import Any
@@ -256,7 +257,7 @@ def _ratio(source: str, target_unit: str) -> float:
 def record(columns: Columns, row: Any) -> dict[str, Any]:
     """Return a row as a JSON object.
 
-    NaN stays; arrays become lists, choices their names in small letters.
+    NaN stays; arrays become lists, choices their names in small letters, times their ISO text.
     """
     entries: dict[str, Any] = {}
     for column in columns:
@@ -284,6 +285,8 @@ def json_objects(columns: Columns, value: Any) -> Any:
 def _plain(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.name.lower()
+    if isinstance(value, datetime):
+        return value.isoformat()
     if hasattr(value, "tolist"):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value

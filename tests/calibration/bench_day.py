@@ -78,7 +78,7 @@ def record(
         operator = EmulatedOperator(robot, hands) if motion is None else Doing(robot, hands, motion, last_s)
         evidence = record_step(robot, logger, operator, step)
     minutes = STEPS.index(step) if step in STEPS else len(STEPS)
-    return replace(evidence, taken=DAY_BEGINS + timedelta(minutes=minutes))
+    return replace(evidence, recorded_at=DAY_BEGINS + timedelta(minutes=minutes))
 
 
 @cache
@@ -276,7 +276,7 @@ def silence_angle(sensor: int, share: float) -> Change:
 
 
 def later(evidence: Evidence, minutes: float) -> Evidence:
-    return replace(evidence, taken=evidence.taken + timedelta(minutes=minutes))
+    return replace(evidence, recorded_at=evidence.recorded_at + timedelta(minutes=minutes))
 
 
 def true_rotation(body: int) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Recording, Subject
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
@@ -79,7 +79,7 @@ def drawn_calibration(seed: int) -> Calibration:
         tuple(joints),
         tuple(servo_map(rng, joint) for joint in measured),
         tuple(when() for _ in measured),
-        tuple(Paper(f"step-{n}", when(), f"step-{n}.npz", f"{n:064x}") for n in range(rng.integers(4))),
+        tuple(Recording(f"step-{n}", when(), f"step-{n}.npz", f"{n:064x}") for n in range(rng.integers(4))),
         tuple(
             sorted(
                 (Landing(when(), f"recording {n}") for n in range(rng.integers(3))),
@@ -127,17 +127,17 @@ def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJE
                 temperature_c=25.0,
                 axes=dict.fromkeys("xy", measured_at),
                 scaled=dict.fromkeys("xyz", measured_at),
-                bias_taken=measured_at,
+                bias_recorded_at=measured_at,
             )
             for gyro, nominal in zip(random_calibration.gyros, mounted, strict=True)
         ),
         joints=tuple(
-            replace(joint, zero_taken=measured_at, bend_taken=measured_at)
+            replace(joint, zero_recorded_at=measured_at, bend_recorded_at=measured_at)
             for joint in random_calibration.joints
         ),
         servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
-        servo_taken=(measured_at,) * 3,
-        papers=(),
+        servo_recorded_at=(measured_at,) * 3,
+        recordings=(),
         landings=(),
         written=measured_at,
     )

@@ -75,7 +75,7 @@ def test_what_was_never_measured_has_no_key() -> None:
         for gyro, entry in zip(
             calibration.gyros, tomllib.loads(format_calibration(calibration))["gyro"], strict=True
         ):
-            assert ("taken" in entry["bias"]) == (gyro.bias_taken is not None)
+            assert ("taken" in entry["bias"]) == (gyro.bias_recorded_at is not None)
             for part, measured in ((entry["mounting"], gyro.axes), (entry["scale"], gyro.scaled)):
                 assert ("measured" in part) == bool(measured)
             assert ("noise" in entry) == (not np.isnan(gyro.noise_rad_s).any())
@@ -230,10 +230,10 @@ def test_a_file_of_something_else_is_refused(old: str, new: str, words: str) -> 
 
 def test_what_a_rehearsal_drew_is_read_back_and_of_a_real_robot_nothing_is_said() -> None:
     assert "drawn" not in WHOLE
-    rehearsal_calibration = replace(whole_calibration(), drawn=("zero", "servo"))
+    rehearsal_calibration = replace(whole_calibration(), simulated_quantities=("zero", "servo"))
     text = format_calibration(rehearsal_calibration)
     assert 'drawn = ["zero", "servo"]' in text
-    assert parse_calibration(text).drawn == ("zero", "servo")
+    assert parse_calibration(text).simulated_quantities == ("zero", "servo")
     for wrong in ('["zero", "all"]', '"zero"', "[1]"):
         with pytest.raises(
             CalibrationError, match="not a list of some of bias, zero, misalignment, scale, servo"

@@ -39,8 +39,8 @@ def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> 
     check_scale(calibrate("scale", "--joint", 3), np.array([3]), 0)
     check_scale(calibrate("scale", "--turn", "z", "-360"), np.arange(4), 2)
     assert missing == sorted(set(missing), reverse=True), "each command leaves less to do"
-    papers = [paper.step for paper in read_calibration(tfsat_host.folder / FILE).papers]
-    assert papers == ["rest", "zero", "swing-joint-3-body-4", "sweep-joint-3-body-4", "turn-z"]
+    recordings = [recording.step for recording in read_calibration(tfsat_host.folder / FILE).recordings]
+    assert recordings == ["rest", "zero", "swing-joint-3-body-4", "sweep-joint-3-body-4", "turn-z"]
 
 
 def check_bias(result: dict[str, object]) -> None:
@@ -102,7 +102,12 @@ def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) ->
         "Accepted: body 4: scale factor x ",
     ):
         assert words in process.stderr
-    for words in ("Scale factors", "not calibrated", f"Written to {FILE}.", "of no use for a real one"):
+    for words in (
+        "Scale factors",
+        "calibrations missing",
+        f"Certificate: {FILE}",
+        "of no use for a real one",
+    ):
         assert words in process.stdout
     assert "Reading" not in process.stdout
     again = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated", "--resume")
@@ -137,7 +142,9 @@ def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None
     assert certificate.read_bytes() == before
     tfsat_host("calibrate", "zero", "--all", "--emulated", "--force")
     begun = read_calibration(certificate)
-    assert begun.subject.logger_serial == serial and [paper.step for paper in begun.papers] == ["zero"]
+    assert begun.subject.logger_serial == serial and [recording.step for recording in begun.recordings] == [
+        "zero"
+    ]
 
 
 def test_a_bias_out_of_a_recording(tfsat_host: RunCli) -> None:

@@ -28,7 +28,7 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind, zero
 from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
-from tfsat_host.cli.calibrate.person import record
+from tfsat_host.cli.calibrate.person import record_step
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.emulated_robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -46,10 +46,14 @@ def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.C
     assert code == 0
     assert [step.key for step in steps] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
     output = capsys.readouterr()
-    assert output.err.count("Enter repeats the step, q ends") == 2
+    assert output.err.count("Press Enter to repeat the step, q to quit") == 2
     assert "at least" in output.err, "what was wrong with the first attempt"
     assert "Joint 2" in output.out
-    assert [paper.step for paper in read_calibration(FILE).papers] == ["rest", FIRST.key, SECOND.key]
+    assert [recording.step for recording in read_calibration(FILE).recordings] == [
+        "rest",
+        FIRST.key,
+        SECOND.key,
+    ]
 
 
 def test_q_after_a_refusal_keeps_what_was_accepted(
@@ -58,7 +62,7 @@ def test_q_after_a_refusal_keeps_what_was_accepted(
     code, steps = calibrate(*COMMAND, stdin_text="q\n", _3=do_nothing)
     assert (code, len(steps)) == (1, 3)
     error_text = capsys.readouterr().err
-    assert "Ended before all steps were done." in error_text
+    assert "Stopped before the last step." in error_text
     assert f"2 of 3 steps are kept in {FILE}." in error_text
     assert "tfsat-host calibrate misalignment --joint 2 --resume --port x" in error_text
 
@@ -85,7 +89,7 @@ def test_with_yes_a_refusal_ends_the_command_with_the_cure_first(
     assert (code, len(steps)) == (1, 3)
     lines = capsys.readouterr().err.splitlines()
     assert "Enter repeats" not in "\n".join(lines)
-    assert lines[-1].strip().startswith("To go on behind the steps that are kept: tfsat-host calibrate")
+    assert lines[-1].strip().startswith("To resume after the kept steps: tfsat-host calibrate")
     assert "run this command again" in lines[-2]
 
 
@@ -110,7 +114,7 @@ def test_nothing_is_written_when_the_first_step_is_refused(
     assert list(Path().iterdir()) == []
     code, _ = calibrate(*COMMAND, _1=interrupt_step)
     assert code == 130
-    assert "None of 3 steps was accepted" in capsys.readouterr().err
+    assert "0 of 3 steps kept" in capsys.readouterr().err
     assert list(Path().iterdir()) == []
 
 
@@ -156,8 +160,8 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     before_us = robot.now_us
     assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0
     error_text = capsys.readouterr().err
-    assert ("from 3 s from now on" in error_text) is yes
-    assert ("Enter when you are ready" in error_text) is not yes
+    assert ("Reading starts in 3 s." in error_text) is yes
+    assert ("Press Enter to start" in error_text) is not yes
     took_s = (robot.now_us - before_us) * 1e-6
     assert took_s == pytest.approx(DURATION_S[StepKind.REST] + lead_s, abs=0.5)
 
@@ -166,7 +170,7 @@ def test_lost_samples_are_said() -> None:
     stderr = io.StringIO()
     evidence = record_zero(scripted_logger(lost=range(300, 302)), Output(stdout=io.StringIO(), stderr=stderr))
     assert evidence.counts.samples_lost == 2
-    assert "Warning: 2 of 5001 samples never arrived (Zero point of joint 1)" in stderr.getvalue()
+    assert "Warning: 2 of 5001 samples lost (Zero point of joint 1)" in stderr.getvalue()
 
 
 def test_a_recording_starts_with_samples_of_its_own() -> None:
@@ -195,7 +199,7 @@ def record_zero(logger: LoggerClient, out: Output) -> Evidence:
     model = load_robot()
     nothing_known = solve((), model)
     bench = Bench(logger, Idle(), Origin("", "", True, "", ""))
-    return record(zero(1), bench, nothing_known, model, out)
+    return record_step(zero(1), bench, nothing_known, model, out)
 
 
 def scripted_logger(lost: range = range(0)) -> LoggerClient:

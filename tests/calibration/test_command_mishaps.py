@@ -53,7 +53,7 @@ def test_a_step_that_cannot_be_written_is_named_and_the_certificate_is_as_before
     assert f"This step was not kept; {FILE} is as before." in error_text
     assert f"2 of 3 steps are kept in {FILE}." in error_text
     assert error_text.count("tfsat-host calibrate misalignment --joint 2 --resume --port x") == 1
-    assert [paper.step for paper in read_calibration(FILE).papers] == ["rest", FIRST.key]
+    assert [recording.step for recording in read_calibration(FILE).recordings] == ["rest", FIRST.key]
     assert len(list(RECORDINGS.glob("*.npz"))) == 2 and not list(RECORDINGS.glob(".*"))
 
 
@@ -78,9 +78,11 @@ def test_sensors_that_were_moved_are_measured_anew_behind_a_landing(calibrate: R
     (landing,) = after.landings
     assert landing.told_by == "a person: sensors were moved"
     assert "[[landing]]" in FILE.read_text() and "a person: sensors were moved" in FILE.read_text()
-    assert all(landing.at < paper.taken for paper in after.papers), "nothing rests on what was before"
-    assert before.papers and not {paper.sha256 for paper in before.papers} & {
-        paper.sha256 for paper in after.papers
+    assert all(landing.at < recording.recorded_at for recording in after.recordings), (
+        "nothing rests on what was before"
+    )
+    assert before.recordings and not {recording.sha256 for recording in before.recordings} & {
+        recording.sha256 for recording in after.recordings
     }
 
 
@@ -93,7 +95,7 @@ def test_a_lost_recording_is_told_before_anything_is_measured(
     capsys.readouterr()
     assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     error_text = capsys.readouterr().err
-    assert f"Warning: The recording {recording}" in error_text and "does not count any more" in error_text
+    assert f"Warning: The recording {recording}" in error_text and "no longer counts" in error_text
 
 
 def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
@@ -101,7 +103,7 @@ def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
 ) -> None:
     assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     error_text = capsys.readouterr().err
-    assert "Zero points of joints 1, 2, 3 are not calibrated: what follows will be less sure" in error_text
+    assert "Zero points of joints 1, 2, 3 are not calibrated: larger uncertainty" in error_text
     assert "tfsat-host calibrate zero --all --port x\n" in error_text
     assert calibrate("calibrate", "zero", "--all", "--port", "x", "--yes")[0] == 0
     capsys.readouterr()
@@ -111,18 +113,18 @@ def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
 
 def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
     def at_the_prompt(_step: Step, _do: Callable[[Step], None]) -> None:
-        sys.stderr.write("Enter when you are ready, q ends: ^C")
+        sys.stderr.write("Press Enter to start, q to quit: ^C")
         raise KeyboardInterrupt
 
     assert calibrate(*COMMAND, _1=at_the_prompt)[0] == 130
-    assert "q ends: ^C\nError: Interrupted." in capsys.readouterr().err
+    assert "q to quit: ^C\nError: Interrupted." in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("short_steps")
 def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("calibrate", "scale", "--joint", 2, "--jog", "--emulated", "--yes")
     assert [row["body"] for row in result["scales"]] == [1, 2, 3, 4]
-    assert [paper["key"] for paper in result["steps"]] == [
+    assert [recording["key"] for recording in result["steps"]] == [
         "rest",
         "sweep-joint-2-body-1-2",
         "sweep-joint-2-body-3-4",

@@ -37,7 +37,7 @@ def test_a_log_older_than_the_bench_changes_nothing(tfsat_host: RunCli) -> None:
     old, truth = log(tfsat_host.folder, BEGAN, seed=5, as_built=True)
     error = tfsat_host.json("calibrate", "bias", "--log", old, expect=1)["error"]
     assert "is of 2024-05-04 10:00 UTC, older than the biases in calibration-emulated.toml" in error["what"]
-    assert "nothing was changed" in error["meaning"]
+    assert "the certificate is unchanged" in error["meaning"]
     command = f"tfsat-host calibrate bias --log '{old}' --out 'calibration-emulated-DROP 1.toml'"
     assert error["next_step"].endswith(command)
     assert certificate.read_bytes() == before
@@ -57,7 +57,7 @@ def test_a_newer_log_replaces_it_and_is_what_the_table_shows(tfsat_host: RunCli)
     assert bias["value"] == pytest.approx(biases(result)[0])
     before = (tfsat_host.folder / FILE).read_bytes()
     again = tfsat_host("calibrate", "bias", "--log", second)
-    assert f"{FILE} rests on this recording already: nothing was changed." in again.stderr
+    assert f"{FILE} already contains this recording: unchanged." in again.stderr
     assert f"{truth[0][0]:+.1f}" in again.stdout
     assert (tfsat_host.folder / FILE).read_bytes() == before
 
@@ -65,7 +65,7 @@ def test_a_newer_log_replaces_it_and_is_what_the_table_shows(tfsat_host: RunCli)
 def test_what_to_type_next_is_for_the_robot_of_the_recording(tfsat_host: RunCli) -> None:
     file, _ = log(tfsat_host.folder, BEGAN, seed=4)
     output = tfsat_host("calibrate", "bias", "--log", file, "--out", "mine.toml").stdout
-    assert "Next: tfsat-host calibrate zero --all --out mine.toml --emulated" in output
+    assert output.endswith("Next:        tfsat-host calibrate zero --all --out mine.toml --emulated\n")
     file.write_bytes(quiet_drop(4)[0])
     refused = tfsat_host("calibrate", "bias", "--log", file, expect=1)
     assert "tfsat-host calibrate bias --emulated" in refused.stderr

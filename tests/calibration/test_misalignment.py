@@ -18,7 +18,7 @@ from tests.calibration.bench_day import (
     true_rotation,
 )
 from tfsat_host.calibration.bias import estimate_biases
-from tfsat_host.calibration.findings import axis_rows
+from tfsat_host.calibration.findings import joint_axes
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.step import PATTERNS
 from tfsat_host.emulated.imperfections import draw
@@ -34,16 +34,16 @@ def test_patterns_are_the_papers_table() -> None:
 def test_the_axis_of_every_moved_gyro() -> None:
     gyros = solve(prepend_rest_zero(*map(record_good_step, SWINGS)), MODEL).gyros
     for step in SWINGS:
-        rows = axis_rows(gyros, record_good_step(step), MODEL)
-        assert [row["body"] for row in rows] == list(step.moved)
+        rows = joint_axes(gyros, record_good_step(step), MODEL)
+        assert [row.gyro.body for row in rows] == list(step.moved)
         for row in rows:
-            axis, std_deg = row["axis_sensor"], row["std_deg"]
-            true = true_rotation(row["body"]).T @ MODEL.joint_axis[step.moving_joint - 1]
+            axis, std_deg = row.axis_sensor, row.std_deg
+            true = true_rotation(row.gyro.body).T @ MODEL.joint_axis[step.moving_joint - 1]
             assert axis @ true > 0, "the sign is the joint's opening direction"
             assert np.rad2deg(np.linalg.norm(np.cross(axis, true))) < 4.0 * std_deg < 2.4
-            true_angle = np.rad2deg(np.arccos(true @ row["nominal_sensor"]))
-            assert row["angle_deg"] == pytest.approx(true_angle, abs=4.0 * std_deg)
-            assert row["rms_rate_deg_s"] > 20.0
+            true_angle = np.rad2deg(np.arccos(true @ row.nominal_sensor))
+            assert row.angle_deg == pytest.approx(true_angle, abs=4.0 * std_deg)
+            assert row.rms_rate_deg_s > 20.0
 
 
 def test_stated_intervals_of_biases_hold_the_truth() -> None:

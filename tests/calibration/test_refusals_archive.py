@@ -85,12 +85,12 @@ def test_a_recording_that_is_gone_counts_no_more(certificate: Path) -> None:
     """And the campaign goes on: a lost file must not cost the other steps."""
     recording_path(certificate).unlink()
     campaign = Campaign(certificate, MODEL, SUBJECT)
-    assert campaign.left_out[0].endswith("on which the calibration rests, is not there.")
+    assert campaign.left_out[0].endswith("of this calibration does not exist.")
     calibration = campaign.accept(record_good_step(SWINGS[2]))
-    assert [paper.step for paper in calibration.papers] == [
+    assert [recording.step for recording in calibration.recordings] == [
         step.key for step in (REST, SWINGS[0], SWINGS[1], SWINGS[2])
     ]
-    assert calibration.joints[0].zero_taken is None
+    assert calibration.joints[0].zero_recorded_at is None
     assert Campaign(certificate, MODEL, SUBJECT).left_out == ()
 
 
@@ -118,10 +118,10 @@ def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None
     waiting, other = (Campaign(certificate, MODEL, SUBJECT) for _ in range(2))
     other.accept(record_good_step(SWINGS[2]))
     assert note_landing(
-        certificate, Landing(record_good_step(SWINGS[2]).taken + timedelta(minutes=1), "recording 1")
+        certificate, Landing(record_good_step(SWINGS[2]).recorded_at + timedelta(minutes=1), "recording 1")
     )
     calibration = waiting.accept(record_good_step(SWINGS[3]))
-    assert {paper.step for paper in calibration.papers} >= {SWINGS[2].key, SWINGS[3].key}
+    assert {recording.step for recording in calibration.recordings} >= {SWINGS[2].key, SWINGS[3].key}
     assert [landing.told_by for landing in calibration.landings] == ["recording 1"]
     assert not list(certificate.parent.glob(".*"))
 
@@ -154,7 +154,9 @@ def test_a_certificate_behind_a_link(certificate: Path) -> None:
     link = certificate.with_name("link.toml")
     link.symlink_to(certificate)
     written_before = certificate.read_bytes()
-    assert note_landing(link, Landing(record_good_step(ZERO).taken + timedelta(minutes=90), "recording 1"))
+    assert note_landing(
+        link, Landing(record_good_step(ZERO).recorded_at + timedelta(minutes=90), "recording 1")
+    )
     assert link.is_symlink()
     assert certificate.read_bytes() != written_before
     assert b"recording 1" in certificate.read_bytes()
@@ -215,7 +217,7 @@ def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None
     campaign.accept(again[0])
     with pytest.raises(CalibrationError, match="--anew"):
         campaign.accept(again[2])
-    campaign.sensors_moved(again[0].taken - timedelta(seconds=1))
+    campaign.sensors_moved(again[0].recorded_at - timedelta(seconds=1))
     calibration = [campaign.accept(evidence) for evidence in again[1:]][-1]
     assert [landing.told_by for landing in calibration.landings] == ["a person: sensors were moved"]
     assert not any("misalignment of body 2" in gap.name for gap in calibration.shortcomings())
@@ -236,7 +238,7 @@ def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
     Campaign(certificate, MODEL, SUBJECT).accept(later(record_good_step(ZERO), 60))
     assert last.read_bytes() != certificate.read_bytes()
     assert note_landing(
-        certificate, Landing(record_good_step(ZERO).taken + timedelta(minutes=90), "recording 1")
+        certificate, Landing(record_good_step(ZERO).recorded_at + timedelta(minutes=90), "recording 1")
     )
     newest_certificate = max(folder.glob("certificate-*.toml"))
     assert newest_certificate.read_bytes() == certificate.read_bytes()

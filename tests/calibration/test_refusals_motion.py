@@ -259,7 +259,7 @@ TO_AND_FRO = [60.0, 0.0] * 3
             case(
                 f"angle sensor {sensor} bends",
                 partial(bent, sensor),
-                f"Angle sensor {sensor} of joint 1 bends by at least ",
+                f"Nonlinearity of angle sensor {sensor} of joint 1: at least ",
                 "tfsat-host calibrate scale --turn x 360",
                 quick=sensor == 1,
             )

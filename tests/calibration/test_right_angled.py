@@ -11,7 +11,7 @@ import pytest
 from tests.calibration.bench_day import MODEL, TRUTH, change_counts, day, true_rotation, turn_sensor
 from tests.calibration.some_calibration import whole_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
-from tfsat_host.calibration.findings import scale_rows, value_rows
+from tfsat_host.calibration.findings import GyroAxis, certificate_values, scale_axes
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.step import StepKind
@@ -42,7 +42,7 @@ def true_scale(body: int, axis: int) -> float:
 def test_without_a_turn_the_scale_factors_about_the_bodies_z_are_missing() -> None:
     missing = certificate(solve_day(StepKind.TURN)).shortcomings()
     assert [gap.name for gap in missing] == [f"scale factor z of body {body}" for body in (1, 2, 3, 4)]
-    assert {gap.reason for gap in missing} == {"missing"}
+    assert {gap.state for gap in missing} == {"missing"}
     assert [*map(str, commands_of(missing))] == ["tfsat-host calibrate scale --turn z 360"]
 
 
@@ -51,25 +51,26 @@ def test_a_turn_makes_it_whole() -> None:
 
 
 def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
-    rows = value_rows(certificate(solve_day()), TURNED_MODEL)
+    rows = certificate_values(certificate(solve_day()), TURNED_MODEL)
     for body in (1, 2, 3, 4):
         for axis, letter in enumerate("xyz"):
             row = rows[f"scale factor {letter} of body {body}"]
-            assert row["frame"] == "body" and row["std"] < 0.005
-            assert row["value"] == pytest.approx(true_scale(body, axis), abs=4.0 * row["std"])
+            assert isinstance(row, GyroAxis) and row.scale_std < 0.005
+            assert row.scale == pytest.approx(true_scale(body, axis), abs=4.0 * row.scale_std)
 
 
 def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
     moved = [
-        evidence for evidence in solve_day().used if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)
+        evidence
+        for evidence in solve_day().used_evidence
+        if evidence.step.kind in (StepKind.SWEEP, StepKind.TURN)
     ]
     for evidence in moved:
         axis = evidence.step.axis or "xyx"[(evidence.step.joint or 0) - 1]
-        for row in scale_rows(solve_day().gyros, evidence, TURNED_MODEL):
-            assert row["axis"] == axis
-            assert row["scale"] == pytest.approx(
-                true_scale(row["body"], "xyz".index(axis)), abs=4.0 * row["std"]
-            )
+        for row in scale_axes(solve_day().gyros, evidence, TURNED_MODEL):
+            assert row.axis == axis
+            true = true_scale(row.gyro.body, "xyz".index(axis))
+            assert row.scale == pytest.approx(true, abs=4.0 * row.scale_std)
 
 
 def test_what_no_sweep_was_about_stays_doubtful() -> None:

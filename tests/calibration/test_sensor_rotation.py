@@ -18,7 +18,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.misalignment import Misalignment, describe_misalignment, solve_misalignment
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
-from tfsat_host.calibration.statistics import few, mean_and_covariance
+from tfsat_host.calibration.statistics import mean_and_covariance, student_t_factor
 
 X, Y, Z = np.eye(3)
 
@@ -135,10 +135,10 @@ def test_the_rests_take_off_what_is_left_of_the_bias() -> None:
 
 
 def test_few_numbers_widen_a_variance() -> None:
-    assert few(4) == 2.0
-    assert few(1000) == pytest.approx(1.0, abs=0.003)
+    assert student_t_factor(4) == 2.0
+    assert student_t_factor(1000) == pytest.approx(1.0, abs=0.003)
     with pytest.raises(ValueError, match="no variance"):
-        few(2)
+        student_t_factor(2)
 
 
 def test_batch_means_know_that_filtered_noise_repeats_itself() -> None:

@@ -25,7 +25,7 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
-from tfsat_host.calibration.servos.servo_findings import gain_of, left_by, offset_of
+from tfsat_host.calibration.servos.servo_findings import compute_gain, compute_offset, predict_residuals
 from tfsat_host.calibration.servos.servo_map import settings_from_map
 from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_points
 from tfsat_host.calibration.solution import solve
@@ -65,11 +65,13 @@ def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joi
     before = FACTORY.of(joint)
     assert evidence.servo_setting == (before.zero_us, before.ns_per_deg, before.reversed)
     servo_map = servo_map_of(evidence, sensors, MODEL)
-    assert gain_of(servo_map).value == pytest.approx(GAINS[joint - 1], rel=0.003)
-    assert offset_of(servo_map).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
+    assert compute_gain(servo_map).value == pytest.approx(GAINS[joint - 1], rel=0.003)
+    assert compute_offset(servo_map).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
     assert np.rad2deg(servo_map.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
-    residuals = left_by(servo_map_of(again, sensors, MODEL), settings_from_map(servo_map, FACTORY).of(joint))
-    assert residuals["mean_deg"] < 0.1 + 2 * np.rad2deg(servo_map.repeatability_rad)
+    residuals = predict_residuals(
+        servo_map_of(again, sensors, MODEL), settings_from_map(servo_map, FACTORY).of(joint)
+    )
+    assert residuals.mean_deg < 0.1 + 2 * np.rad2deg(servo_map.repeatability_rad)
 
 
 @pytest.mark.parametrize("robots", [1, pytest.param(6, marks=pytest.mark.prove)])
@@ -80,7 +82,7 @@ def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does(robots: 
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
         with rig(built, Operator.human(seed), seed) as here:
             servo_map = servo_map_of(here.measure_joint(1), here.solution().joints, MODEL)
-            gain, offset = gain_of(servo_map), offset_of(servo_map)
+            gain, offset = compute_gain(servo_map), compute_offset(servo_map)
             ratios.append((gain.value - built.servo_gain[0]) / gain.std)
             ratios.append((offset.value - np.rad2deg(built.servo_offset_rad[0])) / offset.std)
             ratios.append((servo_map.backlash_rad - built.servo_backlash_rad[0]) / servo_map.backlash_std_rad)
@@ -210,13 +212,13 @@ def test_a_joint_that_its_stop_keeps_from_closing_is_not_measured_there() -> Non
     assert all((point.pulse_us == 1000.0) == met for point, met in zip(points, stopped, strict=True))
     servo_map = servo_map_of(evidence, sensors, MODEL)
     assert servo_map.places == 6
-    assert offset_of(servo_map).value == pytest.approx(-3.0, abs=0.05)
+    assert compute_offset(servo_map).value == pytest.approx(-3.0, abs=0.05)
 
 
 def test_what_the_zero_point_is_not_known_by_is_in_the_offset() -> None:
     evidence, _, sensors = measured_twice(1)
     unsure = replace(sensors[0], zero_covariance=np.diag(np.deg2rad([2.0, 2.0]) ** 2))
-    offset = offset_of(servo_map_of(evidence, (unsure, *sensors[1:]), MODEL))
+    offset = compute_offset(servo_map_of(evidence, (unsure, *sensors[1:]), MODEL))
     assert offset.std == pytest.approx(np.sqrt(2.0), rel=0.05), "the mean of two sensors"
 
 
@@ -291,12 +293,12 @@ def test_it_says_what_will_move_and_demands_the_word(
     monkeypatch.setattr(sys, "stdin", Terminal("JOG\nno\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated"]) == 4
     output = capsys.readouterr()
-    assert "repeatability" in output.out and "joint 3: change / us per deg" in output.out
-    on = "To go on from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
+    assert "Repeatability" in output.out and "joint 3: change / us per deg" in output.out
+    on = "To resume from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
     assert output.err.endswith(on) and "same command" not in output.err
     assert "stop 26 of 26" in output.err
     monkeypatch.setattr(sys, "stdin", Terminal("y\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated", "--resume"]) == 0
     output = capsys.readouterr()
-    assert "Settings stored on the sequencer, read back and identical" in output.out
+    assert "Sequencer: settings stored, read back identical" in output.out
     assert "Type JOG" not in output.err

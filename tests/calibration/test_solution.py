@@ -68,18 +68,20 @@ def same(first: Solution, second: Solution) -> bool:
 
 def test_without_evidence_all_is_as_designed() -> None:
     solution = solve((), MODEL)
-    assert solution.used == ()
+    assert solution.used_evidence == ()
     for gyro, imu in zip(solution.gyros, MODEL.imus, strict=True):
         assert np.array_equal(gyro.rotation, imu.sensor_to_body)
         assert np.sqrt(np.diag(gyro.covariance)[:6]) == pytest.approx(
             [BIAS_STD_RAD_S] * 3 + [MOUNTING_STD_RAD] * 3
         )
-        assert (gyro.bias_taken, gyro.axes, gyro.scaled) == (None, {}, {})
+        assert (gyro.bias_recorded_at, gyro.axes, gyro.scaled) == (None, {}, {})
 
 
 def test_a_whole_day_is_right_within_what_it_states() -> None:
     solution = solve(day(), MODEL)
-    assert [evidence.step.key for evidence in solution.used] == [evidence.step.key for evidence in day()]
+    assert [evidence.step.key for evidence in solution.used_evidence] == [
+        evidence.step.key for evidence in day()
+    ]
     for gyro in solution.gyros:
         stated = np.sqrt(np.diag(gyro.covariance))
         scale_off = gyro.scale - TRUTH.gyro_scale[gyro.body - 1]
@@ -113,7 +115,7 @@ def test_the_newest_of_a_step_replaces_what_was_before() -> None:
     fresh = prepend_rest_zero(record_good_step(SWINGS[1]), record_good_step(SWINGS[2]))
     solution = solve([*fresh, *loose], MODEL)
     assert same(solution, solve(fresh, MODEL))
-    assert len(solution.used) == 4
+    assert len(solution.used_evidence) == 4
 
 
 def test_the_order_of_the_evidence_is_no_matter() -> None:
@@ -129,7 +131,7 @@ def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None
         record_good_step(SWEEPS[0]),
         record_good_step(SWEEPS[2]),
     )
-    landing = steps[-1].taken + timedelta(minutes=10)
+    landing = steps[-1].recorded_at + timedelta(minutes=10)
     before, after = (solve(steps, MODEL, when).gyros[0] for when in (None, landing))
     for axis in (X, Y):
         # Next to the hinge's half a degree.
@@ -154,7 +156,9 @@ def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None
 
 def test_a_landing_before_all_steps_changes_nothing() -> None:
     steps = prepend_rest_zero(record_good_step(SWINGS[0]), record_good_step(SWINGS[2]))
-    assert same(solve(steps, MODEL), solve(steps, MODEL, record_good_step(REST).taken - timedelta(days=1)))
+    assert same(
+        solve(steps, MODEL), solve(steps, MODEL, record_good_step(REST).recorded_at - timedelta(days=1))
+    )
 
 
 def test_zeros_that_are_missing_cost_certainty_not_truth() -> None:
@@ -206,7 +210,7 @@ def test_a_new_bias_leaves_what_was_measured_with_the_old_one_alone() -> None:
         assert np.rad2deg(new.bias_rad_s - old.bias_rad_s) == pytest.approx([5.0] * 3, abs=0.02)
         assert np.array_equal(new.rotation, old.rotation)
         assert np.array_equal(new.scale, old.scale)
-    assert [evidence.step.key for evidence in after.used].count("rest") == 2
+    assert [evidence.step.key for evidence in after.used_evidence].count("rest") == 2
 
 
 def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -> None:
@@ -274,7 +278,7 @@ def test_the_angle_sensors_bend_is_not_taken_for_a_scale_factor() -> None:
     solution = solve(prepend_rest_zero(record_good_step(SWINGS[0]), record_good_step(SWEEPS[0])), MODEL)
     apart = solution.joints[0].bend[0] - solution.joints[0].bend[1]
     true = TRUTH.angle_nonlinearity_rad[0] - TRUTH.angle_nonlinearity_rad[1]
-    assert solution.joints[0].bend_taken == record_good_step(SWEEPS[0]).taken
+    assert solution.joints[0].bend_recorded_at == record_good_step(SWEEPS[0]).recorded_at
     assert np.all(np.abs(apart - true) < 4.0 * np.sqrt(2.0) * np.deg2rad(0.05))
 
 

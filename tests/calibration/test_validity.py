@@ -29,7 +29,7 @@ def calibration_with_landing(at: datetime) -> Calibration:
 
 
 def names(calibration: Calibration, reason: str, before: datetime | None = None) -> list[str]:
-    return [gap.name for gap in calibration.shortcomings(before) if gap.reason == reason]
+    return [gap.name for gap in calibration.shortcomings(before) if gap.state == reason]
 
 
 def test_a_whole_calibration_lacks_nothing() -> None:
@@ -60,7 +60,7 @@ def test_what_was_measured_after_the_landing_holds() -> None:
     calibration = calibration_with_landing(MEASURED - HOUR)
     assert calibration.shortcomings() == ()
     later = MEASURED + 2 * HOUR
-    fresh = tuple(replace(gyro, bias_taken=later) for gyro in calibration.gyros)
+    fresh = tuple(replace(gyro, bias_recorded_at=later) for gyro in calibration.gyros)
     partly = with_landing(replace(calibration, gyros=fresh), Landing(MEASURED + HOUR, "a test"))
     assert len(names(partly, "stale")) == 14
     assert "bias of body 1" not in names(partly, "stale")
@@ -74,7 +74,7 @@ def test_of_two_directions_only_the_one_from_before_the_landing_is_stale() -> No
     calibration = with_landing(calibration, Landing(MEASURED + HOUR, "a test"))
     assert names(calibration, "missing") == []
     of_body = [gap for gap in calibration.shortcomings() if gap.name.startswith("misalignment of body 1")]
-    assert [(gap.name, gap.reason, gap.taken) for gap in of_body] == [
+    assert [(gap.name, gap.state, gap.measured_at) for gap in of_body] == [
         ("misalignment of body 1 about y", "stale", MEASURED)
     ]
     assert [*map(str, commands_of(of_body))] == ["tfsat-host calibrate misalignment --joint 2"]
@@ -82,11 +82,11 @@ def test_of_two_directions_only_the_one_from_before_the_landing_is_stale() -> No
 
 def test_what_a_landing_makes_stale_comes_out_of_the_recordings_and_is_not_forgotten() -> None:
     swung = [*prepend_rest_zero(*map(record_good_step, SWINGS)), later(record_good_step(SWINGS[0]), 600)]
-    landing = later(record_good_step(SWINGS[0]), 300).taken
+    landing = later(record_good_step(SWINGS[0]), 300).recorded_at
     gyros = solve(swung, MODEL, landing).gyros
     calibration = with_landing(replace(whole_calibration(), gyros=gyros), Landing(landing, "a test"))
     of_body = [gap for gap in calibration.shortcomings() if gap.name.startswith("misalignment of body")]
-    assert {gap.reason for gap in of_body} == {"stale"}
+    assert {gap.state for gap in of_body} == {"stale"}
     assert len(of_body) == 7
     assert "misalignment of body 1 about x" not in [gap.name for gap in of_body]
 
@@ -121,7 +121,7 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
         calibration,
         gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]),
         servo_maps=calibration.servo_maps[:1],
-        servo_taken=calibration.servo_taken[:1],
+        servo_recorded_at=calibration.servo_recorded_at[:1],
     )
     assert names(bare, "missing") == [
         "bias of body 1",
@@ -143,11 +143,10 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
         "tfsat-host calibrate servo --joint 2",
         "tfsat-host calibrate servo --joint 3",
     )
-    assert summarize_shortcomings(bare.shortcomings()) == (
-        "not calibrated: bias of body 1, misalignment of body 1 about x, misalignment of body 1 about y and 5 more"
-    )
-    assert "older than the last landing: " in summarize_shortcomings(
-        calibration_with_landing(MEASURED + HOUR).shortcomings()
+    assert summarize_shortcomings(bare.shortcomings()) == ("8 calibrations missing")
+    assert (
+        summarize_shortcomings(calibration_with_landing(MEASURED + HOUR).shortcomings())
+        == "18 calibrations older than the last landing"
     )
 
 

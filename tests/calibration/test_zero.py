@@ -77,8 +77,8 @@ def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
 
 def test_zero_of_one_joint_leaves_the_others() -> None:
     solution = solve([record_good_step(ZERO), record(zero(2))], MODEL)
-    zero_times = [sensors.zero_taken for sensors in solution.joints]
-    assert zero_times[0] == zero_times[2] == record_good_step(ZERO).taken
+    zero_times = [sensors.zero_recorded_at for sensors in solution.joints]
+    assert zero_times[0] == zero_times[2] == record_good_step(ZERO).recorded_at
     assert zero_times[1] != zero_times[0]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.calibration.some_calibration import MEASURED, whole_calibration
 from tests.cli.process import RunCli
-from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, with_landing
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Recording, with_landing
 from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.calibration.review import age_words
 from tfsat_host.calibration.sensors.gyro import by_design
@@ -28,7 +28,7 @@ def certificate(folder: Path, calibration: Calibration, name: str = "calibration
 
 def test_show_without_a_certificate_says_how_to_begin(tfsat_host: RunCli) -> None:
     error = tfsat_host.json("calibrate", "show", expect=1)["error"]
-    assert error["what"] == "There is no calibration yet: no file calibration.toml."
+    assert error["what"] == "No calibration: file calibration.toml does not exist."
     assert error["next_step"] == "Begin with: tfsat-host calibrate bias"
     error = tfsat_host.json("calibrate", "show", "--emulated", expect=1)["error"]
     assert "calibration-emulated.toml" in error["what"]
@@ -43,7 +43,7 @@ def test_show_names_the_certificate_of_the_other_robot(
     certificate(tfsat_host.folder, whole_calibration(), f"calibration{there}.toml")
     option, other = ((f"--{name[1:]}",) if name else () for name in (requested_suffix, there))
     error = tfsat_host.json("calibrate", "show", *option, expect=1)["error"]
-    assert error["what"] == f"There is no calibration yet: no file calibration{requested_suffix}.toml."
+    assert error["what"] == f"No calibration: file calibration{requested_suffix}.toml does not exist."
     assert f"calibration{there}.toml" in error["meaning"]
     assert " ".join(["tfsat-host calibrate show", *other]) in error["next_step"]
     assert "tfsat-host calibrate bias" in error["next_step"]
@@ -70,16 +70,27 @@ def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
     assert rows["zero point of joint 1"]["value"] == pytest.approx(np.degrees(calibration.joints[0].zero_rad))
     servo = calibration.servo_maps[2]
     assert rows["servo of joint 3"]["value"] == pytest.approx(np.degrees(servo.backlash_rad))
-    text = tfsat_host("calibrate", "show", environ={"COLUMNS": "150"}).stdout
-    for words in (
-        "3 h ago",
-        "± 0.0050 deg/s",
-        "1.500 ± 0.020 deg",
-        "scale factors, about the bodies' axes.",
-        "Nothing is missing for the next drop.",
-    ):
+    text = tfsat_host("calibrate", "show", "--full", environ={"COLUMNS": "150"}).stdout
+    for words in ("3 h ago", "± 0.0050 deg/s", "1.500 ± 0.020 deg", "scale factors of the gyros, body axes"):
         assert words in text
-    assert "STALE" not in text
+    assert "stale" not in text
+
+
+def test_the_first_screen_is_the_verdict_what_it_rests_on_and_what_to_type(tfsat_host: RunCli) -> None:
+    calibration = whole_calibration(measured_at=datetime.now(UTC) - 3 * HOUR)
+    bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]))
+    certificate(tfsat_host.folder, with_landing(bare, Landing(datetime.now(UTC) - HOUR, "a test")))
+    lines = tfsat_host("calibrate", "show", environ={"COLUMNS": "80"}).stdout.splitlines()
+    verdict = "NOT READY: 6 calibrations missing, 15 calibrations older than the last landing"
+    assert (lines[0], lines[-1]) == (verdict, verdict)
+    assert len(lines) <= 40 and max(map(len, lines)) <= 80
+    text = "\n".join(lines)
+    for words in ("3 of 4", "1 missing, 3 stale", "tfsat-host calibrate bias\n", "show --full"):
+        assert words in text
+    certificate(tfsat_host.folder, calibration)
+    ready = tfsat_host("calibrate", "show").stdout
+    assert ready.startswith("READY: 30 of 30 calibrations valid until the next landing\n")
+    assert "To measure" not in ready
 
 
 def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> None:
@@ -106,30 +117,34 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
     folder.mkdir()
     (folder / "rest-1.npz").write_bytes(b"as it was")
     (folder / "zero-1.npz").write_bytes(b"changed")
-    papers = tuple(
-        Paper(step, MEASURED, f"{step}-1.npz", sha256(b"as it was")) for step in ("rest", "zero", "turn-z")
+    recordings = tuple(
+        Recording(step, MEASURED, f"{step}-1.npz", sha256(b"as it was"))
+        for step in ("rest", "zero", "turn-z")
     )
-    bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]), papers=papers)
+    bare = replace(
+        calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]), recordings=recordings
+    )
     file = certificate(
         tfsat_host.folder, with_landing(bare, Landing(MEASURED + HOUR, "recording 1a2b3c4d")), "mine.toml"
     )
     report = tfsat_host.json("calibrate", "show", "--out", file.name)
-    assert [paper["state"] for paper in report["recordings"]] == ["matches", "changed", "gone"]
+    assert [recording["state"] for recording in report["recordings"]] == ["matches", "changed", "gone"]
     assert report["landings"] == [{"at": "2026-07-01T10:30:00+00:00", "told_by": "recording 1a2b3c4d"}]
     missing = [row for row in report["quantities"] if row["state"] == "missing"]
     assert [row["value"] for row in missing] == [None] * 6
     assert report["commands"][0] == "tfsat-host calibrate bias --out mine.toml"
-    text = tfsat_host("calibrate", "show", "--out", file.name, environ={"COLUMNS": "150"}).stdout
+    text = tfsat_host("calibrate", "show", "--full", "--out", file.name, environ={"COLUMNS": "150"}).stdout
     for words in (
-        "MISSING",
-        "STALE: a landing since",
+        "missing",
+        "stale",
         "\n  tfsat-host calibrate scale --turn z 360 --out mine.toml\n",
-        "as recorded",
-        "CHANGED since",
+        "unmodified",
+        "CHANGED",
         "NOT THERE",
-        "NOT PROVEN: the recording of",
-        "Last landing: 2026-07-01 10:30:00 UTC",
-        "by recording 1a2b3c4d",
+        "2 recordings altered or missing",
+        "1 of 3 unmodified (SHA-256)",
+        "2026-07-01 10:30:00 UTC",
+        "(recording 1a2b3c4d)",
     ):
         assert words in text
 
@@ -149,11 +164,13 @@ def test_ages(age: timedelta, words: str) -> None:
 
 
 def test_show_is_not_ready_while_a_recording_or_the_clock_is_doubtful(tfsat_host: RunCli) -> None:
-    paper = Paper("rest", MEASURED, "rest.npz", "00" * 32)
+    recording = Recording("rest", MEASURED, "rest.npz", "00" * 32)
     now = datetime.now(UTC)
-    certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now - HOUR), papers=(paper,)))
+    certificate(
+        tfsat_host.folder, replace(whole_calibration(measured_at=now - HOUR), recordings=(recording,))
+    )
     assert tfsat_host.json("calibrate", "show")["ready"] is False
-    assert "Every quantity is there, but see below." in tfsat_host("calibrate", "show").stdout
-    certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now + HOUR), papers=()))
+    assert "NOT READY: 1 recording altered or missing" in tfsat_host("calibrate", "show").stdout
+    certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now + HOUR), recordings=()))
     assert tfsat_host.json("calibrate", "show")["ready"] is False
-    assert "was measured in the future" in tfsat_host("calibrate", "show").stdout
+    assert "30 calibrations dated in the future" in tfsat_host("calibrate", "show").stdout

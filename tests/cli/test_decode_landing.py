@@ -138,7 +138,9 @@ def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_you
     present = certificate(tmp_path, whole_calibration())
     assert certificate_for(present, DROPPED, landed).path == present
     young = whole_calibration()
-    young = replace(young, joints=(replace(young.joints[0], zero_taken=landed + HOUR), *young.joints[1:]))
+    young = replace(
+        young, joints=(replace(young.joints[0], zero_recorded_at=landed + HOUR), *young.joints[1:])
+    )
     certificate(tmp_path, young)
     assert certificate_for(present, DROPPED, landed).path.parent.name == "calibration-recordings"
     scaled = whole_calibration()
@@ -165,7 +167,8 @@ def test_what_was_measured_in_the_future_is_not_usable(tfsat_host: RunCli) -> No
 def test_one_quantity_of_the_future() -> None:
     calibration = whole_calibration()
     early = replace(
-        calibration, joints=(replace(calibration.joints[0], zero_taken=DROPPED), *calibration.joints[1:])
+        calibration,
+        joints=(replace(calibration.joints[0], zero_recorded_at=DROPPED), *calibration.joints[1:]),
     )
     (sentence,) = check_certificate(early, None, FILE, now=MEASURED + HOUR / 2).objections
     assert sentence.startswith("zero point of joint 1 was measured in the future (2024-07-01 10:30 UTC): ")

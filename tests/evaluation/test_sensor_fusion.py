@@ -298,8 +298,8 @@ def make_standing_joint(angle_rad: float, seed: int) -> SensedJoint:
         bend=np.zeros((2, 4)),
         bend_covariance=BEND_STD_RAD**2 * np.eye(8),
         noise_rad=np.full(2, NOISE_RAD),
-        zero_taken=None,
-        bend_taken=None,
+        zero_recorded_at=None,
+        bend_recorded_at=None,
     )
     readings_rad = (
         sensors.zero_rad + sensors.direction * angle_rad + NOISE_RAD * random.standard_normal((SAMPLES, 2))

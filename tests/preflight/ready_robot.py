@@ -100,7 +100,7 @@ def certificate_of(robot: EmulatedRobot, truth: Imperfections, measured_at: date
     return replace(
         careful,
         servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
-        servo_taken=(measured_at,) * 3,
+        servo_recorded_at=(measured_at,) * 3,
     )
 
 

@@ -37,6 +37,7 @@ COMMANDS = (
     "log",
     "calibrate show",
     "calibrate show --out run/calibration-emulated.toml",
+    "calibrate show --full --out run/calibration-emulated.toml",
     "calibrate bias --emulated --yes --out other.toml",
     "preflight run --emulated --yes",
     "preflight next --emulated --yes",

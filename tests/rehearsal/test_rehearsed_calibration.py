@@ -30,10 +30,10 @@ def read_first_certificate(run: Path) -> Calibration:
 
 def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path) -> None:
     calibration = read_first_certificate(run)
-    (paper,) = calibration.papers
-    file = run / RECORDINGS / paper.file
-    assert sha256_of(file) == paper.sha256
-    evidence = from_bytes(file.read_bytes(), source=paper.file)
+    (recording,) = calibration.recordings
+    file = run / RECORDINGS / recording.file
+    assert sha256_of(file) == recording.sha256
+    evidence = from_bytes(file.read_bytes(), source=recording.file)
     assert evidence.step == rest()
     assert np.ptp(evidence.counts.t_us) * 1e-6 >= 20.0, "as long as calibrate bias reads"
     assert evidence.counts.samples_lost == 0
@@ -43,7 +43,7 @@ def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path
         assert np.allclose(certified.covariance[:3, :3], solved.covariance[:3, :3], rtol=1e-10)
         assert np.allclose(certified.noise_rad_s, solved.noise_rad_s, rtol=1e-10)
         assert np.isclose(certified.temperature_c, solved.temperature_c)
-        assert certified.bias_taken == paper.taken
+        assert certified.bias_recorded_at == recording.recorded_at
 
 
 def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
@@ -58,13 +58,13 @@ def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
 
 
 def test_what_was_not_measured_is_said(run: Path) -> None:
-    assert read_first_certificate(run).drawn == ("zero", "misalignment", "scale", "servo")
+    assert read_first_certificate(run).simulated_quantities == ("zero", "misalignment", "scale", "servo")
     certificate = json.loads(
         command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE, "--json").out
     )
     assert certificate["drawn"] == ["zero", "misalignment", "scale", "servo"]
     words = command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE).words
-    assert "Drawn for a rehearsal, never measured: zero points, misalignments of the gyros" in words
+    assert "Simulated: zero points, misalignments of the gyros" in words
 
 
 def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:

@@ -69,7 +69,7 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
         return
     if step.kind == StepKind.SERVO:
         return
-    if any(gyro.bias_taken is None for gyro in before.gyros):
+    if any(gyro.bias_recorded_at is None for gyro in before.gyros):
         raise CalibrationError(
             what="The gyros' biases are not known yet.",
             meaning="A gyro that reads 5 deg/s at rest would be taken for a body that moves.",

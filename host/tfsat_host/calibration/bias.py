@@ -73,7 +73,7 @@ def estimate_biases(still: SensorSamples) -> tuple[BiasEstimate, ...]:
     return tuple(_estimate(still, body) for body in range(1, 5))
 
 
-def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken_at: datetime) -> GyroCalibration:
+def with_bias(gyro: GyroCalibration, bias: BiasEstimate, recorded_at: datetime) -> GyroCalibration:
     """Return the gyro's calibration with a new bias."""
     covariance = gyro.covariance.copy()
     covariance[:3, :3] = bias.covariance
@@ -83,7 +83,7 @@ def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken_at: datetime) -> 
         covariance=covariance,
         noise_rad_s=bias.noise_rad_s,
         temperature_c=bias.temperature_c,
-        bias_taken=taken_at,
+        bias_recorded_at=recorded_at,
     )
 
 
@@ -311,7 +311,7 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
             meaning="Whether its biases are older than a landing could never be known; nothing was kept.",
             next_step=Advice("Take them on the bench: ", NextStep("calibrate bias")),
         )
-    taken_at = datetime.fromtimestamp(0, UTC) + timedelta(
+    recorded_at = datetime.fromtimestamp(0, UTC) + timedelta(
         microseconds=log.unix_offset_us + int(counts.t_us[0])
     )
-    return Evidence(rest(), counts, taken_at, origin)
+    return Evidence(rest(), counts, recorded_at, origin)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cache
 from itertools import combinations
 from typing import NamedTuple
@@ -219,25 +220,17 @@ def with_misalignment(
         covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
     changed = replace(gyro, rotation=mounting_fit.rotation, scale=mounting_fit.scale, covariance=covariance)
     # A direction's age is what a landing ends; the newest response about an axis decides.
-    along: dict[str, list[Response]] = {
-        axis: [response for response in responses if abs(response.axis_body[i]) > _ALONG]
-        for i, axis in enumerate(AXES)
-    }
-    # Directions alone may seem to determine a scale factor where a sensor sits askew, but only with joints as square as
-    # in the robot file.
-    lengths = {
-        axis: [response for response in along[axis] if response.has_length]
-        for i, axis in enumerate(AXES)
-        if changed.scale_about(i)[1] < SCALE_KNOWN
-    }
-    axes, scaled = (
-        {
-            axis: max(response.taken for response in axis_responses)
-            for axis, axis_responses in times.items()
-            if axis_responses
-        }
-        for times in (along, lengths)
-    )
+    axes: dict[str, datetime] = {}
+    scaled: dict[str, datetime] = {}
+    for i, axis in enumerate(AXES):
+        along = [response for response in responses if abs(response.axis_body[i]) > _ALONG]
+        if along:
+            axes[axis] = max(response.recorded_at for response in along)
+        # Directions alone may seem to determine a scale factor where a sensor sits askew, but only with joints as
+        # square as in the robot file.
+        lengths = [response for response in along if response.has_length]
+        if lengths and changed.scale_about(i)[1] < SCALE_KNOWN:
+            scaled[axis] = max(response.recorded_at for response in lengths)
     return replace(changed, axes=axes, scaled=scaled)
 
 

@@ -18,7 +18,7 @@ from scipy.integrate import cumulative_trapezoid
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
-from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.calibration.steps.sensor_samples import TURN_SHARE, SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
 from tfsat_host.calibration.steps.step_motion import Motion
@@ -46,7 +46,7 @@ class Response:
         reading: (3,) in sensor axes; of length 1 where the length was not measured.
         covariance: (3, 3) of the reading; without `has_length` across it alone.
         has_length: Whether the length is measured, too.
-        taken: When it was recorded.
+        recorded_at: When it was recorded.
         fresh: It was recorded after the last landing.
     """
 
@@ -54,7 +54,7 @@ class Response:
     reading: FloatArray
     covariance: FloatArray
     has_length: bool
-    taken: datetime = _NEVER
+    recorded_at: datetime = _NEVER
     fresh: bool = True
 
     @property
@@ -86,7 +86,7 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
     # Align the signs of the parts before taking their scatter.
     lines *= np.sign(lines @ axis)[:, None]
     # Covariance of the mean of the parts, widened as few numbers demand.
-    covariance = few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
+    covariance = student_t_factor(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
     return Response(axis_body, axis, across(axis) @ covariance @ across(axis), False)
 
 
@@ -158,7 +158,7 @@ def length_between_rests(
         # Pool with experience, because a few rests may agree by chance.
         freedom += EXPERIENCE
         squares += EXPERIENCE * (float(solution[0]) * expected_rad) ** 2
-    covariance = few(freedom) * squares / freedom * np.linalg.inv(columns.T @ columns)
+    covariance = student_t_factor(freedom) * squares / freedom * np.linalg.inv(columns.T @ columns)
     return float(solution[0]), float(np.sqrt(covariance[0, 0]))
 
 

@@ -81,7 +81,7 @@ class Session:
         """How many steps are kept, a sentence."""
         n_kept, total = len(self.kept), len(self.steps)
         if not n_kept:
-            return f"None of {total} steps was accepted; what was calibrated before is unchanged."
+            return f"0 of {total} steps kept; the earlier calibration is unchanged."
         return f"{n_kept} of {total} steps {'is' if n_kept == 1 else 'are'} kept in {self._campaign.certificate}."
 
     def _record_until_accepted(self, step: Step) -> Evidence:
@@ -124,7 +124,7 @@ def recent(campaign: Campaign, step: Step, within: timedelta) -> Evidence | None
     """Find the step's recording, if it is no older than `within` and the robot has not landed since."""
     landing = None if campaign.calibration is None else campaign.calibration.last_landing
     for evidence in campaign.evidence:
-        fresh = datetime.now(UTC) - evidence.taken <= within
-        if evidence.step == step and fresh and (landing is None or evidence.taken > landing):
+        fresh = datetime.now(UTC) - evidence.recorded_at <= within
+        if evidence.step == step and fresh and (landing is None or evidence.recorded_at > landing):
             return evidence
     return None

@@ -51,7 +51,7 @@ class Baseline:
     """
 
     def __init__(self, evidence: Iterable[Evidence], model: RobotModel) -> None:
-        by_time = sorted(evidence, key=lambda entry: entry.taken)
+        by_time = sorted(evidence, key=lambda entry: entry.recorded_at)
         self._rests = [
             (entry, estimate_biases(entry.recording)) for entry in by_time if entry.step.kind == StepKind.REST
         ]
@@ -74,17 +74,19 @@ class Baseline:
         if rest is None:
             return tuple(gyros)
         evidence, biases = rest
-        return tuple(with_bias(gyro, bias, evidence.taken) for gyro, bias in zip(gyros, biases, strict=True))
+        return tuple(
+            with_bias(gyro, bias, evidence.recorded_at) for gyro, bias in zip(gyros, biases, strict=True)
+        )
 
     def joints(self, joints: Sequence[JointSensors], at: datetime | None = None) -> tuple[JointSensors, ...]:
         """Return the angle sensors with the zero points in force at `at`; the newest ones if it is None."""
         zeros = [_at(zeros, at) for zeros in self._zeros]
         return tuple(
-            sensors if zero is None else with_zero(sensors, zero[1], zero[0].taken)
+            sensors if zero is None else with_zero(sensors, zero[1], zero[0].recorded_at)
             for sensors, zero in zip(joints, zeros, strict=True)
         )
 
-    def used(self, at: Iterable[datetime]) -> list[Evidence]:
+    def evidence_in_force(self, at: Iterable[datetime]) -> list[Evidence]:
         """Return the evidence behind the newest values and those in force at these times."""
         evidence = [
             pair[0]
@@ -93,14 +95,14 @@ class Baseline:
             if pair is not None
         ]
         # One rest may serve several motions: name it once.
-        return list({entry.taken: entry for entry in evidence}.values())
+        return list({entry.recorded_at: entry for entry in evidence}.values())
 
 
 def _at(
     by_time: Sequence[tuple[Evidence, Estimate]], at: datetime | None
 ) -> tuple[Evidence, Estimate] | None:
     """Find the last estimate not after `at`, or the first if there is none; the newest if `at` is None."""
-    before = [pair for pair in by_time if at is None or pair[0].taken <= at]
+    before = [pair for pair in by_time if at is None or pair[0].recorded_at <= at]
     return before[-1] if before else by_time[0] if by_time else None
 
 
@@ -124,13 +126,13 @@ class Solution:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
         servos: Servo steps with the angle sensors as they were then.
-        used: The evidence that it rests on, in order of time.
+        used_evidence: The evidence that it rests on, in order of time.
     """
 
     gyros: tuple[GyroCalibration, ...]
     joints: tuple[JointSensors, ...]
     servos: tuple[tuple[Evidence, tuple[JointSensors, ...]], ...]
-    used: tuple[Evidence, ...]
+    used_evidence: tuple[Evidence, ...]
 
 
 def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:
@@ -162,7 +164,10 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
         # Each motion with bias and zero of its own time, but with the latest mounting and bend.
         for entry in by_hand:
             responses.add(
-                entry, baseline.gyros(gyros, entry.taken), baseline.joints(joints, entry.taken), model
+                entry,
+                baseline.gyros(gyros, entry.recorded_at),
+                baseline.joints(joints, entry.recorded_at),
+                model,
             )
         # After all turns are in: a turn's length is what separates a scale factor from a bend.
         joints = tuple(responses.bent(sensors, model) for sensors in joints)
@@ -171,16 +176,16 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
             fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
             check_misalignment(gyro.body, fresh, model)
         gyros = tuple(with_misalignment(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
-    used_evidence = [*moving, *baseline.used(entry.taken for entry in moving)]
+    used_evidence = [*moving, *baseline.evidence_in_force(entry.recorded_at for entry in moving)]
     return Solution(
         baseline.gyros(gyros),
         baseline.joints(joints),
         tuple(
-            (entry, baseline.joints(joints, entry.taken))
+            (entry, baseline.joints(joints, entry.recorded_at))
             for entry in moving
             if entry.step.kind == StepKind.SERVO
         ),
-        tuple(sorted(used_evidence, key=lambda entry: entry.taken)),
+        tuple(sorted(used_evidence, key=lambda entry: entry.recorded_at)),
     )
 
 
@@ -223,8 +228,8 @@ class _Responses:
                 self._sweeps.setdefault(evidence.step.moving_joint, []).append((response, rests))
 
     def _with_date(self, response: Response, evidence: Evidence) -> Response:
-        fresh = self._last_landing is None or evidence.taken > self._last_landing
-        return replace(response, taken=evidence.taken, fresh=fresh)
+        fresh = self._last_landing is None or evidence.recorded_at > self._last_landing
+        return replace(response, recorded_at=evidence.recorded_at, fresh=fresh)
 
     def bent(self, joint: JointSensors, model: RobotModel) -> JointSensors:
         """Adds the lengths of a joint's sweeps; gives its sensors with their bend."""
@@ -244,8 +249,8 @@ class _Responses:
                 responses.remove(turn)
                 responses.append(without_length(turn))
             responses.append(with_length(response, *lengths[rests.body]))
-        taken_at = min(response.taken for response, _ in sweeps)
-        return replace(joint, bend=bend, bend_covariance=covariance, bend_taken=taken_at)
+        recorded_at = min(response.recorded_at for response, _ in sweeps)
+        return replace(joint, bend=bend, bend_covariance=covariance, bend_recorded_at=recorded_at)
 
     def _turn_about(self, response: Response, body: int) -> Response | None:
         """Find the body's response to a turn about the same axis."""

@@ -32,10 +32,10 @@ def mean_and_covariance(samples: FloatArray, batches: int = BATCHES) -> tuple[Fl
     # (batches, length, d): the remainder, fewer samples than batches, is left out of the scatter only.
     means = samples[: length * batches].reshape(batches, length, -1).mean(axis=1)
     covariance = np.atleast_2d(np.cov(means, rowvar=False)) / batches
-    return samples.mean(axis=0), few(batches - 1) * covariance
+    return samples.mean(axis=0), student_t_factor(batches - 1) * covariance
 
 
-def few(degrees_of_freedom: int) -> float:
+def student_t_factor(degrees_of_freedom: int) -> float:
     """Compute the factor that widens a variance from few numbers for use in normal intervals.
 
     It is the variance of Student's t distribution; without it 95 % intervals from ten numbers hold the truth in

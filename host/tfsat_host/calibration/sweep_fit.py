@@ -23,7 +23,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.response import Response, rest_means
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
-from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.calibration.steps.sensor_samples import find_rests
 from tfsat_host.calibration.steps.step_motion import Motion
 from tfsat_host.next_step import Advice, NextStep
@@ -125,8 +125,8 @@ def fit_sweeps(
     if sigmas.max() > MAX_NONLINEARITY_SIGMAS:
         worst = int(np.argmax(sigmas))
         raise CalibrationError(
-            what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(sizes[worst]):.2f} deg, "
-            f"{sigmas[worst]:.0f} times what the robot file says of it.",
+            what=f"Nonlinearity of angle sensor {worst + 1} of joint {joint}: at least {np.rad2deg(sizes[worst]):.2f} "
+            f"deg, {sigmas[worst]:.0f} times the standard deviation in the robot file.",
             meaning="A scale factor that is measured against it would be as wrong.",
             next_step=Advice(
                 "Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
@@ -167,7 +167,9 @@ def _fit_weighted(
         squares = np.array([float((weights * residuals**2)[rows].sum()) for rows in classes])
         deviations = np.sqrt(squares / freedom)
     # Only what was estimated from few numbers is widened, not the prior.
-    std = np.where(of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
+    std = np.where(
+        of_mean, *(deviations * np.sqrt([student_t_factor(max(3, round(count))) for count in freedom]))
+    )
     scaled = design * np.sqrt(weights)[:, None] / std[:, None]
     return solution, np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
 

@@ -68,19 +68,19 @@ def estimate_zero(
     zero = wrap_angle(centre + mean)
     # By the old zeros the new ones should give one joint angle: two mean that a sensor has slipped.
     by_each = before.each(zero[None, :])[0]
-    if before.zero_taken is not None:
+    if before.zero_recorded_at is not None:
         _check_slip(by_each, before.joint)
     return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise)
 
 
-def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken_at: datetime) -> JointSensors:
+def with_zero(sensors: JointSensors, zero: ZeroEstimate, recorded_at: datetime) -> JointSensors:
     """Return the sensors' calibration with a new zero."""
     return replace(
         sensors,
         zero_rad=zero.zero_rad,
         zero_covariance=zero.covariance,
         noise_rad=zero.noise_rad,
-        zero_taken=taken_at,
+        zero_recorded_at=recorded_at,
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
+from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, Subject
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics
 from tfsat_host.calibration.servos.fit import fit_servo_map
@@ -59,7 +59,15 @@ def careful_certificate(
     subject = Subject(model.name, truth.logger_serial.hex(), truth.imu_who_am_i.hex(), True)
     servos = careful_servo_maps(model, truth, seed)
     return Calibration(
-        subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured, drawn=tuple(DRAWABLE)
+        subject,
+        gyros,
+        joints,
+        servos,
+        (measured,) * JOINT_COUNT,
+        (),
+        (),
+        measured,
+        simulated_quantities=tuple(QUANTITY_NAMES),
     )
 
 
@@ -107,7 +115,7 @@ def _gyro(
         temperature_c=TEMPERATURE_C,
         axes={"x": measured, "y": measured},
         scaled={"x": measured, "y": measured, "z": measured},
-        bias_taken=measured,
+        bias_recorded_at=measured,
     )
 
 
@@ -136,8 +144,8 @@ def _sensors(
         bend=bend + _BEND_STD_RAD * random.standard_normal((2, 4)),
         bend_covariance=_BEND_STD_RAD**2 * np.eye(8),
         noise_rad=np.full(2, _ANGLE_NOISE_RAD),
-        zero_taken=measured,
-        bend_taken=measured,
+        zero_recorded_at=measured,
+        bend_recorded_at=measured,
     )
 
 

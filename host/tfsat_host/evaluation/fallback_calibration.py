@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.angles import wrap_angle
-from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
+from tfsat_host.calibration.certificate.certificate import Calibration, Quantity, Subject
 from tfsat_host.calibration.misalignment import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
@@ -80,7 +80,7 @@ def with_fallbacks(
         )
     joints = []
     for sensors in initial_calibration.joints:
-        if sensors.zero_taken is None:
+        if sensors.zero_recorded_at is None:
             sensors = _hung(sensors, log, model)
             notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))
@@ -104,9 +104,9 @@ def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration
     return replace(gyro, bias_rad_s=rest.rate_rad_s[index], covariance=covariance, temperature_c=float("nan"))
 
 
-def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
+def _require_some_bias(gyro: GyroCalibration, why: Quantity) -> str:
     # An old bias, with what a landing may have done to it, is better than none.
-    if why.reason == "stale":
+    if why.state == "stale":
         return (
             f"The bias of body {gyro.body} was measured before a landing that may have changed it, and the robot did "
             "not hang still before this release: the old one is used."
@@ -158,7 +158,7 @@ def _of_hung(sensors: JointSensors) -> list[str]:
     return notes
 
 
-def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
+def _rest_of(lacking: Iterable[Quantity], certified: bool) -> list[str]:
     """Format the sentences on quantities without a fallback.
 
     Such a quantity keeps its design or its last value, with that value's uncertainty.
@@ -170,7 +170,7 @@ def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
         ("stale", ("bias", "servo", "scale"), "Measured before a landing that may have changed it"),
         ("missing", ("bias", "zero", "servo"), "Never measured"),
     ):
-        names = [gap.name for gap in lacking if gap.reason == reason and not gap.name.startswith(without)]
+        names = [gap.name for gap in lacking if gap.state == reason and not gap.name.startswith(without)]
         if names:
             names_text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
             notes.append(f"{words}: {names_text}; what it may be off is counted in.")
@@ -182,7 +182,7 @@ LANDING_BIAS_STD_RAD_S = np.deg2rad(0.5)
 LANDING_ZERO_STD_RAD = np.deg2rad(1.0)
 """Of an angle sensor's zero point: as far as a sensor may turn in its mount, assumed like the gyros' tilt."""
 
-Lacking = Mapping[str, Shortcoming]
+Lacking = Mapping[str, Quantity]
 
 
 def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
@@ -208,4 +208,4 @@ def sensors_since(sensors: JointSensors, lacking: Lacking) -> JointSensors:
 
 
 def _is_stale(lacking: Lacking, name: str) -> bool:
-    return name in lacking and lacking[name].reason == "stale"
+    return name in lacking and lacking[name].state == "stale"

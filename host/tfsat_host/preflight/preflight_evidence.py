@@ -385,7 +385,7 @@ def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:
     calibration = certificate_of_these(evidence)
     angles = np.full((len(calibration.joints), 2), np.nan)
     for row, joint in enumerate(calibration.joints):
-        if joint.zero_taken is None:
+        if joint.zero_recorded_at is None:
             what = f"The zero point of joint {joint.joint} was never measured."
             command = NextStep("calibrate zero", ("--joint", str(joint.joint)))
             raise Unreached(Missing(what, Advice(command)))

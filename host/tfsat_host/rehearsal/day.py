@@ -13,7 +13,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.calibration_campaign import with_measured
-from tfsat_host.calibration.certificate.certificate import Calibration, Paper
+from tfsat_host.calibration.certificate.certificate import Calibration, Recording
 from tfsat_host.calibration.steps.evidence import Evidence as Rest
 from tfsat_host.calibration.steps.evidence import LiveSource, file_name, read_step, sha256, to_bytes, until_s
 from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest
@@ -168,9 +168,9 @@ def begin_day(
         # Measured biases take the place of the drawn ones, with their raw data, and are drawn no longer.
         calibration = replace(
             with_measured(calibration, [rested], filed),
-            papers=(Paper(rested.step.key, rested.taken, file, sha256(data)),),
+            recordings=(Recording(rested.step.key, rested.recorded_at, file, sha256(data)),),
             written=_clock(robot),
-            drawn=tuple(name for name in calibration.drawn if name != "bias"),
+            simulated_quantities=tuple(name for name in calibration.simulated_quantities if name != "bias"),
         )
     # Hang it up before power comes: both switches are closed when the sequencer starts.
     robot.seat()

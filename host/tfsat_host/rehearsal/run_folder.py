@@ -119,8 +119,8 @@ class RunFolder(ResultFolder):
         """
         certificate = self.file(EMULATED_CERTIFICATE)
         folder_name = recordings_folder(certificate).name
-        for paper in drop.calibration.papers:
-            write_whole(self.file(f"{folder_name}/{paper.file}"), drop.recordings[paper.file])
+        for recording in drop.calibration.recordings:
+            write_whole(self.file(f"{folder_name}/{recording.file}"), drop.recordings[recording.file])
         # Writing the certificate makes this copy, too: note it first, so that an interruption removes it.
         self.file(f"{folder_name}/{kept_copy(certificate, drop.calibration).name}")
         write_certificate(certificate, drop.calibration)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Quantity,
-    Shortcoming,
     commands_of,
+    exchanged_imus,
     list_names,
+    measured_in_future,
     of_another_robot,
-    quantities,
 )
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import (
@@ -24,7 +24,6 @@ from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Listener, Notices
-from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LogHeader
 from tfsat_host.quantity import Column, Columns
 from tfsat_host.run.files import command_options
@@ -35,9 +34,6 @@ from tfsat_host.run.recorded_landing import (
     without_landing_of,
 )
 from tfsat_host.sdlog import DropLog
-
-# Two computers' clocks may differ by so much; what was measured later than this is of the future.
-_CLOCKS_APART = timedelta(minutes=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,19 +49,19 @@ class CertificateState:
 
     path: Path
     objections: tuple[str, ...]
-    shortcomings: tuple[Shortcoming, ...] = ()
+    shortcomings: tuple[Quantity, ...] = ()
     options: tuple[str, ...] = ()
 
     @property
-    def rows(self) -> list[tuple[Shortcoming, str]]:
+    def rows(self) -> list[tuple[Quantity, str]]:
         """Each shortcoming, and the command that measures it with these options."""
         return [(gap, str(gap.command.with_arguments(*self.options))) for gap in self.shortcomings]
 
 
 _SHORTCOMING: Columns = (
     Column("quantity", of=lambda row: row[0].name),
-    Column("reason", of=lambda row: row[0].reason),
-    Column("taken", of=lambda row: row[0].taken and row[0].taken.isoformat()),
+    Column("reason", of=lambda row: row[0].state),
+    Column("taken", of=lambda row: row[0].measured_at and row[0].measured_at.isoformat()),
     Column("command", of=lambda row: row[1]),
 )
 CERTIFICATE_STATE: Columns = (
@@ -101,9 +97,7 @@ def check_certificate(
     """
     target, emulated = into or file, calibration.subject.emulated
     options = command_options(target, emulated=emulated)
-    shortcomings = tuple(
-        gap for gap in calibration.shortcomings(before) if servos or not gap.name.startswith("servo ")
-    )
+    shortcomings = calibration.shortcomings(before, servos=servos)
     other = "" if origin is None else of_another_robot(calibration.subject, origin)
     if other:
         other = f"The calibration{other.removeprefix('It')} None of its numbers hold."
@@ -114,7 +108,7 @@ def check_certificate(
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
     ):
-        lacking = [gap for gap in shortcomings if gap.reason == reason]
+        lacking = [gap for gap in shortcomings if gap.state == reason]
         if lacking:
             names = list_names([gap.name for gap in lacking])
             objections.append(f"{words} {names}. To measure: {_commands(lacking, options)}")
@@ -154,13 +148,9 @@ def report_certificate(
 
 def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
     calibrated, who_am_i = calibration.subject.who_am_i, origin.who_am_i
-    if calibrated == who_am_i:
+    bodies = [str(body) for body in exchanged_imus(calibration.subject, who_am_i)]
+    if not bodies:
         return []
-    bodies = [
-        str(body)
-        for body in range(1, IMU_COUNT + 1)
-        if calibrated[2 * body - 2 : 2 * body] != who_am_i[2 * body - 2 : 2 * body]
-    ]
     return [
         f"The IMU of body {' and '.join(bodies)} is another than the one that was calibrated, or does not answer "
         f"(WHO_AM_I {who_am_i}, calibrated {calibrated}): its numbers do not hold."
@@ -179,14 +169,10 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
 
     A certificate takes no step older than the one it has: one of the future needs another file.
     """
-    early = [
-        quantity
-        for quantity in quantities(calibration)
-        if quantity.taken is not None and quantity.taken > now + _CLOCKS_APART
-    ]
+    early = measured_in_future(calibration, now)
     if not early:
         return []
-    last = max(quantity.taken for quantity in early if quantity.taken is not None)
+    last = max(quantity.measured_at for quantity in early if quantity.measured_at is not None)
     another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
         f"{list_names([quantity.name for quantity in early])} {'was' if len(early) == 1 else 'were'} "
@@ -197,7 +183,7 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     ]
 
 
-def _commands(gaps: Iterable[Quantity | Shortcoming], options: tuple[str, ...]) -> str:
+def _commands(gaps: Iterable[Quantity], options: tuple[str, ...]) -> str:
     return list_names([str(command.with_arguments(*options)) for command in commands_of(gaps)])
 
 

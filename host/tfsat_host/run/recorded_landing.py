@@ -65,7 +65,7 @@ def note_landing_of(
         )
         return
     again = ""
-    if any(shortfall.reason == "stale" for shortfall in updated_calibration.shortcomings()):
+    if any(shortfall.state == "stale" for shortfall in updated_calibration.shortcomings()):
         options = command_options(file, emulated=calibration.subject.emulated)
         again = (
             ": what it may have changed is to be measured again before the next drop "

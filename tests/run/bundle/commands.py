@@ -91,7 +91,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _of_no_robot(calibration: Calibration) -> Calibration:
     subject = replace(calibration.subject, logger_serial="", emulated=False)
-    return replace(calibration, subject=subject, drawn=(), landings=(), written=MORNING)
+    return replace(calibration, subject=subject, simulated_quantities=(), landings=(), written=MORNING)
 
 
 def _sha256_of_samples(card: Path) -> str:

@@ -269,7 +269,7 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated_run: Path) -> 
 
     A landing noted later did not change it, though it lies before the last step.
     """
-    between = record_good_step(REST).taken + timedelta(seconds=30)
+    between = record_good_step(REST).recorded_at + timedelta(seconds=30)
     note_landing(calibrated_run / CERTIFICATE, Landing(between, "recording 0000abcd"))
     note_landing(calibrated_run / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
     summary = result("bundle", "run")
@@ -293,7 +293,7 @@ def test_values_that_the_recordings_do_not_give_are_named(calibrated_run: Path) 
 
 
 def test_recordings_that_are_gone_or_changed_are_lost(calibrated_run: Path) -> None:
-    rest, zero = (read_calibration(calibrated_run / CERTIFICATE).papers[i].file for i in (0, 1))
+    rest, zero = (read_calibration(calibrated_run / CERTIFICATE).recordings[i].file for i in (0, 1))
     (calibrated_run / RECORDINGS / zero).write_bytes(to_bytes(record_good_step(SWINGS[0])))
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{zero}"}

@@ -158,7 +158,7 @@ def fell(run: Path) -> None:
     change_headers(run / "SD.bin", image_crc=0xC0FFEE)
     certificate = run / CERTIFICATE
     emulated = read_calibration(certificate)
-    real = replace(emulated, subject=replace(emulated.subject, emulated=False), drawn=())
+    real = replace(emulated, subject=replace(emulated.subject, emulated=False), simulated_quantities=())
     (run / "calibration.toml").write_text(format_calibration(real), encoding="utf-8")
     certificate.unlink()
 

@@ -14,7 +14,7 @@ from tfsat_host.calibration.calibration_errors import CalibrationError, NotKeptE
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Landing,
-    Paper,
+    Recording,
     Subject,
     with_landing,
 )
@@ -31,7 +31,7 @@ from tfsat_host.whole_file import write_whole
 
 _LOG = logging.getLogger(__name__)
 
-_Papers = Mapping[tuple[str, datetime], Paper]
+_Recordings = Mapping[tuple[str, datetime], Recording]
 
 
 class Campaign:
@@ -63,7 +63,7 @@ class Campaign:
         self.left_out: tuple[str, ...] = ()
         self._model = model
         self._subject = subject
-        self._papers: _Papers = {}
+        self._recordings: _Recordings = {}
         self._moved: Landing | None = None
         self._replaces = False
         if certificate.exists():
@@ -119,9 +119,9 @@ class Campaign:
         newer = (
             evidence
             for evidence in self.evidence
-            if evidence.step.key == step.step.key and evidence.taken >= step.taken
+            if evidence.step.key == step.step.key and evidence.recorded_at >= step.recorded_at
         )
-        return max(newer, key=lambda evidence: evidence.taken, default=None)
+        return max(newer, key=lambda evidence: evidence.recorded_at, default=None)
 
     def _open(self, force: bool) -> None:
         try:
@@ -154,13 +154,13 @@ class Campaign:
 
     def _take(self, calibration: Calibration) -> None:
         evidence, left_out = [], []
-        for paper in calibration.papers:
+        for recording in calibration.recordings:
             try:
                 # A recording that is gone or changed costs its own step, not the campaign.
-                evidence.append(_read(self.folder / paper.file, paper))
+                evidence.append(_read(self.folder / recording.file, recording))
             except CalibrationError as error:
                 left_out.append(error.what)
-        self._papers = _by_step(calibration.papers)
+        self._recordings = _by_step(calibration.recordings)
         self.evidence, self.calibration, self.left_out = evidence, calibration, tuple(left_out)
 
     def _last_landing(self) -> datetime | None:
@@ -171,8 +171,8 @@ class Campaign:
         newer_evidence = self.not_older_than(step)
         if newer_evidence is not None:
             raise CalibrationError(
-                what=f"This step was recorded {step.taken:%Y-%m-%d %H:%M} UTC, before the one that the "
-                f"certificate rests on, {newer_evidence.taken:%Y-%m-%d %H:%M} UTC.",
+                what=f"This step was recorded {step.recorded_at:%Y-%m-%d %H:%M} UTC, before the one that the "
+                f"certificate rests on, {newer_evidence.recorded_at:%Y-%m-%d %H:%M} UTC.",
                 meaning="It is an old recording, or the computer's clock was set back; it would not count.",
                 next_step="Set the clock and run this command again, or name another certificate with --out.",
             )
@@ -181,8 +181,8 @@ class Campaign:
         # Solve before writing: steps that contradict each other leave the disk as it was.
         solution = solve([*self.evidence, step], self._model, self._last_landing())
         data, file = to_bytes(step), file_name(step)
-        paper = Paper(step.step.key, step.taken, file, sha256(data))
-        calibration = self._make_certificate(solution, {**self._papers, **_by_step([paper])})
+        recording = Recording(step.step.key, step.recorded_at, file, sha256(data))
+        calibration = self._make_certificate(solution, {**self._recordings, **_by_step([recording])})
         try:
             # The recording first: a certificate never names one that is not there.
             write_whole(self.folder / file, data)
@@ -193,15 +193,15 @@ class Campaign:
             raise NotKeptError(
                 what=f"{unwritten} could not be written: {error.strerror or error}.",
                 meaning=f"This step was not kept; {self.certificate} is as before.",
-                next_step="Make room, or see that it may be written, and run this command again.",
+                next_step="Free disk space, or make the file writable, and run this command again.",
             ) from error
         # What a newer recording has replaced stays on disk, but counts no more.
-        self.evidence, self.calibration = list(solution.used), calibration
-        self._papers = _by_step(calibration.papers)
+        self.evidence, self.calibration = list(solution.used_evidence), calibration
+        self._recordings = _by_step(calibration.recordings)
         self._replaces = False
         return calibration
 
-    def _make_certificate(self, solution: Solution, papers: _Papers) -> Calibration:
+    def _make_certificate(self, solution: Solution, recordings: _Recordings) -> Calibration:
         servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         before = self.calibration
         return Calibration(
@@ -209,11 +209,13 @@ class Campaign:
             gyros=solution.gyros,
             joints=solution.joints,
             servo_maps=tuple(servo_map_of(evidence, joints, self._model) for evidence, joints in servos),
-            servo_taken=tuple(evidence.taken for evidence, _ in servos),
-            papers=tuple(papers[evidence.step.key, evidence.taken] for evidence in solution.used),
+            servo_recorded_at=tuple(evidence.recorded_at for evidence, _ in servos),
+            recordings=tuple(
+                recordings[evidence.step.key, evidence.recorded_at] for evidence in solution.used_evidence
+            ),
             landings=() if before is None else before.landings,
             written=datetime.now(UTC),
-            logger_image=_image_in(max(solution.used, key=lambda evidence: evidence.taken)),
+            logger_image=_image_in(max(solution.used_evidence, key=lambda evidence: evidence.recorded_at)),
         )
 
 
@@ -265,11 +267,11 @@ def _image_in(step: Evidence) -> str | None:
     return step.origin.image_crc if step.origin.image_crc.strip("0") else None
 
 
-def _by_step(papers: Iterable[Paper]) -> _Papers:
-    return {(paper.step, paper.taken): paper for paper in papers}
+def _by_step(recordings: Iterable[Recording]) -> _Recordings:
+    return {(recording.step, recording.recorded_at): recording for recording in recordings}
 
 
-def _read(path: Path, paper: Paper) -> Evidence:
+def _read(path: Path, recording: Recording) -> Evidence:
     again = Advice(
         "Copy it back next to the certificate, or repeat the step: ",
         NextStep("calibrate show"),
@@ -280,15 +282,15 @@ def _read(path: Path, paper: Paper) -> Evidence:
         _LOG.debug("read %s: a recording of the calibration", path)
     except FileNotFoundError as error:
         raise CalibrationError(
-            what=f"The recording {path}, on which the calibration rests, is not there.",
-            meaning="The step does not count any more when the next one is accepted.",
+            what=f"The recording {path} of this calibration does not exist.",
+            meaning="Its step no longer counts once another step is accepted.",
             next_step=again,
         ) from error
     # By its hash before anything is parsed: only the bytes that were accepted count.
-    if sha256(data) != paper.sha256:
+    if sha256(data) != recording.sha256:
         raise CalibrationError(
-            what=f"The recording {path} is not the one on which the calibration rests: its SHA-256 differs.",
-            meaning="It was changed or damaged; the step does not count any more when the next one is accepted.",
+            what=f"The recording {path} of this calibration is modified: its SHA-256 differs.",
+            meaning="It was changed or damaged; its step no longer counts once another step is accepted.",
             next_step=again,
         )
     return from_bytes(data, source=str(path))
@@ -325,6 +327,6 @@ def with_measured(calibration: Calibration, evidence: Sequence[Evidence], model:
 
 
 def measured_by(evidence: Sequence[Evidence]) -> tuple[str, ...]:
-    """Return the names in `DRAWABLE` that `with_measured` takes from these recordings."""
+    """Return the names in `QUANTITY_NAMES` that `with_measured` takes from these recordings."""
     kinds = {entry.step.kind for entry in evidence}
     return tuple(name for kind, name in _TELLS.items() if kind in kinds)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
-from typing import TYPE_CHECKING
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING, Literal
 
 from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
@@ -20,11 +20,15 @@ if TYPE_CHECKING:
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 """Two orthogonal axes on every body (paper, tab. misal)."""
 
-DRAWABLE = {
+CLOCKS_DIFFER = timedelta(minutes=1)
+"""Two computers' clocks may disagree by so much; what was measured later than this is of the future."""
+_MAX_NAMED = 3
+
+QUANTITY_NAMES = {
     "bias": "biases of the gyros",
     "zero": "zero points",
     "misalignment": "misalignments of the gyros",
-    "scale": "scale factors and the angle sensors' bend",
+    "scale": "scale factors and the angle sensors' nonlinearity",
     "servo": "maps of the servos",
 }
 """What `calibrate` measures, by its name there, and what that is called."""
@@ -53,18 +57,18 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Paper:
+class Recording:
     """One recording that a calibration rests on.
 
     Attributes:
         step: Key of the step.
-        taken: When it was begun.
+        recorded_at: When it was begun.
         file: Its name in the recordings' folder.
         sha256: Of its bytes, hexadecimal.
     """
 
     step: str
-    taken: datetime
+    recorded_at: datetime
     file: str
     sha256: str
 
@@ -91,28 +95,29 @@ class Calibration:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
         servo_maps: Of the joints whose servo was measured, by joint.
-        servo_taken: When, in the same order.
-        papers: The recordings, in order of time.
+        servo_recorded_at: When, in the same order.
+        recordings: The recordings, in order of time.
         landings: In order of time.
         written: When the certificate was computed.
         tool_version, protocol_hash: Of the program that computed it.
         logger_image: CRC of the image that the logger ran in the newest recording, 8 hexadecimal digits; None: it
             ran natively, or nothing was recorded.
-        drawn: Of `DRAWABLE`, what was never measured: a rehearsal drew it from an emulated robot's hidden truth.
+        simulated_quantities: Of `QUANTITY_NAMES`, what was never measured: a rehearsal drew it
+            from an emulated robot's hidden truth.
     """
 
     subject: Subject
     gyros: tuple[GyroCalibration, ...]
     joints: tuple[JointSensors, ...]
     servo_maps: tuple[ServoMap, ...]
-    servo_taken: tuple[datetime, ...]
-    papers: tuple[Paper, ...]
+    servo_recorded_at: tuple[datetime, ...]
+    recordings: tuple[Recording, ...]
     landings: tuple[Landing, ...]
     written: datetime
     tool_version: str = __version__
     protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
     logger_image: str | None = None
-    drawn: tuple[str, ...] = ()
+    simulated_quantities: tuple[str, ...] = ()
 
     @property
     def last_landing(self) -> datetime | None:
@@ -135,25 +140,22 @@ class Calibration:
             ),
         )
 
-    def shortcomings(self, before: datetime | None = None) -> tuple[Shortcoming, ...]:
+    def shortcomings(self, before: datetime | None = None, *, servos: bool = True) -> tuple[Quantity, ...]:
         """Find the quantities that are missing for a drop, or were measured before a landing.
 
         Args:
             before: Only landings before this time count: those that a recording of that time could know.
+            servos: Whether the servos' count; no sensor's reading rests on them.
         """
-        landings = [landing.at for landing in self.landings if before is None or landing.at < before]
-        last = max(landings, default=None)
         return tuple(
-            Shortcoming(
-                quantity.name,
-                quantity.command,
-                "missing" if quantity.taken is None else "stale",
-                quantity.taken,
-            )
-            for quantity in quantities(self)
-            if quantity.taken is None
-            or (quantity.ends_at_landing and last is not None and quantity.taken <= last)
+            quantity
+            for quantity in quantities(self, before)
+            if quantity.state != "valid" and (servos or quantity.kind != "servo")
         )
+
+
+State = Literal["valid", "missing", "stale"]
+"""Of a quantity for the next drop; stale: measured before the last landing, which may have changed it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,106 +163,104 @@ class Quantity:
     """One thing that a drop needs to be calibrated.
 
     Attributes:
+        kind: Of `QUANTITY_NAMES`.
         name: For people, such as `bias of body 1`; an axis in it is one of the body, not of the sensor.
-        taken: When; None: not yet.
-        ends_at_landing: A landing may change it.
+        measured_at: When; None: not yet.
+        state: For the next drop.
         command: What measures it.
     """
 
+    kind: str
     name: str
-    taken: datetime | None
-    ends_at_landing: bool
+    measured_at: datetime | None
+    state: State
     command: NextStep
 
+    @property
+    def ends_at_landing(self) -> bool:
+        """Whether a landing may change it.
 
-@dataclass(frozen=True, slots=True)
-class Shortcoming:
-    """A quantity that a drop cannot rely on.
+        It may change biases, zero points, misalignments, and how a servo's horn sits. A gyro's scale factor is a
+        property of its silicon, which survives 10,000 g (PS-MPU-6000A rev. 3.4, section 6.9).
+        """
+        return self.kind != "scale"
 
-    Attributes:
-        name: Of the quantity.
-        command: What measures it.
-        reason: `missing`, or `stale`: older than the last landing.
-        taken: When it was measured, if ever.
+
+def quantities(calibration: Calibration, before: datetime | None = None) -> tuple[Quantity, ...]:
+    """Return everything that a drop needs, in the order in which it is measured.
+
+    `before`: only landings before this time make quantities stale; None: all.
     """
-
-    name: str
-    command: NextStep
-    reason: str
-    taken: datetime | None
-
-
-def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
-    """Everything that a drop needs, in the order in which it is measured.
-
-    A landing ends what it may change: biases, zero points, mountings, and how a servo's horn sits. A gyro's scale
-    factor is a property of its silicon, which survives 10,000 g (PS-MPU-6000A rev. 3.4, section 6.9).
-    """
-    last = calibration.last_landing
-    needs_zero = [
-        sensors.zero_taken is None or (last is not None and sensors.zero_taken <= last)
-        for sensors in calibration.joints
-    ]
-    # One command for all joints where none has a valid zero.
-    zero = _calibrate("zero", "--all") if all(needs_zero) else None
+    landings = [landing.at for landing in calibration.landings if before is None or landing.at < before]
+    last = max(landings, default=None)
     servo_times = {
         servo_map.joint: when
-        for servo_map, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+        for servo_map, when in zip(calibration.servo_maps, calibration.servo_recorded_at, strict=True)
     }
+    # One command for all joints where none has a zero that holds now.
+    landed = calibration.last_landing
+    none_holds = all(_is_stale(joint.zero_recorded_at, landed) for joint in calibration.joints)
+
+    def quantity(kind: str, name: str, measured_at: datetime | None, *arguments: str) -> Quantity:
+        state: State = "valid"
+        if measured_at is None:
+            state = "missing"
+        elif kind != "scale" and _is_stale(measured_at, last):
+            state = "stale"
+        return Quantity(kind, name, measured_at, state, NextStep(f"calibrate {kind}", arguments))
+
+    gyros, joints = calibration.gyros, [sensors.joint for sensors in calibration.joints]
     return (
+        *(quantity("bias", f"bias of body {gyro.body}", gyro.bias_recorded_at) for gyro in gyros),
         *(
-            Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, _calibrate("bias"))
-            for gyro in calibration.gyros
-        ),
-        *(
-            Quantity(
+            quantity(
+                "zero",
                 f"zero point of joint {sensors.joint}",
-                sensors.zero_taken,
-                True,
-                zero or _calibrate("zero", "--joint", str(sensors.joint)),
+                sensors.zero_recorded_at,
+                *(("--all",) if none_holds else ("--joint", str(sensors.joint))),
             )
             for sensors in calibration.joints
         ),
-        *(_misalignment(gyro, axis) for gyro in calibration.gyros for axis in AXES_OF_BODIES[gyro.body]),
-        *(_scale(gyro, axis) for gyro in calibration.gyros for axis in "xyz"),
         *(
-            Quantity(
-                f"servo of joint {sensors.joint}",
-                servo_times.get(sensors.joint),
-                True,
-                _calibrate("servo", "--joint", str(sensors.joint)),
+            quantity(
+                "misalignment",
+                f"misalignment of body {gyro.body} about {axis}",
+                gyro.axes.get(axis),
+                *_motion_about(gyro.body, axis),
             )
-            for sensors in calibration.joints
+            for gyro in gyros
+            for axis in AXES_OF_BODIES[gyro.body]
+        ),
+        *(
+            quantity(
+                "scale",
+                f"scale factor {axis} of body {gyro.body}",
+                gyro.scaled.get(axis),
+                *_motion_about(gyro.body, axis),
+            )
+            for gyro in gyros
+            for axis in "xyz"
+        ),
+        *(
+            quantity("servo", f"servo of joint {joint}", servo_times.get(joint), "--joint", str(joint))
+            for joint in joints
         ),
     )
 
 
-def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
-    return Quantity(
-        f"misalignment of body {gyro.body} about {axis}",
-        gyro.axes.get(axis),
-        True,
-        _calibrate("misalignment", "--joint", str(_joint_about(gyro.body, axis))),
-    )
+def _is_stale(measured_at: datetime | None, landing: datetime | None) -> bool:
+    """Return whether something was never measured, or no later than the landing."""
+    return measured_at is None or (landing is not None and measured_at <= landing)
 
 
-def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
+def _motion_about(body: int, axis: str) -> tuple[str, ...]:
+    """Return the arguments of the motion that turns the body about that axis (paper, tab. misal)."""
     # No joint turns a body about z: only the whole robot, by hand, can.
-    motion = ("--turn", "z", "360") if axis == "z" else ("--joint", str(_joint_about(gyro.body, axis)))
-    taken_at = gyro.scaled.get(axis)
-    return Quantity(f"scale factor {axis} of body {gyro.body}", taken_at, False, _calibrate("scale", *motion))
-
-
-def _calibrate(quantity: str, *arguments: str) -> NextStep:
-    return NextStep(f"calibrate {quantity}", arguments)
-
-
-def _joint_about(body: int, axis: str) -> int:
-    """Return the joint whose patterns move the body about that axis (paper, tab. misal)."""
+    if axis == "z":
+        return ("--turn", "z", "360")
     # Joint 2 turns all bodies about y; about x body 4 turns by joint 3, the others by joint 1.
-    if axis == "y":
-        return 2
-    return 3 if body == 4 else 1
+    joint = 2 if axis == "y" else 3 if body == 4 else 1
+    return ("--joint", str(joint))
 
 
 def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
@@ -272,19 +272,29 @@ def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
     return replace(calibration, landings=tuple(landings))
 
 
-def commands_of(shortcomings: Iterable[Quantity | Shortcoming]) -> tuple[NextStep, ...]:
-    """Return the commands that measure the shortcomings' quantities, each once, in order."""
-    return tuple(dict.fromkeys(gap.command for gap in shortcomings))
+def commands_of(shortcomings: Iterable[Quantity]) -> tuple[NextStep, ...]:
+    """Return the commands that measure the quantities, each once, in order."""
+    return tuple(dict.fromkeys(quantity.command for quantity in shortcomings))
 
 
-def summarize_shortcomings(shortcomings: Sequence[Shortcoming]) -> str:
-    """Summarize shortcomings in a few words; empty if there are none."""
+def summarize_shortcomings(shortcomings: Sequence[Quantity]) -> str:
+    """Count shortcomings by state, with their names where they are few; empty if there are none."""
     parts = []
-    for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):
-        names = [gap.name for gap in shortcomings if gap.reason == reason]
+    for state, words in (("missing", "missing"), ("stale", "older than the last landing")):
+        names = [quantity.name for quantity in shortcomings if quantity.state == state]
         if names:
-            parts.append(f"{words}: {list_names(names)}")
-    return "; ".join(parts)
+            names_text = f" ({', '.join(names)})" if len(names) <= _MAX_NAMED else ""
+            parts.append(f"{len(names)} calibration{'s' if len(names) > 1 else ''} {words}{names_text}")
+    return ", ".join(parts)
+
+
+def measured_in_future(calibration: Calibration, now: datetime) -> list[Quantity]:
+    """Find the quantities that were measured later than now: a clock was wrong then, or is now."""
+    return [
+        quantity
+        for quantity in quantities(calibration)
+        if quantity.measured_at is not None and quantity.measured_at > now + CLOCKS_DIFFER
+    ]
 
 
 def list_names(names: Sequence[str]) -> str:
@@ -308,6 +318,15 @@ def of_another_robot(subject: Subject, origin: Origin) -> str:
     return ""
 
 
+def exchanged_imus(subject: Subject, who_am_i: str) -> list[int]:
+    """Return the bodies whose IMU says to be another part than the one that was calibrated.
+
+    `who_am_i` is as `Subject.who_am_i`; 00 where an IMU does not answer.
+    """
+    pairs = zip(bytes.fromhex(subject.who_am_i), bytes.fromhex(who_am_i), strict=True)
+    return [body for body, (calibrated, present) in enumerate(pairs, 1) if calibrated != present]
+
+
 def in_words(names: Sequence[str]) -> str:
-    """Some of `DRAWABLE` for people, such as `zero points, maps of the servos`."""
-    return ", ".join(DRAWABLE[name] for name in names)
+    """Some of `QUANTITY_NAMES` for people, such as `zero points, maps of the servos`."""
+    return ", ".join(QUANTITY_NAMES[name] for name in names)

@@ -10,21 +10,19 @@ from pathlib import Path
 from typing import Any, Final
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
+from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, Landing, Subject
 from tfsat_host.calibration.certificate.certificate_tables import (
-    Item,
+    LANDING,
+    RECORDING,
     gyro_table,
     joint_table,
     read_gyro,
     read_joint,
-    read_landing,
-    read_paper,
+    read_recording,
     read_servo,
-    read_values,
     servo_table,
-    text,
-    written_values,
 )
+from tfsat_host.calibration.certificate.layout import Item, read_values, text, written_values
 from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config
 from tfsat_host.config.table import shorten_value
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -67,7 +65,7 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
 
 def certificate_values(calibration: Calibration) -> dict[str, Any]:
     """Return all values of the certificate's file, by key."""
-    servos = zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+    servos = zip(calibration.servo_maps, calibration.servo_recorded_at, strict=True)
     return written_values(
         _TOP,
         {
@@ -75,8 +73,10 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
             **asdict(calibration.subject),
             "gyros": [gyro_table(gyro) for gyro in calibration.gyros],
             "joints": [joint_table(sensors) for sensors in calibration.joints],
-            "servos": [servo_table(servo_map, taken_at) for servo_map, taken_at in servos],
-            "papers": [asdict(paper) for paper in calibration.papers],
+            "servos": [servo_table(servo_map, recorded_at) for servo_map, recorded_at in servos],
+            "recordings": [
+                written_values(RECORDING, asdict(recording)) for recording in calibration.recordings
+            ],
             "landings": [asdict(landing) for landing in calibration.landings],
         },
     )
@@ -98,8 +98,8 @@ def _calibration(top: Table) -> Calibration:
     return Calibration(
         subject=subject,
         servo_maps=tuple(servo_map for servo_map, _ in servos),
-        servo_taken=tuple(taken_at for _, taken_at in servos),
-        drawn=tuple(values.pop("drawn") or ()),
+        servo_recorded_at=tuple(recorded_at for _, recorded_at in servos),
+        simulated_quantities=tuple(values.pop("simulated_quantities") or ()),
         landings=tuple(sorted(values.pop("landings"), key=lambda landing: landing.at)),
         **values,
     )
@@ -124,9 +124,11 @@ def _check_seal(top: Table) -> None:
 
 
 def _read_drawn_steps(top: Table, key: str) -> list[str]:
-    requirement = f"a list of some of {', '.join(DRAWABLE)}"
+    requirement = f"a list of some of {', '.join(QUANTITY_NAMES)}"
     names = top.value(key, requirement)
-    if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
+    if not isinstance(names, list) or not all(
+        isinstance(name, str) and name in QUANTITY_NAMES for name in names
+    ):
         top.fail(key, f"{shorten_value(names)} is not {requirement}")
     return names
 
@@ -159,10 +161,10 @@ _TOP = {
     "tool_version": text("tool_version"),
     "protocol_hash": text("protocol_hash"),
     "logger_image?": text("logger_image"),
-    "drawn?": Item("drawn", _read_drawn_steps),
+    "drawn?": Item("simulated_quantities", _read_drawn_steps),
     "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
     "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
     "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
-    "recording": Item("papers", _all(read_paper)),
-    "landing": Item("landings", _all(read_landing)),
+    "recording": Item("recordings", _all(read_recording)),
+    "landing": Item("landings", _all(lambda entry: Landing(**read_values(entry, LANDING)))),
 }

@@ -114,7 +114,9 @@ def measured_after(calibration: Calibration, landing_time: datetime) -> list[str
     return [
         quantity.name
         for quantity in quantities(calibration)
-        if quantity.ends_at_landing and quantity.taken is not None and quantity.taken > landing_time
+        if quantity.ends_at_landing
+        and quantity.measured_at is not None
+        and quantity.measured_at > landing_time
     ]
 
 

@@ -32,7 +32,7 @@ class GyroCalibration:
         temperature_c: Of the die when the bias was taken; NaN where it was not.
         axes: Body axis to when its direction was measured last, such as {"x": ..., "y": ...}.
         scaled: Body axis to when the length about it was measured, where the scale factor is known to 0.5 %.
-        bias_taken: None where none rested: it is by design.
+        bias_recorded_at: None where none rested: it is by design.
     """
 
     body: int
@@ -44,7 +44,12 @@ class GyroCalibration:
     temperature_c: float
     axes: Mapping[str, datetime]
     scaled: Mapping[str, datetime]
-    bias_taken: datetime | None
+    bias_recorded_at: datetime | None
+
+    @property
+    def bias_std_rad_s(self) -> FloatArray:
+        """(3,) standard deviations of the bias, sensor axes."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)[:3]))
 
     def body_rates(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3) rates in body axes of readings (n, 3) in sensor axes."""

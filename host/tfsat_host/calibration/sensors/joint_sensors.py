@@ -25,7 +25,7 @@ class JointSensors:
         bend: (2, 4) coefficients of sin, cos, sin 2, cos 2 of the angle shown, less their value at zero; rad.
         bend_covariance: (8, 8) of both, rad^2.
         noise_rad: (2,) standard deviation of one sample about its mean; NaN where none rested.
-        zero_taken, bend_taken: When each was recorded; None: not yet, the zero is by design.
+        zero_recorded_at, bend_recorded_at: When each was recorded; None: not yet, the zero is by design.
     """
 
     joint: int
@@ -35,8 +35,8 @@ class JointSensors:
     bend: FloatArray
     bend_covariance: FloatArray
     noise_rad: FloatArray
-    zero_taken: datetime | None
-    bend_taken: datetime | None
+    zero_recorded_at: datetime | None
+    bend_recorded_at: datetime | None
 
     def each(self, shown_rad: FloatArray) -> FloatArray:
         """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
@@ -56,7 +56,7 @@ class JointSensors:
 
     def from_start(self, angles_rad: FloatArray) -> FloatArray:
         """(n, ...) angles as they are; without a measured zero, from where the recording begins."""
-        if self.zero_taken is not None:
+        if self.zero_recorded_at is not None:
             return angles_rad
         # Every step begins closed and at rest: the first fiftieth stands for angle zero.
         return np.asarray(angles_rad - angles_rad[: max(1, len(angles_rad) // 50)].mean(axis=0))

@@ -17,7 +17,7 @@ from scipy.special import fdtri
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
-from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
@@ -123,7 +123,10 @@ def _least_squares(
     excess = float(mean_residuals @ mean_residuals / of_scatter)
     # A bend displaces all visits of its place together, so it does not average out within them.
     of_places = gain @ place.T
-    covariance = few(repeats) * inverse + few(len(place) - 2) * bend * of_places @ of_places.T
+    covariance = (
+        student_t_factor(repeats) * inverse
+        + student_t_factor(len(place) - 2) * bend * of_places @ of_places.T
+    )
     return estimate, covariance, bend, excess
 
 

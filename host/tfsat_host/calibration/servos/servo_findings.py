@@ -1,73 +1,84 @@
-"""What the measurement of a servo has found, for JSON and for people."""
+"""What the measurement of a servo has found, with its columns for JSON and for people."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import degrees
-from typing import Any
 
 import numpy as np
 
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, board_pulse_us, servo_plan
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.quantity import Column, Columns, Quantity, Table, fields, plus_minus, record
+from tfsat_host.quantity import Column, Columns, Quantity, fields
 from tfsat_host.servo_settings import NS_PER_US
 from tfsat_host.units import CDEG_PER_DEG
 
-_MAP = fields("backlash_deg backlash_std_deg repeatability_deg nonlinearity_deg places")
-_PLACES: Columns = (
+
+@dataclass(frozen=True, slots=True)
+class ServoVisit:
+    """A visit, with the angle that its pulse was commanded for, and whether it may have ended at a stop.
+
+    The map leaves out those at a stop.
+    """
+
+    point: ServoPoint
+    commanded_deg: float
+    at_stop: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ServoPlace:
+    """All visits to one pulse.
+
+    Attributes:
+        pulse_us: As commanded.
+        commanded_deg: By the board's setting.
+        opening_deg, closing_deg: Mean angle at rest after arriving from either side; None: never from there.
+    """
+
+    pulse_us: float
+    commanded_deg: float
+    opening_deg: float | None
+    closing_deg: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ServoResiduals:
+    """A joint's deviations from commanded angles with a setting, over its limits.
+
+    Attributes:
+        mean_deg: The largest, on average of both directions: the effect of rounding and old settings.
+        side_deg: Half the backlash, by which it stops short from either side.
+        scatter_deg: Standard deviation of one arrival, including the nonlinearity of the servo.
+    """
+
+    mean_deg: float
+    side_deg: float
+    scatter_deg: float
+
+
+VISITS: Columns = (
+    Column("commanded_deg", of=lambda visit: round(visit.commanded_deg, 3)),
+    Column("pulse_us", of="point.pulse_us"),
+    Column("direction", of=lambda visit: "opening" if visit.point.direction > 0 else "closing"),
+    *fields("reached_deg=point.reached_rad std_deg=point.std_rad at_stop"),
+)
+PLACES: Columns = (
     Column("commanded_deg", "commanded", form=".1f"),
     Column("pulse_us", "pulse", form="g"),
     Column("opening_deg", "reached opening", form=".2f"),
     Column("closing_deg", "reached closing", form=".2f"),
 )
+RESIDUALS: Columns = (
+    Column("mean_deg", "Max. error, average of both directions", form=".2f"),
+    Column("side_deg", "Error by backlash, either direction", form=".2f"),
+    Column("scatter_deg", "Scatter (std of an arrival)", form=".2f"),
+)
 
 
-def servo_outcome(
-    servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool]
-) -> tuple[dict[str, Any], tuple[Table | str, ...]]:
-    """Build the results of a servo's measurement, for JSON and for people.
-
-    They are the visits in order of time, and the map in figures that people compare; `stopped` marks the visits
-    that the map leaves out.
-    """
-    gain, offset, places = gain_of(servo_map), offset_of(servo_map), places_of(points, servo_map.setting)
-    commanded = {row["pulse_us"]: row["commanded_deg"] for row in places}
-    visits = [
-        {
-            "commanded_deg": round(commanded[point.pulse_us], 3),
-            "pulse_us": point.pulse_us,
-            "direction": "opening" if point.direction > 0 else "closing",
-            "reached_deg": degrees(point.reached_rad),
-            "std_deg": degrees(point.std_rad),
-            "at_stop": met,
-        }
-        for point, met in zip(points, stopped, strict=True)
-    ]
-    figures = {
-        "gain": gain.value,
-        "gain_std": gain.std,
-        "offset_deg": offset.value,
-        "offset_std_deg": offset.std,
-    }
-    left_out = (
-        "Within half a degree of the ends of its range the joint may lie against its stop: those visits are left out.",
-    )
-    backlash = plus_minus(degrees(servo_map.backlash_rad), degrees(servo_map.backlash_std_rad))
-    parts = (
-        Table(f"Servo of joint {servo_map.joint}", _PLACES, places),
-        *(left_out if any(stopped) else ()),
-        f"gain            {gain.text()}",
-        f"offset          {offset.text()} deg at 0 deg",
-        f"backlash        {backlash} deg",
-        f"repeatability   {degrees(servo_map.repeatability_rad):.2f} deg, standard deviation of an arrival",
-        f"nonlinearity    {degrees(servo_map.nonlinearity_rad):.2f} deg, standard deviation of the places",
-    )
-    return {"points": visits, "map": {**record(_MAP, servo_map), **figures}}, parts
-
-
-def gain_of(servo_map: ServoMap) -> Quantity:
-    """Reached per commanded change, by the setting that was in force; 1 is exact."""
+def compute_gain(servo_map: ServoMap) -> Quantity:
+    """Compute the reached per commanded change, by the setting that was in force; 1 is exact."""
     setting = servo_map.setting
     # Signed by the setting: a servo that does as told has gain +1, reversed or not.
     us_per_deg = setting.ns_per_deg / NS_PER_US * (-1.0 if setting.reversed else 1.0)
@@ -75,55 +86,63 @@ def gain_of(servo_map: ServoMap) -> Quantity:
     return Quantity(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
 
 
-def offset_of(servo_map: ServoMap) -> Quantity:
+def compute_offset(servo_map: ServoMap) -> Quantity:
     """Compute the joint angle at rest when 0 deg is commanded, deg, on average of both directions.
 
     It is by the setting that was in force.
     """
     zero_us = float(servo_map.setting.zero_us)
-    return Quantity(
-        degrees(servo_map.reached_rad(zero_us, 0)), degrees(servo_map.std_rad(zero_us)), form="+.3f"
-    )
+    reached_rad, std_rad = servo_map.reached_rad(zero_us, 0), servo_map.std_rad(zero_us)
+    return Quantity(degrees(reached_rad), degrees(std_rad), form="+.3f")
 
 
-def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[str, Any]]:
-    """Build a row for each pulse, in order of the commanded angle.
-
-    `commanded_deg` is by the board's setting; `opening_deg` and `closing_deg` are the joint's mean angles at
-    rest after arriving from either side; None: never from there.
-    """
-    places = []
-    for pulse_us in {point.pulse_us for point in points}:
-        # Invert the board's line to get the angle that this pulse was commanded for.
-        change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
-        row: dict[str, Any] = {
-            "pulse_us": pulse_us,
-            "commanded_deg": change_us * NS_PER_US / setting.ns_per_deg,
-        }
-        for name, way in (("opening_deg", 1), ("closing_deg", -1)):
-            # Means of either side apart: their difference at one pulse is the backlash there.
-            side = [
-                point.reached_rad for point in points if (point.pulse_us, point.direction) == (pulse_us, way)
-            ]
-            row[name] = degrees(np.mean(side)) if side else None
-        places.append(row)
-    return sorted(places, key=lambda row: float(row["commanded_deg"]))
+MAP: Columns = (
+    *fields("backlash_deg backlash_std_deg repeatability_deg nonlinearity_deg places"),
+    Column("gain", of=lambda servo_map: compute_gain(servo_map).value),
+    Column("gain_std", of=lambda servo_map: compute_gain(servo_map).std),
+    Column("offset_deg", of=lambda servo_map: compute_offset(servo_map).value),
+    Column("offset_std_deg", of=lambda servo_map: compute_offset(servo_map).std),
+)
+MAP_FACTS: Columns = (
+    Column("", "Gain", words=lambda servo_map: compute_gain(servo_map).text()),
+    Column("", "Offset", words=lambda servo_map: f"{compute_offset(servo_map).text()} deg at 0 deg"),
+    Column("backlash_deg", "Backlash", std="backlash_std_rad"),
+    Column("repeatability_deg", "Repeatability (std of an arrival)", form=".2f"),
+    Column("nonlinearity_deg", "Nonlinearity (std of the places)", form=".2f"),
+)
+"""Of a servo map, in figures that people compare."""
 
 
-def left_by(servo_map: ServoMap, setting: ServoSetting) -> dict[str, float]:
-    """Compute the joint's deviations from commanded angles with a setting, over its limits.
+def commanded_deg(pulse_us: float, setting: ServoSetting) -> float:
+    """Invert the board's line to get the angle that a pulse was commanded for."""
+    change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
+    return change_us * NS_PER_US / setting.ns_per_deg
 
-    `mean_deg` is the largest, on average of both directions: the effect of rounding and old settings;
-    `side_deg` half the backlash, by which it stops short from either side; `scatter_deg` the standard
-    deviation of one arrival, including the bends of the servo.
-    """
+
+def average_places(points: Sequence[ServoPoint], setting: ServoSetting) -> list[ServoPlace]:
+    """Average the visits to each pulse, either side apart; in order of the commanded angle."""
+
+    def mean_deg(pulse_us: float, direction: int) -> float | None:
+        # Means of either side apart: their difference at one pulse is the backlash there.
+        side = [p.reached_rad for p in points if (p.pulse_us, p.direction) == (pulse_us, direction)]
+        return degrees(np.mean(side)) if side else None
+
+    places = [
+        ServoPlace(pulse_us, commanded_deg(pulse_us, setting), mean_deg(pulse_us, 1), mean_deg(pulse_us, -1))
+        for pulse_us in {point.pulse_us for point in points}
+    ]
+    return sorted(places, key=lambda place: place.commanded_deg)
+
+
+def predict_residuals(servo_map: ServoMap, setting: ServoSetting) -> ServoResiduals:
+    """Predict the joint's deviations from commanded angles with a setting."""
     # Through the board's own rounding, at the places where the servo is measured.
     off_deg = [
         degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG
         for angle_cdeg in servo_plan(setting)
     ]
-    return {
-        "mean_deg": max(map(abs, off_deg)),
-        "side_deg": degrees(abs(servo_map.backlash_rad)) / 2,
-        "scatter_deg": degrees(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad)),
-    }
+    return ServoResiduals(
+        max(map(abs, off_deg)),
+        degrees(abs(servo_map.backlash_rad)) / 2,
+        degrees(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad)),
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.calibration_errors import CalibrationError
-from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.statistics import student_t_factor
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
@@ -296,8 +296,8 @@ def _difference(servo_map: ServoMap, setting: ServoSetting, start: _Rest, end: _
     change = np.array([0.0, end_us - start_us, (start.direction - end.direction) / 2])
     variance = float(change @ servo_map.covariance @ change)
     # Both ends scatter, and both lie off the straight line.
-    variance += 2 * few(servo_map.repeats) * servo_map.repeatability_rad**2
-    variance += 2 * few(servo_map.places - 2) * servo_map.nonlinearity_rad**2
+    variance += 2 * student_t_factor(servo_map.repeats) * servo_map.repeatability_rad**2
+    variance += 2 * student_t_factor(servo_map.places - 2) * servo_map.nonlinearity_rad**2
     # The side of the first arrival is unknown: half the backlash counts as a deviation.
     if start.direction == 0:
         variance += (servo_map.backlash_rad / 2) ** 2

@@ -78,12 +78,12 @@ class LoggedTour:
 
     Attributes:
         samples: So far.
-        shown: Given the stop's number (from 0) and the commanded angle, 0.01 deg.
+        on_angle: Given the stop's number (from 0) and the commanded angle, 0.01 deg.
 
     Args:
         read: The logger's samples of the next so many seconds.
         scales: Of the samples.
-        shown: See above.
+        show_progress: See `on_angle`.
         rested: Given the last `LOOK_S` at the end of each rest; what it raises ends the tour.
     """
 

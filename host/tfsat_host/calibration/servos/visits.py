@@ -134,7 +134,7 @@ def setting_of(evidence: Evidence) -> ServoSetting:
 
 def require_zero(sensors: JointSensors) -> None:
     """Raises CalibrationError where the joint's angle sensors have no measured zero point."""
-    if sensors.zero_taken is not None:
+    if sensors.zero_recorded_at is not None:
         return
     raise CalibrationError(
         what=f"The zero point of joint {sensors.joint} is not calibrated.",

@@ -69,7 +69,7 @@ class Evidence:
     Attributes:
         step: What was done.
         counts: What the sensors gave.
-        taken: When it was begun, with its time zone.
+        recorded_at: When it was begun, with its time zone.
         origin: Whose sensors.
         tool_version, protocol_hash: Of the program that recorded it.
         visits: Of a servo step.
@@ -78,7 +78,7 @@ class Evidence:
 
     step: Step
     counts: Counts
-    taken: datetime
+    recorded_at: datetime
     origin: Origin
     tool_version: str = __version__
     protocol_hash: str = PROTOCOL_HASH.hex()
@@ -94,16 +94,16 @@ class Evidence:
 def file_name(evidence: Evidence) -> str:
     """Sorts by purpose, then by time."""
     # UTC, so that names sort by time in any time zone.
-    return f"{evidence.step.key}-{evidence.taken.astimezone(UTC):%Y%m%dT%H%M%S.%f}.npz"
+    return f"{evidence.step.key}-{evidence.recorded_at.astimezone(UTC):%Y%m%dT%H%M%S.%f}.npz"
 
 
 def to_bytes(evidence: Evidence) -> bytes:
     """Serialize evidence to a compressed NPZ archive; the same evidence gives the same bytes."""
     # All but the columns as JSON text: so the archive can be read without pickles.
-    papers = {
+    header = {
         "format": FORMAT,
         "step": asdict(evidence.step),
-        "taken": evidence.taken.isoformat(),
+        "taken": evidence.recorded_at.isoformat(),
         "origin": asdict(evidence.origin),
         "scales": asdict(evidence.counts.scales),
         "samples_lost": evidence.counts.samples_lost,
@@ -114,7 +114,7 @@ def to_bytes(evidence: Evidence) -> bytes:
     }
     columns: dict[str, Any] = {name: getattr(evidence.counts, name) for name in COLUMNS}
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, papers=np.array(json.dumps(papers)), **columns)
+    np.savez_compressed(buffer, papers=np.array(json.dumps(header)), **columns)
     return buffer.getvalue()
 
 
@@ -127,11 +127,11 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
     try:
         # No pickles: they run code, and a recording is plain arrays.
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            papers = json.loads(str(archive["papers"][()]))
+            header = json.loads(str(archive["papers"][()]))
             columns = {name: archive[name] for name in COLUMNS}
-        if papers["format"] != FORMAT:
-            raise ValueError(f"its format is {papers['format']}, this program reads {FORMAT}")
-        return _evidence(papers, columns)
+        if header["format"] != FORMAT:
+            raise ValueError(f"its format is {header['format']}, this program reads {FORMAT}")
+        return _evidence(header, columns)
     except (ValueError, KeyError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise CalibrationError(
             what=f"{source} is no recording of a calibration step, or it is damaged: {error}.",
@@ -147,17 +147,17 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
-def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
-    step, scales = (_with_tuples(papers[part]) for part in ("step", "scales"))
-    setting = papers["servo_setting"]
+def _evidence(header: dict[str, Any], columns: dict[str, Any]) -> Evidence:
+    step, scales = (_with_tuples(header[part]) for part in ("step", "scales"))
+    setting = header["servo_setting"]
     return Evidence(
         step=Step(**{**step, "kind": StepKind(step["kind"])}),
-        counts=Counts(**columns, samples_lost=papers["samples_lost"], scales=Scales(**scales)),
-        taken=datetime.fromisoformat(papers["taken"]),
-        origin=Origin(**papers["origin"]),
-        tool_version=papers["tool_version"],
-        protocol_hash=papers["protocol_hash"],
-        visits=tuple(Visit(**visit) for visit in papers["visits"]),
+        counts=Counts(**columns, samples_lost=header["samples_lost"], scales=Scales(**scales)),
+        recorded_at=datetime.fromisoformat(header["taken"]),
+        origin=Origin(**header["origin"]),
+        tool_version=header["tool_version"],
+        protocol_hash=header["protocol_hash"],
+        visits=tuple(Visit(**visit) for visit in header["visits"]),
         servo_setting=None if setting is None else (setting[0], setting[1], setting[2]),
     )
 
@@ -170,7 +170,7 @@ def sha256(data: bytes) -> str:
 def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
     """Return the newest recording of each step, by the step's key."""
     by_key: dict[str, Evidence] = {}
-    for entry in sorted(evidence, key=lambda entry: entry.taken):
+    for entry in sorted(evidence, key=lambda entry: entry.recorded_at):
         # In order of time, so a repetition replaces what was recorded before.
         by_key[entry.step.key] = entry
     return by_key
@@ -208,13 +208,13 @@ def pass_over(live: LiveSource, lead_s: float) -> None:
 
 def read_step(step: Step, live: LiveSource, enough: Enough) -> Evidence:
     """Reads until there is enough. Raises what `live.fresh` does."""
-    taken_at = live.now()
+    recorded_at = live.now()
     samples: list[LiveSample] = []
     while True:
         fresh = live.fresh()
         samples += fresh
         if enough(fresh):
-            return Evidence(step, Counts.from_live(samples, live.scales), taken_at, live.origin)
+            return Evidence(step, Counts.from_live(samples, live.scales), recorded_at, live.origin)
 
 
 def until_s(duration_s: float) -> Enough:

@@ -150,14 +150,14 @@ def task(step: Step) -> tuple[str, ...]:
     match step.kind:
         case StepKind.REST:
             return (
-                "Lay the robot on the bench and take your hands off it, and off the bench.",
-                f"It is read for {lasts}.",
+                "Lay the robot on the bench; keep hands off robot and bench.",
+                f"Reading time: {lasts}.",
             )
         case StepKind.ZERO:
             joints = "every joint" if step.joint is None else f"joint {step.joint}"
             return (
-                f"Put the holding attachment on {joints} and screw it down, so that the joint is closed.",
-                f"Let the robot lie still. It is read for {lasts}.",
+                f"Close {joints} and screw the holding attachment down on it.",
+                f"Let the robot lie still. Reading time: {lasts}.",
             )
         case StepKind.SWING:
             return (
@@ -170,7 +170,7 @@ def task(step: Step) -> tuple[str, ...]:
                 *_held_and_closed(step),
                 f"Move {_name_moved(step)} about joint {step.joint} to 30, 60 and 90 deg and back to 60, 30 and 0, "
                 "twice; rest a second at each.",
-                "Begin with the joint closed and at rest. A few degrees more or less do not matter, the rests do.",
+                "Begin with the joint closed and at rest. The rests matter, a few degrees do not.",
             )
         case StepKind.TURN:
             way = "counter-clockwise" if step.angle_deg > 0 else "clockwise"
@@ -201,4 +201,4 @@ def _name_moved(step: Step) -> str:
     """Name the moved bodies, with those that hang on them."""
     # Neither measured nor held: it hangs on a moved body.
     along = [body for body in (1, 2, 3, 4) if body not in (*step.moved, *step.held)]
-    return bodies(step.moved) + (f" ({bodies(along)} goes along)" if along else "")
+    return bodies(step.moved) + (f" ({bodies(along)} moves along)" if along else "")

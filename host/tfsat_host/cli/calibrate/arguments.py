@@ -42,7 +42,7 @@ def none_yet(args: argparse.Namespace, file: Path) -> CalibrationError:
         meaning = f"{other} is here, but it is that of {kind} robot. {meaning}"
         # That command is of the other robot: it is complete.
         next_step = Advice(f"To see that one: {NextStep('calibrate show', option)}. To begin: ", begin)
-    what = f"There is no calibration yet: no file {file}."
+    what = f"No calibration: file {file} does not exist."
     return CalibrationError(what=what, meaning=meaning, next_step=next_step)
 
 
@@ -102,25 +102,22 @@ def commands_as_typed(
     """
     try:
         yield
-    except KeyboardInterrupt:
-        if not out.json_mode:
+    except (KeyboardInterrupt, NotConfirmed) as error:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        if interrupted and not out.json_mode:
             out.note("")  # behind the prompt, and the terminal's ^C
         if session is None:
             raise
-        what, kept_words = "Interrupted.", session.kept_words
-        raise Interrupted(what=what, meaning=kept_words, next_step=Advice(resume_command(args))) from None
-    except NotConfirmed:  # what it names is complete
-        if session is None:
-            raise
-        what, kept_words = "Ended before all steps were done.", session.kept_words
-        raise TfsatError(what=what, meaning=kept_words, next_step=Advice(resume_command(args))) from None
+        kind = Interrupted if interrupted else TfsatError
+        what = "Interrupted." if interrupted else "Stopped before the last step."
+        raise kind(what=what, meaning=session.kept_words, next_step=Advice(resume_command(args))) from None
     except TfsatError as error:
         is_kept = session is not None and bool(session.kept)
         next_step = error.next_step
         if isinstance(error, NotKeptError):
-            next_step = Advice("Make room, or see that it may be written; then: ", resume_command(args))
+            next_step = Advice("Free disk space, or make the file writable; then: ", resume_command(args))
         elif is_kept:
-            next_step = Advice(next_step, "\nTo go on behind the steps that are kept: ", resume_command(args))
+            next_step = Advice(next_step, "\nTo resume after the kept steps: ", resume_command(args))
         meaning = (
             f"{error.meaning}\n{session.kept_words}" if session is not None and is_kept else error.meaning
         )

@@ -75,14 +75,14 @@ class PersonAtPrompt:
         """Asks for it. Raises UsageError without a terminal, NotConfirmed for anything but Enter."""
         if self._jogging and step.joint is not None:  # the question whether to move it was asked already
             if self._out.yes:
-                self._out.note(f"  Joint {step.joint} moves {LEAD_S:g} s from now.")
+                self._out.note(f"  Joint {step.joint} moves in {LEAD_S:g} s.")
             return
         announce(step, self._out)
         if self._out.yes:
-            self._out.note(f"The sensors are read from {LEAD_S:g} s from now on.")
+            self._out.note(f"Reading starts in {LEAD_S:g} s.")
         else:
             self._out.ask(
-                "Enter when you are ready, q ends: ", meaning="This step was not measured.", accept=("",)
+                "Press Enter to start, q to quit: ", meaning="This step was not measured.", accept=("",)
             )
 
 

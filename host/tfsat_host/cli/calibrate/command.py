@@ -54,6 +54,7 @@ servo         servo map: the angle that a joint reaches, by commanded angle
 show          all calibrated quantities, their age, and what a drop still needs
     Show what a certificate holds, and what the next drop cannot rely on.
 
+    --full        every value and recording, not one screen
     certificate:
     --out FILE    the certificate that the steps went into (default as theirs)
     --robot FILE  robot file (default: the drop tower robot)

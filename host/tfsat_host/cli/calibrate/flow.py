@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
-from tfsat_host.cli.calibrate.person import Terminal, give_result, record
+from tfsat_host.cli.calibrate.person import Terminal, give_result, record_step
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
@@ -51,7 +51,7 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
         def read(step: Step, calibration: SensorKnowledge) -> Evidence:
             if jogging and step.kind == StepKind.SWEEP:
                 return jogged_joint.sweep(step, bench, out)
-            return record(step, bench, calibration, model, out)
+            return record_step(step, bench, calibration, model, out)
 
         terminal = Terminal(read, len(steps), model, args, out)
         session = Session(steps, campaign, terminal, resume=args.resume, compare=not anew)
@@ -81,18 +81,18 @@ def take_from_log(args: argparse.Namespace, out: Output) -> int:
         before, newer = campaign.calibration, campaign.not_older_than(rested)
         if newer is None:
             campaign.accept(rested)
-    if newer is not None and newer.taken > rested.taken:
+    if newer is not None and newer.recorded_at > rested.recorded_at:
         file = campaign.certificate
         other = file.with_name(f"{file.stem}-{args.log.stem}.toml")
         anew = NextStep("calibrate bias", ("--log", str(args.log), "--out", str(other)))
         raise CalibrationError(
-            what=f"The rest in {args.log} is of {rested.taken:%Y-%m-%d %H:%M} UTC, older than the biases in {file}, "
-            f"which are of {newer.taken:%Y-%m-%d %H:%M} UTC.",
-            meaning="The newest biases count: nothing was changed.",
+            what=f"The rest in {args.log} is of {rested.recorded_at:%Y-%m-%d %H:%M} UTC, "
+            f"older than the biases in {file}, which are of {newer.recorded_at:%Y-%m-%d %H:%M} UTC.",
+            meaning="The newest biases count; the certificate is unchanged.",
             next_step=Advice("For a certificate of its own: ", anew),
         )
     if newer is not None:
-        out.note(f"{campaign.certificate} rests on this recording already: nothing was changed.")
+        out.note(f"{campaign.certificate} already contains this recording: unchanged.")
     give_result(here, campaign, [rested], before, model, out)
     return 0
 
@@ -115,21 +115,21 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     subject = Subject(model.name, origin.logger_serial, origin.who_am_i, origin.emulated)
     campaign = Campaign(path, model, subject, force=args.force)
     campaign.check_lock()
-    out.warn_each(f"{sentence} Its step does not count any more." for sentence in campaign.left_out)
+    out.warn_each(f"{sentence} Its step no longer counts." for sentence in campaign.left_out)
     return campaign
 
 
 def _note_without_zero(campaign: Campaign, out: Output) -> None:
     """Says before a motion that the angles of closed joints are only known by design."""
     joints = campaign.solution().joints
-    unknown = [str(sensors.joint) for sensors in joints if sensors.zero_taken is None]
+    unknown = [str(sensors.joint) for sensors in joints if sensors.zero_recorded_at is None]
     if not unknown or out.json_mode:
         return
     which = ("--all",) if len(unknown) == len(joints) else ("--joint", unknown[0])
     out.note(
         Advice(
             f"Zero points of joint{'s' if len(unknown) > 1 else ''} {', '.join(unknown)} are not calibrated: "
-            "what follows will be less sure for bodies beyond a closed joint.\n  To measure them first: ",
+            "larger uncertainty for bodies beyond a closed joint.\n  To measure them first: ",
             NextStep("calibrate zero", which),
         )
     )

@@ -117,7 +117,7 @@ def drive(
     from tfsat_host.calibration.steps.evidence import Evidence
 
     _ask_to_move(step, tour, bench, out)
-    taken_at, last = datetime.now(UTC), -1
+    recorded_at, last = datetime.now(UTC), -1
 
     def line(at: tuple[int, int]) -> str:
         angle = f"{at[1] / CDEG_PER_DEG:6.2f} deg, to {tour.stops_cdeg[at[0]] / CDEG_PER_DEG:g} deg"
@@ -136,7 +136,7 @@ def drive(
             watch = LoggedTour(bench.logger.samples_of, scales, lambda *at: show(at), rested)
             end = bench.jog.tour(tour, stopped, watch)
     if end.held:
-        evidence = Evidence(step, Counts.from_live(watch.samples, scales), taken_at, bench.origin)
+        evidence = Evidence(step, Counts.from_live(watch.samples, scales), recorded_at, bench.origin)
         warn_of_losses(evidence, out)
         return evidence
     if stopped.suspend:

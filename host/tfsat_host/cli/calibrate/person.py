@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
-from tfsat_host.next_step import Advice
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -138,10 +138,7 @@ def drawn_or_lines(
         yield say if draw is None else lambda state: draw(picture(state))
 
 
-OF_EMULATED = "These are the errors of an emulated robot: of no use for a real one."
-
-
-def record(
+def record_step(
     step: Step, bench: Bench, calibration: SensorKnowledge, model: RobotModel, out: Output
 ) -> Evidence:
     """Has the step done and reads it, until it is done or its time is over."""
@@ -172,7 +169,7 @@ def warn_of_losses(evidence: Evidence, out: Output) -> None:
     """Says how many samples never arrived."""
     if lost := evidence.counts.samples_lost:
         total = len(evidence.counts.t_us) + lost
-        out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
+        out.warn(f"{lost} of {total} samples lost ({title(evidence.step)}).")
 
 
 class Terminal:
@@ -197,18 +194,20 @@ class Terminal:
         if not self._out.can_ask:
             raise error
         self._out.error(error)
-        self._out.ask("Enter repeats the step, q ends: ", meaning="This step was not accepted.", accept=("",))
+        self._out.ask(
+            "Press Enter to repeat the step, q to quit: ", meaning="This step was not accepted.", accept=("",)
+        )
 
     def on_accepted(self, step: Evidence, calibration: Calibration) -> None:
         """Says what was found."""
-        from tfsat_host.calibration.findings import found_lines
+        from tfsat_host.calibration.findings import finding_lines
 
-        for line in () if self._out.json_mode else found_lines(step, calibration, self._model):
+        for line in () if self._out.json_mode else finding_lines(step, calibration, self._model):
             self._out.note(f"  Accepted: {line}.")
 
     def on_resumed(self, number: int, step: Evidence) -> None:
         """Says that it was kept before."""
-        time_text = f"{step.taken.astimezone():%H:%M}"
+        time_text = f"{step.recorded_at.astimezone():%H:%M}"
         self._out.note(f"{number} of {self._steps}: {title(step.step)}: kept from {time_text}.")
 
 
@@ -221,20 +220,19 @@ def give_result(
     out: Output,
 ) -> None:
     """Print the command's result, from the steps kept and the calibration before it began."""
-    from tfsat_host.calibration.certificate.certificate import commands_of, summarize_shortcomings
-    from tfsat_host.calibration.findings import outcome
-    from tfsat_host.present.terminal import show
+    from tfsat_host.calibration.findings import StepsResult
+    from tfsat_host.calibration.review import CERTIFICATE
+    from tfsat_host.present.terminal import sentences, show_facts, show_table
 
     calibration = campaign.calibration
     if calibration is None:
         raise ValueError("nothing was accepted")
-    result, parts = outcome(args.quantity, steps, before, calibration, model)
-    lines = ["Nothing is missing for a drop."]
-    if shortcomings := calibration.shortcomings():
-        following = Advice("Next: ", commands_of(shortcomings)[0])
-        lines = [f"For a drop: {summarize_shortcomings(shortcomings)}.", following]
-    if calibration.subject.emulated:
-        lines.append(OF_EMULATED)
-    lines.append(f"Written to {campaign.certificate}.")
+    result = StepsResult(args.quantity, steps, before, calibration, model)
+
+    def show() -> None:
+        show_table(result.table, out)
+        sentences(result.bend_lines, out)
+        show_facts(CERTIFICATE, campaign, out)
+
     joint = {} if getattr(args, "joint", None) is None else {"joint": args.joint}
-    out.result({**joint, **result, "file": str(campaign.certificate)}, lambda: show((*parts, *lines), out))
+    out.result({**joint, **record(result.columns, result), "file": str(campaign.certificate)}, show)

@@ -130,7 +130,7 @@ def _bias(data: Consistency, stated: StatedErrors) -> Check:
     worst = int((np.abs(data.residual[rows]) / limits).argmax())
     # Rows are ordered by body, then by axis.
     body, axis = divmod(int(rows[worst]) - data.at_rest(0).start, 3)
-    off_deg, bias_time = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
+    off_deg, bias_time = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_recorded_at
     against = "zero (bias never calibrated)"
     if bias_time:
         against = f"the bias of {bias_time:%Y-%m-%d %H:%M} UTC"
@@ -172,7 +172,7 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
     if not rows.any():
         return START_POSE.not_possible("No sample was recorded in the half second before the release.")
     angles = angles_at_rest(log, rows, calibration, model)
-    measured = np.array([sensors.zero_taken is not None for sensors in calibration.joints])
+    measured = np.array([sensors.zero_recorded_at is not None for sensors in calibration.joints])
     off_deg = np.rad2deg(angles - np.array([servo.start_rad for servo in model.servos]))
     measured_joints = np.flatnonzero(measured & np.isfinite(off_deg))
     if not len(measured_joints):

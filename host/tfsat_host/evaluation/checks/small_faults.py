@@ -112,7 +112,7 @@ def _leaning_axes(residuals: WholeResidual) -> Iterator[Hypothesis]:
 def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Another bias, mounting or scale: three numbers each."""
     for body, calibrated in enumerate(residuals.data.calibration.gyros):
-        bias_time, columns = calibrated.bias_taken, residuals.by_gyros.parameters[:, body]
+        bias_time, columns = calibrated.bias_recorded_at, residuals.by_gyros.parameters[:, body]
         gyro, since = (
             f"gyro of body {body + 1}:",
             f" since {bias_time:%Y-%m-%d %H:%M} UTC" if bias_time else "",

@@ -251,17 +251,17 @@ class _MeasuredDates:
     def __init__(self, evaluation: Evaluation) -> None:
         self._quantities = quantities(evaluation.calibration)
         self._lacking = {
-            defect.name: defect.reason
+            defect.name: defect.state
             for defect in evaluation.calibration.shortcomings(release_time(evaluation.log))
         }
 
     def __call__(self, *parts: str) -> str:
         """Format when the quantities whose names contain all parts were measured."""
         of_row = [quantity for quantity in self._quantities if all(part in quantity.name for part in parts)]
-        missing = sum(quantity.taken is None for quantity in of_row)
+        missing = sum(quantity.measured_at is None for quantity in of_row)
         if missing == len(of_row):
             return "never"
-        earliest = min(quantity.taken for quantity in of_row if quantity.taken is not None)
+        earliest = min(quantity.measured_at for quantity in of_row if quantity.measured_at is not None)
         remarks = [f"{missing} of {len(of_row)} never"] if missing else []
         if any(self._lacking.get(quantity.name) == "stale" for quantity in of_row):
             remarks.append("before a landing")

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     commands_of,
+    exchanged_imus,
     of_another_robot,
     quantities,
     summarize_shortcomings,
@@ -16,7 +17,6 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import PreflightCheck, go, join_steps, no_go, not_made
 from tfsat_host.preflight.preflight_evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import DropPhase
-from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LoggerStatusReply
 
 _NAMED = 3
@@ -31,18 +31,14 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
     if evidence.origin is None:
         return not_made("Whose sensors these are the logger did not answer.", Advice(NextStep("status")))
     subject, last = calibration.subject, calibration.last_landing
-    shortcomings = [
-        defect
-        for defect in calibration.shortcomings()
-        if evidence.servos_too or not defect.name.startswith("servo ")
-    ]
+    shortcomings = calibration.shortcomings(servos=evidence.servos_too)
     numbers = {
         "file": evidence.calibration_file,
         "robot": subject.robot,
         "logger_serial": subject.logger_serial,
         "written": calibration.written.isoformat(),
         "last_landing": None if last is None else last.isoformat(),
-        "shortcomings": [{"quantity": defect.name, "reason": defect.reason} for defect in shortcomings],
+        "shortcomings": [{"quantity": defect.name, "reason": defect.state} for defect in shortcomings],
     }
     # The most fundamental first: another robot's, then incomplete or stale, then a landing that it lacks.
     if other := _of_others(evidence, calibration, evidence.origin):
@@ -79,7 +75,7 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
             **numbers,
         )
     newest = max(
-        (quantity.taken for quantity in quantities(calibration) if quantity.taken),
+        (quantity.measured_at for quantity in quantities(calibration) if quantity.measured_at),
         default=calibration.written,
     )
     return go(
@@ -96,9 +92,9 @@ def _of_others(evidence: Evidence, calibration: Calibration, origin: Origin) -> 
         return other
     if subject.robot != evidence.robot.name:
         return f"It is of the robot {subject.robot}; the robot file is of {evidence.robot.name}."
-    calibrated, current_ids = bytes.fromhex(subject.who_am_i), bytes.fromhex(origin.who_am_i)
-    # One that does not answer at all is found by the check of the gyros.
-    changed = [str(body + 1) for body in range(IMU_COUNT) if current_ids[body] not in (0, calibrated[body])]
+    # One that does not answer at all (00) is found by the check of the gyros.
+    current_ids = bytes.fromhex(origin.who_am_i)
+    changed = [str(body) for body in exchanged_imus(subject, origin.who_am_i) if current_ids[body - 1]]
     if changed:
         return f"The IMU of body {' and '.join(changed)} is of another kind than the one that was calibrated."
     return ""

@@ -250,9 +250,9 @@ def _measurement_time_text(evaluation: Evaluation) -> str:
     The file's own date is that of its last change.
     """
     measurement_times = sorted(
-        measurement.taken
+        measurement.measured_at
         for measurement in quantities(evaluation.calibration)
-        if measurement.taken is not None
+        if measurement.measured_at is not None
     )
     if not measurement_times:
         return "no measured quantity"

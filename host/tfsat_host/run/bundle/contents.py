@@ -205,21 +205,21 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
     except TfsatError as error:
         contents.lack(raw_data, error.what, lost=True)
         return
-    if not calibration.papers:
+    if not calibration.recordings:
         contents.lack(raw_data, "The certificate names no recordings that it was computed from.")
-    elif calibration.drawn:
+    elif calibration.simulated_quantities:
         contents.lack(
             "raw data of simulated calibration values",
-            f"Simulated by a rehearsal, not measured: {in_words(calibration.drawn)}.",
+            f"Simulated by a rehearsal, not measured: {in_words(calibration.simulated_quantities)}.",
         )
     # Each recording that the certificate rests on must be there unchanged, or it cannot be recomputed.
-    for paper in calibration.papers:
-        path, bundle_name = folder / paper.file, f"{inside}/{paper.file}"
+    for recording in calibration.recordings:
+        path, bundle_name = folder / recording.file, f"{inside}/{recording.file}"
         why = {
             "missing": "is not there",
             "changed": "is not the recording that the certificate rests on: its SHA-256 differs",
             "": "" if bundle_name in contents.files else contents.left_out.get(bundle_name, "was not taken"),
-        }[change_of(path, paper.sha256)]
+        }[change_of(path, recording.sha256)]
         if why:
             contents.lack(bundle_name, f"{path} {why}.", lost=True)
 

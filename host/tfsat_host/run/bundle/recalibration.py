@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.certificate.calibration_campaign import measured_by, with_measured
-from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, in_words
+from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, in_words
 from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
 from tfsat_host.calibration.servos.visits import servo_map_of
@@ -60,12 +60,18 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
     """
     calibration, archive_folder = read_calibration(certificate), recordings_folder(certificate)
     recordings = archive_folder if archive_folder.is_dir() else certificate.parent
-    drawn_text = f" Simulated: {in_words(calibration.drawn)}." if calibration.drawn else ""
-    if not calibration.papers:
+    drawn_text = (
+        f" Simulated: {in_words(calibration.simulated_quantities)}."
+        if calibration.simulated_quantities
+        else ""
+    )
+    if not calibration.recordings:
         why = "The certificate names no recordings: its values cannot be recomputed."
         return ComparedPart("calibration", None, f"{name}: {why}{drawn_text}")
     try:
-        evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in calibration.papers]
+        evidence = [
+            _evidence(recordings / recording.file, recording.sha256) for recording in calibration.recordings
+        ]
         # Which landing it knew when it was computed is not recorded: solve with each, keep the closest.
         tried = [
             _solved_differently(calibration, evidence, model, landing) for landing in _landings(calibration)
@@ -76,11 +82,13 @@ def _recalibrate(certificate: Path, model: RobotModel, name: str) -> ComparedPar
     of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
     extent = f"from {of}"
     sentence, unmeasured_names = f"The calibration was recomputed from {of}.", []
-    if calibration.drawn:
+    if calibration.simulated_quantities:
         measured = measured_by(evidence)
         # Neither simulated by the rehearsal nor recorded: these values rest on nothing that was bundled.
         unmeasured_names = [
-            quantity for quantity in DRAWABLE if quantity not in (*calibration.drawn, *measured)
+            quantity
+            for quantity in QUANTITY_NAMES
+            if quantity not in (*calibration.simulated_quantities, *measured)
         ]
         sentence = f"Recomputed from {of}: {in_words(measured)}.{drawn_text}"
         sentence += (
@@ -102,7 +110,7 @@ def _landings(calibration: Calibration) -> list[datetime | None]:
 
     A landing noted later is in the certificate, too, but did not change its values.
     """
-    newest = max(paper.taken for paper in calibration.papers)
+    newest = max(recording.recorded_at for recording in calibration.recordings)
     landing_times = [landing.at for landing in calibration.landings]
     before = [at for at in landing_times if at <= newest]
     # The likeliest first: the last one before the newest recording, then back to none.
@@ -112,7 +120,7 @@ def _landings(calibration: Calibration) -> list[datetime | None]:
 def _solved_differently(
     calibration: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
 ) -> list[Difference]:
-    if calibration.drawn:
+    if calibration.simulated_quantities:
         again = with_measured(calibration, evidence, model)
     else:
         solution = solve(evidence, model, landing)
@@ -124,7 +132,7 @@ def _solved_differently(
             servo_maps=tuple(
                 servo_map_of(servo_evidence, joints, model) for servo_evidence, joints in servos
             ),
-            servo_taken=tuple(servo_evidence.taken for servo_evidence, _ in servos),
+            servo_recorded_at=tuple(servo_evidence.recorded_at for servo_evidence, _ in servos),
         )
     # Compare the values that the certificate's file holds.
     then, now = (jsonable(certificate_values(version)) for version in (calibration, again))
