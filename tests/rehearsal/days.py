@@ -24,7 +24,7 @@ from tfsat_host.quantity import records
 from tfsat_host.rehearsal.day import DROPPED, NoGo, Preflight
 from tfsat_host.rehearsal.faults.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
 from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome
-from tfsat_host.rehearsal.judgement import JudgedDay, came_of, moved_deg
+from tfsat_host.rehearsal.judgement import JudgedDay, moved_deg, outcome_reached
 from tfsat_host.rehearsal.rehearsed_drop import Drop, rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
@@ -103,9 +103,9 @@ def fly_day(fault: Fault, *, despite: bool) -> Drop:
 def no_go(fault: Fault) -> tuple[str, ...]:
     """Checks that stand against the drop when the fault is there before the preflight."""
     drop = fly_day(fault.at(Moment.POWERED), despite=False)
-    assert drop.checked is not None
-    assert isinstance(drop.refused, NoGo) == (not drop.checked.go)
-    return tuple(check.name for check in drop.checked.wrong)
+    assert drop.preflight is not None
+    assert isinstance(drop.refused, NoGo) == (not drop.preflight.go)
+    return tuple(check.name for check in drop.preflight.blocking)
 
 
 def turned_deg(drop: Drop) -> NDArray[np.float64] | None:
@@ -116,7 +116,7 @@ def turned_deg(drop: Drop) -> NDArray[np.float64] | None:
 def judge_day(fault: Fault) -> Day:
     """Flown, decoded, evaluated."""
     drop = fly_day(fault, despite=True)
-    assert drop.checked is not None
+    assert drop.preflight is not None
     judged, checks = JudgedDay(drop), {}
     if drop.refused is None:
         log = decode_drop(drop)
@@ -127,9 +127,9 @@ def judge_day(fault: Fault) -> Day:
         except TfsatError as error:
             judged = JudgedDay(drop, log, refusal=error)
     return Day(
-        tuple(check.name for check in drop.checked.wrong),
+        tuple(check.name for check in drop.preflight.blocking),
         drop.refused is not None,
-        tuple(outcome for outcome in Outcome if came_of(outcome, drop)),
+        tuple(outcome for outcome in Outcome if outcome_reached(outcome, drop)),
         float(moved_deg(drop).max()),
         turned_deg(drop),
         None if drop.sequencer is None else drop.sequencer.state,

@@ -121,11 +121,11 @@ def robots_table(drops_by_imu: dict[str, tuple[RehearsedDrop, ...]]) -> list[str
 
 
 def _error(outcome: RehearsedDrop) -> str:
-    estimate = next((estimate for estimate in outcome.compared if estimate.name == "reorientation"), None)
+    comparison = next((row for row in outcome.compared if row.name == "reorientation"), None)
     return (
         "not evaluated"
-        if estimate is None
-        else f"{estimate.found - estimate.true:+.3f} ± {estimate.std:.3f} deg"
+        if comparison is None
+        else f"{comparison.estimate - comparison.true:+.3f} ± {comparison.std:.3f} deg"
     )
 
 
@@ -151,8 +151,8 @@ def _of(outcomes: Sequence[RehearsedDrop], name: str) -> list[EstimateAndTruth]:
 
 
 def _figures(ones: list[EstimateAndTruth], unit: str) -> tuple[str, str, str]:
-    error = np.array([estimate.found - estimate.true for estimate in ones])
-    std = np.array([estimate.std for estimate in ones])
+    error = np.array([row.estimate - row.true for row in ones])
+    std = np.array([row.std for row in ones])
     coverage = float((np.abs(error) <= 1.96 * std).mean())
     return (
         f"{float(np.sqrt((error**2).mean())):.3f} {unit}",

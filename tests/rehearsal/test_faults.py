@@ -35,7 +35,7 @@ from tfsat_host.rehearsal.faults.fault import (
     words_of,
 )
 from tfsat_host.rehearsal.faults.fault_catalog import FAULTS, GROUPS, fault_named
-from tfsat_host.rehearsal.judgement import came_of
+from tfsat_host.rehearsal.judgement import outcome_reached
 from tfsat_host.rehearsal.rehearsed_drop import rehearse
 from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth
@@ -158,7 +158,7 @@ def test_power_cuts_around_the_landing(day_of: Days, offset_us: int) -> None:
     """
     full_log = day_of(SOUND).log
     drop = fly_day(
-        replace(POWER_CUTS[0], strike=partial(cut_power, after_us=GUARD_US + offset_us)), despite=False
+        replace(POWER_CUTS[0], action=partial(cut_power, after_us=GUARD_US + offset_us)), despite=False
     )
     log = decode_drop(drop)
     assert full_log is not None and full_log.release_us is not None and log.release_us is not None
@@ -233,7 +233,7 @@ def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> N
     if outcome is Outcome.FLIES:
         assert drop.sequencer is not None and drop.sequencer.state is SequencerState.DONE
     if outcome is not Outcome.NOT_DROPPED:
-        assert came_of(outcome, drop) is True
+        assert outcome_reached(outcome, drop) is True
 
 
 def test_the_list(tfsat_host: RunCli) -> None:
@@ -264,7 +264,7 @@ def test_moments_in_words() -> None:
         (["gyro-dead@dawn"], ["There is no moment 'dawn'", "gyro-dead@ and one of powered, uploaded"]),
         (
             ["host-crash-in-upload@falling"],
-            ["cannot strike at falling (halfway through the fall)", "it strikes at powered"],
+            ["cannot be injected at falling (halfway through the fall)", "it is injected at powered"],
         ),
         (["servo-dead", "servo-reversed"], ["both are of the same part, servo of joint 1."]),
         (["card-full@checked", "card-missing@checked"], ["card-missing@checked cannot both", "part, card."]),
@@ -304,8 +304,9 @@ def wrong_catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("wrong_catalog")
 def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
     text = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
-    assert "By design the robot then moves no joint. It did NOT: in truth joints 1, 2, 3 moved by" in text
-    assert "The evaluation:       GOOD" in text
+    words = " ".join(text.split())
+    assert "moves no joint Actual outcome: NOT as expected: largest motion joint 1 59." in words
+    assert "Verdict GOOD" in words and text.endswith("Outcome with these faults: NOT as expected.\n")
 
 
 @pytest.mark.usefixtures("wrong_catalog")
@@ -319,15 +320,15 @@ def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
         "rehearse", "59", "70", "--fault", "crane-jolt", "--runs", "2", "--out", "many", expect=3
     )
     assert "2 good" in output.out
-    assert "did NOT do what it must with these faults, by the truth, in drop 1, 2." in output.out
+    assert "NOT as expected with these faults (truth): drop 1, 2" in output.out
 
 
 def test_a_preflight_that_gives_no_go(run: Path) -> None:
     """Nothing is dropped then; what an older rehearsal left in the folder goes; and it can be dropped all the same."""
     arguments = ("rehearse", "59", "70", "--fault", "gyro-dead@powered", "--out", "run")
     refused = command(*arguments, expect=4).out
-    assert "Preflight:            NO-GO: gyros-present." in refused
-    assert "Nothing was dropped:" in refused and "--despite-preflight" in refused
+    assert "NO-GO: gyros-present (" in refused
+    assert "Actual outcome:   not dropped" in refused and "--despite-preflight" in refused
     assert not {path.name for path in run.iterdir()} & {"SD.bin", "SD.csv", "truth.csv", "report.html"}
     dropped = result(*arguments, "--despite-preflight", expect=3)
     assert dropped["no_go"] == ["gyros-present"]

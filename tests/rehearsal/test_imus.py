@@ -77,7 +77,7 @@ def test_the_pages_robots_are_those_of_the_command(
     estimates = {
         estimate["name"]: estimate["found"] for estimate in shared_rehearsal("59", "70").result["compared"]
     }
-    assert {estimate.name: estimate.found for estimate in first["mpu6050"][0].compared} == pytest.approx(
+    assert {estimate.name: estimate.estimate for estimate in first["mpu6050"][0].compared} == pytest.approx(
         estimates, abs=1e-6
     )
 

@@ -260,7 +260,7 @@ def test_a_worse_certificate_states_what_it_stated() -> None:
 
     day = Day()
     fault = fault_named("certificate-wrong")
-    fault.strike(day, 3.0, np.random.default_rng(1))
+    fault.action(day, 3.0, np.random.default_rng(1))
     now = day.calibration
     deviations = [
         (new.bias_rad_s - old.bias_rad_s) / np.sqrt(np.diag(old.covariance)[:3])
@@ -313,8 +313,8 @@ def test_a_hidden_drop_repeats_to_the_byte_and_changes_with_what_is_wrong() -> N
 
 
 def test_every_fault_that_is_declared_does_something() -> None:
-    """Each strikes, or makes another robot; those of model and sensors have a size."""
-    nothing = Fault("", "", Moment.POWERED, {}).strike
-    assert [fault.name for fault in FAULTS if (fault.strike is nothing) is (fault.hidden is None)] == []
+    """Each is injected, or makes another robot; those of model and sensors have a size."""
+    nothing = Fault("", "", Moment.POWERED, {}).action
+    assert [fault.name for fault in FAULTS if (fault.action is nothing) is (fault.hidden is None)] == []
     sized = {fault.name for group in ("model-mismatch", "sensor-mismatch") for fault in GROUPS[group]}
     assert {fault.name for fault in FAULTS if fault.size is not None} == sized

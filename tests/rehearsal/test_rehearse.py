@@ -35,7 +35,8 @@ def faulty(rehearsed: Rehearsing, *names: str, expect: int = 3) -> Rehearsed:
 
 def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
     text = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
-    assert "unknown deg from the release" in text
+    assert re.search(r"measured +–$", text, re.MULTILINE)
+    assert re.search(r"nominal model +withheld", text)
     assert "results are withheld" in text
     assert not re.search(r"joint \d [+-]\d", text), "the joints' angles are of the same sensors"
     assert not re.search(r"body \d CoM . +-?\d", text), "no correction of the model"
@@ -145,20 +146,39 @@ def test_folder_of_results(shared_rehearsal: Rehearsing) -> None:
     rehearsal = shared_rehearsal("59", "70")
     files = "SD.bin SD.csv maneuver.toml truth.csv truth.json summary.json report.html"
     assert all((rehearsal.folder / name).stat().st_size > 0 for name in files.split())
-    assert "The robot:            seed 1 of " in rehearsal.out
-    assert "drop_tower.toml, IMUs InvenSense MPU-6050." in rehearsal.out
-    assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in rehearsal.out
-    assert " deg/s (x, y, z of body 3, emulator)" in " ".join(rehearsal.out.split())
-    assert "The evaluation:       GOOD." in rehearsal.out
-    assert "Angles at release:    joint 1 " in rehearsal.out
-    assert "1 false trigger rejected (a blow in the lift" in rehearsal.out
     file_names = {path.name for path in rehearsal.folder.rglob("*") if path.is_file() and path.name[0] != "."}
     assert {Path(path).name for path in rehearsal.result["files"]} == file_names
-    turned = rehearsal.result["evaluation"]["reorientation_deg"]
-    assert f"Body 1 turned by:     {turned:.3f} ± 0.0" in rehearsal.out
     assert rehearsal.result["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
     other = shared_rehearsal("59", "70", "--seed", "2")
     assert (other.folder / "SD.bin").read_bytes() != (rehearsal.folder / "SD.bin").read_bytes()
+
+
+def test_the_first_screen_begins_and_ends_with_the_verdict(
+    shared_rehearsal: Rehearsing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    rehearsal = shared_rehearsal("59", "70", "--seed", "1")
+    lines = rehearsal.out.splitlines()
+    assert len(lines) <= 38 and max(map(len, lines)) <= 80
+    assert lines[0].startswith("Verdict") and lines[-1].startswith("Verdict") and "GOOD. " in lines[-1]
+    evaluation = rehearsal.result["evaluation"]
+    assert re.search(rf"measured +{evaluation['reorientation_deg']:.3f} ± 0.0", rehearsal.out)
+    assert re.search(rf"truth \(emulator\) +{rehearsal.result['compared'][0]['true']:.3f}", rehearsal.out)
+    words = " ".join(rehearsal.out.split())
+    assert "seed 1 of drop_tower.toml, IMUs InvenSense MPU-6050" in words
+    assert "complete, 2494 samples at 280.0 Hz, 0 lost (card)" in words
+    assert "done, 1 false trigger rejected" in words
+    largest = max((estimate["deviations"] for estimate in rehearsal.result["compared"]), key=abs)
+    assert f"20 numbers, largest error {largest:+.1f} σ" in words
+    assert "body 1 CoM x" not in words and "simulate" not in words
+
+
+def test_full_shows_every_number(shared_rehearsal: Rehearsing) -> None:
+    rehearsal = shared_rehearsal("59", "70", "--full")
+    assert all(f" {estimate['name']} " in rehearsal.out for estimate in rehearsal.result["compared"])
+    assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in rehearsal.out
+    assert " deg/s (x, y, z of body 3, emulator)" in " ".join(rehearsal.out.split())
+    assert "Joint angles" in rehearsal.out
 
 
 def test_it_can_be_called_from_python(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
@@ -166,7 +186,7 @@ def test_it_can_be_called_from_python(shared_rehearsal: Rehearsing, tmp_path: Pa
     command = shared_rehearsal("59", "70")
     assert rehearsal.exit_code == 0 and rehearsal.evaluated is not None and rehearsal.judged.good
     assert (rehearsal.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
-    assert rehearsal.result["compared"] == command.result["compared"]
+    assert rehearsal.as_dict()["compared"] == command.result["compared"]
 
 
 def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:
@@ -244,12 +264,13 @@ def test_the_image_is_found() -> None:
     assert sequencer_hex().read_text().startswith(":")
 
 
-def test_faults_are_named_with_who_noticed(shared_rehearsal: Rehearsing) -> None:
+def test_faults_are_named_with_who_detected_them(shared_rehearsal: Rehearsing) -> None:
     rehearsal = faulty(shared_rehearsal, "servo-dead", "cable-pulled-while-armed")
-    assert "servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in rehearsal.out
-    assert "By design the robot then flies the maneuver" in rehearsal.out
-    assert "Noticed by the evaluation: Stroke 1 (joint 1): Joint 1 did not move" in rehearsal.out
-    assert "Not noticed. It changes nothing that is to be noticed." in rehearsal.out
+    words = " ".join(rehearsal.out.split())
+    assert "Fault: servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in words
+    assert "Expected outcome: flies the maneuver" in words
+    assert "Detected by: evaluation: Stroke 1 (joint 1): Joint 1 did not move" in words
+    assert "Detected by: not detected (it changes nothing that is to be detected)" in words
     assert (rehearsal.result["seed"], rehearsal.result["imu"]) == (1, "InvenSense MPU-6050")
     assert rehearsal.result["preflight"] == "go"
     assert any("did not move" in reason for reason in rehearsal.result["evaluation"]["reasons"])
@@ -269,17 +290,20 @@ def test_no_go_names_each_check_with_what_was_found_and_what_to_do(shared_rehear
 
     A fault that would have struck after the preflight is reported as not struck.
     """
-    rehearsal = faulty(shared_rehearsal, "card-full", "servo-dead@falling", expect=4)
-    assert "Preflight:            NO-GO: card-room, card-writing." in rehearsal.out
+    arguments = ("--fault", "card-full", "--fault", "servo-dead@falling", "--full")
+    rehearsal = shared_rehearsal("59", "70", *arguments, expect=4)
+    output = " ".join(rehearsal.out.split())
+    assert rehearsal.out.startswith("Preflight:      NO-GO: card-room (")
+    assert rehearsal.out.endswith("Preflight: NO-GO: card-room, card-writing\n")
     written = json.loads((rehearsal.folder / "preflight.json").read_text())
     red = [check for check in written["checks"] if check["blocks"]]
     assert [check["name"] for check in red] == ["card-room", "card-writing"] == written["reasons"]
     for check in red:
         for words in (check["name"], check["sentence"], f"On the day: {check['next_step']}"):
-            assert words in rehearsal.out
+            assert words in output
     assert "run/preflight.json" in rehearsal.out
-    assert "Noticed by the preflight's checks: card-room, card-writing" in rehearsal.out
-    assert "It did not strike: the day ended before." in rehearsal.out
+    assert "Detected by: preflight: card-room, card-writing" in output
+    assert "Actual outcome: not injected: the day ended before" in output
     assert (
         [check["name"] for check in rehearsal.result["no_go_checks"]]
         == rehearsal.result["no_go"]
@@ -290,14 +314,14 @@ def test_no_go_names_each_check_with_what_was_found_and_what_to_do(shared_rehear
 
 def test_without_a_release_it_tells_what_the_switches_did(shared_rehearsal: Rehearsing) -> None:
     rehearsal = faulty(shared_rehearsal, "switch-stuck-closed")
-    text = rehearsal.out
-    assert "minutes on the hook, was let go and fell 2.50 s; it started 0 strokes" in text
-    assert "in truth no joint moved by more than 0.0 deg" in text
-    assert "switch 1 never changed, and was closed at the end." in text
+    text = " ".join(rehearsal.out.split())
+    assert "5 min on the hook, 2.50 s fall; strokes started: 0" in text
+    assert "no joint moved by more than 0.0 deg (truth)" in text
+    assert "switch 1 never changed, closed at the end" in text
     assert "switch 2 changed " in text
     assert "tfsat-host decode run/SD.bin" in text
-    assert "The sequencer:        armed" in text and "STILL ARMED" in text and "tfsat-host disarm" in text
-    assert "REFUSED. The recording holds no release." in text
+    assert "Sequencer: armed. STILL ARMED" in text and "tfsat-host disarm" in text
+    assert text.count("NOT EVALUATED. The recording holds no release.") == 2
     (fault,) = rehearsal.result["faults"]
     assert [notice["who"] for notice in fault["noticed_by"]] == ["report refuses"]
     first, second = rehearsal.result["no_release"]["switches"]
@@ -313,29 +337,31 @@ def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switc
     The joints' motion is in the truth; the sequencer has lost its power since, and knows no run.
     """
     rehearsal = faulty(shared_rehearsal, "power-cut-after-landing", "card-gone-on-the-hook")
-    assert "how many strokes it started no board knows" in rehearsal.out and "0 strokes" not in rehearsal.out
-    assert "in truth its joints moved: joint 1 by up to 59." in rehearsal.out
-    assert "nothing of the drop: the recording breaks off 26." in rehearsal.out
-    assert "both switches must be open" not in rehearsal.out
-    assert "The logger recorded no longer: it had lost its power or its card" in rehearsal.out
+    text = " ".join(rehearsal.out.split())
+    assert "strokes started: unknown to both boards" in text
+    assert "largest motion joint 1 59." in text
+    assert "End of recording: breaks off 26." in text
+    assert "both switches open" not in text and "Release switches" not in text
+    assert "The logger recorded no longer: it had lost its power or its card" in text
     assert rehearsal.result["no_release"]["strokes_started"] is None
     assert 26.0 < rehearsal.result["no_release"]["recording_ended_before_release_s"] < 27.0
     cut, gone = rehearsal.result["faults"]
     assert cut["came_of_it"] is gone["came_of_it"] is True
-    assert "By design the robot then flies the maneuver. It did." in rehearsal.out
-    assert "Not noticed by its own name. What power-cut-after-landing did may hide it" in rehearsal.out
+    assert "Expected outcome: flies the maneuver Actual outcome: as expected" in text
+    assert "not detected by its name (power-cut-after-landing may hide it" in text
 
 
 def test_a_robot_that_another_fault_keeps_from_flying_is_called_so(shared_rehearsal: Rehearsing) -> None:
     rehearsal = faulty(shared_rehearsal, "servo-slow", "brown-out-at-release")
-    assert "It did not, for another fault: with that it moves no joint, and it did." in rehearsal.out
-    assert "By design the robot then moves no joint. It did." in rehearsal.out
+    text = " ".join(rehearsal.out.split())
+    assert "flies the maneuver Actual outcome: moves no joint, as expected of another fault" in text
+    assert "moves no joint Actual outcome: as expected" in text
 
 
 def test_a_recording_out_of_ram_is_not_called_the_cards(shared_rehearsal: Rehearsing) -> None:
-    text = faulty(shared_rehearsal, "card-pulled", expect=0).out
+    text = " ".join(faulty(shared_rehearsal, "card-pulled", expect=0).out.split())
     assert "The logger recorded no longer" not in text  # its own words are what happened to its card
-    assert "RAM of the logger:    complete" in text and "The card:" not in text
+    assert "lost (RAM of the logger)" in text and "(card)" not in text
 
 
 def test_another_maneuver_than_the_files_is_named(shared_rehearsal: Rehearsing, tfsat_host: RunCli) -> None:

@@ -43,6 +43,7 @@ drop:
 --runs N                      as many drops, each of another robot; prints how their results are distributed
 options:
 --out DIR  folder of results (run)
+--full     every number of the drop, not one screen
 --force    overwrite files that are something else
 {OUTPUT}"""
 
@@ -57,9 +58,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Rehearse one drop or a series, or list the faults."""
-    from tfsat_host.present.rehearsal_text import show
+    from tfsat_host.rehearsal.drop_screen import show_drop
     from tfsat_host.rehearsal.faults.fault_catalog import list_faults
-    from tfsat_host.rehearsal.judgement import STILL_DEG
     from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
     from tfsat_host.rehearsal.result import schedule_notices
 
@@ -75,16 +75,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
     rehearsal = Rehearsal.of(maneuver, options, args.fault, schedule)
     if args.runs > 1:
         return _series(rehearsal, args, out)
-    outcome = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
-    out.result(outcome.result, lambda: show(outcome.result, args.out, STILL_DEG, out))
-    for warning in outcome.result["warnings"]:
+    result = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
+    out.result(result.as_dict(), lambda: show_drop(result, out, full=args.full))
+    for warning in result.warnings:
         out.warn(warning)
-    return outcome.exit_code
+    return result.exit_code
 
 
 def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
     """Raises Interrupted on Ctrl-C; what was flown until then is written and shown."""
-    from tfsat_host.present.rehearsal_text import show_series
+    from tfsat_host.rehearsal.series_screen import show_series
 
     with stop_wish() as stop:
         series = rehearsal.run_many(args.out, args.runs, args.seed, force=args.force, notices=out, stop=stop)
@@ -94,12 +94,10 @@ def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing is known, and nothing was written.",
             next_step="Run the same command again.",
         )
-    out.result(
-        series.result, lambda: show_series(series.result, series.spread, series.table, series.again, out)
-    )
-    if series.result["runs"] < args.runs:
+    out.result(series.as_dict(), lambda: show_series(series, out))
+    if series.runs < args.runs:
         raise Interrupted(
-            what=f"Interrupted after {series.result['runs']} of {args.runs} drops.",
+            what=f"Interrupted after {series.runs} of {args.runs} drops.",
             meaning=f"These are whole, and in {series.table}; nothing is known of the others.",
             next_step=f"For all of them run the same command again; {args.out} is then replaced.",
         )

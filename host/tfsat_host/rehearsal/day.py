@@ -67,12 +67,12 @@ class PreflightOutcome:
 
     @property
     def go(self) -> bool:
-        """Nothing stands against a drop."""
+        """No check blocks a drop."""
         return may_drop(self.checks)
 
     @property
-    def wrong(self) -> tuple[PreflightCheck, ...]:
-        """What stands against it."""
+    def blocking(self) -> tuple[PreflightCheck, ...]:
+        """The checks that block a drop."""
         return tuple(check for check in self.checks if check.blocks)
 
 
@@ -81,10 +81,10 @@ class NoGo(RefusedError):
 
     code = "no-go"
 
-    def __init__(self, wrong: Sequence[PreflightCheck]) -> None:
+    def __init__(self, blocking: Sequence[PreflightCheck]) -> None:
         super().__init__(
-            what=f"Preflight says NO-GO: {', '.join(check.name for check in wrong)}. "
-            + " ".join(check.sentence for check in wrong),
+            what=f"Preflight says NO-GO: {', '.join(check.name for check in blocking)}. "
+            + " ".join(check.sentence for check in blocking),
             meaning="No robot is dropped then.",
             next_step="To see what would have come of it: the same command with --despite-preflight.",
         )
@@ -104,10 +104,10 @@ class Day:
         arming: The robot will be armed.
         seed: Of the robot, from which faults draw what they leave open.
         upload: Of the maneuver; None: it did not come through, or has not yet.
-        checked: The preflight's result; None: there was none.
+        preflight: Its result; None: there was none.
         landed_us: Virtual time of the landing.
         setbacks: What went wrong on the way; a sentence each.
-        struck_s: Virtual time at which each fault struck, by its name.
+        injected_s: Virtual time at which each fault was injected, by its name.
     """
 
     robot: EmulatedRobot
@@ -119,10 +119,10 @@ class Day:
     arming: bool = True
     seed: int = 0
     upload: Upload[StoredManeuver] | None = None
-    checked: PreflightOutcome | None = None
+    preflight: PreflightOutcome | None = None
     landed_us: int = 0
     setbacks: list[str] = field(default_factory=list)
-    struck_s: dict[str, float] = field(default_factory=dict)
+    injected_s: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.reconnect()

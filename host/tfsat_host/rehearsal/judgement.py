@@ -1,11 +1,10 @@
-"""A rehearsed day afterwards: whether the robot did what it must, by the truth alone, and who noticed its faults."""
+"""A rehearsed day afterwards: whether the robot did what it must, by the truth alone, and who detected its faults."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -15,14 +14,14 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.quantity import fields, record, records
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.rehearsal.day import NoGo
-from tfsat_host.rehearsal.faults.fault import BEFORE_PREFLIGHT, FAULT, Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import BEFORE_PREFLIGHT, Fault, Outcome
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.log_summary import warnings
 
-FLOWN_DEG = 15.0
+MIN_STROKE_DEG = 15.0
 """A joint that went further has made a stroke."""
 STILL_DEG = 1.0
 """Backlash and the flow of the servos let a joint that holds move by less."""
@@ -43,7 +42,7 @@ def moved_deg(drop: Drop) -> FloatArray:
 
 
 def moves_at_the_end(drop: Drop) -> bool:
-    """Some joint still moved in the last half second of the fall; not where nothing fell."""
+    """Return whether some joint moved in the last half second of the fall; False where nothing fell."""
     if drop.landed_s is None:
         return False
     t = drop.truth[:, 0]
@@ -52,47 +51,86 @@ def moves_at_the_end(drop: Drop) -> bool:
     return bool(len(angles)) and bool(np.rad2deg(np.ptp(angles, axis=0).max()) > AT_REST_DEG)
 
 
-def came_of(outcome: Outcome, drop: Drop) -> bool | None:
+def outcome_reached(outcome: Outcome, drop: Drop) -> bool | None:
     """Return whether the robot did what `outcome` says; None: it was not dropped and cannot be judged."""
+    # That nothing is dropped shows before the fall; all else only in it.
     if outcome is Outcome.NOT_DROPPED:
         return drop.refused is not None
     if drop.refused is not None:
         return None
+    # Judge by the true angles: sensors and evaluation may be what is broken.
     moved = float(moved_deg(drop).max())
     if outcome is Outcome.STANDS_STILL:
         return moved < STILL_DEG
     if outcome is Outcome.FLIES:
-        return moved > FLOWN_DEG
+        return moved > MIN_STROKE_DEG
     # It stops by a latched fault, after a stroke at least, and is at rest when it lands.
     stopped = drop.sequencer is not None and drop.sequencer.state is SequencerState.FAULT
-    return stopped and moved > FLOWN_DEG and not moves_at_the_end(drop)
+    return stopped and moved > MIN_STROKE_DEG and not moves_at_the_end(drop)
 
 
-def designed_for(drop: Drop) -> Outcome:
-    """Return the outcome designed for all faults that struck; with none, that the robot flies."""
+def expected_outcome(drop: Drop) -> Outcome:
+    """Return what the robot must do with all injected faults; with none, that it flies."""
     # Of several faults the one that lets the robot do least decides.
-    outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.struck_s]
+    outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.injected_s]
     return next((outcome for outcome in _STRONGEST_FIRST if outcome in outcomes), Outcome.FLIES)
 
 
-def broke_design(drop: Drop) -> bool:
-    """Return whether, by the truth, the robot did not do what the faults that struck call for."""
-    return bool(drop.struck_s) and came_of(designed_for(drop), drop) is False
+def outcome_missed(drop: Drop) -> bool:
+    """Return whether, by the truth, the robot did not do what the injected faults call for."""
+    return bool(drop.injected_s) and outcome_reached(expected_outcome(drop), drop) is False
 
 
 @dataclass(frozen=True, slots=True)
-class Notice:
-    """One that noticed a fault.
+class Detection:
+    """One that detected a fault.
 
     Attributes:
         who: `PREFLIGHT`, or a key of `JudgedDay.sentences`.
         what: Names of the checks that give NO-GO, or the sentence.
-        certain: The fault's own words were found; else it is taken for noticed because it was the only fault.
+        by_name: The fault's own words were found; else it counts because it was the only fault.
     """
 
     who: str
     what: str
-    certain: bool
+    by_name: bool
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedFault:
+    """A fault of a day, and what came of it.
+
+    Attributes:
+        fault: The fault.
+        injected_s: When, as in truth.json; None: the day ended before.
+        reached: The robot did what it must with this fault alone; None: that cannot be judged.
+        expected: What the robot must do with all faults of the day.
+        expected_reached: It did; None as of `reached`.
+        moved_deg: (3,) how far each joint truly moved.
+        detections: Who detected it.
+    """
+
+    fault: Fault
+    injected_s: float | None
+    reached: bool | None
+    expected: Outcome
+    expected_reached: bool | None
+    moved_deg: FloatArray
+    detections: tuple[Detection, ...]
+
+    @property
+    def detectable(self) -> bool:
+        """Whether anything names it, by design."""
+        return bool(self.fault.noticed or self.fault.preflight)
+
+
+JUDGED_FAULT: Columns = (
+    *fields("name=fault.name what=fault.what moment=fault.moment.typed when=fault.moment.value"),
+    *fields("outcome=fault.outcome.value struck_s=injected_s came_of_it=reached"),
+    *fields("outcome_of_all=expected.value all_came_of_it=expected_reached"),
+    *fields("joints_moved_true_deg=moved_deg to_be_noticed=detectable"),
+    Column("noticed_by", of="detections", columns=fields("who what by_name")),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,20 +140,20 @@ class JudgedDay:
     Attributes:
         drop: The day.
         log: Its recording, decoded; None: there is none.
-        found: The evaluation; None: there is none.
-        verdict: Of that.
+        evaluation: Of that; None: there is none.
+        verdict: Of the evaluation.
         refusal: Why it could not be evaluated; None: it could, or it was not tried.
     """
 
     drop: Drop
     log: DropLog | None = None
-    found: Evaluation | None = None
+    evaluation: Evaluation | None = None
     verdict: Verdict | None = None
     refusal: TfsatError | None = None
 
     @property
     def good(self) -> bool:
-        """The evaluation has no doubt."""
+        """Whether the evaluation has no doubt."""
         return self.verdict is not None and self.verdict.level == "good"
 
     @cached_property
@@ -130,62 +168,64 @@ class JudgedDay:
             sentences[REFUSAL] = (str(drop.refused.what),)
         sentences[BOARD] = (*drop.setbacks, *_false_releases(drop))
         sentences[LOG] = () if self.log is None else tuple(warnings(self.log))
-        if self.found is not None and self.verdict is not None:
-            causes = (check.cause or "" for check in self.found.failed_checks)
-            sentences[REPORT] = (self.verdict.sentence, *self.verdict.reasons, *self.found.notes, *causes)
+        if self.evaluation is not None and self.verdict is not None:
+            causes = (check.cause or "" for check in self.evaluation.failed_checks)
+            sentences[REPORT] = (
+                self.verdict.sentence,
+                *self.verdict.reasons,
+                *self.evaluation.notes,
+                *causes,
+            )
         if self.refusal is not None:
             sentences[REPORT_REFUSES] = (f"{self.refusal.what} {self.refusal.meaning}",)
         return sentences
 
-    def notices(self, fault: Fault) -> tuple[Notice, ...]:
-        """List who noticed a fault that struck.
+    def detections(self, fault: Fault) -> tuple[Detection, ...]:
+        """List who detected an injected fault.
 
         For the day's only fault, anything that was found wrong counts.
         """
-        if fault.name not in self.drop.struck_s:
+        if fault.name not in self.drop.injected_s:
             return ()
         alone = len(self.drop.faults) == 1
-        noticed = [*self._by_preflight(fault, alone)]
+        detections = [*self._by_preflight(fault, alone)]
         for who, sentences in self.sentences.items():
             # A verdict in short says the same as its reasons, in fewer words: the longest is the most telling.
             own = [sentence for sentence in sentences if fault.noticed and fault.noticed in sentence]
             if own:
-                noticed.append(Notice(who, max(own, key=len), True))
-        # With one fault alone, whatever is complained of is taken for its doing, though not by its name.
-        if not noticed and alone and not self.good:
-            noticed = [
-                Notice(who, statements[0], False) for who, statements in self.sentences.items() if statements
+                detections.append(Detection(who, max(own, key=len), True))
+        # With one fault alone, whatever is complained of counts as its detection, though not by its name.
+        if not detections and alone and not self.good:
+            detections = [
+                Detection(who, sentences[0], False) for who, sentences in self.sentences.items() if sentences
             ]
-        return tuple(noticed)
+        return tuple(detections)
 
-    def _by_preflight(self, fault: Fault, alone: bool) -> Iterator[Notice]:
-        if self.drop.checked is None or fault.moment not in BEFORE_PREFLIGHT:
+    def _by_preflight(self, fault: Fault, alone: bool) -> Iterator[Detection]:
+        if self.drop.preflight is None or fault.moment not in BEFORE_PREFLIGHT:
             return
-        wrong = [check.name for check in self.drop.checked.wrong]
-        own = [name for name in wrong if name in (fault.preflight or ())]
-        if own or (wrong and alone):
-            yield Notice(PREFLIGHT, ", ".join(own or wrong), bool(own))
+        blocking = [check.name for check in self.drop.preflight.blocking]
+        own = [name for name in blocking if name in (fault.preflight or ())]
+        if own or (blocking and alone):
+            yield Detection(PREFLIGHT, ", ".join(own or blocking), bool(own))
 
-    def faults(self) -> list[dict[str, Any]]:
-        """List each fault for JSON: when it struck, its outcome and who noticed it.
-
-        Times are as in truth.json.
-        """
+    @cached_property
+    def faults(self) -> tuple[JudgedFault, ...]:
+        """Each fault of the day: when it was injected, what the robot did, who detected it."""
         drop = self.drop
-        designed = designed_for(drop)
-        return [
-            {
-                **record(FAULT, fault),
-                "struck_s": drop.struck_s.get(fault.name),
-                "came_of_it": came_of(fault.outcome, drop) if fault.name in drop.struck_s else None,
-                "outcome_of_all": designed.value,
-                "all_came_of_it": came_of(designed, drop),
-                "joints_moved_true_deg": moved_deg(drop).tolist(),
-                "to_be_noticed": bool(fault.noticed or fault.preflight),
-                "noticed_by": records(fields("who what by_name=certain"), self.notices(fault)),
-            }
+        expected = expected_outcome(drop)
+        return tuple(
+            JudgedFault(
+                fault,
+                drop.injected_s.get(fault.name),
+                outcome_reached(fault.outcome, drop) if fault.name in drop.injected_s else None,
+                expected,
+                outcome_reached(expected, drop),
+                moved_deg(drop),
+                self.detections(fault),
+            )
             for fault in drop.faults
-        ]
+        )
 
 
 def _false_releases(drop: Drop) -> list[str]:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from tfsat_host.emulated.build import Variant, ensure_built, sequencer_hex
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
@@ -23,11 +21,12 @@ from tfsat_host.rehearsal.day import Preflight
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.faults.fault_catalog import faults_named
 from tfsat_host.rehearsal.folder import ResultFolder
-from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
+from tfsat_host.rehearsal.judgement import JudgedDay
 from tfsat_host.rehearsal.rehearsed_drop import Drop
-from tfsat_host.rehearsal.result import result_of
+from tfsat_host.rehearsal.result import RehearsalResult, with_quick_look
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.series import Series
+from tfsat_host.rehearsal.series_result import TABLE, SeriesResult, write_series
 from tfsat_host.rehearsal.truth_comparison import truth_text
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run import drop_report
@@ -156,7 +155,7 @@ class Rehearsal:
 
     def run(
         self, folder: Path, seed: int = 1, *, force: bool = False, notices: Notices = SILENT
-    ) -> FinishedRehearsal:
+    ) -> RehearsalResult:
         """Rehearses the drop and leaves its run, report and result in a folder, all or nothing.
 
         Args:
@@ -172,14 +171,12 @@ class Rehearsal:
         # First of all: a folder that may not be overwritten is refused before anything is built or flown.
         run_folder = RunFolder(folder, force=force)
         series = self.series(seed, self.options.image(notices.note))
-        truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
-            drop = series.rehearse(truth, lambda _: advance(1))
-        # Faults may have made another robot of it: from here on the truth is the one that flew.
-        truth = drop.robot
+            drop = series.rehearse(series.truth(1), lambda _: advance(1))
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with run_folder.replace_files():
-            log = run_folder.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
+            # Faults may have made another robot of it: the truth is the one that flew.
+            log = run_folder.write(self.maneuver, drop, robot, truth_text(drop.robot, drop, self.filed))
             # Evaluate from the files that were just written, so that they are rehearsed, too.
             evaluated, refusal = _evaluate_folder(run_folder, drop, log)
             judged = (
@@ -187,18 +184,25 @@ class Rehearsal:
                 if evaluated is None
                 else JudgedDay(drop, log, evaluated.found, evaluated.verdict)
             )
-            result = {
-                "sequencer": self.options.sequencer,
-                "as_filed": self.options.as_filed,
-                **result_of(judged, evaluated, truth, self.schedule, self.filed, folder, notices),
-                "files": [str(path) for path in run_folder.files],
-            }
-            result = jsonable(result)
+            result = with_quick_look(
+                RehearsalResult(
+                    self.options.sequencer,
+                    self.options.as_filed,
+                    self.schedule,
+                    self.filed,
+                    judged,
+                    evaluated,
+                    None,
+                    folder,
+                    tuple(run_folder.files),
+                ),
+                notices,
+            )
             # The summary comes last: writing it seals the folder with the hashes of all files.
-            run_folder.write_summary(result)
+            run_folder.write_summary(result.as_dict())
         for stale in run_folder.removed:
             notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
-        return FinishedRehearsal(judged, evaluated, result, run_folder.path)
+        return result
 
     def run_many(
         self,
@@ -209,7 +213,7 @@ class Rehearsal:
         force: bool = False,
         notices: Notices = SILENT,
         stop: Callable[[], bool] = lambda: False,
-    ) -> RehearsedMany | None:
+    ) -> SeriesResult | None:
         """Rehearses as many drops, each of another robot, and leaves a table of them.
 
         Args:
@@ -234,12 +238,11 @@ class Rehearsal:
         # Stopped before the first drop: a folder of nothing would replace one of something.
         if not outcomes:
             return None
-        spread = many.distributions(outcomes)
-        result = many.series_result(series, runs, outcomes, spread)
-        many.write_series(result_folder, self.maneuver, self.filed, outcomes, result)
-        return RehearsedMany(result, spread, folder / many.TABLE, self._again(folder))
+        result = SeriesResult(series, runs, outcomes, folder / TABLE, self._command_of_one(folder))
+        write_series(result_folder, self.maneuver, result)
+        return result
 
-    def _again(self, folder: Path) -> str:
+    def _command_of_one(self, folder: Path) -> Advice:
         """Return the command that flies one drop of a series alone, with seed and folder to be filled in."""
         options = self.options
         words = ["--file", str(folder / MANEUVER), "--robot", str(folder / ROBOT)]
@@ -249,60 +252,6 @@ class Rehearsal:
         words += ["--despite-preflight"] if options.despite_preflight else []
         words += ["--sequencer", options.sequencer] if options.sequencer != "native" else []
         return Advice(NextStep("rehearse", (*words, "--seed", "SEED", "--out", "DIR")))
-
-
-@dataclass(frozen=True, eq=False)
-class RehearsedMany:
-    """What came of a series.
-
-    Attributes:
-        result: As `rehearse --runs --json` prints it.
-        spread: Of each number that was compared with the truth.
-        table: The file with a row for each drop.
-        again: What to type to fly one of them again.
-    """
-
-    result: dict[str, Any]
-    spread: tuple[many.Distribution, ...]
-    table: Path
-    again: str
-
-    @property
-    def exit_code(self) -> int:
-        """0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go; else 3."""
-        result = self.result
-        if result["no_go"] and not result["dropped"]:
-            return ExitCode.REFUSED
-        as_planned = result["good"] == result["runs"] and not result["broke_design"]
-        return 0 if as_planned else ExitCode.DATA_LOSS
-
-
-@dataclass(frozen=True, eq=False)
-class FinishedRehearsal:
-    """What came of a rehearsal.
-
-    Attributes:
-        judged: The day, its recording, what was evaluated, who noticed its faults.
-        evaluated: The drop as `Run.evaluate` gives it; None: there was nothing to evaluate, or it was refused.
-        result: As `rehearse --json` prints it and `summary.json` keeps it.
-        folder: The run's.
-    """
-
-    judged: JudgedDay
-    evaluated: EvaluatedRun | None
-    result: dict[str, Any]
-    folder: Path
-
-    @property
-    def exit_code(self) -> int:
-        """0 if all went as planned; 4: the preflight kept the robot from being dropped; else 3."""
-        drop, log = self.judged.drop, self.judged.log
-        if drop.checked is not None and drop.refused is not None and not drop.checked.go:
-            return ExitCode.REFUSED
-        # What the evaluation finds good may still be wrong by the truth, or by the strokes commanded.
-        by_design = not self.result["warnings"] and not broke_design(drop)
-        as_planned = self.judged.good and log is not None and log.verdict == "complete" and by_design
-        return 0 if as_planned else ExitCode.DATA_LOSS
 
 
 def _evaluate_folder(

@@ -59,9 +59,9 @@ class Drop:
         card: The newest recording on the card, byte by byte; empty if there is none.
         from_ram: That recording was fetched from the logger's RAM instead.
         upload: Of the maneuver that flew; None: it did not come through.
-        checked: The preflight's result; None: there was none.
+        preflight: Its result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
-        held: The maneuver that it held then; None: it does not answer.
+        held_maneuver: That it held then; None: it does not answer.
         recording: The logger's account of the recording; None: it does not answer, or has none.
         calibration: Measured on the bench of this robot; what was only drawn of it, it says.
         recordings: Of the bench, by their files' names.
@@ -73,15 +73,15 @@ class Drop:
         refused: What ended the day before the drop; None: nothing did.
         setbacks: What else went wrong on the way; a sentence each.
         faults: Of the day.
-        struck_s: Virtual time at which each of them struck, by its name; the day may end before.
+        injected_s: Virtual time at which each of them was injected, by its name; the day may end before.
     """
 
     card: bytes
     from_ram: bool
     upload: Upload[StoredManeuver] | None
-    checked: PreflightOutcome | None
+    preflight: PreflightOutcome | None
     sequencer: SequencerStatusReply | None
-    held: HeldManeuver | None
+    held_maneuver: HeldManeuver | None
     recording: RecordStopReply | None
     calibration: Calibration
     recordings: Mapping[str, bytes]
@@ -93,7 +93,7 @@ class Drop:
     refused: TfsatError | None
     setbacks: tuple[str, ...]
     faults: tuple[Fault, ...]
-    struck_s: Mapping[str, float]
+    injected_s: Mapping[str, float]
 
 
 def rehearse(
@@ -138,27 +138,25 @@ def rehearse(
         def at(moment: Moment) -> None:
             for fault in faults:
                 if fault.moment is moment:
-                    # Take the time first: a strike may let time pass, or raise.
-                    day.struck_s[fault.name] = robot.now_us / US_PER_S
-                    fault.struck(day)
+                    # Take the time first: an injection may let time pass, or raise.
+                    day.injected_s[fault.name] = robot.now_us / US_PER_S
+                    fault.inject(day)
 
         refused = None
         try:
-            _made_ready(day, preflight, at, progress)
+            _prepare(day, preflight, at, progress)
         except TfsatError as error:
             # Only faults and a NO-GO explain a refusal: any other is an error of the caller or a bug.
             if not faults and not isinstance(error, NoGo):
                 raise
             refused = error
         if refused is None:
-            _fallen(day, truth, at, progress)
+            _fall(day, truth, at, progress)
         progress("cables plugged; the recording is closed")
         return _collect_drop(day, truth, refused, faults)
 
 
-def _made_ready(
-    day: Day, preflight: Preflight | None, at: Callable[[Moment], None], progress: Progress
-) -> None:
+def _prepare(day: Day, preflight: Preflight | None, at: Callable[[Moment], None], progress: Progress) -> None:
     """Upload the schedule, run the preflight, start recording, and arm.
 
     Raises what the preflight or a board refuses.
@@ -174,9 +172,9 @@ def _made_ready(
         progress("preflight")
         # The preflight dates the logger's recordings, for which the logger needs the time of day.
         day.logger.set_clock(round(day.unix_s() * US_PER_S))
-        day.checked = preflight.run(day)
-        if not day.checked.go and not preflight.despite:
-            raise NoGo(day.checked.wrong)
+        day.preflight = preflight.run(day)
+        if not day.preflight.go and not preflight.despite:
+            raise NoGo(day.preflight.blocking)
     at(Moment.CHECKED)
     progress("recording in the releaser")
     # The truth starts with the recording, so that every sample has one to be compared with.
@@ -192,7 +190,7 @@ def _made_ready(
     at(Moment.ARMED)
 
 
-def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Progress) -> None:
+def _fall(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Progress) -> None:
     robot = day.robot
     progress("armed; cables pulled; the crane lifts, one switch is knocked")
     # From here on no host can help: the boards fly by what they store.
@@ -210,19 +208,19 @@ def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Prog
     fall_us = round(FALL_S * US_PER_S)
     day.landed_us = landed_us = robot.now_us + fall_us
     robot.drop(truth.rate_rad_s.tolist())
-    # Step through the fall, stopping where faults may strike; one that took time itself is not waited for.
+    # Step through the fall, stopping where faults may be injected; one that took time itself is not waited for.
     for moment, t_us in (
         (Moment.FALLING, landed_us - fall_us + fall_us // 2),
         (Moment.BEFORE_LANDING, landed_us - GUARD_US),
         (Moment.LANDING, landed_us),
         (Moment.LANDED, landed_us + GUARD_US),
     ):
-        _until(robot, t_us)
+        _advance_to(robot, t_us)
         at(moment)
-    _until(robot, landed_us + GUARD_US + AFTER_LANDING_US)
+    _advance_to(robot, landed_us + GUARD_US + AFTER_LANDING_US)
 
 
-def _until(robot: EmulatedRobot, t_us: int) -> None:
+def _advance_to(robot: EmulatedRobot, t_us: int) -> None:
     """Advance the robot to `t_us`, unless a fault has let that time pass already."""
     robot.advance(max(0, t_us - robot.now_us))
 
@@ -253,14 +251,14 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
             meaning = f"{error.meaning} {_LOST}" if closed else error.meaning
             day.setbacks.append(f"{error.what} {meaning}")
             # A card that failed may have left the drop in the logger's RAM, as long as it keeps its power.
-            ram = _fetched_ram(day)
+            ram = _fetch_ram(day)
     return Drop(
         card=ram or robot.card(),
         from_ram=bool(ram),
         upload=day.upload,
-        checked=day.checked,
+        preflight=day.preflight,
         sequencer=status,
-        held=held_maneuver,
+        held_maneuver=held_maneuver,
         recording=recording,
         calibration=day.calibration,
         recordings=day.recordings,
@@ -272,11 +270,11 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
         refused=refused,
         setbacks=tuple(day.setbacks),
         faults=tuple(faults),
-        struck_s=day.struck_s,
+        injected_s=day.injected_s,
     )
 
 
-def _fetched_ram(day: Day) -> bytes:
+def _fetch_ram(day: Day) -> bytes:
     """Fetch a drop that the card did not take from the logger's RAM; empty if there is none.
 
     Works as `tfsat-host log fetch ram` does.
@@ -298,7 +296,7 @@ def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults
     """
     image = b"" if hex_path is None else hex_path.read_bytes()
     # A fault of size 0 changes nothing, so it must not change the ids either.
-    names = tuple(fault.name for fault in faults if not fault.vain)
+    names = tuple(fault.name for fault in faults if not fault.is_zero)
     rate = tuple(map(float, truth.rate_rad_s))
     # Hash all that makes another drop; Python's own hash would differ from process to process.
     drop = repr((truth.seed, schedule.strokes, schedule.speed_cdeg_s, rate, truth.imu, names))

@@ -1,96 +1,243 @@
-"""The result of one rehearsal, as `--json` prints it and `summary.json` keeps it."""
+"""The result of one rehearsal: declared once for `--json`, `summary.json` and the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.quick_look import disagreements, quick_look, reached_deg
-from tfsat_host.json_values import error_as_dict
+from tfsat_host.evaluation.quick_look import QuickLook, disagreements, quick_look, reached_deg
+from tfsat_host.evaluation.result.drop_result import JOINTS, STROKES, joints
+from tfsat_host.exit_code import ExitCode
+from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
-from tfsat_host.preflight.preflight_check import CHECK
+from tfsat_host.preflight.preflight_check import CHECK, PreflightCheck
 from tfsat_host.protocol.limits import SWITCH_COUNT
-from tfsat_host.quantity import records
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.rehearsal.day import DROPPED, NoGo
-from tfsat_host.rehearsal.judgement import JudgedDay, moved_deg
+from tfsat_host.rehearsal.judgement import JUDGED_FAULT, JudgedDay, moved_deg, outcome_missed
 from tfsat_host.rehearsal.rehearsed_drop import HOOK_S, Drop
 from tfsat_host.rehearsal.truth import Truth
-from tfsat_host.rehearsal.truth_comparison import COMPARED, compare_with_truth, turned_rad
+from tfsat_host.rehearsal.truth_comparison import (
+    COMPARED,
+    EstimateAndTruth,
+    compare_with_truth,
+    turned_rad,
+)
 from tfsat_host.robot import RobotModel
 from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, ROBOT
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import s_from_us
 
-Json = dict[str, Any]
-
-_STROKE = [
-    "stroke",
-    "joint",
-    "scheduled_s",
-    "logged_s",
-    "commanded_deg",
-    "size_deg",
-    "size_deg_std",
-    "remark",
-]
-_JOINT = ["joint", "initial_deg", "initial_deg_std", "final_deg", "final_deg_std", "sensed"]
 LOOK_MARGIN_S = 0.05
 """What is looked at ends this long before the landing."""
 
 
-def result_of(
-    judged: JudgedDay,
-    evaluated: EvaluatedRun | None,
-    truth: Truth,
-    schedule: Schedule,
-    filed: RobotModel,
-    folder: Path,
-    notices: Notices,
-) -> Json:
-    """Robot, faults, day, flight, evaluation, and the truth next to it.
+@dataclass(frozen=True, slots=True)
+class SwitchRecord:
+    """What the recording holds of one release switch.
 
-    Args:
-        judged: The day and what was made of its recording.
-        evaluated: None: it was not.
-        truth: The robot that flew.
-        schedule: What it was to fly.
-        filed: The robot as its file has it.
-        folder: The run's.
-        notices: For why there is no quick look either.
+    Attributes:
+        switch: From 1.
+        edges_s: Times at which it changed.
+        open_at_the_end: Its state in the last sample.
     """
-    drop, log = judged.drop, judged.log
-    result: Json = {
-        "schedule": schedule.as_rows(),
-        "end_s": schedule.end_s,
-        "seed": truth.seed,
-        "robot": {"name": filed.name, "file": str(filed.path)},
-        "imu": truth.imu or None,
-        "faults": judged.faults(),
-        "notices": schedule_notices(schedule),
-        **_day(drop, folder),
-        **_flight(schedule, truth, drop, log, folder),
-        "evaluation": None if evaluated is None else _evaluation(evaluated),
-        "evaluation_refused": None if judged.refusal is None else error_as_dict(judged.refusal),
-        "compared": []
-        if judged.found is None
-        else records(COMPARED, compare_with_truth(judged.found, drop, truth, filed)),
-        "quick_look": None,
-    }
-    # Without an evaluation, at least what the log shows without calibration.
-    if evaluated is None and log is not None and log.release_us is not None and drop.refused is None:
-        try:
-            result["quick_look"] = _quick_look(schedule, drop, log, filed)
-        except TfsatError as error:
-            notices.warn(f"No quick look either. {error.what} {error.meaning}")
-    return {**result, "warnings": _stroke_warnings(schedule, result)}
+
+    switch: int
+    edges_s: tuple[float, ...]
+    open_at_the_end: bool
+
+
+@dataclass(frozen=True, slots=True)
+class MissingRelease:
+    """A fall whose recording holds no release.
+
+    Attributes:
+        hook_min: Time on the crane's hook.
+        fall_s: Time of the fall.
+        joints_moved_true_deg: (3,) by the truth.
+        strokes_started: By the sequencer; None: no board knows.
+        recording_ended_before_release_s: So long before it the recording breaks off; None: it holds that time.
+        switches: Of the recording; empty without one.
+    """
+
+    hook_min: float
+    fall_s: float
+    joints_moved_true_deg: FloatArray
+    strokes_started: int | None
+    recording_ended_before_release_s: float | None
+    switches: tuple[SwitchRecord, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UncalibratedMotion:
+    """The motion of a drop that cannot be evaluated: no calibration, no standard deviations.
+
+    Attributes:
+        strokes_deg: Change of the moved joint in each scheduled stroke; NaN where the log lacks it.
+        look: Joints and body 1.
+    """
+
+    strokes_deg: FloatArray
+    look: QuickLook
+
+
+@dataclass(frozen=True, eq=False)
+class RehearsalResult:
+    """What came of a rehearsal.
+
+    Attributes:
+        sequencer: Its firmware: `native` or `avr`.
+        as_filed: The robot was exactly what its file says.
+        schedule: What was to be flown.
+        filed: The robot as its file has it.
+        judged: The day, its recording, what was evaluated, who detected its faults.
+        evaluated: The drop as `Run.evaluate` gives it; None: there was nothing to evaluate, or it was refused.
+        quick_look: In place of an evaluation; None: there is one, or nothing to look at.
+        folder: The run's.
+        files: That were written.
+    """
+
+    sequencer: str
+    as_filed: bool
+    schedule: Schedule
+    filed: RobotModel
+    judged: JudgedDay
+    evaluated: EvaluatedRun | None
+    quick_look: UncalibratedMotion | None
+    folder: Path
+    files: tuple[Path, ...]
+
+    @property
+    def drop(self) -> Drop:
+        """The day."""
+        return self.judged.drop
+
+    @property
+    def log(self) -> DropLog | None:
+        """The recording, decoded."""
+        return self.judged.log
+
+    @property
+    def truth(self) -> Truth:
+        """The robot that flew: as it was drawn, and what faults made of it."""
+        return self.drop.robot
+
+    @property
+    def preflight_go(self) -> bool | None:
+        """Whether the preflight says GO; None: there was none."""
+        return None if self.drop.preflight is None else self.drop.preflight.go
+
+    @property
+    def refused_by_preflight(self) -> bool:
+        """Whether a NO-GO kept the robot from being dropped."""
+        return isinstance(self.drop.refused, NoGo)
+
+    @property
+    def initial_rate_deg_s(self) -> list[float]:
+        """(3,) true rate of body 3 at the release, its axes."""
+        rates: list[float] = np.rad2deg(self.truth.rate_rad_s).round(6).tolist()
+        return rates
+
+    @property
+    def logged_flight(self) -> DropLog | None:
+        """The recording of a fall, if it holds the release."""
+        return self.log if self._fell and self.log is not None and self.log.release_us is not None else None
+
+    @property
+    def _fell(self) -> bool:
+        return self.drop.released_s is not None and self.drop.landed_s is not None
+
+    @property
+    def true_until_s(self) -> float | None:
+        """Time after the release until which the truth is taken; None: no logged flight."""
+        if self.logged_flight is None:
+            return None
+        # Stop short of the landing, whose shock would count as rotation.
+        return fall_s(self.drop) - LOOK_MARGIN_S
+
+    @cached_property
+    def true_turn_deg(self) -> float | None:
+        """Angle by which body 1 truly turned until `true_until_s`."""
+        if self.true_until_s is None:
+            return None
+        released_s = self.drop.released_s or 0.0
+        return float(np.rad2deg(turned_rad(self.drop.truth, released_s, released_s + self.true_until_s)))
+
+    @property
+    def strokes_s(self) -> list[float]:
+        """Times of the logged strokes after the release."""
+        log = self.logged_flight
+        return (
+            [] if log is None else [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
+        )
+
+    @property
+    def simulate_command(self) -> Advice | None:
+        """What computes the same drop of the nominal robot, until the moment at which the truth is taken."""
+        if self.true_until_s is None:
+            return None
+        # `simulate` follows the joints to their rest.
+        until_s = max(self.true_until_s, s_from_us(self.schedule.end_us))
+        maneuver, robot = (str(self.folder / name) for name in (MANEUVER, ROBOT))
+        rates = [f"{rate:g}" for rate in self.initial_rate_deg_s]
+        start = ("--file", maneuver, "--initial-rate", *rates)
+        return Advice(NextStep("simulate", (*start, "--until", f"{until_s:.3f}", "--robot", robot)))
+
+    @cached_property
+    def missing_release(self) -> MissingRelease | None:
+        """What the robot did in a fall whose recording holds no release; None: nothing fell, or it holds one."""
+        return (
+            None
+            if not self._fell or self.logged_flight is not None
+            else _missing_release(self.drop, self.log)
+        )
+
+    @cached_property
+    def compared(self) -> tuple[EstimateAndTruth, ...]:
+        """Each number of the evaluation that has a truth."""
+        evaluation = self.judged.evaluation
+        return () if evaluation is None else compare_with_truth(evaluation, self.drop, self.truth, self.filed)
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """Strokes that were not as commanded, by the evaluation, or by the quick look if there is none."""
+        if self.judged.evaluation is not None:
+            sizes = np.rad2deg([stroke.size_rad for stroke in self.judged.evaluation.strokes])
+        elif self.quick_look is not None:
+            sizes = self.quick_look.strokes_deg
+        else:
+            return []
+        return disagreements(
+            [stroke.t_s for stroke in self.schedule.strokes],
+            self.strokes_s,
+            [stroke.angle_deg for stroke in self.schedule.strokes],
+            [size if isfinite(size) else nan for size in sizes],
+        )
+
+    @property
+    def exit_code(self) -> int:
+        """0 if all went as planned; 4: the preflight kept the robot from being dropped; else 3."""
+        if self.drop.refused is not None and self.preflight_go is False:
+            return ExitCode.REFUSED
+        # What the evaluation finds good may still be wrong by the truth, or by the strokes commanded.
+        by_design = not self.warnings and not outcome_missed(self.drop)
+        complete = self.log is not None and self.log.verdict == "complete"
+        return 0 if self.judged.good and complete and by_design else ExitCode.DATA_LOSS
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object of `--json`, which `summary.json` keeps."""
+        result: dict[str, Any] = jsonable(record(REHEARSAL, self))
+        return result
 
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
@@ -100,95 +247,159 @@ def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
     return (*schedule.notices, *servo_speed_notices(schedule))
 
 
-def _day(drop: Drop, folder: Path) -> Json:
-    """Summarize the day up to the drop and the sequencer's state after it."""
-    refused, checked, sequencer = drop.refused, drop.checked, drop.sequencer
-    red = () if checked is None else checked.wrong
-    return {
-        "verified": drop.upload is not None,
-        "preflight": None if checked is None else "go" if checked.go else "no-go",
-        "preflight_file": None if checked is None else str(folder / PREFLIGHT),
-        "no_go": [check.name for check in red],
-        "no_go_checks": records(CHECK, red),
-        "refused": None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}",
-        "refused_by": None if refused is None else "preflight" if isinstance(refused, NoGo) else "board",
-        "setbacks": list(drop.setbacks),
-        "sequencer_state": None if sequencer is None else sequencer.state.name.lower(),
-        "knocks": None if sequencer is None else sequencer.knocks,
-        "false_releases": None if sequencer is None else sequencer.false_releases,
-    }
+def fall_s(drop: Drop) -> float:
+    """Return the time from the release to the landing; 0 if nothing fell."""
+    return (drop.landed_s or 0.0) - (drop.released_s or 0.0)
 
 
-def _flight(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, folder: Path) -> Json:
-    """Summarize the recording and the true motion of the fall."""
-    rate_deg_s = np.rad2deg(truth.rate_rad_s).round(6).tolist()
-    flight: Json = {
-        "initial_rate_deg_s": rate_deg_s,
-        "initial_rate_body": 3,
-        "simulate_command": None,
-        "verdict": None if log is None else log.verdict,
-        "recording_from": "ram" if drop.from_ram else "card",
-        "samples": 0 if log is None else len(log),
-        "samples_lost": None if log is None else log.samples_lost,
-        "rate_hz": None if log is None else log.rate_hz,
-        "strokes_s": [],
-        "reorientation_true_deg": None,
-        "reorientation_true_until_s": None,
-        "no_release": None,
-    }
-    if drop.released_s is None or drop.landed_s is None:
-        return flight
-    if log is None or log.release_us is None:
-        return flight | {"no_release": _no_release(drop, log)}
-    # Stop short of the landing, whose shock would count as rotation.
-    until_s = drop.landed_s - drop.released_s - LOOK_MARGIN_S
-    turned = turned_rad(drop.truth, drop.released_s, drop.released_s + until_s)
-    return flight | {
-        "simulate_command": _simulate_command(schedule, until_s, folder, rate_deg_s),
-        "strokes_s": [log.seconds(event.t_us) for event in log.events if event.name == "stroke"],
-        "reorientation_true_deg": float(np.rad2deg(turned)),
-        "reorientation_true_until_s": until_s,
-    }
+def _refusal_text(result: RehearsalResult) -> str | None:
+    refused = result.drop.refused
+    return None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}"
 
 
-def _simulate_command(schedule: Schedule, until_s: float, folder: Path, rate_deg_s: Sequence[float]) -> str:
-    """Return the `simulate` command that computes the same drop of the robot as filed.
+def _refused_by(result: RehearsalResult) -> str | None:
+    if result.drop.refused is None:
+        return None
+    return "preflight" if result.refused_by_preflight else "board"
 
-    It ends at the moment at which the truth is taken.
+
+def _preflight_text(result: RehearsalResult) -> str | None:
+    return None if result.preflight_go is None else "go" if result.preflight_go else "no-go"
+
+
+def _blocking_checks(result: RehearsalResult) -> list[PreflightCheck]:
+    preflight = result.drop.preflight
+    return [] if preflight is None else list(preflight.blocking)
+
+
+def _of_sequencer(name: str) -> Column:
+    """Column of the sequencer's status after the landing; None: it does not respond."""
+    return Column(name, of=lambda result: result.drop.sequencer and getattr(result.drop.sequencer, name))
+
+
+def _of_log(name: str) -> Column:
+    """Column of the recording; None: there is none."""
+    return Column(name, of=lambda result: None if result.log is None else getattr(result.log, name))
+
+
+def _choose(columns: Columns, keys: str) -> Columns:
+    return tuple(column for column in columns if column.key in keys.split())
+
+
+_EVALUATION: Columns = (
+    *fields("level=verdict.level sentence=verdict.sentence reasons=verdict.reasons"),
+    Column("reorientation_deg", of="found.reorientation.angle_rad", std="found.reorientation.std_rad"),
+    Column("until_s", of=lambda run: float(run.found.motion.t_s[-1])),
+    Column(
+        "strokes",
+        of="found.strokes",
+        columns=_choose(STROKES, "stroke joint scheduled_s logged_s commanded_deg size_deg remark"),
+    ),
+    Column(
+        "joints",
+        of=lambda run: joints(run.found),
+        columns=_choose(JOINTS, "joint initial_deg final_deg sensed"),
+    ),
+)
+_MISSING_RELEASE: Columns = (
+    *fields("hook_min fall_s joints_moved_true_deg strokes_started recording_ended_before_release_s"),
+    Column("switches", columns=fields("switch edges_s open_at_the_end")),
+)
+_QUICK_LOOK = fields(
+    "strokes_deg joint_change_deg=look.joint_change_deg reorientation_deg=look.reorientation_deg "
+    "until_s=look.until_s"
+)
+REHEARSAL: Columns = (
+    *fields("sequencer as_filed"),
+    Column("schedule", of=lambda result: result.schedule.as_rows()),
+    *fields("end_s=schedule.end_s seed=truth.seed"),
+    Column("robot", of="filed", columns=(Column("name"), Column("file", of=lambda robot: str(robot.path)))),
+    Column("imu", of=lambda result: result.truth.imu or None),
+    Column("faults", of="judged.faults", columns=JUDGED_FAULT),
+    Column("notices", of=lambda result: schedule_notices(result.schedule)),
+    # The day until the drop, and the sequencer after it.
+    Column("verified", of=lambda result: result.drop.upload is not None),
+    Column("preflight", of=_preflight_text),
+    Column(
+        "preflight_file",
+        of=lambda result: None if result.preflight_go is None else str(result.folder / PREFLIGHT),
+    ),
+    Column("no_go", of=lambda result: [check.name for check in _blocking_checks(result)]),
+    Column("no_go_checks", of=_blocking_checks, columns=CHECK),
+    Column("refused", of=_refusal_text),
+    Column("refused_by", of=_refused_by),
+    *fields("setbacks=drop.setbacks"),
+    Column("sequencer_state", of=lambda result: result.drop.sequencer and result.drop.sequencer.state),
+    *map(_of_sequencer, ("knocks", "false_releases")),
+    # The flight: recording and truth.
+    *fields("initial_rate_deg_s"),
+    Column("initial_rate_body", of=lambda _: 3),
+    *fields("simulate_command"),
+    _of_log("verdict"),
+    Column("recording_from", of=lambda result: "ram" if result.drop.from_ram else "card"),
+    Column("samples", of=lambda result: 0 if result.log is None else len(result.log)),
+    *map(_of_log, ("samples_lost", "rate_hz")),
+    *fields("strokes_s reorientation_true_deg=true_turn_deg reorientation_true_until_s=true_until_s"),
+    Column("no_release", of="missing_release", columns=_MISSING_RELEASE),
+    # The evaluation, and the truth next to it.
+    Column("evaluation", of="evaluated", columns=_EVALUATION),
+    Column(
+        "evaluation_refused",
+        of=lambda result: result.judged.refusal and error_as_dict(result.judged.refusal),
+    ),
+    Column("compared", columns=COMPARED),
+    Column("quick_look", columns=_QUICK_LOOK),
+    *fields("warnings"),
+    Column("files", of=lambda result: [str(path) for path in result.files]),
+)
+"""The object of `rehearse --json`, of a `RehearsalResult`."""
+
+
+def with_quick_look(result: RehearsalResult, notices: Notices) -> RehearsalResult:
+    """Return the result with what the log shows without calibration, if the drop has no evaluation.
+
+    Warns where that fails, too.
     """
-    rates = [f"{rate:g}" for rate in rate_deg_s]
-    until_s = max(until_s, s_from_us(schedule.end_us))  # `simulate` follows the joints to their rest
-    maneuver, robot = (str(folder / name) for name in (MANEUVER, ROBOT))
-    start = ("--file", maneuver, "--initial-rate", *rates)
-    return Advice(NextStep("simulate", (*start, "--until", f"{until_s:.3f}", "--robot", robot)))
+    log = result.logged_flight
+    if result.evaluated is not None or log is None or result.drop.refused is not None:
+        return result
+    strokes = result.schedule.strokes
+    starts_s, moved_joints = [stroke.t_s for stroke in strokes], [stroke.joint for stroke in strokes]
+    length_s = fall_s(result.drop)
+    try:
+        look = quick_look(log, result.filed, until_s=length_s - LOOK_MARGIN_S)
+        sizes = reached_deg(log, result.filed, moved_joints, starts_s, length_s)
+    except TfsatError as error:
+        notices.warn(f"No quick look either. {error.what} {error.meaning}")
+        return result
+    return replace(result, quick_look=UncalibratedMotion(sizes, look))
 
 
-def _no_release(drop: Drop, log: DropLog | None) -> Json:
-    """Describe what the robot did in a fall whose recording holds no release."""
+def _missing_release(drop: Drop, log: DropLog | None) -> MissingRelease:
     events = [] if log is None else [event for event in log.events if event.name == "switch_edge"]
-    return {
-        "hook_min": HOOK_S / 60.0,
-        "fall_s": (drop.landed_s or 0.0) - (drop.released_s or 0.0),
-        "joints_moved_true_deg": moved_deg(drop).tolist(),
-        "strokes_started": _strokes_started(drop),
-        "recording_ended_before_release_s": _ended_before_release_s(drop, log),
-        "switches": [
-            {
-                "switch": index + 1,
-                "edges_s": [log.seconds(event.t_us) for event in events if event.index == index],
-                "open_at_the_end": bool(log.switch_open[-1, index]),
-            }
-            for index in range(SWITCH_COUNT)
-        ]
-        if log is not None and len(log)
-        else [],
-    }
+    switches = range(SWITCH_COUNT) if log is not None and len(log) else ()
+    return MissingRelease(
+        HOOK_S / 60.0,
+        fall_s(drop),
+        moved_deg(drop),
+        _strokes_started(drop),
+        _ended_before_release_s(drop, log),
+        tuple(
+            SwitchRecord(
+                index + 1,
+                tuple(log.seconds(event.t_us) for event in events if event.index == index),
+                bool(log.switch_open[-1, index]),
+            )
+            for index in switches
+            if log is not None
+        ),
+    )
 
 
 def _strokes_started(drop: Drop) -> int | None:
     """Return the number of strokes started, by the sequencer.
 
-    None: it does not answer, or it restarted since the release and knows of no run.
+    None: it does not respond, or it restarted since the release and knows of no run.
     """
     if drop.sequencer is None or drop.released_s is None:
         return None
@@ -204,62 +415,9 @@ def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
 
     None: the recording holds the time of the release, or it is complete.
     """
-    if (
-        log is None
-        or log.footer is not None
-        or not len(log)
-        or drop.released_s is None
-        or not len(drop.truth)
-    ):
+    if log is None or log.footer is not None or not len(log) or not len(drop.truth):
         return None
     length_s = float(log.t_us[-1] - log.t_us[0]) / 1e6
     # Truth and recording begin together: the first time of one plus the length of the other is its end.
-    before_s = drop.released_s - (float(drop.truth[0, 0]) + length_s)
+    before_s = (drop.released_s or 0.0) - (float(drop.truth[0, 0]) + length_s)
     return before_s if before_s > 0.0 else None
-
-
-def _evaluation(evaluated: EvaluatedRun) -> Json:
-    """Return the keys of `evaluate --json` that concern the maneuver."""
-    document = evaluated.as_dict()
-    return {
-        **document["verdict"],
-        **{key: document[key] for key in ("reorientation_deg", "reorientation_deg_std", "until_s")},
-        "strokes": [{key: stroke[key] for key in _STROKE} for stroke in document["strokes"]],
-        "joints": [{key: joint[key] for key in _JOINT} for joint in document["joints"]],
-    }
-
-
-def _quick_look(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel) -> Json:
-    """Estimate the motion of a drop that cannot be evaluated, without calibration and uncertainty.
-
-    Raises EvaluationError.
-    """
-    fall_s = (drop.landed_s or 0.0) - (drop.released_s or 0.0)
-    starts_s = [stroke.t_s for stroke in schedule.strokes]
-    joints = [stroke.joint for stroke in schedule.strokes]
-    look = quick_look(log, filed, until_s=fall_s - LOOK_MARGIN_S)
-    return {
-        "strokes_deg": reached_deg(log, filed, joints, starts_s, fall_s).tolist(),
-        "joint_change_deg": [float(change) for change in look.joint_change_deg],
-        "reorientation_deg": look.reorientation_deg,
-        "until_s": look.until_s,
-    }
-
-
-def _stroke_warnings(schedule: Schedule, result: Json) -> list[str]:
-    """Warn of strokes that were not as commanded.
-
-    They are judged by the evaluation, or by the quick look if there is none.
-    """
-    if result["evaluation"] is not None:
-        sizes = [stroke["size_deg"] for stroke in result["evaluation"]["strokes"]]
-    elif result["quick_look"] is not None:
-        sizes = result["quick_look"]["strokes_deg"]
-    else:
-        return []
-    return disagreements(
-        [stroke.t_s for stroke in schedule.strokes],
-        result["strokes_s"],
-        [stroke.angle_deg for stroke in schedule.strokes],
-        [size if size is not None and isfinite(size) else nan for size in sizes],
-    )

@@ -101,14 +101,14 @@ class RunFolder(ResultFolder):
         self.file("truth.json").write_text(truth_text, encoding="utf-8")
         if drop.released_s is not None:
             self.file("truth.csv").write_text(truth_table(drop), encoding="utf-8")
-        if drop.checked is not None:
+        if drop.preflight is not None:
             self._write_preflight(drop, certificate, self.path / ROBOT)
         self.file(SUMMARY)
         log = self._write_card(drop.card) if drop.card else None
         if log is not None:
             self._note_landing(log, drop, certificate)
-            if drop.held is not None:
-                text = note_text(drop.held, log.session, "rehearse")
+            if drop.held_maneuver is not None:
+                text = note_text(drop.held_maneuver, log.session, "rehearse")
                 self.file(note_name(log.session)).write_text(text, encoding="utf-8")
         return log
 
@@ -143,15 +143,15 @@ class RunFolder(ResultFolder):
 
     def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
         """Write and sign the preflight result as `tfsat-host preflight` does."""
-        assert drop.checked is not None
-        evidence = drop.checked.evidence
+        assert drop.preflight is not None
+        evidence = drop.preflight.evidence
         files = {
             "maneuver": self.maneuver,
             "calibration": certificate,
             "robot": robot,
             "facility": load_tower(None).path,
         }
-        result = PreflightResult(evidence, drop.checked.checks, hashes_of(files))
+        result = PreflightResult(evidence, drop.preflight.checks, hashes_of(files))
         self.file(RECORD)
         self.file(PREFLIGHT)
         write_result(self.path, result)
@@ -168,8 +168,7 @@ class RunFolder(ResultFolder):
 
     def write_summary(self, result: Mapping[str, Any]) -> None:
         """Writes `summary.json`, the command's result."""
-        text = json.dumps(result, indent=1, default=_plain)
-        (self.path / SUMMARY).write_text(text + "\n", encoding="utf-8")
+        (self.path / SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
         self.seal()
 
 
@@ -204,7 +203,3 @@ def _is_a_run(folder: Path) -> bool:
 def _is_derived(path: Path) -> bool:
     """Return whether the file bears the mark of a command that derives files from a recording."""
     return any(was_made_with(path, mark) for mark in (EVALUATION_MARKER, PAGE_MARKER, FIGURE, MCAP))
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist()

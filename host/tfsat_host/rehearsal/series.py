@@ -1,46 +1,35 @@
-"""Many drops, each of another robot: flown on all cores; their distribution, table and result."""
+"""Many drops, each of another robot, flown on all cores."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
 import signal
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
-
-import numpy as np
 
 from tfsat_host.emulated.imu_part import ImuPart
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
-from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
-from tfsat_host.quantity import fields, record, records
+from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal import rehearsed_drop as drops
 from tfsat_host.rehearsal.day import DROPPED, Preflight
 from tfsat_host.rehearsal.faults.fault_catalog import fault_named
-from tfsat_host.rehearsal.folder import ResultFolder
-from tfsat_host.rehearsal.judgement import JudgedDay, broke_design
+from tfsat_host.rehearsal.judgement import JudgedDay, outcome_missed
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth import Truth, drawn_truth, hash_of, truth_as_filed
 from tfsat_host.rehearsal.truth_comparison import EstimateAndTruth, compare_with_truth
 from tfsat_host.robot import RobotModel
-from tfsat_host.run.files import MANEUVER, ROBOT
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.worker_processes import worker_pool
 
-TABLE, SUMMARY = "runs.csv", "runs.json"
 # Each of the libraries of linear algebra that numpy may be built with has a variable of its own.
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-_ASKED_EVERY_S = 0.2
+_STOP_POLL_S = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,13 +90,13 @@ class RehearsedDrop:
         seed: That flies it again.
         imu: Part on every body; empty: the robot is as filed.
         refused: Why nothing was dropped; empty: something was.
-        no_go: Checks of the preflight that stand against a drop.
+        no_go: Checks of the preflight that block a drop.
         verdict: Of the evaluation; `none` without one.
         samples_lost: In the recording; -1 without one.
         strokes_off_us: When each stroke came, less when it was scheduled.
-        compared: Found and true.
-        noticed: Of each fault that struck, by its name, who noticed it (see `judgement.Notice`); may be empty.
-        broke_design: By the truth the robot did not do what it must with the faults that struck.
+        compared: Estimates and truth.
+        detected_by: Of each injected fault, by its name, who detected it (`judgement.Detection`); may be empty.
+        outcome_missed: By the truth the robot did not do what it must with the injected faults.
     """
 
     number: int
@@ -119,8 +108,8 @@ class RehearsedDrop:
     samples_lost: int = -1
     strokes_off_us: tuple[float, ...] = ()
     compared: tuple[EstimateAndTruth, ...] = ()
-    noticed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    broke_design: bool = False
+    detected_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    outcome_missed: bool = False
 
 
 def fly_many(
@@ -158,7 +147,7 @@ def fly_many(
             if not flying:
                 break
             # Time out now and then, to ask `stop` again.
-            landed, flying = wait(flying, timeout=_ASKED_EVERY_S, return_when=FIRST_COMPLETED)
+            landed, flying = wait(flying, timeout=_STOP_POLL_S, return_when=FIRST_COMPLETED)
             for future in landed:
                 outcomes.append(future.result())
                 progress()
@@ -192,30 +181,26 @@ def fly(series: Series, number: int) -> RehearsedDrop:
     truth = series.truth(number)
     drop = series.rehearse(truth)
     judged = _judge_drop(drop, series)
-    numbers: dict[str, Any] = {}
-    if judged.log is not None:
-        numbers["samples_lost"] = judged.log.samples_lost
-    if judged.found is not None and judged.verdict is not None:
-        numbers |= {
-            "verdict": judged.verdict.level,
-            "strokes_off_us": tuple(
-                1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in judged.found.strokes
-            ),
-            "compared": compare_with_truth(judged.found, drop, drop.robot, series.filed),
-        }
-    struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
+    evaluation = judged.evaluation
     return RehearsedDrop(
         number,
         truth.seed,
         truth.imu,
         drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
-        () if drop.checked is None else tuple(check.name for check in drop.checked.wrong),
-        **numbers,
-        # Each who noticed once, in the order of the day; a dict keeps that, a set would not.
-        noticed={
-            fault.name: tuple(dict.fromkeys(by.who for by in judged.notices(fault))) for fault in struck
+        () if drop.preflight is None else tuple(check.name for check in drop.preflight.blocking),
+        "none" if judged.verdict is None else judged.verdict.level,
+        -1 if judged.log is None else judged.log.samples_lost,
+        ()
+        if evaluation is None
+        else tuple(1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in evaluation.strokes),
+        () if evaluation is None else compare_with_truth(evaluation, drop, drop.robot, series.filed),
+        # Each who detected it once, in the order of the day; a dict keeps that, a set would not.
+        {
+            fault.fault.name: tuple(dict.fromkeys(detection.who for detection in fault.detections))
+            for fault in judged.faults
+            if fault.injected_s is not None
         },
-        broke_design=broke_design(drop),
+        outcome_missed(drop),
     )
 
 
@@ -238,139 +223,3 @@ def decode_drop(drop: Drop) -> DropLog:
         # The decoder reads files: take the same way as a team's card.
         path.write_bytes(drop.card)
         return load(path)
-
-
-@dataclass(frozen=True, slots=True)
-class Distribution:
-    """Of one number over all drops.
-
-    Attributes:
-        name: Of it.
-        unit: Of all but `held`.
-        mean_true: What it truly was, on average.
-        spread_true: Its standard deviation over the robots.
-        rms_error: Of what was found.
-        largest_error: In magnitude.
-        stated_std: Median.
-        held: Share of the 95 % intervals that hold the truth.
-        count: Drops in which it was found.
-    """
-
-    name: str
-    unit: str
-    mean_true: float
-    spread_true: float
-    rms_error: float
-    largest_error: float
-    stated_std: float
-    held: float
-    count: int
-
-
-def distributions(outcomes: Sequence[RehearsedDrop]) -> tuple[Distribution, ...]:
-    """Compute the distribution of every compared number, in the order of first appearance."""
-    by_name: dict[str, list[EstimateAndTruth]] = {}
-    for outcome in outcomes:
-        for comparison in outcome.compared:
-            by_name.setdefault(comparison.name, []).append(comparison)
-    return tuple(_distribution(name, ones) for name, ones in by_name.items())
-
-
-def _distribution(name: str, ones: Sequence[EstimateAndTruth]) -> Distribution:
-    # (m, 3) rows to three columns.
-    estimate, std, true = np.array(
-        [(comparison.found, comparison.std, comparison.true) for comparison in ones]
-    ).T
-    error = estimate - true
-    return Distribution(
-        name,
-        ones[0].unit,
-        float(true.mean()),
-        float(true.std()),
-        float(np.sqrt((error**2).mean())),
-        float(np.abs(error).max()),
-        float(np.median(std)),
-        # Coverage of the 95 % intervals: whether the standard deviations that are stated are honest.
-        float((np.abs(error) <= 1.96 * std).mean()),
-        len(ones),
-    )
-
-
-def series_result(
-    series: Series, runs: int, outcomes: Sequence[RehearsedDrop], spread: Sequence[Distribution]
-) -> dict[str, Any]:
-    """Build the result of a series, for `--json` and for the folder."""
-    verdicts = [outcome.verdict for outcome in outcomes]
-    # A stroke that the log lacks is NaN, the only number that differs from itself.
-    timing = [abs(off) for outcome in outcomes for off in outcome.strokes_off_us if off == off]
-    return {
-        "runs": len(outcomes),
-        "asked": runs,
-        "seed": series.seed,
-        "robot": {"name": series.filed.name, "file": str(series.filed.path)},
-        "as_filed": series.as_filed,
-        "imu": outcomes[0].imu or None,
-        "faults": list(series.faults),
-        "faults_noticed": [_count_notices(name, outcomes) for name in series.faults],
-        "broke_design": [outcome.number for outcome in outcomes if outcome.broke_design],
-        "dropped": sum(not outcome.refused for outcome in outcomes),
-        "no_go": dict(Counter(name for outcome in outcomes for name in outcome.no_go)),
-        **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
-        # Drops without a recording have -1, which must not make up for another's loss.
-        "samples_lost": sum(max(0, outcome.samples_lost) for outcome in outcomes),
-        "stroke_timing_us": {
-            "rms": (sum(off**2 for off in timing) / len(timing)) ** 0.5 if timing else None,
-            "largest": max(timing, default=None),
-        },
-        "distributions": [asdict(distribution) for distribution in spread],
-        "refused": records(
-            fields("number seed why=refused"), (outcome for outcome in outcomes if outcome.refused)
-        ),
-    }
-
-
-def _count_notices(name: str, outcomes: Sequence[RehearsedDrop]) -> dict[str, Any]:
-    """Count the drops in which a fault struck and was noticed, and by whom."""
-    by = [outcome.noticed[name] for outcome in outcomes if name in outcome.noticed]
-    return {
-        "name": name,
-        "struck": len(by),
-        "noticed": sum(bool(who) for who in by),
-        "noticed_by": dict(Counter(who for each in by for who in each)),
-    }
-
-
-def write_series(
-    folder: ResultFolder,
-    maneuver: Maneuver,
-    filed: RobotModel,
-    outcomes: Sequence[RehearsedDrop],
-    result: Mapping[str, Any],
-) -> None:
-    """Maneuver, robot, a table with a row for each drop, and the result; all or none. Raises UsageError, OSError."""
-    robot = filed.path.read_bytes()  # which may lie in this very folder
-    with folder.replace_files():
-        folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
-        folder.file(ROBOT).write_bytes(robot)
-        folder.file(TABLE).write_text(_table(outcomes), encoding="utf-8")
-        folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-        folder.seal()
-
-
-def _table(outcomes: Sequence[RehearsedDrop]) -> str:
-    """CSV: a row for each drop, with the seed that flies it again alone."""
-    # Columns of all that any drop gave: one that lacks a number has NaN there.
-    names = list(dict.fromkeys(comparison.name for outcome in outcomes for comparison in outcome.compared))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    columns = [f"{name} {what}" for name in names for what in ("found", "std", "true")]
-    writer.writerow(["number", "seed", "no_go", "refused", "verdict", "samples_lost", *columns])
-    for outcome in outcomes:
-        by_name = {
-            comparison.name: (comparison.found, comparison.std, comparison.true)
-            for comparison in outcome.compared
-        }
-        values = [f"{value:.9g}" for name in names for value in by_name.get(name, (float("nan"),) * 3)]
-        first = record(fields("number seed no_go refused verdict samples_lost"), outcome)
-        writer.writerow([*(first | {"no_go": " ".join(outcome.no_go)}).values(), *values])
-    return text.getvalue()

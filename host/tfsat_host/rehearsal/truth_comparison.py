@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.quantity import Columns, fields
+from tfsat_host.quantity import Column, Columns
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
@@ -36,24 +36,31 @@ class EstimateAndTruth:
     Attributes:
         name: For people.
         unit: Of all three.
-        found: By the evaluation.
+        estimate: By the evaluation.
         std: Its standard deviation, as the evaluation states it.
         true: What it was.
     """
 
     name: str
     unit: str
-    found: float
+    estimate: float
     std: float
     true: float
 
     @property
     def deviations(self) -> float:
-        """How far it is off, in standard deviations."""
-        return (self.found - self.true) / self.std
+        """Error in standard deviations."""
+        return (self.estimate - self.true) / self.std
 
 
-COMPARED: Columns = fields("name found std true unit deviations")
+COMPARED: Columns = (
+    Column("name", "number"),
+    Column("found", "estimate", of="estimate"),
+    Column("std", "±"),
+    Column("true", "truth"),
+    Column("unit", "unit"),
+    Column("deviations", "error (σ)", form="+.1f"),
+)
 
 
 def compare_with_truth(

@@ -21,7 +21,7 @@ MIN_CHANGE_STDS = 2.0
 _STROKE_KEYS = ("stroke", "commanded_deg", "size_deg", "start_s", "end_s")
 
 
-class _Row(NamedTuple):
+class PredictionRow(NamedTuple):
     """Measurement, or a model's prediction."""
 
     name: str
@@ -40,7 +40,7 @@ def prediction_table(evaluation: Evaluation) -> Table:
     """Build the table of the reorientation as measured and as both models predict it, with their attitude errors."""
     turn, until_s = evaluation.reorientation, evaluation.motion.bodies[BODY_1].t_s[-1]
     measured = Quantity(float(np.rad2deg(turn.angle_rad)), float(np.rad2deg(turn.std_rad)), "deg")
-    rows = [_Row("measured", measured if evaluation.is_given("attitudes") else "withheld", "")]
+    rows = [PredictionRow("measured", measured if evaluation.is_given("attitudes") else "withheld", "")]
     explained = evaluation.explained
     for name, side, is_given in (
         ("nominal model", explained.nominal, evaluation.is_given()),
@@ -48,9 +48,9 @@ def prediction_table(evaluation: Evaluation) -> Table:
     ):
         if is_given:
             predicted = Quantity(float(np.rad2deg(_predicted_turn_rad(evaluation, side))), None, "deg")
-            rows.append(_Row(name, predicted, attitude_error(name, side.error, is_given=True)))
+            rows.append(PredictionRow(name, predicted, attitude_error(name, side.error, is_given=True)))
         else:
-            rows.append(_Row(name, "withheld", "withheld"))
+            rows.append(PredictionRow(name, "withheld", "withheld"))
     return Table(f"Prediction and measurement, release to {until_s:.2f} s", _PREDICTION, rows)
 
 

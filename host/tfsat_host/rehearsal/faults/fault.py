@@ -1,4 +1,4 @@
-"""One fault of a rehearsed day: when it strikes, what it does, and what must come of it."""
+"""One fault of a rehearsed day: when it is injected, what it does, and what the robot must then do."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Moment(Enum):
 
 
 BEFORE_PREFLIGHT = (Moment.POWERED, Moment.UPLOADED)
-"""What strikes then is there when the preflight looks."""
+"""What is injected then is there when the preflight looks."""
 
 
 def between(first: Moment, last: Moment) -> tuple[Moment, ...]:
@@ -72,7 +72,7 @@ class Outcome(Enum):
 
 
 Outcomes = Mapping[Moment, Outcome]
-"""What comes of a fault by the moment at which it strikes; at a moment that is missing it cannot be."""
+"""What the robot must do, by the moment of the injection; at a moment that is missing the fault cannot be."""
 
 
 def outcomes_between(first: Moment, last: Moment, outcome: Outcome) -> dict[Moment, Outcome]:
@@ -86,12 +86,12 @@ def at_any_moment(outcome: Outcome) -> dict[Moment, Outcome]:
 
 
 def break_part(part: str, *how: object) -> Callable[[Day], object]:
-    """Build a strike that calls a method of the emulated robot's `Faults` with these arguments."""
+    """Build an injection that calls a method of the emulated robot's `Faults` with these arguments."""
     return lambda day: getattr(day.robot.faults, part)(*how)
 
 
 def _do_nothing(*_: object) -> None:
-    """Strike nothing: the robot is so from the day's beginning."""
+    """Inject nothing: the robot is so from the day's beginning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ class Fault:
         what: What happens, a sentence that is true at every moment in `outcomes`.
         moment: When.
         outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
-        strike: Does it; with a size, given that and a generator of the day's seed, too.
+        action: Injects it; with a size, given that and a generator of the day's seed, too.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
         preflight: Checks of the preflight that find it if it is there before the preflight; empty: none can;
@@ -135,7 +135,7 @@ class Fault:
     what: str
     moment: Moment
     outcomes: Outcomes
-    strike: Callable[..., object] = _do_nothing
+    action: Callable[..., object] = _do_nothing
     complete: bool = True
     noticed: str = ""
     preflight: tuple[str, ...] | None = None
@@ -149,20 +149,20 @@ class Fault:
         return self.name.partition(AT)[0].partition(OF)[0]
 
     @property
-    def vain(self) -> bool:
-        """Its size is 0: it changes nothing."""
+    def is_zero(self) -> bool:
+        """Whether its size is 0: it changes nothing."""
         return self.size is not None and not self.size.value
 
-    def struck(self, day: Day) -> None:
-        """Now."""
+    def inject(self, day: Day) -> None:
+        """Inject the fault now."""
         if self.size is None:
-            self.strike(day)
-        elif not self.vain:
-            self.strike(day, self.size.value, self._random(day.seed))
+            self.action(day)
+        elif not self.is_zero:
+            self.action(day, self.size.value, self._random(day.seed))
 
     def apply(self, truth: Truth) -> Truth:
         """Return the robot that flies instead of `truth` because of this fault."""
-        if self.hidden is None or self.size is None or self.vain:
+        if self.hidden is None or self.size is None or self.is_zero:
             return truth
         return self.hidden(truth, self.size.value, self._random(truth.seed))
 
@@ -176,7 +176,7 @@ class Fault:
 
     @property
     def outcome(self) -> Outcome:
-        """What the robot must do, struck at this moment."""
+        """What the robot must do with the fault at its moment."""
         return self.outcomes[self.moment]
 
     def at(self, moment: Moment) -> Fault:

@@ -54,7 +54,7 @@ def faults_named(names: Sequence[str]) -> tuple[Fault, ...]:
                 what=f"{other.name} and {fault.name} cannot both be rehearsed: both are of the same part, {part}."
                 if fault.part
                 else f"{other.name} and {fault.name} are the same fault at two moments or of two sizes.",
-                meaning="Nothing was flown: only the one that strikes last would have been rehearsed.",
+                meaning="Nothing was flown: only the one that is injected last would have been rehearsed.",
                 next_step=f"Rehearse one at a time: leave out --fault {other.name} or --fault {fault.name}.",
             )
     return faults
@@ -89,11 +89,11 @@ def fault_named(fault_text: str) -> Fault:
     raise UsageError(
         what=f"There is no moment {when!r}."
         if moment is None
-        else f"{fault.name} cannot strike at {when} ({moment.value}): {fault.what}",
+        else f"{fault.name} cannot be injected at {when} ({moment.value}): {fault.what}",
         meaning="Nothing was flown.",
         next_step=f"Write {fault.name}{AT} and one of {possible}."
         if len(fault.outcomes) > 1
-        else f"Write {fault.name} alone: it strikes at {possible} ({fault.moment.value}) and at no other moment.",
+        else f"Write {fault.name} alone: it is injected at {possible} ({fault.moment.value}) and at no other moment.",
     )
 
 

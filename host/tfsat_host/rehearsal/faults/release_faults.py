@@ -20,7 +20,7 @@ FAULTS = (
         "Switch 1 shows closed, and only switch 2 opens at the release.",
         Moment.ARMED,
         outcomes_between(Moment.POWERED, Moment.RELEASE, Outcome.STANDS_STILL),
-        strike=break_part("switch", 1, "stuck-closed"),
+        action=break_part("switch", 1, "stuck-closed"),
         noticed="holds no release",
         preflight=(),
         part="switch 1",
@@ -31,7 +31,7 @@ FAULTS = (
         Moment.POWERED,
         outcomes_between(Moment.POWERED, Moment.RECORDING, Outcome.NOT_DROPPED)
         | outcomes_between(Moment.ARMED, Moment.RELEASE, Outcome.FLIES),
-        strike=break_part("switch", 1, "stuck-open"),
+        action=break_part("switch", 1, "stuck-open"),
         noticed="A release switch is open (switch 1)",
         preflight=("switches",),
         part="switch 1",
@@ -41,7 +41,7 @@ FAULTS = (
         "Both switches' contacts chatter for 50 ms at the release.",
         Moment.RELEASE,
         outcomes_between(Moment.POWERED, Moment.RELEASE, Outcome.FLIES),
-        strike=break_part("bounce", 50_000),
+        action=break_part("bounce", 50_000),
         noticed="edges fit two releases",
     ),
     Fault(
@@ -49,7 +49,7 @@ FAULTS = (
         "A blow in the lift opens both switches for 4 ms.",
         Moment.LIFTED,
         {Moment.LIFTED: Outcome.FLIES},
-        strike=partial(_knock, open_us=4_000),
+        action=partial(_knock, open_us=4_000),
     ),
     Fault(
         "crane-jolt",
@@ -57,7 +57,7 @@ FAULTS = (
         Moment.LIFTED,
         {Moment.LIFTED: Outcome.FLIES},
         # Both switches open for 5 ms are a release, whoever opened them; closed again for 200 ms, a false one.
-        strike=partial(_knock, open_us=6_000),
+        action=partial(_knock, open_us=6_000),
         noticed="false release",
     ),
     Fault(
@@ -65,7 +65,7 @@ FAULTS = (
         "The robot is released although it is not armed.",
         Moment.POWERED,
         outcomes_between(Moment.POWERED, Moment.RECORDING, Outcome.STANDS_STILL),
-        strike=lambda day: setattr(day, "arming", False),
+        action=lambda day: setattr(day, "arming", False),
         noticed="did not move",
     ),
     Fault(
@@ -73,6 +73,6 @@ FAULTS = (
         "The sequencer's cable is pulled right after arming.",
         Moment.ARMED,
         {Moment.ARMED: Outcome.FLIES},
-        strike=lambda day: day.robot.set_cable(BoardIndex.SEQUENCER, False),
+        action=lambda day: day.robot.set_cable(BoardIndex.SEQUENCER, False),
     ),
 )
