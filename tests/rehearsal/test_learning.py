@@ -45,7 +45,7 @@ class Here:
 
 
 @pytest.fixture
-def student_t_factor(monkeypatch: pytest.MonkeyPatch) -> None:
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Restrict the candidates to a loop of two joints and one of three."""
 
     def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
