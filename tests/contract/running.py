@@ -26,6 +26,7 @@ from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import parser_with
 from tfsat_host.report import figures
+from tfsat_host.run import drop_report
 
 BUNDLE = Path(__file__).parent / "0.2.0/drop.tfsat.zip.xz"
 FOLDER = "/tmp/contract-"
@@ -61,7 +62,11 @@ def run_scenario(scenario: str) -> list[Result]:
         for name in ("maneuver.toml", "robot.toml", "calibration-emulated.toml"):
             shutil.copy(folder / "run" / name, folder / "next")
         # What figures show is proved by tests/report/test_figures.py; here only where they lie.
-        patch.setattr(figures, "_save", lambda _figure, _kind, path: path.write_bytes(figures.MARKER))
+        patch.setattr(
+            drop_report,
+            "write_figure",
+            lambda _name, _content, _format, path: path.write_bytes(figures.MARKER),
+        )
         patch.setenv("COLUMNS", "80")
         patch.setenv("TERM", "dumb")
         patch.setattr("serial.tools.list_ports.comports", lambda *_args, **_options: [])

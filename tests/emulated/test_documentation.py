@@ -61,8 +61,8 @@ def test_the_drop_by_hand(native: Served, tmp_path: Path) -> None:
             output += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
         else:
             _converse(native, list(group))
-    assert re.search(r"^  state +done$", output, re.MULTILINE)
-    assert "verdict" in output.lower() or "complete" in output
+    assert re.search(r"^Sequencer: +done\b", output, re.MULTILINE)
+    assert re.search(r"^Verdict: +complete", output, re.MULTILINE)
 
 
 def test_the_shell_examples(native: Served, tmp_path: Path) -> None:

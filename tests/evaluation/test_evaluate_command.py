@@ -125,7 +125,7 @@ def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said
 
 def test_a_hinge_that_trades_with_a_center_of_mass_is_said(run: Path) -> None:
     words = evaluate("run").words
-    assert "nothing that a drop measures changes" in words and "body 1 CoM y - joint 1 point y: " in words
+    assert "centers of mass trade exactly" in words and "body 1 CoM y - joint 1 point y: " in words
 
 
 def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
@@ -133,7 +133,7 @@ def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     assert good.json["swarm"] is None
     words = evaluate("run", "--swarm").words
     assert "swarm ± its spread" in words and "10 swarms of 48 particles" in words
-    assert "The swarm's objective, the sum of |h - h0|" in words
+    assert "Swarm objective, sum of |h - h0|" in words
     assert "They did not converge" in words
 
 

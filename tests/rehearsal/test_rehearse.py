@@ -35,7 +35,7 @@ def faulty(rehearsed: Rehearsing, *names: str, expect: int = 3) -> Rehearsed:
 
 def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
     text = tfsat_host("rehearse", "59", "70", "--fault", "gyro-bias-step", expect=3).stdout
-    assert re.search(r"measured +–$", text, re.MULTILINE)
+    assert re.search(r"measured +withheld$", text, re.MULTILINE)
     assert re.search(r"nominal model +withheld", text)
     assert "results are withheld" in text
     assert not re.search(r"joint \d [+-]\d", text), "the joints' angles are of the same sensors"

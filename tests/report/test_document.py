@@ -103,9 +103,9 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
         "failed",
         "3 sigma",
         "1 sigma",
-        "It is not. Likely cause: a wrong map. Buy a globe.",
+        "It is not. Likely cause: a wrong map. Next step: Buy a globe.",
     ]
-    reason = "the earth is flat: It is not. Likely cause: a wrong map. Buy a globe."
+    reason = "the earth is flat: It is not. Likely cause: a wrong map. Next step: Buy a globe."
     assert drop["verdict"]["level"] == "doubtful" and reason in drop["verdict"]["reasons"]
 
 
@@ -134,7 +134,7 @@ def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
         for check in evaluation.checks
     )
     reasons = drop_of(replace(evaluation, checks=failed))["verdict"]["reasons"]
-    assert sum("checks failed at once" in reason for reason in reasons) == 1
+    assert sum("checks failed, more than a single sensor causes" in reason for reason in reasons) == 1
     assert not any("a loose wire" in reason for reason in reasons)
 
 
