@@ -139,7 +139,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
     "report": (
         "report run --out page.html --mcap drop.mcap --figures figures --json",
         "bundle run --out again.tfsat.zip --json",
-        "reproduce drop.tfsat.zip --json",
+        "reproduce again.tfsat.zip --json",
         "campaign init season --json",
         "campaign add season run --note first --json",
         "campaign add season reproduce-missing --json",
@@ -149,7 +149,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "campaign report season --json",
         "report run --out another.html",
         "bundle run --out another.tfsat.zip",
-        "reproduce drop.tfsat.zip --out reproduced",
+        "reproduce again.tfsat.zip --out reproduced",
         "campaign init another",
         "campaign add another run --note first",
         "campaign note another 1 calm",
