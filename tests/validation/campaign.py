@@ -62,8 +62,10 @@ def run_campaigns(campaigns: Sequence[Campaign], progress: Progress = lambda _: 
     Raises Broken if a promise was not kept.
     """
     results: dict[str, list[Any]] = {campaign.name: [None] * len(campaign.jobs) for campaign in campaigns}
+    # Processes, not threads: each job holds an emulator library with its own state.
     with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
         places = {
+            # The place of a result is its job's, not its completion's: tables are the same on any number of cores.
             pool.submit(job): (campaign.name, i)
             for campaign in campaigns
             for i, job in enumerate(campaign.seed_jobs())
@@ -73,10 +75,12 @@ def run_campaigns(campaigns: Sequence[Campaign], progress: Progress = lambda _: 
                 name, i = places[future]
                 results[name][i] = future.result()
                 progress(f"{finished_count} of {len(places)} jobs ({name})")
+        # KeyboardInterrupt too: jobs that wait must not keep the pool alive for minutes.
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     for campaign in campaigns:
+        # A job may return one result or a list: flatten both into one list of results.
         parts = [part if isinstance(part, list) else [part] for part in results[campaign.name]]
         results[campaign.name] = [result for part in parts for result in part]
         campaign.judge(results[campaign.name])
@@ -103,6 +107,7 @@ def write_proof(name: str, command: str, prove: Callable[[Path, Progress], Resul
     with tempfile.TemporaryDirectory() as folder:
         try:
             tables, facts = prove(Path(folder), progress)
+        # A broken promise is an AssertionError of the judge; a page with half a proof is never written.
         except (AssertionError, BuildError) as error:
             print(f"Error: {error}\n  Nothing is proven; docs/{name} is as it was.", file=sys.stderr)
             return 1

@@ -15,6 +15,7 @@ from pathlib import Path
 from tests.paths import DOCS
 from tests.validation.tables import MET, markdown_table, read_rows
 
+# A mark, the file's name, words to select rows, and everything up to the end mark.
 _TABLE = re.compile(r"(<!-- table: (\S+\.csv)(?: ([^\n]+?))? -->\n).*?(<!-- end -->)", re.DOTALL)
 _MISSED = re.compile(r"^## Missed targets$(.*?)(?=^## |\Z)", re.DOTALL | re.MULTILINE)
 
@@ -22,6 +23,7 @@ _MISSED = re.compile(r"^## Missed targets$(.*?)(?=^## |\Z)", re.DOTALL | re.MULT
 def fill_tables(text: str, folder: Path = DOCS) -> str:
     """Return a page with its tables as their files have them. Raises ValueError, OSError."""
 
+    # Only the text between the marks is replaced, the marks stay.
     def fill(mark: re.Match[str]) -> str:
         rows = read_rows(folder / mark[2], mark[3] or "")
         return f"{mark[1]}\n{markdown_table(rows)}\n{mark[4]}"
@@ -46,6 +48,7 @@ def find_missed(text: str, folder: Path = DOCS) -> set[str]:
     missed = set()
     for mark in _TABLE.finditer(text):
         columns, *rows = read_rows(folder / mark[2], mark[3] or "")
+        # Only tables with a "met" column can miss a target.
         if MET in columns:
             missed |= {row[0] for row in rows if row[columns.index(MET)] == "no"}
     return missed
@@ -54,6 +57,7 @@ def find_missed(text: str, folder: Path = DOCS) -> set[str]:
 def list_missed(text: str) -> set[str]:
     """Return what a page's section "Missed targets" names: all that stands there in bold."""
     section = _MISSED.search(text)
+    # Names on a page are bold and may wrap over lines.
     names = re.findall(r"\*\*(.+?)\*\*", section[1], re.DOTALL) if section else []
     return {" ".join(name.split()) for name in names}
 

@@ -57,6 +57,7 @@ class Proof:
 
 def hash_image() -> str:
     """Return the SHA-256 of the sequencer's HEX as it is flashed."""
+    # The HEX as it is flashed, not the sources: a compiler may change it.
     return hashlib.sha256(SEQUENCER_HEX.read_bytes()).hexdigest()
 
 
@@ -87,6 +88,7 @@ class CampaignRun:
 
     def __init__(self, name: str) -> None:
         (self.proof,) = (proof for proof in PROOFS if proof.name == name)
+        # Hashed before the run: changes during the campaign must not count.
         self._sha256 = self.proof.hash_subject()
         self._begun_s = time.monotonic()
 
@@ -113,6 +115,7 @@ class CampaignRun:
         (folder / "provenance.csv").write_text(
             csv_text(("the campaign's", "value"), list(rows.items())), encoding="utf-8"
         )
+        # Tables of other pages may quote this campaign's numbers.
         fill_pages(docs)
 
 
@@ -122,4 +125,5 @@ def date_of_commit() -> str:
         subprocess.run(["git", *arguments], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout
         for arguments in (("log", "-1", "--format=%cs"), ("status", "--porcelain", "--", ":!docs"))
     )
+    # Uncommitted changes beside docs/ make the date worth less.
     return date.strip() + (", with changes" if changed else "")

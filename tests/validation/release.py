@@ -36,6 +36,7 @@ def find_missing_entry(changelog: str, version: str = __version__) -> list[str]:
     """Return a sentence if the changelog has no section for the version, or one that is not released."""
     headings = re.findall(r"^## (.+)$", changelog, re.MULTILINE)
     sentences = []
+    # The heading of a version has its name, with or without brackets.
     if not any(heading.split(" ")[0].strip("[]") == version for heading in headings):
         sentences.append(
             f"CHANGELOG.md has no section for {version}, the version in host/tfsat_host/__init__.py. "

@@ -29,6 +29,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="make calibration-report", description=__doc__)
     parser.add_argument("--robots", type=int, default=ROBOTS, help="how many, from number 1")
     robots = parser.parse_args().robots
+    # Build the emulator once, before the workers start: they would build it side by side.
     ensure_built(progress=print)
     run = CampaignRun("calibration-proof")
     with ProcessPoolExecutor() as pool:

@@ -12,6 +12,7 @@ from tests.validation.targets import Target, targets_csv
 
 UNITS = {"bias": "deg/s", "misalignment": "deg", "scale": "%", "zero": "deg"}
 RMS_MAX = {"bias": 0.02, "misalignment": 0.1, "scale": 0.2, "zero": 0.1}
+# The upper bound counts too: intervals that always hold are stated too wide.
 COVERED_PERCENT = (90.0, 99.0)
 """So often must a 95 % interval hold the truth."""
 _NORMAL_95 = 1.959964
@@ -58,6 +59,7 @@ def calculate_rms(results: Results, name: str) -> float:
 
 def calculate_coverage(results: Results, name: str) -> float:
     """Return the share of the values whose 95 % interval holds the truth."""
+    # z-scores: an error in its own standard deviations.
     off = [np.abs(errors[name].error) / errors[name].std for errors in results.values()]
     return float((np.concatenate(off) < _NORMAL_95).mean())
 

@@ -51,6 +51,7 @@ def design(seed: int) -> RobotModel:
     The robot's file states these orientations.
     """
     random = np.random.default_rng([seed, 24])
+    # The octahedral group: rint removes the rounding of the 24 matrices, which are exact permutations with signs.
     turns = np.rint(Rotation.create_group("O").as_matrix())
     model = load_robot()
     imus = tuple(replace(imu, sensor_to_body=turns[random.integers(24)]) for imu in model.imus)
@@ -66,6 +67,7 @@ def recorded_day(seed: int) -> CalibrationDay:
     truth = replace(draw_as_built(seed), sequencer_clock_ppm=0.0, logger_clock_ppm=0.0)
     filed = design(seed)
     assert filed.uncertainty is not None
+    # A stated hinge uncertainty would widen the misalignments' std, although these hinges are exact.
     exact = replace(filed, uncertainty=replace(filed.uncertainty, joint_axis_rad=0.0))
     return calibration_day(exact, truth, Operator.human(seed), seed)
 
@@ -84,6 +86,7 @@ def calibrate_day(day: CalibrationDay) -> Solution:
     """
     accepted: list[Evidence] = []
     for evidence in day.evidence:
+        # In order, as on the bench: a step is judged with the evidence of the steps before it only.
         check_step(evidence, accepted, day.model)
         accepted.append(evidence)
     return solve(accepted, day.model)
@@ -105,7 +108,9 @@ def errors_of(day: CalibrationDay, solution: Solution) -> dict[str, Errors]:
 def _gyro_errors(day: CalibrationDay, solution: Solution, body: int) -> dict[str, Errors]:
     gyro, truth = solution.gyros[body], day.truth
     std = np.sqrt(np.diag(gyro.covariance))
+    # Sensor to body as built: the misalignment on top of the orientation of the file.
     mounted = truth.mounting[body] @ day.model.imus[body].sensor_to_body
+    # In the sensor's own axes, in which the covariance of the certificate stands.
     off = Rotation.from_matrix(mounted.T @ gyro.rotation).as_rotvec()
     bias = gyro.bias_rad_s - truth.gyro_bias_rad_s[body]
     return {
@@ -120,6 +125,8 @@ def _zero_errors(day: CalibrationDay, solution: Solution, joint: int) -> Errors:
     error = []
     for k, column in enumerate((2 * joint, 2 * joint + 1)):
         straight = day.model.angle_sensors[column].zero_offset_rad + truth.angle_zero_rad[column]
+        # The angle sensor bends once and twice a turn; at the zero position this is part of its offset.
         true_zero_rad = straight + harmonics(np.array([straight]))[0] @ truth.angle_nonlinearity_rad[column]
+        # Two angles on either side of ±180 deg are close: the difference is wrapped.
         error.append(float(wrap_angle(np.array([sensors.zero_rad[k] - true_zero_rad]))[0]))
     return Errors(np.rad2deg(error), np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))))

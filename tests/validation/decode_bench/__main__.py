@@ -52,6 +52,7 @@ def main() -> int:
     samples = formats.make_samples(arguments.samples)
     with tempfile.TemporaryDirectory(prefix="tfsat-bench-") as folder:
         rows = [_measure(decoder, samples, Path(folder), arguments.rounds) for decoder in DECODERS]
+        # A large recording tells the rate without the costs of the start.
         large = Path(folder) / "large.bin"
         _repeat(samples, large)
         large_s = _best(lambda: readers.read_tfsat(large), arguments.rounds)
@@ -61,6 +62,7 @@ def main() -> int:
         f"{arguments.rounds}\n"
     )
     print(f"{'decoder':<10}{'checks':<16}{'file':>9}{'time':>11}{'MB/s':>9}{'samples/s':>13}{'tfsat is':>11}")
+    # The first decoder is tfsat: the others' times are given as multiples of its own.
     ours = rows[0][2]
     for decoder, (mb, _, taken_s) in zip(DECODERS, rows, strict=True):
         rate = len(samples.t_us) / taken_s
@@ -84,6 +86,7 @@ def main() -> int:
         ]
         figures = {"samples": len(samples.t_us), "rounds": arguments.rounds, "decoders": table}
         arguments.json.write_text(json.dumps(figures | {"large_mb": large_mb, "large_s": large_s}))
+    # A fast decoder that gives other values than were written proves nothing: exit 1.
     wrong = [decoder.name for decoder, (_, right, _) in zip(DECODERS, rows, strict=True) if not right]
     if wrong:
         print(f"Error: wrong values from {', '.join(wrong)}", file=sys.stderr)
@@ -109,6 +112,7 @@ def _measure(decoder: Decoder, samples: Samples, folder: Path, rounds: int) -> t
         np.array_equal(getattr(decoded_samples, name), getattr(samples, name))
         for name in ("t_us", "imu", "angle")
     )
+    # Freed before the timed reads, which then have the same memory as the first one.
     del decoded_samples
     return path.stat().st_size / 1e6, right, _best(lambda: decoder.read(path), rounds)
 
@@ -116,9 +120,11 @@ def _measure(decoder: Decoder, samples: Samples, folder: Path, rounds: int) -> t
 def _best(work: Callable[[], object], rounds: int) -> float:
     best_s = float("inf")
     for _ in range(rounds):
+        # The minimum of several rounds: other processes only ever make a run longer.
         started_s = time.perf_counter()
         work()
         best_s = min(best_s, time.perf_counter() - started_s)
+        # A decoder that takes so long is not measured again.
         if best_s > _SLOW_S:
             break
     return best_s
@@ -126,8 +132,10 @@ def _best(work: Callable[[], object], rounds: int) -> float:
 
 def _repeat(samples: Samples, path: Path) -> None:
     """Write a recording of LARGE_BYTES that repeats the same counts at continuing times."""
+    # Ceiling division; a block of 512 bytes holds six samples.
     times = -(-LARGE_BYTES * 6 // (512 * len(samples.t_us)))
     count = times * len(samples.t_us)
+    # Full blocks only, as write_tfsat expects.
     count -= count % 6
     t_us = formats.START_US + np.arange(count) * formats.INTERVAL_US
     imu, angle = (np.concatenate([column] * times)[:count] for column in (samples.imu, samples.angle))

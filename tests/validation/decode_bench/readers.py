@@ -13,6 +13,7 @@ from tests.validation.decode_bench.formats import ROW, Samples
 def read_tfsat(path: Path) -> Samples:
     from tfsat_host.sdlog import load
 
+    # Imports stand inside the functions: the environment of one decoder need not have the others' packages.
     log = load(path)
     assert log.blocks_lost == 0
     return Samples(log.t_us, log.imu_counts.reshape(len(log), 28), log.angle_counts)
@@ -55,8 +56,10 @@ def read_kaitai(path: Path) -> Samples:
     imu: list[list[int]] = []
     angle: list[Any] = []
     for block in TfsatLog.from_file(str(path)).blocks:
+        # Header blocks repeat the scales and hold no samples.
         if block.head.kind != TfsatLog.BlockKind.data:
             continue
+        # The last block of a log may be partly filled.
         for sample in block.body.sample_slots[: block.head.sample_count]:
             times.append(block.head.time_us + sample.time_offset_us)
             imu.append(

@@ -45,6 +45,7 @@ def main() -> int:
     run = CampaignRun("decode-report")
     with tempfile.TemporaryDirectory(prefix="tfsat-report-") as name:
         folder = Path(name)
+        # In an environment of its own: the other decoders are not dependencies of tfsat.
         bench = _bench(folder / "bench.json")
         if bench is None:
             print("Error: the benchmark failed; docs/decode-report is as it was.", file=sys.stderr)
@@ -65,6 +66,7 @@ def main() -> int:
 
 
 def _bench(figures: Path) -> dict[str, Any] | None:
+    # PYTHONPATH in place of an installation: the benchmark's environment has no tfsat.
     paths = os.pathsep.join((str(REPOSITORY / "host"), str(REPOSITORY)))
     command = [
         str(BENCH_PYTHON),
@@ -119,6 +121,7 @@ def _list_figures(bench: dict[str, Any], folder: Path) -> list[tuple[str, str, s
         ),
         ("commands", "most memory of the process above its output", f"{above_bytes / 1e6:.0f} MB"),
     ]
+    # `make fuzz-decode` writes its summary; without a run the row is left out.
     if FUZZED.exists():
         figures.append(("commands", "damaged logs judged (`make fuzz-decode`)", FUZZED.read_text().strip()))
     return figures
@@ -128,6 +131,7 @@ def _npz_s(recording: Path) -> float:
     started_s = time.perf_counter()
     _decode(recording, "--format", "npz")
     taken_s = time.perf_counter() - started_s
+    # Each round writes a new file.
     recording.with_suffix(".npz").unlink()
     return taken_s
 
@@ -172,6 +176,7 @@ def describe_drop(scenario: Scenario, exit_code: int, facts: dict[str, Any]) -> 
 def _decode(path: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run `tfsat-host decode` in the file's own folder, as a user would."""
     command = [sys.executable, "-m", "tfsat_host", "decode", path.name, *options]
+    # Colour codes would end up in the stored text files.
     environment = {**os.environ, "NO_COLOR": "1"}
     return subprocess.run(
         command, cwd=path.parent, env=environment, capture_output=True, text=True, check=False

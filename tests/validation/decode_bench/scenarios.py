@@ -58,10 +58,12 @@ def make(folder: Path) -> list[Scenario]:
     clean.write_bytes(first.read_bytes())
     cut.write_bytes(cut_in_the_drop(first))
     noisy.write_bytes(overwritten(first.read_bytes()))
+    # The logger's own clock starts at zero: only the wall clock tells which recording is the newer one.
     older, newer = (
         date_recording(card.read_bytes(), FIRST_START_US + k * LATER_US)
         for k, card in enumerate((first, second))
     )
+    # Gaps of zeros in front, between and behind: a card's raw image, not a file.
     raw.write_bytes(bytes(1 << 20) + older + bytes(1 << 18) + newer + bytes(1 << 16))
     return [
         Scenario(clean, "as the card brings it", first),
@@ -79,6 +81,7 @@ def cut_in_the_drop(card: Path) -> bytes:
         head = BlockHeader.decode(data[at : at + BlockHeader.SIZE])
         if head.kind == BlockKind.DATA and head.time_us > cut_us:
             break
+    # Half a block is written when the power goes; the rest of the preallocated file is zeros.
     kept_bytes = at + BLOCK_BYTES // 2
     return data[:kept_bytes] + bytes(len(data) - kept_bytes)
 
@@ -87,6 +90,7 @@ def overwritten(data: bytes) -> bytes:
     """Noise in place of some blocks, the same ones every time."""
     blocks = np.frombuffer(data, np.uint8).reshape(-1, BLOCK_BYTES).copy()
     chance = np.random.default_rng(NOISE_SEED)
+    # Blocks are drawn without replacement: exactly the stated share is hit.
     hit = chance.choice(len(blocks), round(NOISE_SHARE * len(blocks)), replace=False)
     blocks[hit] = chance.integers(0, 256, (len(hit), BLOCK_BYTES), np.uint8)
     return blocks.tobytes()
@@ -99,6 +103,7 @@ def date_recording(data: bytes, unix_us: int) -> bytes:
     for at in range(0, len(data), BLOCK_BYTES):
         block = bytearray(data[at : at + BLOCK_BYTES])
         head = BlockHeader.decode(bytes(block[: BlockHeader.SIZE]))
+        # Only header blocks have the wall clock; their CRC is renewed.
         if head.kind == BlockKind.HEADER:
             struct.pack_into("<Q", block, _WALL_CLOCK_OFFSET, head.time_us + offset_us)
             block = bytearray(renumbered(bytes(block)))

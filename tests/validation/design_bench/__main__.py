@@ -38,6 +38,7 @@ def main() -> int:
     robot, settings = load_robot(), DesignSettings()
     problem, body = Problem.of(robot, settings), Multibody.of(robot)
     swarm_s = _best(lambda: search(problem, settings), arguments.rounds)
+    # The particle swarm evaluates every particle of every iteration for each sequence of strokes.
     count = settings.swarm.particles * settings.swarm.iterations * len(sequences(3))
     print(f"whole swarm, {count} maneuvers  {swarm_s:10.3f} s (target 0.25 s)")
     print(f"true optimum                {_best(lambda: find_optimum(problem), 3):10.3f} s")
@@ -57,6 +58,7 @@ def main() -> int:
 def _best(work: Callable[[], object], rounds: int) -> float:
     """Return the shortest wall time of `rounds` calls, in s, after one uncounted warm-up call."""
     durations_s = []
+    # The warm-up pays for imports and caches.
     for _ in range(rounds + 1):
         start = time.perf_counter()
         work()
@@ -69,6 +71,7 @@ def _rollouts(robot: RobotModel, count: int, timestep_s: float) -> tuple[float, 
     rng, body = np.random.default_rng(1), Multibody.of(robot)
     seconds, errors = [], []
     for _ in range(count):
+        # Where the swarm starts its particles: strokes of 20 to 70 deg.
         alpha, sequence = rng.uniform(20.0, 70.0, 3), sequences(3)[int(rng.integers(len(sequences(3))))]
         strokes = [(abs(s) - 1, float(np.copysign(alpha[abs(s) - 1], s))) for s in sequence]
         rollout = reorientation_by_rollout(robot, strokes, 170.0, timestep_s)

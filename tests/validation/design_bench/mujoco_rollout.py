@@ -49,6 +49,7 @@ def reorientation_by_rollout(
     robot: RobotModel, strokes_deg: Sequence[tuple[int, float]], speed_deg_s: float, timestep_s: float
 ) -> Rollout:
     """Fly strokes (joint index, change of its angle) one after the other from zero angles, at rest at first."""
+    # Built outside of the timed part: only references and stepping count.
     simulator = _with_servos(robot, timestep_s)
     model, data = simulator.model, simulator.data
     initial = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
@@ -62,6 +63,7 @@ def reorientation_by_rollout(
     lag = qpos[:-1, simulator.joint_qpos] - angles[1:]
     scalar, vector = qpos[-1, 3], qpos[-1, 4:7]
     return Rollout(
+        # Both signs of a quaternion are the same rotation: take the smaller angle.
         reorientation_deg=float(np.degrees(2.0 * np.arctan2(np.linalg.norm(vector), abs(scalar)))),
         tracking_error_rad=float(np.abs(lag).max()),
         wall_time_s=wall_time_s,
@@ -74,11 +76,13 @@ def _with_servos(robot: RobotModel, timestep_s: float) -> MujocoRobot:
     bare = MujocoRobot(robot)
     mujoco.mj_fwdPosition(bare.model, bare.data)
     mass = mass_matrix(bare)
+    # Schur complement: what a joint's servo must accelerate while the base floats freely.
     felt = mass[6:, 6:] - mass[6:, :6] @ np.linalg.solve(mass[:6, :6], mass[:6, 6:])
     inertia = np.diag(felt)[bare.joint_dof - 6]
     spec = mujoco_spec(robot)
     spec.option.timestep = timestep_s
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # Critical damping: kp = J ω², kv = 2 J ω.
     for name, about in zip(robot.joint_names, inertia, strict=True):
         _actuator(spec, name).set_to_position(kp=about * _SERVO_RAD_S**2)
     for name, about in zip(robot.joint_names, inertia, strict=True):
@@ -100,10 +104,12 @@ def _references(
         steps = max(1, round(duration_s / timestep_s))
         phase = np.pi * np.arange(1, steps + 1) / steps
         angle, rate = np.tile(angles[-1][-1], (steps, 1)), np.zeros((steps, joints))
+        # Half a cosine: the rate starts and ends at zero, so that a stiff servo follows.
         angle[:, joint] += np.radians(stroke_deg) * 0.5 * (1.0 - np.cos(phase))
         rate[:, joint] = np.radians(stroke_deg) * 0.5 * np.sin(phase) * np.pi / (steps * timestep_s)
         angles.append(angle)
         rates.append(rate)
+    # Time to settle: the last state must not contain the servo's lag.
     rest = round(_SETTLING_S / timestep_s)
     angles.append(np.tile(angles[-1][-1], (rest, 1)))
     rates.append(np.zeros((rest, joints)))

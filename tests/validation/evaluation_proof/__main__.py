@@ -55,6 +55,7 @@ def main() -> int:
     seeds = range(1, arguments.robots + 1)
     with ProcessPoolExecutor(PROCESSES) as pool:
         console = Console(stderr=True)
+        # Seeds are fixed by the row, so that a shorter campaign flies the first drops of a longer one.
         wrong = [(row.name, seed) for row in ROWS for seed in seeds_of(row, arguments.drops)]
         drops = list(track(pool.map(of_row, wrong), "mismatches", total=len(wrong), console=console))
         proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=console))

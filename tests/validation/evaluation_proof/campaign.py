@@ -64,8 +64,10 @@ def judge_mismatch(row: str, seed: int) -> Judged:
 
 
 def _proven(seed: int) -> Proof:
+    # Stored by itself: it depends on less code than its drops do.
     robot = keep_result(f"robot-{seed}", "tests.validation.evaluation_proof.robots", lambda: robot_of(seed))
     drops = drops_of(robot)
+    # Dead gyros need four more evaluations: only the first robots fly with them.
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
         flights_of(robot, drops),
@@ -80,11 +82,13 @@ def keep_result(name: str, module: str, compute: Callable[[], Any]) -> Any:
 
     The code is that of `module` and of all that it imports.
     """
+    # The hash of the code is a folder: a change of the code never reads old results.
     file = KEPT / _code_of(module) / f"{name}.pickle"
     if file.exists():
         return pickle.loads(file.read_bytes())
     result = compute()
     file.parent.mkdir(parents=True, exist_ok=True)
+    # Written aside and renamed: a stopped campaign leaves no half pickle.
     part = file.with_suffix(".part")
     part.write_bytes(pickle.dumps(result))
     part.replace(file)

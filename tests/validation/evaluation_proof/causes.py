@@ -24,6 +24,7 @@ from tfsat_host.evaluation.rest import rest_before_release
 DROPS = 30
 FIRST_SEED = 8001
 """Of all causes; none of these drops was looked at before the campaign."""
+# A cause counts as named if it is first in 80 % of its drops and tied in at most 20 %.
 FIRST_MIN, TIED_MAX = 0.8, 0.2
 """Shares of the drops of a cause."""
 CAUSES: Mapping[str, Sequence[str]] = {
@@ -70,8 +71,10 @@ def name_causes(kind: str, number: int) -> Named:
     """Drop `number` of a cause, from 0; without what an evaluation does with it besides."""
     seed = FIRST_SEED + number
     schedule = maneuver(seed)
+    # One fault on top of all that the robot file calls uncertain.
     drop, calibration = hidden(schedule, FILED, seed, CAUSES[kind])
     samples = samples_of(drop.log, calibration, FILED)
+    # Noise densities come from the rest before the release, as in a real evaluation.
     densities = rest_before_release(drop.log).densities_rad_s_rthz
     motion = motion_of(samples, calibration, FILED, densities, LowPass.of(drop.log.header))
     fit = compare_model(motion, model_offsets(FILED), schedule.strokes[0].t_s).fit
@@ -107,6 +110,7 @@ def count_causes(causes: Drops) -> str:
     """Return a table with a row a kind of cause: how often the true one was the likeliest."""
     rows = []
     for kind, drops in causes.items():
+        # Confusions: which cause was named in place of the true one.
         others = Counter(drop.first for drop in drops if drop.first not in (kind, SOUND))
         met = first_share(kind, drops) >= FIRST_MIN and tied_share(drops) <= TIED_MAX
         rows.append(
@@ -132,6 +136,7 @@ def causes_csv(causes: Drops) -> str:
     for kind, drops in causes.items():
         for number, drop in enumerate(drops):
             cells = [(cause.kind, f"{cause.probability:.3f}") for cause in drop.causes[:2]]
+            # Fewer than two causes: empty cells keep the columns.
             cells += [("", "")] * (2 - len(cells))
             rows.append((kind, str(FIRST_SEED + number), *cells[0], *cells[1], "; ".join(drop.failed)))
     return csv_text(columns, rows)

@@ -36,6 +36,7 @@ _RATES = 20
 def errors_of(drop: Drop, evaluation: Evaluation) -> dict[str, Errors]:
     """Against the hidden truth: deg, deg/s, and mm of the centers of mass."""
     bodies, fit = evaluation.motion.bodies, evaluation.explained.fit
+    # The fitted model's attitude error at the end of the fall.
     after = evaluation.explained.fitted.error
     turned = [_reorientation(drop, number, body) for number, body in enumerate(bodies, 1)]
     return {
@@ -60,12 +61,14 @@ def join_errors(parts: Iterable[Errors]) -> Errors:
 
 def _reorientation(drop: Drop, number: int, body: BodyMotion) -> Errors:
     angle, std = body.reorientation_rad()
+    # The true rotation over the very samples that the evaluation integrated.
     true = drop.true_turn(number, body.t_s[0], body.t_s[-1]).magnitude()
     return Errors(np.rad2deg([angle - true]), np.rad2deg([std]))
 
 
 def _attitude(drop: Drop, body: BodyMotion) -> Errors:
     true = drop.true_turn(1, body.t_s[0], body.t_s[-1])
+    # Left difference: the covariance is in the frame of the release.
     last: Rotation = body.attitude[-1]
     return Errors(
         np.rad2deg((last * true.inv()).as_rotvec()), np.rad2deg(np.sqrt(np.diag(body.covariance())))
@@ -76,6 +79,7 @@ def _initial_rates(drop: Drop, evaluation: Evaluation) -> Errors:
     """Next to the mean of the true rates over the same time."""
     t_s = evaluation.motion.bodies[0].t_s
     quiet = t_s[quiet_samples(t_s, float(evaluation.strokes[0].logged_s))]
+    # Rates are estimated from the quiet time before the first stroke: compare with the same interval.
     rows = (drop.truth[:, 0] >= quiet[0]) & (drop.truth[:, 0] <= quiet[-1])
     true = drop.truth[rows, _RATES:].mean(axis=0)
     rate = np.concatenate([initial_rate.rate_rad_s for initial_rate in evaluation.initial_rates])
@@ -86,6 +90,7 @@ def _initial_rates(drop: Drop, evaluation: Evaluation) -> Errors:
 def _joint_angles(drop: Drop, evaluation: Evaluation) -> Errors:
     """Compute the errors of the joint angles, in deg, at the first and the last sample of the fall."""
     motion = evaluation.motion
+    # From the release, at t = 0, to the last sample before landing.
     ends = [int(np.searchsorted(motion.t_s, 0.0)), len(motion.t_s) - 1]
     error = motion.angles_rad - drop.true_angles_rad(motion.t_s)
     std = np.column_stack([joint.std_rad() for joint in motion.joints])
@@ -99,7 +104,9 @@ def _stroke(drop: Drop, stroke: FlownStroke, strokes: tuple[FlownStroke, ...]) -
         for other_stroke in strokes
         if other_stroke.joint == stroke.joint and other_stroke.number > stroke.number
     ]
+    # The stroke's size is a difference of two averaged windows: compare at the windows' centers.
     half_window_s = 0.5 * WINDOW / 280.0
+    # The last window ends before the landing shock.
     until_s = min([*later, float(drop.landed_s) - 0.05])
     times = np.array([stroke.logged_s, until_s]) - half_window_s
     before, after = drop.true_angles_rad(times)[:, stroke.joint - 1]

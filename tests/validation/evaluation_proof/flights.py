@@ -72,6 +72,7 @@ def fly_drop(
         dlpf_cfg: Setting of the gyros' low-pass.
         rate_rad_s: (3,) of the base at the release.
     """
+    # [robot, drop]: two drops of a robot differ in noise and rates, not in the robot.
     random = np.random.default_rng([robot.seed, number])
     rates = np.deg2rad(RATE_STD_DEG_S) * random.standard_normal(3) if rate_rad_s is None else rate_rad_s
     return drop(
@@ -98,6 +99,7 @@ def flights_of(robot: Robot, drops: Mapping[str, Drop]) -> dict[str, Flight]:
         name: evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
         for name, drop in drops.items()
     }
+    # Each drop is predicted by the model that the robot's other drop corrected: no model judges itself.
     first, second = evaluations
     return {
         name: _flight(drops[name], evaluations[name], evaluations[other])
@@ -116,6 +118,7 @@ def _flight(drop: Drop, evaluation: Evaluation, other: Evaluation) -> Flight:
         Difference.of(explained.driven.with_offsets(other.explained.fit.values)),
         swarm.values - drop.true_com_offsets_mm,
         swarm.spread,
+        # Downhill from the swarm's result: what the objective itself gets wrong, without the search's part.
         least_of_objective(explained.driven, swarm.values) - drop.true_com_offsets_mm,
     )
 
@@ -127,6 +130,7 @@ def without_calibration(robot: Robot, drop: Drop) -> dict[str, Errors]:
 
 def with_dead_gyro(robot: Robot, drop: Drop, body: int) -> dict[str, Errors]:
     """Compute the errors of the same drop with the IMU of a body (1 to 4) not answering at all."""
+    # The flag alone says that an IMU did not answer.
     valid = drop.log.imu_valid.copy()
     valid[:, body - 1] = False
     deaf = replace(drop.log, imu_valid=valid)

@@ -32,6 +32,7 @@ def hidden(
         as_uncertain: Draw all that the file calls uncertain; else centers of mass and sensors alone.
         uncertainty: Used instead of the file's.
     """
+    # Without the file's uncertainty only centers of mass and sensors are drawn.
     truth = draw_hidden(filed, seed, uncertainty=uncertainty) if as_uncertain else drawn_truth(filed, seed)
     simulated_drop = hidden_drop(schedule, filed, truth, list(map(fault_named, faults)))
     truth = simulated_drop.truth

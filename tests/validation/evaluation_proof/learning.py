@@ -32,6 +32,7 @@ class Lesson(NamedTuple):
 @cache
 def maneuvers() -> dict[str, Maneuver]:
     """Return the paper's maneuver and the one from which a drop learns most; takes a minute."""
+    # Once a process: the search takes a minute and is the same for all robots.
     learnt = learn(FILED, "com").lessons[0]
     return {USUAL[0]: USUAL[1], learnt.name: learnt.maneuver}
 

@@ -54,8 +54,10 @@ class Summary:
     @property
     def met(self) -> bool:
         """All that is wanted of it."""
+        # Negated so that NaN, no value given, counts as covered.
         is_covered = not self.hold < COVERED[0] and not self.hold > COVERED[1]
         has_required_results = not (self.row.of_model and set(ALWAYS_GIVEN) & set(self.withheld))
+        # Of a right robot at most 5 % of the drops may lose a result.
         within_limit = (
             not self.row.right or max(self.withheld.values(), default=0) <= WITHHELD_MAX * self.drops
         )
@@ -89,6 +91,7 @@ def _covered_share(errors: Sequence[Errors]) -> float:
 
 def _beyond_chance(share: float, drops: int) -> bool:
     """Values of one drop hang together: chance is judged by the drops."""
+    # A 95 % interval holds in a binomial number of drops; outside the 99.9 % band chance is no excuse.
     low, high = np.array(binom.interval(1.0 - CHANCE, drops, 0.95)) / max(drops, 1)
     return bool(share < low or share > high)
 
@@ -110,6 +113,7 @@ def expect_by_chance(drops: Drops) -> float:
         for drop in of_row
         if drop.good
     ]
+    # Two-sided: probability that at least one of `count` normal values lies beyond STDS_MAX.
     return float(sum(1.0 - norm.cdf(STDS_MAX) ** (2 * count) for count in error_counts))
 
 

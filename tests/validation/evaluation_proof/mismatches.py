@@ -131,6 +131,7 @@ class Judged:
 
 def seeds_of(row: Row, drops: int = DROPS) -> range:
     """Fixed beforehand: a row keeps its own however many are flown."""
+    # A hundred seeds a row: more drops of one row never shift the next row's.
     first = FIRST_SEED + 100 * ROWS.index(row)
     return range(first, first + drops)
 
@@ -138,6 +139,7 @@ def seeds_of(row: Row, drops: int = DROPS) -> range:
 def judge_drop(row: Row, seed: int) -> Judged:
     """Draws and flies a drop, and evaluates it; two seconds, several where a check fails."""
     stated = FILED.uncertainty or Uncertainty()
+    # The faults draw these figures themselves: drawn twice they would be wrong by more than the row says.
     uncertainty = replace(stated, **dict.fromkeys(row.exact, 0.0))
     drop, calibration = hidden(maneuver(seed), FILED, seed, row.faults, uncertainty=uncertainty)
     limit_rad_s = drop.imperfections.gyro_front_end_limit_rad_s

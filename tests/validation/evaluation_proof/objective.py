@@ -16,12 +16,14 @@ _UNIT = 1e-2
 def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
     """(9,) offsets in mm, downhill from `start`; it has one minimum, and every start leads there."""
     offsets = driven.offsets.alone
+    # CoM offsets alone, as the paper's objective has them.
     polynomial, bounds = momentum_polynomial(offsets, driven.flown), offsets.bounds
 
     def objective(values: FloatArray) -> float:
         return float(polynomial.objective(values[None])[0]) / _UNIT
 
     within = Bounds(-bounds, bounds)
+    # The polynomial is smooth with one minimum: a local search from the swarm's result reaches it.
     optimum = minimize(
         objective, start, method="L-BFGS-B", bounds=within, tol=1e-13, options={"maxfun": 50_000}
     )
@@ -30,4 +32,5 @@ def least_of_objective(driven: ModelInput, start: FloatArray) -> FloatArray:
 
 def with_centers(driven: ModelInput, values: FloatArray) -> ComparedModel:
     """Apply CoM offsets (9,), in mm, to the model and leave all else as filed."""
+    # Further parameters of the fit stay zero: the file's values.
     return driven.with_offsets(np.pad(values, (0, len(driven.offsets) - len(values))))

@@ -66,12 +66,14 @@ class Replay:
 
 def replays_of(robot: Robot, drop_5_hz: Drop) -> dict[str, Replay]:
     """Replay one drop with CoM offsets and one without."""
+    # The model flies exactly as filed: whatever is then corrected is a sensor's error.
     exact = fly_drop(robot, robot.model, _EXACT, DLPF_5_HZ, RATE_RAD_S)
     return {"10 mm off": _replay(robot, drop_5_hz), "exact": _replay(robot, exact)}
 
 
 def _replay(robot: Robot, drop: Drop) -> Replay:
     log = _sensed_at_first(drop.log)
+    # Three evaluations: scale factors taken for one, scale factors fitted to the drop, all sensors calibrated.
     paper_evaluation = evaluate(log, robot.model, _taken_for_one(robot.paper_calibration), drop.schedule)
     evaluation = evaluate(log, robot.model, robot.paper_calibration, drop.schedule)
     calibrated = evaluate(drop.log, robot.model, robot.calibration, drop.schedule)
@@ -83,6 +85,7 @@ def _replay(robot: Robot, drop: Drop) -> Replay:
         swarm.values - drop.true_com_offsets_mm,
         least_of_objective(driven, swarm.values) - drop.true_com_offsets_mm,
         _errors(drop, evaluation),
+        # At the true offsets what is left of the difference is the sensors'.
         Difference.of(with_centers(driven, drop.true_com_offsets_mm)),
         Difference.of(with_centers(evaluation.explained.driven, drop.true_com_offsets_mm)),
         Difference.of(paper_evaluation.explained.nominal),
@@ -98,6 +101,7 @@ def _taken_for_one(calibration: Calibration) -> Calibration:
     gyros = []
     for gyro in calibration.gyros:
         covariance = gyro.covariance.copy()
+        # Variance of the scale factors only; their correlations with bias and misalignment are cut.
         covariance[6:], covariance[:, 6:] = 0.0, 0.0
         covariance[6:, 6:] = _UNDOUBTED_STD**2 * np.eye(3)
         gyros.append(replace(gyro, covariance=covariance))
@@ -111,5 +115,6 @@ def _errors(drop: Drop, evaluation: Evaluation) -> Errors:
 
 def _sensed_at_first(log: DropLog) -> DropLog:
     """Return the log as if the angle sensors had stopped before the first stroke."""
+    # Angle sensors silent from the first stroke on: the joints' angles then come from the gyros alone.
     valid = log.angle_valid & (log.t_s < SENSED_UNTIL_S)[:, None]
     return replace(log, angle_valid=valid)

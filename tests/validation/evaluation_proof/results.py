@@ -84,6 +84,7 @@ def _errors(proofs: Proofs) -> str:
 def _axes(proofs: Proofs) -> str:
     rows = []
     for quantity, labels in LABELS.items():
+        # A quantity of one value needs no row for each axis.
         for index, label in enumerate(labels if len(labels) > 1 else ()):
             cells: list[str] = []
             for low_pass in LOW_PASSES:
@@ -99,6 +100,7 @@ def _model(proofs: Proofs) -> str:
     for low_pass in LOW_PASSES:
         ones = flights(proofs, low_pass)
         cells = [
+            # `before` and `after` are Differences, each with its end and its rms over the fall.
             f"{np.median([getattr(getattr(flight, side), when) for flight in ones]):.4f}"
             for side in ("before", "after", "crossed")
             for when in ("final_deg", "rms_deg")
@@ -154,6 +156,7 @@ def _bare(proofs: Proofs) -> str:
 
 
 def _deaf(proofs: Proofs) -> str:
+    # Only the first robots flew with dead gyros.
     deaf = [proof.deaf for _, proof in sorted(proofs.items()) if proof.deaf]
     rows = []
     for quantity in LABELS:

@@ -58,7 +58,9 @@ def robot_of(seed: int) -> Robot:
     for mismatch in BUILT_WITH:
         built = fault_named(mismatch).apply(built)
     truth = built.imperfections
+    # Calibrated by the filed model: nobody knows what was really built.
     day = replace(calibration_day(built.model, truth, Operator.human(seed), seed), model=model)
+    # The paper's steps alone leave the scale factors unknown.
     paper_evidence = tuple(evidence for evidence in day.evidence if evidence.step.kind in PAPER_STEPS)
     by_paper = calibrate_day(replace(day, evidence=paper_evidence))
     return Robot(
@@ -82,6 +84,7 @@ def _certificate(
 def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:
     """Return the swings' calibration with the scale factors that the gyro's data sheet promises."""
     covariance = gyro.covariance.copy()
+    # Without measured scale factors the data sheet's tolerance is all that is known of them.
     covariance[6:, :] = covariance[:, 6:] = 0.0
     covariance[6:, 6:] = SCALE_STD**2 * np.eye(3)
     return replace(gyro, scale=np.ones(3), covariance=covariance)

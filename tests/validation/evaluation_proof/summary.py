@@ -47,6 +47,7 @@ def part(of: Errors, index: int, width: int) -> Errors:
 def nearer(proofs: Proofs, low_pass: str) -> float:
     """Share of the drops in which the corrected model ends nearer to the measured attitude."""
     return float(
+        # Nearer at the end of the fall, where the paper compares attitudes.
         np.mean([flight.after.final_deg < flight.before.final_deg for flight in flights(proofs, low_pass)])
     )
 
@@ -62,6 +63,7 @@ def find_targets(proofs: Proofs) -> list[Target]:
             )
         targets += _com_targets(proofs, low_pass)
         for quantity, parts in STATED.items():
+            # Intervals are judged by the kind of quantity, all drops together.
             share = covered_share(join_errors(errors(proofs, low_pass, part) for part in parts))
             bounds = (100.0 * COVERED[0], 100.0 * COVERED[1])
             targets.append(
@@ -85,6 +87,7 @@ def find_targets(proofs: Proofs) -> list[Target]:
 
 
 def _com_targets(proofs: Proofs, low_pass: str) -> list[Target]:
+    # One rms an axis over all robots: the worst axis must keep the target, not their mean.
     each = [rms(part(errors(proofs, low_pass, "CoM"), k, 9).error) for k in range(9)]
     worst = max(value for k, value in enumerate(each) if k != BODY_2_Z)
     return [

@@ -48,8 +48,11 @@ def test_a_drop_is_as_good_as_the_proof() -> None:
     )
     for quantity, limits_deg in RMS_MAX_DEG.items():
         assert rms(errors[quantity].error) <= limits_deg["42 Hz"], quantity
+    # Body 2 z has its own, wider target.
     assert rms(np.delete(errors["CoM"].error, BODY_2_Z)) <= COM_MAX_MM
     for quantity, quantity_errors in errors.items():
+        # Within five of its own standard deviations: an error that is too certain of itself is worse than a large
+        # one.
         assert (np.abs(quantity_errors.error) / quantity_errors.std).max() < MAX_DEVIATIONS, quantity
 
 
@@ -63,6 +66,7 @@ def test_the_drops_of_a_robot_of_the_proof(seed: int) -> None:
         for quantity, errors in flight.errors.items():
             assert (np.abs(errors.error) / errors.std).max() < MAX_DEVIATIONS, quantity
         assert flight.after.final_deg < flight.before.final_deg
+        # The same code and seed: the published row must come out again.
         assert row_of(flight) == pytest.approx(read_proof_row("drops", seed, low_pass), abs=PRINTED)
 
 
@@ -82,6 +86,7 @@ def test_the_papers_setting_again() -> None:
     for name, replay in replays_of(robot, drops["5 Hz"]).items():
         row = paper_row_of(replay)
         assert len(row) == len(PAPER_COLUMNS)
+        # Searches stop a little off the minimum, so the tolerance is wider than for fitted values.
         assert row == pytest.approx(read_proof_row("paper-drops", 1, name), abs=SEARCHED)
 
 
@@ -108,6 +113,7 @@ def test_the_cause_of_a_drop_of_the_proof(kind: str, number: int) -> None:
     diagnosis = name_causes(kind, number)
     assert diagnosis.first == kind
     assert not diagnosis.tied
+    # Probabilities of the causes add up to one; a sound drop names none.
     assert sum(cause.probability for cause in diagnosis.causes) == pytest.approx(
         0.0 if kind == SOUND else 1.0, abs=0.05
     )

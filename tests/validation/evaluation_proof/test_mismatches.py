@@ -22,9 +22,12 @@ NOTHING, MASSES, SENSORS = BY_NAME["nothing"], BY_NAME["masses 5 %"], BY_NAME["a
 @pytest.mark.parametrize("row", few_of(*(BY_NAME[name] for name in FEW), *ROWS, least=len(FEW)))
 def test_what_is_called_good_holds(row: Row) -> None:
     outcome = judge_drop(row, seeds_of(row)[0])
+    # GOOD with a number beyond 4.5 of its standard deviations would be a false GOOD.
     assert not (outcome.good and outcome.worst > 4.5)
+    # A failed check must show in the verdict and in the worth of the correction.
     assert not (outcome.failed and (outcome.good or outcome.worth == "to be made"))
     if row.of_model:
+        # Attitudes and strokes rest on sensors alone: a wrong model file must not withhold them.
         assert not {"attitudes", "strokes"} & {*outcome.withheld}
     if row.right:
         assert not outcome.withheld
@@ -33,6 +36,7 @@ def test_what_is_called_good_holds(row: Row) -> None:
 def test_a_bias_that_steps_is_in_all_that_sensors_tell() -> None:
     """Even where nothing but the evidence of the whole drop shows it."""
     row = BY_NAME["a bias steps 0.3 deg/s in the fall"]
+    # The ninth drop of the row: only the evidence of the whole drop shows its step.
     outcome = judge_drop(row, seeds_of(row)[8])
     assert outcome.failed == ("as filed and certified",)
     assert {*outcome.withheld} == {"attitudes", "rates", "strokes", "offsets"}
@@ -47,6 +51,7 @@ def test_axes_that_lean_by_more_than_filed_widen_what_rests_on_them() -> None:
 
 def make_judged(count: int, times: float = 1.0, **changed: object) -> list[Judged]:
     """Errors so many times as wide as stated."""
+    # Standard normal errors with std 1: exactly what right intervals give.
     random = np.random.default_rng(1)
     errors = [
         {name: Errors(times * random.standard_normal(3), np.ones(3)) for name in PROTECTED}
@@ -59,12 +64,14 @@ def make_judged(count: int, times: float = 1.0, **changed: object) -> list[Judge
 def test_right_intervals_are_told_from_wrong_ones() -> None:
     right = summary(NOTHING, make_judged(100))
     assert right.met and COVERED[0] < right.hold < COVERED[1] and not right.off
+    # Twice too wide errors and a third of them: both say that stated deviations are wrong.
     for wrong in (make_judged(100, 2.0), make_judged(100, 0.3)):
         assert not summary(NOTHING, wrong).met
     assert summary(SENSORS, make_judged(100, 2.0)).off == tuple(PROTECTED)
 
 
 def test_good_is_said_of_numbers_that_hold_alone() -> None:
+    # An error of 5 standard deviations, in a drop that is first DOUBTFUL and then GOOD.
     off = {"CoM": Errors(np.array([5.0]), np.ones(1))}
     first, *others = make_judged(100)
     far = replace(first, errors={**first.errors, **off})
@@ -73,12 +80,15 @@ def test_good_is_said_of_numbers_that_hold_alone() -> None:
     assert wrong.wrong == 1 and not wrong.met
 
 
+# Withholding protects from errors; the limit of 5 % keeps it from being the way out.
 def test_withholding_everything_is_no_answer() -> None:
+    # Of 100 drops of a right robot 5 may withhold a result, 6 may not.
     few, many = (
         make_judged(95) + make_judged(5, withheld=("offsets",)),
         make_judged(94) + make_judged(6, withheld=("offsets",)),
     )
     assert summary(NOTHING, few).met and not summary(NOTHING, many).met
+    # A robot with wrong masses may withhold its offsets as often as needed, its strokes never.
     assert summary(MASSES, many).met
     assert not summary(MASSES, make_judged(99) + make_judged(1, withheld=("strokes",))).met
     nothing_given = summary(SENSORS, make_judged(30, withheld=tuple({*PROTECTED.values()}), errors={}))
@@ -90,6 +100,7 @@ def test_lessons_are_told_maneuver_by_maneuver() -> None:
         "59/70": Errors(np.full(9, 2.0), np.ones(9)),
         "to learn: other": Errors(np.full(9, 0.5), np.ones(9)),
     }
+    # z = 2.00 where the error is twice the stated deviation, 0.50 where it is half of it.
     compared = compare_maneuvers([Lesson(errors)] * 3).splitlines()
     rows = learning_csv([Lesson(errors)] * 3).splitlines()
     assert compared[1:] == ["59/70,2.0000,2.0000,1.0000,2.00,0.0", "other,0.5000,0.5000,1.0000,0.50,100.0"]
@@ -99,6 +110,7 @@ def test_lessons_are_told_maneuver_by_maneuver() -> None:
 def test_tables_have_a_row_each_or_one_a_drop() -> None:
     tables = make_mismatch_tables({row.name: make_judged(3) for row in ROWS})
     verdicts = [line.replace('"', "") for line in tables["mismatch-verdicts"].splitlines()]
+    # A comma in a name is quoted by CSV: compare without quotes.
     assert all(f"\n{row.name},0,3,none," in "\n" + "\n".join(verdicts) for row in ROWS)
     assert tables["mismatches"].count("\n") == 1 + len(ROWS)
     assert tables["mismatch-drops"].count("\n") == 1 + 3 * len(ROWS)

@@ -68,6 +68,7 @@ def _keep(program: Path, target: Target) -> None:
     fresh = program.parent / "kept"
     shutil.rmtree(fresh, ignore_errors=True)
     minimise(program, target, fresh)
+    # A regression input stays although a merge finds it redundant.
     for path in target.corpus.iterdir():
         if not path.name.startswith(REGRESSION):
             path.unlink()

@@ -21,6 +21,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="tfsat-fuzz-", dir=_memory()) as folder:
         path = Path(folder) / "SD.bin"
 
+        # Script and file are kept in memory: a million runs.
         def one_input(data: bytes) -> None:
             check(data, path)
 
@@ -30,6 +31,7 @@ def main() -> None:
 
 def _memory() -> Path | None:
     """Files that a million runs write need not wear out a disk."""
+    # On Linux a file system in memory.
     shared = Path("/dev/shm")
     return shared if shared.is_dir() else None
 

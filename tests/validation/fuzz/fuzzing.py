@@ -96,6 +96,7 @@ def fuzz(
     """
     folder = program.parent
     corpus, seeds, findings = folder / "corpus", folder / "seeds", folder / "findings"
+    # libFuzzer wants both folders to exist.
     for path in (corpus, findings):
         path.mkdir(exist_ok=True)
     write_seeds(seeds, target.seeds)
@@ -105,6 +106,7 @@ def fuzz(
         *("-detect_leaks=0", "-print_final_stats=1"),
         *(f"-dict={folder / 'dictionary'}", f"-artifact_prefix={findings}/"),
     ]
+    # Findings of earlier runs stay in the folder and are not counted again.
     before = set(findings.iterdir())
     lines: list[str] = []
     command = list(map(str, [program, *options, corpus, target.corpus, seeds]))
@@ -114,6 +116,7 @@ def fuzz(
         assert process.stderr is not None
         for line in process.stderr:
             lines.append(line)
+            # Pulses are libFuzzer's progress; all other lines only go to the log.
             if "\tpulse " in line:
                 progress(line.strip())
     log = "".join(lines)
@@ -131,10 +134,12 @@ def minimise(program: Path, target: Target, into: Path) -> None:
     shutil.rmtree(reached, ignore_errors=True)
     write_seeds(reached, target.seeds)
     sources = [path for path in (target.corpus, folder / "corpus") if path.is_dir()]
+    # Counters off: an input is kept for an edge that it reaches, not for how often.
     options = ["-merge=1", "-use_counters=0", f"-max_len={target.max_input_bytes}", "-detect_leaks=0"]
     run([program, *options, reached, *sources])
     into.mkdir(parents=True, exist_ok=True)
     for path in sorted(reached.iterdir()):
+        # Seeds are written by the build and need no copy in the corpus.
         if path.name not in target.seeds:
             shutil.copyfile(path, into / path.name)
 

@@ -36,9 +36,11 @@ def main() -> int:
     findings.mkdir(parents=True, exist_ok=True)
     before = set(findings.iterdir())
     started_s = time.monotonic()
+    # Ceiling division: no fewer runs than were asked for.
     share = -(-arguments.runs // arguments.jobs)
     with ThreadPoolExecutor(max_workers=arguments.jobs) as pool:
         counts = list(
+            # Each job has its own seed and corpus; findings share a folder.
             pool.map(lambda job: _run(job, share, arguments.seed + job, findings), range(arguments.jobs))
         )
     taken_s, executions = time.monotonic() - started_s, sum(counts)
@@ -57,6 +59,7 @@ def main() -> int:
             f"  Its report:   {_log(0).parent.relative_to(REPOSITORY)}/job*.log",
             file=sys.stderr,
         )
+    # Fewer executions than asked for mean that atheris itself ended early: no success.
     return int(bool(new_findings) or executions < arguments.runs)
 
 
@@ -75,9 +78,11 @@ def _run(job: int, runs: int, seed: int, findings: Path) -> int:
     paths = os.pathsep.join((str(REPOSITORY / "host"), str(REPOSITORY)))
     executed = 0
     while executed < runs:
+        # atheris' memory grows with every run: a new process each 50,000 inputs.
         batch = min(RUNS_AT_A_TIME, runs - executed)
         command = [
             *(str(PYTHON), "-m", "tests.validation.fuzz.fuzz_log", str(corpus)),
+            # The seed moves on with each batch, or every batch would draw the same inputs.
             *(f"-runs={batch}", f"-seed={seed + executed}", f"-max_len={MAX_SCRIPT}"),
             *(
                 f"-timeout={HANG_S}",
@@ -86,6 +91,7 @@ def _run(job: int, runs: int, seed: int, findings: Path) -> int:
                 f"-artifact_prefix={findings}/",
             ),
         ]
+        # Each batch overwrites its job's log: the last one has the finding.
         with _log(job).open("wb") as log:
             code = subprocess.run(
                 command,

@@ -51,6 +51,7 @@ class Script:
 
     def below(self, limit: int) -> int:
         """Draw a number from 0 to `limit` - 1."""
+        # Beyond the script's end all numbers are zero: short scripts stay valid and the fuzzer can shorten them.
         number_bytes = self._data[self._at : self._at + 2].ljust(2, b"\0")
         self._at += 2
         return int.from_bytes(number_bytes, "little") % max(limit, 1)
@@ -86,16 +87,20 @@ def truths() -> dict[int, Truth]:
 
 
 def _truth(session: int, start_us: int, repeat: int) -> Truth:
+    # Different sessions and intervals of repeated headers: blocks of one must not be taken for the other's.
     recorder = Recorder(session=session, start_us=start_us, repeat_blocks=repeat)
+    # A full block, a partial one, a full one: sample numbers go on across the short block.
     recorder.data()
     recorder.data(3)
     recorder.data()
     release_us = recorder.time_us(recorder.samples) + 1234
+    # The second switch opens 300 us before the first one: the release is the later edge.
     edges = [
         event(release_us - 300, EventCode.SWITCH_EDGE, 1, 1),
         event(release_us, EventCode.SWITCH_EDGE, 0, 1),
     ]
     recorder.data(flags=_OPEN, events=edges)
+    # A block without samples is as valid as a full one.
     recorder.data(0, flags=_OPEN)
     recorder.data(flags=_OPEN)
     stroke = event(release_us + 700_000, EventCode.STROKE)
@@ -122,6 +127,7 @@ def _sample_rows(recorder: Recorder) -> dict[int, tuple[int, list[int]]]:
 def pristine() -> bytearray:
     """Return the new recording, followed by unused space and the remains of the old recording."""
     new, old = truths()[NEW].recorder, truths()[OLD].recorder
+    # Without its first blocks the old recording lies there like the remains of an overwritten file.
     return bytearray(new.image() + bytes(BLOCK_BYTES) + b"".join(old.blocks[3:]))
 
 
@@ -153,6 +159,7 @@ def _overwrite(card: Card, script: Script) -> None:
 
 
 def _swap(card: Card, script: Script) -> None:
+    # Two blocks exchanged keep their right CRCs: only numbers and times tell their places.
     block, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
     card.data[block], card.data[other] = bytes(card.data[other]), bytes(card.data[block])
 
@@ -168,6 +175,7 @@ def _copy_behind(card: Card, script: Script) -> None:
 
 def _blank(card: Card, script: Script) -> None:
     block = card.block(script.below(card.blocks))
+    # Zeros, erased flash, and a pattern: what a card may show for a lost block.
     fill = (0x00, 0xFF, 0xA5)[script.below(3)]
     card.data[block] = bytes([fill]) * len(card.data[block])
 
@@ -198,9 +206,11 @@ def _tear(card: Card, script: Script) -> None:
 def _reseal(card: Card, script: Script) -> None:
     """Overwrite bytes of a block's header or payload and correct its CRC."""
     block = card.block(script.below(card.blocks))
+    # Only the CRC is computed anew: the decoder must stay sane although the content is a lie.
     text = bytearray(card.data[block])
     if len(text) < BLOCK_BYTES:
         return
+    # Half of the changes hit the block's head, where nearly every field matters.
     at = script.below(BLOCK_BYTES) if script.below(2) else script.below(BlockHeader.SIZE)
     new = script.take(1 + script.below(8))
     text[at : at + len(new)] = new
@@ -235,9 +245,11 @@ def check(data: bytes, path: Path) -> str:
     try:
         log = load(path)
     except LogError as error:
+        # A refusal must tell what to do next.
         assert error.what and error.meaning and error.next_step
         return "refused"
     _check_sane(log)
+    # A right CRC over wrong contents cannot be detected: only sanity is asked for.
     if card.resealed:
         json.dumps(summary(log))
         return f"resealed: {log.verdict}"
@@ -247,12 +259,14 @@ def check(data: bytes, path: Path) -> str:
 
 def _check_sane(log: DropLog) -> None:
     n = len(log)
+    # No NaN and no column of another length, whatever the input was.
     assert n and log.imu_counts.shape == (n, 4, 7) and log.angle_counts.shape == (n, 6)
     assert all(len(column) == n for column in (log.sample_index, log.imu_valid, log.angle_valid))
     assert log.samples_lost >= 0 and log.blocks_lost >= 0
     for column in (log.rate_rad_s, log.specific_force_m_s2, log.temperature_c):
         assert np.isfinite(column[log.imu_valid]).all()
     assert np.isfinite(log.sensor_angle_rad[log.angle_valid]).all()
+    # A log that is not damaged may only start late; it has no gap in the middle.
     if log.verdict != "damaged":
         assert log.gaps in ((), (log.late_start,)) and not log.doubts
         assert log.samples_lost == log.blocks_lost == 0
@@ -265,19 +279,24 @@ def _check_true(log: DropLog) -> None:
     decoded_rows = np.hstack(
         (log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32
     ).tolist()
+    # Every decoded sample must be one that was recorded, value by value.
     for index, t_us, row in zip(log.sample_index.tolist(), log.t_us.tolist(), decoded_rows, strict=True):
         assert (t_us, row) == truth.rows[index], index
     assert (np.diff(log.sample_index) > 0).all()
     assert log.imu_valid.all() and log.angle_valid.all()
     events = [(e.t_us, e.index, e.arg, e.value) for e in log.events]
+    # No event may appear twice or be invented.
     assert len(set(events)) == len(events) and set(events) <= set(truth.events)
     if log.release is not None:
+        # The true release lies within the bounds that the decoder states.
         assert log.release.earliest_us <= truth.release_us <= log.release.latest_us
+    # Complete: all samples, all events and the exact release.
     if log.verdict == "complete":
         assert len(log) == truth.recorder.samples and events == truth.events
         assert log.release_us == truth.release_us
     else:
         assert warnings(log)
+    # Truncated: one unbroken run of samples, with a beginning or an end missing.
     if log.verdict == "truncated":
         first = int(log.sample_index[0])
         assert log.sample_index.tolist() == list(range(first, first + len(log)))
@@ -285,6 +304,7 @@ def _check_true(log: DropLog) -> None:
         begin = truth.events.index(events[0]) if events else 0
         assert begin == 0 or log.late_start is not None
         assert events == truth.events[begin : begin + len(events)]
+    # With the footer the decoder knows the total and must count exactly what is missing.
     if log.footer is not None:
         before = log.late_start.samples if log.late_start else 0
         assert log.samples_lost == truth.recorder.samples - len(log) - before

@@ -72,8 +72,10 @@ def golden_frames() -> dict[str, bytes]:
 
 def streams() -> dict[str, bytes]:
     """Return each frame alone, all of them in a row, and the same after garbage."""
+    # A frame alone teaches the fuzzer its bytes, a row of frames their boundaries.
     frames = golden_frames()
     together = b"".join(frames.values())
+    # Garbage ends with a zero: the receiver resynchronizes there.
     garbage = bytes(range(255, 200, -1)) + b"\0"
     return {**frames, "AllFrames": together, "AfterGarbage": garbage + together}
 

@@ -60,6 +60,7 @@ def assert_found(target: Target, folder: Path, tree: Path, broken: str) -> None:
     outcome = fuzz(build(target, folder, tree), target, RUNS[target.name])
     assert len(outcome.findings) == 1, outcome.log
     assert broken in outcome.defect, outcome.log
+    # Found before the run's end, or the seeds and the corpus would not suffice for `make test`.
     assert outcome.executions < RUNS[target.name]
 
 
@@ -69,8 +70,10 @@ def test_nothing_is_found(target: Target, share: float, tmp_path: Path) -> None:
     """Replays the committed corpus and the seeds, then goes on from them."""
     input_count = len(list(target.corpus.iterdir())) + len(target.seeds)
     runs = round(share * RUNS[target.name])
+    # Seeds and corpus are replayed first and count as runs.
     outcome = fuzz(build(target, tmp_path / "build"), target, runs)
     assert not outcome.findings, outcome.log
+    # More runs than inputs at hand: fuzzing itself took place, too.
     assert outcome.executions >= runs > input_count
     assert outcome.corpus_size > len(target.seeds) / 2  # it was given what it should know
 

@@ -27,6 +27,7 @@ def campaigns(folder: Path) -> list[Campaign]:
     processor = compile_shared_processor(folder)
     return [
         runs(pc, SEEDS),
+        # Equal jobs: run_campaigns binds another seed to each.
         Campaign("twins", "the same bytes from the PC and the Cortex-M7",
                  [partial(compare, pc, m7, count=BATCH)] * (FULL_SEEDS // BATCH), 0, BATCH),
         Campaign("instructions", "at most a tenth of the processor",

@@ -37,6 +37,7 @@ def core_sha256() -> str:
     It identifies the firmware to which the report belongs.
     """
     digest = hashlib.sha256()
+    # Name and content, separated by zeros: two files cannot exchange bytes unnoticed.
     for path in core_files():
         digest.update(f"{path.relative_to(SOURCES).as_posix()}\0".encode() + path.read_bytes() + b"\0")
     return digest.hexdigest()
@@ -52,6 +53,7 @@ def build_for_pc(folder: Path, edits: Sequence[Edit] = ()) -> Path:
 
     `edits` are defects to plant in files below `firmware/teensy_logger/src`.
     """
+    # Sanitizers turn undefined behaviour of the firmware into a failing run.
     root = _tree(folder, edits)
     return build_program(_sources(root, RUN), folder / "program", root=root)
 
@@ -62,6 +64,7 @@ def build_for_m7(folder: Path, programs: Sequence[str] = RUN, edits: Sequence[Ed
     `edits` are defects, as for `build_for_pc`.
     """
     root, program = _tree(folder, edits), folder / "program"
+    # The portable core with the board's start code for QEMU, and nothing of the Teensy.
     objects = compile_objects(_sources(root, (*programs, "cortex_m7")), (), M7_FLAGS, M7_COMPILER, root)
     run([M7_COMPILER, *M7_FLAGS, *objects, *M7_LINK, "-o", program])
     return program

@@ -29,6 +29,7 @@ def runs(program: Path, count: int, batch: int = BATCH) -> Campaign:
 
 def seeds_of(kind: Kind, count: int) -> list[int]:
     """Return the first `count` seeds whose runs are of this kind, alternating between both rates."""
+    # Kinds repeat every len(Kind) seeds; the rate alternates with the next such block.
     return [kind + number * len(Kind) for number in range(count)]
 
 
@@ -56,6 +57,7 @@ def run_each(program: Path, seeds: Sequence[int]) -> list[Outcome]:
 def run(program: Path, first: int, count: int, folder: Path) -> None:
     """Leaves SEED.bin, SEED.ram and SEED.truth in the folder. Raises Broken: the program failed."""
     command = [str(program), str(first), str(count), str(folder)]
+    # A run that hangs is broken, too.
     process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
     if process.returncode != 0:
         raise Broken(
@@ -65,6 +67,7 @@ def run(program: Path, first: int, count: int, folder: Path) -> None:
 
 def _judge(folder: Path, seed: int) -> list[Outcome]:
     outcomes = [judge(folder, truth) for truth in read_truth(folder / f"{seed}.truth")]
+    # Images of 1 to 2 MiB a run: removed as soon as they are judged.
     for image in folder.glob(f"{seed}.*"):
         image.unlink()
     return outcomes

@@ -27,6 +27,7 @@ def check_contents(log: DropLog, truth: Truth) -> NDArray[np.int64]:
 
     Raises Broken if a value, an event or a figure is wrong, or an event is missing.
     """
+    # Rows of the truth that the decoded samples claim to be: all comparisons go by them.
     rows = _rows(log, truth.samples)
     _check_values(log, truth.samples[rows], truth)
     check_events(log, truth)
@@ -43,27 +44,32 @@ def check_blocks(image: Path, truth: Truth) -> None:
     """
     data = memoryview(image.read_bytes())
     looked = look(data)
+    # Blocks with a right CRC that belong to this recording, remains of older ones excluded.
     own = looked.usable & (looked.heads["session"] == truth.writes["session"][0])
     for row in np.flatnonzero(own & (looked.heads["kind"] == BlockKind.HEADER)).tolist():
         payload = data[row * BLOCK_BYTES + HEADER_BYTES :][: LogHeader.SIZE]
         header = LogHeader.decode(bytes(payload))
         if header.rate_hz != truth.rate_hz:
             raise Broken(f"a header has {header.rate_hz} Hz")
+        # Time of day less the logger's clock must be the same in every header.
         unix_at_zero_us = header.wall_clock_us - int(looked.heads["time_us"][row])
         if unix_at_zero_us != int(truth.head["unix_at_zero_us"]):
             raise Broken(f"a header's time of day is wrong: {header.wall_clock_us}")
     blocks = np.frombuffer(data, np.dtype(DATA_BLOCK_DTYPE))[own & (looked.heads["kind"] == BlockKind.DATA)]
     for slot in range(SAMPLES_PER_BLOCK):
+        # A block may hold fewer than its six samples: slots behind the last one are not looked at.
         filled_blocks = blocks[blocks["sample_count"] > slot]
         index = filled_blocks["first_sample"].astype(np.int64) + slot
         flags = filled_blocks["samples"]["flags"][:, slot]
         within = index < len(truth.samples)
+        # The low four flag bits are the IMUs': none may be called valid that did not answer.
         if (flags[within] & 0xF & ~truth.samples["served"][index[within]]).any():
             raise Broken("an IMU is called valid that gave nothing")
 
 
 def _rows(log: DropLog, samples: NDArray[np.void]) -> NDArray[np.int64]:
     """Return the index of the sample that each decoded sample claims to be."""
+    # A sample twice or behind the last one was never taken.
     if len(np.unique(log.sample_index)) != len(log) or log.sample_index[-1] >= len(samples):
         raise Broken("samples that were never taken")
     if not np.array_equal(samples["t_us"][log.sample_index], log.t_us.astype(np.uint64)):
@@ -73,13 +79,17 @@ def _rows(log: DropLog, samples: NDArray[np.void]) -> NDArray[np.int64]:
 
 def _check_values(log: DropLog, truth: NDArray[np.void], run: Truth) -> None:
     served = _bits(truth["served"], 4)
+    # Valid without an answer: a wrong value would be believed.
     if (log.imu_valid & ~served).any():
         raise Broken("an IMU is called valid that gave nothing")
+    # Only where valid: an IMU that did not answer may leave anything in its place.
     if (log.imu_counts != truth["imu"])[log.imu_valid].any():
         raise Broken("an IMU's value is wrong")
     faulty = _bits(run.head["faulty"][None], 4)[0]
+    # An IMU that has no fault in the run must be valid in every sample.
     if not log.imu_valid[:, ~faulty].all():
         raise Broken("a fault of one IMU costs another its values")
+    # Word 3 is the temperature: only accelerometer and gyro can be clipped.
     ends = np.isin(truth["imu"][:, :, [0, 1, 2, 4, 5, 6]], (-32768, 32767)).any(axis=2)
     if (log.clipped != ends)[log.imu_valid].any():
         raise Broken("a clipped value is not flagged, or another is")
@@ -98,6 +108,7 @@ def _bits(values: NDArray[np.uint8], count: int) -> NDArray[np.bool_]:
 
 def _check_release(log: DropLog, truth: Truth) -> None:
     """Check the decoder's release where strokes tell which release was the robot's."""
+    # A gap may hide an edge of the switches; strokes show which release started the maneuver.
     sure = not log.gaps and any(event.name == "stroke" for event in log.events)
     if sure and (log.release is None or abs(log.release.t_us - truth.release_us) > 1):
         raise Broken(f"the release is {log.release and log.release.t_us - truth.release_us} us off")
@@ -112,8 +123,10 @@ def _check_footer(footer: LogFooter, truth: Truth) -> None:
     times = truth.samples["t_us"][: footer.samples].astype(np.int64)
     steps = np.diff(times)
     nominal_us = 1e6 / truth.rate_hz
+    # More than one and a half intervals: at least one sample was not taken.
     late = steps > 1.5 * nominal_us
     rms_us = float(np.sqrt(np.mean((steps[~late] - nominal_us) ** 2)))
+    # The footer's own statistics, from the same times.
     logged_intervals = (footer.interval_min_us, footer.interval_max_us, footer.late_ticks)
     if logged_intervals != (int(steps.min()), int(steps.max()), int(np.count_nonzero(late))):
         raise Broken(f"times between samples: the footer has {logged_intervals}")
@@ -131,6 +144,7 @@ def _check_footer(footer: LogFooter, truth: Truth) -> None:
         raise Broken(
             f"the longest stall is {least_ms} to {most_ms} ms, the footer has {footer.card_stall_max_ms}"
         )
+    # Blocks with a number that was written before.
     twice = len(truth.writes) - len(np.unique(truth.writes["number"]))
     if footer.blocks_rewritten != twice:
         raise Broken(f"{twice} blocks were written twice, the footer has {footer.blocks_rewritten}")
@@ -151,6 +165,7 @@ def check_ram(image: Path, truth: Truth, doubled: NDArray[np.bool_], on_card: ND
         doubled: (n,) bool by sample index: it is safe on the card, twice.
         on_card: Likewise: it was read from the card.
     """
+    # The samples about the release that RAM must hold when the card is gone.
     fall = fall_rows(truth, KEPT_US[truth.rate_hz])
     if int(truth.head["state"]) != LoggerState.FAILED:
         raise Broken("the card is gone for good, and the logger has not noticed")
@@ -163,8 +178,10 @@ def check_ram(image: Path, truth: Truth, doubled: NDArray[np.bool_], on_card: ND
     in_ram = np.zeros(len(fall), np.bool_)
     in_ram[check_contents(log, truth)] = True
     check_blocks(image, truth)
+    # Late losses at 1 kHz: the ring has overwritten the beginning, which the card still has.
     if truth.rate_hz == 1000 and int(truth.troubles["from_us"][-1]) > truth.release_us + NOTICED_IN_TIME_US:
         in_ram |= on_card
+    # Either whole in RAM or, every sample of the drop, twice on the card.
     if (fall & ~in_ram).any() and not doubled[fall].all():
         raise Broken(
             f"RAM lacks {np.count_nonzero(fall & ~in_ram)} of {np.count_nonzero(fall)} samples of the drop"
@@ -180,6 +197,7 @@ def fall_rows(truth: Truth, span_us: tuple[int, int]) -> NDArray[np.bool_]:
 
 def doubled_samples(truth: Truth) -> NDArray[np.bool_]:
     """(n,) bool by sample index: two blocks that hold it were synced."""
+    # Only synced blocks are safe: an unsynced write may be lost with the power.
     synced = truth.writes[truth.writes["synced"] != 0]
     numbers, counts = np.unique(synced["number"], return_counts=True)
     return truth.samples_in(np.isin(truth.writes["number"], numbers[counts > 1]))

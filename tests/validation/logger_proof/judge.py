@@ -121,13 +121,17 @@ def judge(folder: Path, truth: Truth) -> Outcome:
 
 def _judge(folder: Path, truth: Truth) -> Outcome:
     failed = truth.is_last and int(truth.head["state"]) == LoggerState.FAILED
+    # Given up only where the card really did not come back.
     if failed and not truth.head["lost_for_good"]:
         raise Broken("the card was given up although it came back in time")
     reading = _read(_own_file(folder, truth), truth)
     log = reading.log
+    # Without a header nothing can be decoded; the samples on the card then count for nothing.
     if not reading.headerless:
         _check_kept(reading.held, reading.on_card, "stood on the card")
+    # A sync is the promise that a host relies on: what was synced must be there.
     _check_kept(reading.held, truth.samples_in(truth.writes["synced"] != 0), "had been synced")
+    # The other way round: nothing may be read that no whole block holds.
     if (reading.held & ~reading.on_card).any():
         raise Broken("a sample was read that no whole block on the card holds")
     _check_drops(log, reading.dropped)
@@ -136,6 +140,7 @@ def _judge(folder: Path, truth: Truth) -> Outcome:
         _check_verdict(log, reading, truth)
     doubled = doubled_samples(truth)
     _check_second_copy(truth, doubled)
+    # The card is gone: the drop must be in RAM or twice on the card.
     if truth.is_last and truth.head["lost_for_good"]:
         check_ram(folder / f"{truth.head['seed']}.ram", truth, doubled, reading.held)
     return _outcome(truth, reading, loss_us, trouble_us, bool(doubled.any()))
@@ -143,9 +148,11 @@ def _judge(folder: Path, truth: Truth) -> Outcome:
 
 def _own_file(folder: Path, truth: Truth) -> Path:
     image = folder / f"{truth.head['seed']}.bin"
+    # A run of a single file needs no cut-out.
     if truth.head["file_count"] == 1:
         return image
     own = folder / f"{truth.head['seed']}.{truth.number}.bin"
+    # The blocks of this file of the card's image.
     begin, end = truth.blocks.start * BLOCK_BYTES, truth.blocks.stop * BLOCK_BYTES
     own.write_bytes(image.read_bytes()[begin:end])
     return own
@@ -202,6 +209,7 @@ def _decode_image(image: Path, truth: Truth) -> DropLog | None:
 
     A card that programs its RAM in any order may hold samples and no header, but not after a sync.
     """
+    # Blocks that reached the medium, whatever the order in which the card programmed its RAM.
     standing = truth.writes[truth.writes["on_medium"] != 0]
     kinds = set(standing["kind"].tolist())
     if truth.writes["synced"].any() and BlockKind.HEADER not in kinds:
@@ -213,6 +221,7 @@ def _decode_image(image: Path, truth: Truth) -> DropLog | None:
         if readable:
             raise Broken(f"the recording is refused: {error.what}") from None
         return None
+    # A session of the remains of an older recording is not this one.
     if len(truth.writes) and log.session == int(truth.writes["session"][0]):
         return log
     if readable:
@@ -222,9 +231,11 @@ def _decode_image(image: Path, truth: Truth) -> DropLog | None:
 
 def _recorded_samples(truth: Truth) -> NDArray[np.bool_]:
     """(n,) bool: the logger recorded it, as its state told, or handed it to the card."""
+    # Handed to the card, or captured according to the state at the tick.
     handed = truth.samples_in(np.ones(len(truth.writes), np.bool_))
     is_recorded: NDArray[np.bool_] = handed | (truth.samples["captured"] != 0)
     footers = truth.writes[truth.writes["kind"] == BlockKind.FOOTER]
+    # The state lags behind the interrupt: a few samples behind the footer are no loss.
     if len(footers):
         end = int(footers["first_sample"][0])
         after = truth.samples["t_us"][end:][is_recorded[end:]]
@@ -246,6 +257,7 @@ def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
     # A footer speaks for those after the last sample too.
     end = len(dropped) if log.footer else int(log.sample_index[-1]) + 1
     before_end = int(np.count_nonzero(dropped[:end]))
+    # A gap at the end of a log without a footer has no count yet.
     logged_drops = sum(gap.samples_dropped for gap in log.gaps if log.footer or gap.end_us is not None)
     if logged_drops != before_end:
         raise Broken(f"{before_end} samples were dropped, the log tells of {logged_drops}")
@@ -260,6 +272,7 @@ def _loss(lost: NDArray[np.bool_], truth: Truth) -> tuple[int, int]:
     """
     if not lost.any():
         return 0, 0
+    # argmax of a mask: the first lost sample.
     oldest_us = int(truth.samples["t_us"][np.argmax(lost)])
     end_us = truth.end_us
     # Before that, a backlog may have been left by earlier trouble.
@@ -268,6 +281,7 @@ def _loss(lost: NDArray[np.bool_], truth: Truth) -> tuple[int, int]:
     ends = np.clip(truth.troubles["to_us"].astype(np.int64), window_us, end_us)
     trouble_us = int((ends - begins).sum())
     troubles = int(np.count_nonzero(ends > begins))
+    # The worst case: a partly filled block, its sync, the loop, and all time in which the card took nothing.
     most_us = PARTIAL_AND_SYNC_US + LOOP_US * (1 + 2 * troubles) + trouble_us
     if end_us - oldest_us > most_us:
         raise Broken(f"a sample taken {(end_us - oldest_us) / 1e3:.0f} ms before the cut is lost")
@@ -276,12 +290,14 @@ def _loss(lost: NDArray[np.bool_], truth: Truth) -> tuple[int, int]:
 
 def _check_verdict(log: DropLog, reading: _Reading, truth: Truth) -> None:
     lost, dropped = reading.lost, reading.dropped
+    # Closed means drained: nothing may be missing.
     if truth.closed and lost.any():
         raise Broken(f"{np.count_nonzero(lost)} samples are lost although the recording was closed")
     if truth.closed and log.footer is None:
         raise Broken("the recording was closed, and has no end")
     if log.verdict == "complete" and (lost.any() or dropped.any()):
         raise Broken("a recording that lacks samples is called complete")
+    # Nothing dropped and nothing spoiled on purpose: then the verdict must be complete.
     unspoiled = truth.closed and not dropped.any() and not truth.head["spoiled_blocks"]
     if unspoiled and log.verdict != "complete":
         raise Broken(f"a whole recording is called {log.verdict}: {log.doubts}")
@@ -290,7 +306,9 @@ def _check_verdict(log: DropLog, reading: _Reading, truth: Truth) -> None:
 def _check_second_copy(truth: Truth, doubled: NDArray[np.bool_]) -> None:
     """Check that the fall was written twice if the card was quiet and the recording ended by itself."""
     fall = fall_rows(truth, ROWS_OF_A_FALL_US)
+    # With a small ring or a busy card the second copy may be left out.
     quiet = not len(truth.troubles) and truth.kind is not Kind.SMALL_RING
+    # 4.5 s after landing: the second copy is written by then.
     ended_by_itself = truth.closed and truth.last_sample_us > int(truth.head["landing_us"]) + 4_500_000
     if quiet and ended_by_itself and truth.begin_us < truth.release_us and not doubled[fall].all():
         raise Broken(f"{np.count_nonzero(fall & ~doubled)} samples of the fall were not written twice")

@@ -26,6 +26,7 @@ def qemu(program: Path, *arguments: str) -> str:
     Raises:
         Broken: it did not end well.
     """
+    # Semihosting takes the arguments one by one.
     words = ",".join(f"arg={word}" for word in ("program", *arguments))
     command = [
         *("qemu-system-arm", "-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none"),
@@ -53,6 +54,7 @@ def compare(pc: Path, m7: Path, seed: int, count: int = 1) -> list[bytes]:
         qemu(m7, str(seed), str(count), str(folders[1]))
         results = []
         for number in range(seed, seed + count):
+            # Image and account: the card's bytes and what the program says of them.
             for suffix in ("bin", "truth"):
                 here, there = ((folder / f"{number}.{suffix}").read_bytes() for folder in folders)
                 if here != there:
@@ -100,6 +102,7 @@ class Instructions(NamedTuple):
     @property
     def share(self) -> float:
         """Of 600 MHz, at an instruction a cycle: sampling and writing its blocks."""
+        # Blocks a sample, about a sixth: each sample pays its share of a block.
         blocks_a_sample = self.pass_with_block.times / self.sample.times
         per_sample = self.core.mean + blocks_a_sample * self.pass_with_block.mean
         return per_sample * self.rate_hz / CLOCK_HZ
@@ -119,6 +122,7 @@ def count_instructions(program: Path, rate_hz: int) -> Instructions:
         empty_pass=figures["pass"],
         pass_with_block=figures["pass_with_block"],
     )
+    # Sampling must leave 90 % of the processor to USB and the card's driver.
     if counted.share > SHARE_MAX:
         raise Broken(f"the core takes {counted.share:.1%} of the processor at {rate_hz} Hz")
     return counted

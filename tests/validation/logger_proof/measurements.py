@@ -56,6 +56,7 @@ def run_glitches(folder: Path, rates_hz: Sequence[int]) -> list[Glitches]:
             kind, *numbers = line.split()
             glitches.append(Glitches(kind, rate_hz, *map(int, numbers)))
     for glitch in glitches:
+        # The sample that was hit may be lost, but no second one and none of another IMU.
         if glitch.most > 1 or glitch.others:
             raise Broken(
                 f"one {glitch.kind} costs {glitch.most} samples at {glitch.rate_hz} Hz, and others {glitch.others}"
@@ -101,7 +102,9 @@ def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> lis
     offsets = []
     model = load_robot()
     for bus_khz in buses_khz:
+        # Ideal sensors: the delay is then the read offset and the low-pass alone.
         emulated_drop = drop(model, ideal(), seed=1, bus_khz=bus_khz)
+        # Relative to IMU 1, so that the low-pass common to all cancels.
         delays_us = [1e6 * _delay_s(emulated_drop, body) for body in range(4)]
         for i, logged_us in enumerate(emulated_drop.log.header.imu_offset_us):
             offsets.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
@@ -121,6 +124,7 @@ def _delay_s(emulated_drop: Drop, body: int) -> float:
     """
     true_s = emulated_drop.truth[:, 0]
     attitudes = Rotation.from_quat(emulated_drop.truth[:, 4 + 4 * body : 8 + 4 * body])
+    # True speed between two attitudes of the truth, at the middle of the interval.
     speeds = (attitudes[:-1].inv() * attitudes[1:]).magnitude() / np.diff(true_s)
     middles_s = (true_s[:-1] + true_s[1:]) / 2
     rows = (emulated_drop.log.t_s > FALL_S[0]) & (emulated_drop.log.t_s < FALL_S[1])
@@ -129,9 +133,11 @@ def _delay_s(emulated_drop: Drop, body: int) -> float:
         np.linalg.norm(emulated_drop.log.rate_rad_s[rows, body], axis=1),
     )
 
+    # Speed, not rate: a misalignment does not change the norm.
     def off(delay_s: float) -> float:
         return float(np.sum((measured_speeds - np.interp(t_s - delay_s, middles_s, speeds)) ** 2))
 
+    # Least squares over the delay, to 0.1 us.
     optimum = minimize_scalar(off, bounds=(0.0, MAX_DELAY_S), method="bounded", options={"xatol": 1e-7})
     return float(optimum.x)
 
@@ -185,6 +191,7 @@ def measure_spare(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: i
     if process.returncode != 0:
         raise Broken(f"{' '.join(command[1:])}: exit code {process.returncode}\n{process.stderr}")
     spare = Spare(rate_hz, transfer_ns, stall_one_in, *map(int, process.stdout.split()))
+    # Below zero: the program ran out of blocks.
     if min(spare.at_start, spare.at_change) < 0:
         raise Broken(f"samples were lost: {spare}")
     return spare

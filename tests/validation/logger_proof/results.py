@@ -91,6 +91,7 @@ def find_targets(results: Found) -> list[Target]:
             sum(outcome.dropped for outcome in stalled),
             high=0,
         ),
+        # Quiet card and the firmware's own ring: only the block under way and its sync can be lost.
         Target(
             "oldest sample lost to a power cut, on a card that takes what comes",
             max(outcome.loss_us for outcome in quiet if outcome.kind is not Kind.SMALL_RING) / 1e3,
@@ -182,6 +183,7 @@ def _losses(outcomes: Sequence[Outcome]) -> list[tuple[object, ...]]:
         ):
             chosen = (
                 outcome
+                # The pulled card counts by itself, whether it also stalled or not.
                 for outcome in cut
                 if outcome.pulled == pulled and stalled in (None, outcome.stalls > 0)
             )
@@ -198,6 +200,7 @@ def _stalled_outcomes(outcomes: Sequence[Outcome], rate_hz: int) -> list[Outcome
     own = (
         outcome for outcome in outcomes if outcome.rate_hz == rate_hz and outcome.kind is not Kind.SMALL_RING
     )
+    # Runs whose file was full dropped samples for another reason than the stall.
     return [outcome for outcome in own if outcome.stalls and not outcome.pulled and not outcome.file_full]
 
 

@@ -146,6 +146,7 @@ def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> No
     assert {(outcome.kind, outcome.rate_hz) for outcome in outcomes} == {
         (kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ
     }
+    # The short form must show every mechanism, or it proves less than it says.
     for what in ("torn", "stale", "dropped", "duplicate", "pulled", "stalls", "spoiled", "from_ram"):
         assert any(getattr(outcome, what) for outcome in outcomes), f"no run was {what}"
     assert any(outcome.number > 1 for outcome in outcomes)
@@ -155,6 +156,7 @@ def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> No
 @pytest.mark.prove
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_planted_defect_is_found(tmp_path: Path, defect: str) -> None:
+    # Each defect names the kind of run that finds it and the words of the judge.
     edit, (kind, count), found_by = DEFECTS[defect]
     with pytest.raises(Broken, match=found_by):
         run_each(build_for_pc(tmp_path, [edit]), seeds_of(kind, count))
@@ -165,6 +167,7 @@ def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pyt
     def believe_blocks(data: memoryview) -> NDArray[np.bool_]:
         return np.ones(len(data) // 512, np.bool_)
 
+    # Torn blocks count as intact: the judge must see the values behind them.
     monkeypatch.setattr(blocks, "_crc_is_right", believe_blocks)
     with pytest.raises(Broken, match=r"wrong|no whole block|never taken"):
         run_each(pc, seeds_of(Kind.TORN, 8))
@@ -174,12 +177,14 @@ def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pyt
 
 
 def test_the_card_holds_the_same_bytes_as_after_the_pcs_run(pc: Path, m7: Path) -> None:
+    # Seeds of four kinds; both machines write images and accounts bit by bit the same.
     same = [result for seed in M7_SEEDS for result in compare(pc, m7, seed)]
     assert sum(map(len, same)) > len(M7_SEEDS) * 1_000_000
 
 
 @pytest.mark.prove
 def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_path: Path) -> None:
+    # sizeof(void*) is 8 here and 4 there: a dependence on the host shows as a byte.
     edit = Edit(
         "core/request_server.cpp", "header.dlpf_cfg = settings.dlpf_cfg;", "header.dlpf_cfg = sizeof(void*);"
     )
@@ -188,8 +193,10 @@ def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_pat
 
 
 def test_sampling_leaves_the_processor_to_the_card(tmp_path: Path) -> None:
+    # 10,000 samples at 1 kHz: ten seconds of recording.
     counted = count_instructions(build_for_m7(tmp_path, INSTRUCTIONS), 1000)
     assert counted.sample.times == 10_000
     # Not an empty loop, and no more than a quarter of the 0.2 ms that timing.h leaves next to the buses.
     assert 1_000 < counted.core.mean < counted.core.most < 30_000
+    # 2 % of the processor, far below the 10 % that the page promises.
     assert counted.share < 0.02

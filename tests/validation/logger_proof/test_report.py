@@ -26,6 +26,7 @@ from tests.validation.tables import read_rows, results_csv
 
 FOLDER = DOCS / "logger-proof"
 RUN = Outcome(
+    # The fields' defaults are zeros: only what a table shows is set.
     **dict.fromkeys(Outcome._fields, 0)  # type: ignore[arg-type]
     | {"seed": 1, "verdict": "truncated", "decoded": 950, "torn": 2, "loss_us": 123_000, "number": 1}
 )
@@ -56,12 +57,14 @@ FOUND: dict[str, Sequence[Any]] = {
 
 
 def test_the_hash_is_of_everything_that_knows_no_hardware() -> None:
+    # The hash covers the core, the protocol and the release rule; drivers are of the hardware.
     names = {path.name for path in core_files()}
     assert {"logger.cpp", "card_writer.cpp", "messages.h", "crc32.h", "release_detector.cpp"} <= names
     assert not any(path.parent.name == "drivers" for path in core_files())
 
 
 def test_the_page_is_of_the_full_campaign() -> None:
+    # The committed page is of the full campaign, not of this short form.
     figures = dict(read_rows(FOLDER / "figures.csv", "faults")[1:])
     assert int(figures["recordings"]) >= SEEDS
     assert int(figures["cut off by the power"]) >= 2000
@@ -69,6 +72,7 @@ def test_the_page_is_of_the_full_campaign() -> None:
 
 def test_tables_have_their_runs_figures() -> None:
     written = make_tables(FOUND, [])
+    # A CARD_LOST run has no cut by power.
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
     for name, row in {
         "figures": f"faults,cut off by the power,{cuts}",
@@ -105,6 +109,7 @@ def test_what_both_machines_wrote_stands_with_the_campaign() -> None:
 
 def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
     glitches = run_glitches(tmp_path, RATES_HZ)
+    # 200 glitches of each kind at each rate, each costing exactly the sample that it hit.
     assert [(glitch.kind, glitch.lost) for glitch in glitches] == 2 * [("nack", 200), ("timeout", 200)]
     assert results_csv(glitches) == (FOLDER / "failed-transfers.csv").read_text()
 
@@ -112,15 +117,18 @@ def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
 def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:
     measured = measure_offsets(tmp_path)
     committed = [float(row[3]) for row in read_rows(FOLDER / "read-times.csv")[1:]]
+    # The measured delay must stay what the page says, to half a microsecond.
     assert [offset.measured_us for offset in measured] == pytest.approx(committed, abs=0.5)
     offsets = [(offset.bus_khz, offset.logged_us) for offset in measured]
     assert offsets == [
+        # The second IMU of a bus is read later than the first by 0.39 ms at 400 kHz, four times that at 100 kHz.
         *zip([400] * 4, 2 * (0, 390), strict=True),
         *zip([100] * 4, 2 * (0, 1560), strict=True),
     ]
 
 
 def test_a_log_with_other_offsets_makes_no_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A header that claims no offset: the measurement must contradict it.
     def wrong(*args: Any, **options: Any) -> Drop:
         emulated_drop = drop(*args, **options)
         return replace(
@@ -136,4 +144,5 @@ def test_a_log_with_other_offsets_makes_no_page(tmp_path: Path, monkeypatch: pyt
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
 def test_the_share_of_the_processor_grows_with_the_rate(rate_hz: int) -> None:
     instructions = COUNTED[RATES_HZ.index(rate_hz)]
+    # 3800 instructions a sample, plus 17 % of a block of 300.
     assert instructions.share == pytest.approx((3800 + 0.17 * 300) * rate_hz / 600e6)

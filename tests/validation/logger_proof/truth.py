@@ -48,6 +48,7 @@ EDGE = np.dtype(
         ("padding", "u1", (4,)),
     ]
 )
+# The sizes that truth.h writes: an added field must be added here, too.
 SIZES = (HEAD.itemsize, TICK.itemsize, WRITE.itemsize, TROUBLE.itemsize, EDGE.itemsize)
 assert SIZES == (144, 80, 32, 24, 16)
 
@@ -126,12 +127,14 @@ class Truth:
     @property
     def release_us(self) -> int:
         """Of the robot: both switches open, the second one's edge."""
+        # Switch 2 opens last; its last opening is the release, earlier ones were none.
         opened = (self.edges["source"] == 0) & (self.edges["index"] == 1) & (self.edges["open"] == 1)
         return int(self.edges["t_us"][opened][-1])
 
     @property
     def first_tick(self) -> int:
         """Row of the tick that gave sample 0; the number of ticks when nothing was recorded."""
+        # captured has the number of the recording to which the tick belongs.
         captured = np.flatnonzero(self.ticks["captured"] == self.number)
         return int(captured[0]) if len(captured) else len(self.ticks)
 
@@ -149,6 +152,7 @@ class Truth:
 
     def samples_in(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it is in one of the chosen writes."""
+        # Six spare entries: a block near the end may reach past the last tick.
         in_writes = np.zeros(len(self.ticks) + 6, np.bool_)
         data = self.writes[chosen & (self.writes["kind"] == BlockKind.DATA)]
         for slot in range(6):
@@ -160,6 +164,7 @@ class Truth:
         _, rows = np.unique(self.writes["number"], return_index=True)
         blocks = self.writes[rows]
         dropped = np.zeros(len(self.samples), np.bool_)
+        # The next block's first sample less the end of the block before: what found no room.
         ends = blocks["first_sample"][:-1].astype(np.int64) + blocks["samples"][:-1]
         for end, begin in zip(ends.tolist(), blocks["first_sample"][1:].tolist(), strict=True):
             dropped[end:begin] = True
@@ -172,6 +177,7 @@ def read_truth(path: Path) -> list[Truth]:
     Raises ValueError if the file is not what its program should have written.
     """
     data = path.read_bytes()
+    # A wrong magic: the program and this module disagree about the format.
     if len(data) < HEAD.itemsize or data[:8] != b"TFSATRUN":
         raise ValueError(f"{path} does not tell what happened")
     head = np.frombuffer(data, HEAD, 1)[0]
@@ -196,6 +202,7 @@ def _recordings(
     recordings: list[Truth] = []
     begin_us = 0
     for number in range(1, max(1, int(head["file_count"])) + 1):
+        # Ticks of the next recording do not belong to this one.
         later = np.flatnonzero(ticks["captured"] > number)
         own = ticks[: later[0]] if len(later) else ticks
         written = writes[writes["file"] == number]

@@ -11,6 +11,7 @@ from tests.validation.provenance import CampaignRun
 def main() -> None:
     """Write the tables."""
     run = CampaignRun("paper-numbers")
+    # Seeds of the swarm are part of what the tables rest on.
     run.write(make_tables(compute_sections()), {"seeds of the particle swarm": SEEDS})
     print("Written: docs/paper-numbers")
 

@@ -20,10 +20,12 @@ PAPERS_ENVELOPE_MM = 100.0
 
 def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
     """Envelope, release velocity, spring and pause."""
+    # Switch energies bound the push-off velocity from below and above.
     low_mj, high_mj = push_off_energy_mj(tower.switch, tower.switch_count)
     mass_kg = float(robot.mass_kg.sum())
     envelope = envelope_of(robot, schedule_maneuver(four_stroke(59.0, 70.0)), until_s=tower.fall_s)
     radius = tower.envelope_radius_mm
+    # By our envelope, not the paper's: the robot swings farther than it assumed.
     permissible_with_ours_mm_s = permissible_transversal_velocity_mm_s(
         radius, envelope.max_radius_mm, tower.fall_s
     )
@@ -31,6 +33,7 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
         row(
             "permissible transversal velocity",
             "26",
+            # Transversal velocity that keeps the robot inside the tower for the whole fall.
             permissible_transversal_velocity_mm_s(radius, PAPERS_ENVELOPE_MM, tower.fall_s),
             unit="mm/s",
         ),
@@ -75,6 +78,7 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
         row(
             "pause before the first stroke",
             "0.7",
+            # The pause: clearance divided by the observed release velocity.
             pause_s(tower.clearance_mm, tower.observed_release_velocity_mm_s[0]),
             unit="s",
         ),

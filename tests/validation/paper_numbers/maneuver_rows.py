@@ -32,8 +32,10 @@ class Swarms:
 
 def maneuver_rows(robot: RobotModel) -> list[Row]:
     """Model, design and schedule."""
+    # The paper's time limit follows from its own strokes.
     settings = DesignSettings(time_limit_s=TRAVEL_DEG / SPEED_DEG_S)
     problem = Problem.of(robot, settings)
+    # The paper's maneuver in our model, as a candidate of our design.
     papers = candidate(problem, np.radians(ALPHA_DEG), _OUT_AND_BACK)
     return [
         Row("sequences of three joints", "30", str(len(sequences(3))), "same"),
@@ -67,7 +69,9 @@ def schedule_rows() -> list[Row]:
 
 
 def _time_rows() -> list[Row]:
+    # Speed that the same strokes would need in 1.5 s.
     needed = TRAVEL_DEG / 1.5
+    # The paper's objective charges 1e11 times the square of the overtime.
     penalty_deg = 1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2
     return [
         row(
@@ -90,6 +94,7 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
     swarms = _swarms(robot, problem)
     first, third = swarms.alpha_deg[:, 0], swarms.alpha_deg[:, 2]
     gaps = best_deg - swarms.reorientation_deg
+    # Standard deviation of the first displacement over 100 seeds, with its range.
     scatter = f"{first.std(ddof=1):.2f} deg ({first.min():.1f} to {first.max():.1f})"
     flat = {
         "reorientation at the true optimum": f"{best_deg:.3f} deg",
@@ -107,6 +112,7 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
             float(alpha[2]),
             unit="deg",
             details={
+                # Joint 3 counts as unused below half a hundredth of a degree, what the paper prints as 0.00.
                 f"of {SEEDS} swarms find 0.00": str(int((third < 0.005).sum())),
                 "the others, at most": f"{third.max():.2f} deg",
                 "joint 3 begins to help at": f"{_third_joint_s(robot):.1f} s",
@@ -117,6 +123,7 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
 
 def _swarms(robot: RobotModel, problem: Problem) -> Swarms:
     settings = DesignSettings(time_limit_s=problem.time_limit_s)
+    # One search a seed: the swarm is stochastic.
     searches = [search(problem, replace(settings, seed=seed)) for seed in range(1, SEEDS + 1)]
     reached = [candidate(problem, optimum.position, sequence) for optimum, sequence in searches]
     return Swarms(
@@ -127,6 +134,7 @@ def _swarms(robot: RobotModel, problem: Problem) -> Swarms:
 
 def _third_joint_s(robot: RobotModel) -> float:
     """Find the least time limit, to 0.1 s, at which the optimum moves joint 3."""
+    # In steps of 0.1 s from 1.5 s on, until the optimum moves joint 3.
     for tenths in range(15, 40):
         summit, _ = find_optimum(Problem.of(robot, DesignSettings(time_limit_s=tenths / 10.0)))
         if summit.displacements_rad[2] > 1e-3:
@@ -136,6 +144,7 @@ def _third_joint_s(robot: RobotModel) -> float:
 
 def _untuned_reorientation(robot: RobotModel) -> float:
     """Reorientation in deg with a panel of 0.2 kg and the rest shared in proportion to Izz."""
+    # The robot file's masses were chosen to meet the paper's angle; these were not.
     izz = robot.inertia_kg_m2[:3, 2, 2]
     mass = np.append((robot.mass_kg.sum() - 0.2) * izz / izz.sum(), 0.2)
     problem = Problem.of(replace(robot, mass_kg=mass), DesignSettings())

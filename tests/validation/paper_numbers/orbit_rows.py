@@ -23,7 +23,9 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
     """Compute the rows for the distribution of four-stroke loops and what follows from the best loop."""
     body = Multibody.of(robot)
     right = np.pi / 2
+    # A quarter turn each, and back in reverse order: a closed loop.
     turned = path_rotation(body, [2, 1, 2, 1], np.array([right, right, -right, -right]))
+    # The angle of the whole reorientation, not of one axis.
     angle_deg = float(np.degrees(rotation_angle_rad(turned)))
     efficiency = angle_deg / 360.0
     rate = JOINT_RATE_DEG_S * efficiency
@@ -32,6 +34,7 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
     i, j = (joint + 1 for joint in best.joints)
     return [
         row("reorientation of joints 3 and 2 by 90 deg", "39.31", angle_deg, unit="deg"),
+        # Efficiency is rotation over joint travel.
         row("its efficiency", "0.1092", efficiency),
         row("efficiency 39.31/(2 x (90 + 90)), by the paper's angle", "0.1092", 39.31 / 360.0),
         Row(
@@ -70,6 +73,7 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
 def _plan_all_axes(robot: RobotModel) -> dict[str, str]:
     """Return what the time for the angle leaves out: the loops tilt the axis."""
     planner = Planner.of(primitive_table(robot, 5.0), "search", math.radians(1.0))
+    # The planner reaches 90 deg about z within 1 deg in all axes.
     flight = fly(planner, Rotation.from_euler("z", 90.0, degrees=True).as_quat())
     return {
         "z:90 within 1 deg in all axes": f"{flight.duration_s:.1f} s",

@@ -14,6 +14,7 @@ from tfsat_host.robot import load_robot
 def compute_sections(*, quick: bool = False) -> Sections:
     """Compute the sections of the page in order; `quick` without those that take long, the design and the orbit."""
     robot, tower = load_robot(), load_tower()
+    # The expensive sections take minutes: the short test leaves them out.
     dear = {} if quick else {"Maneuver design": maneuver_rows(robot)}
     cheap = {
         "Experiment sequence": schedule_rows(),

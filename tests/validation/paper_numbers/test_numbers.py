@@ -25,10 +25,12 @@ def test_the_tables_are_what_the_code_computes(name: str, quick: bool) -> None:
     committed = [row for row in read_rows(FOLDER / name)[1:] if row[0] in sections]
     computed = list(csv.reader(make_tables(sections)[name].splitlines()))[1:]
     assert len(computed) > 1
+    # Sections that were not computed are not compared.
     for before, now in zip(committed, computed, strict=True):
         text, text_now = " ".join(before), " ".join(now)
         assert _NUMBER.sub("#", text) == _NUMBER.sub("#", text_now)
         for number, number_now in zip(_NUMBER.findall(text), _NUMBER.findall(text_now), strict=True):
+            # The last digit printed: two of its units are a rounding difference.
             last_digit = 10.0 ** -len(number.partition(".")[2])
             within = 2.0 * last_digit if "." in number else 0.0
             assert float(number_now) == pytest.approx(float(number), abs=within)
@@ -38,6 +40,7 @@ def test_the_page_says_why_a_number_is_not_the_papers() -> None:
     explained_numbers = set(re.findall(r"^- \*\*(.+?)\*\*", PAGE, re.MULTILINE))
     numbers = {number: difference for _, number, _, _, difference in read_rows(FOLDER / "numbers.csv")[1:]}
     assert explained_numbers <= set(numbers)
+    # Every number that differs from the paper's must have a sentence on the page.
     assert {
         number for number, difference in numbers.items() if difference not in (SAME, "")
     } <= explained_numbers

@@ -50,6 +50,7 @@ def find_red_test(defect: Defect) -> str:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         for entry in REPOSITORY.iterdir():
+            # Links to everything but the host package, which is copied and edited.
             if entry.name not in NOT_LINKED:
                 (copy / entry.name).symlink_to(entry)
         shutil.copytree(REPOSITORY / HOST, copy / HOST, ignore=shutil.ignore_patterns("__pycache__"))
@@ -57,11 +58,13 @@ def find_red_test(defect: Defect) -> str:
         process = subprocess.run(
             [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *defect.tests],
             cwd=copy,
+            # PYTHONPATH: pytest must import the copy, not the installed package.
             env={**os.environ, "PYTHONPATH": str(copy / HOST), "OPENBLAS_NUM_THREADS": "1"},
             capture_output=True,
             text=True,
             check=False,
         )
+    # The first failing test, so that a report says which one would catch it.
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", process.stdout, re.MULTILINE)
     return failed[1] if failed else ""
 

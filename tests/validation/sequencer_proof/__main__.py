@@ -30,6 +30,7 @@ def prove(folder: Path, progress: Progress) -> Results:
     rule = build_rule(folder / "rule.so")
     declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)
     results = run_campaigns(declared, progress)
+    # The deepest stack of all campaigns, judged together.
     judge_stack(least_never_used(results), bench.image)
     return make_tables(results, declared, bench.image), describe_image(bench.image)
 

@@ -41,6 +41,7 @@ def arm(board: Board, client: SequencerClient) -> None:
 
     Pin edges recorded before are discarded.
     """
+    # From any state, a run included, to safe.
     client.disarm()
     seat(board)
     board.edges()
@@ -50,6 +51,7 @@ def arm(board: Board, client: SequencerClient) -> None:
 
 def pin_edges(board: Board) -> list[PinEdge]:
     """Take the output edges since the last call, in cycles: nanoseconds were cut to whole ones, a cycle is 62.5."""
+    # Edges are in nanoseconds of 62.5 ns cycles: rounded up to whole cycles.
     return [PinEdge(-(-edge.t_ns * CYCLES_PER_US // 1000), edge.pin, edge.high) for edge in board.edges()]
 
 
@@ -59,6 +61,7 @@ def stack_never_used(board: AvrBoard, client: SequencerClient, bench: Bench) -> 
     Raises Broken where the two differ.
     """
     reported_bytes = client.status().ram_never_used_bytes
+    # Free RAM lies between the static variables and the stack: painted at start-up.
     address = RAM_START + _static_ram_bytes(bench.image)
     first = address
     while board.peek(address) == PAINT:
@@ -107,6 +110,7 @@ class Bench:
         board = AvrBoard(load_library(self.library), self.image)
         if eeprom is not None:
             board.set_eeprom(eeprom)
+        # Closed switches before the power: the board starts as if it hung on the crane.
         for index in (0, 1):
             board.switch(index, closed=True)
         power_up(board)

@@ -79,6 +79,7 @@ def blocked_paths(elf: Path, *, scheduled: bool = True) -> list[Blocked]:
         pass
     walk.costs.clear()
     walk.discover = False
+    # The longest path first: it is what the blocking limit is about.
     return sorted((Blocked(*path) for path in walk.paths()), key=lambda path: -path.cycles)
 
 
@@ -104,6 +105,7 @@ class _Walk:
         for number in range(1, 43):
             vector = f"__vector_{number}"
             if vector in functions and number not in NEVER_ON:
+                # Interrupts off at the vector: entry, jump, and everything until they are on again.
                 start = functions[vector]
                 yield (
                     vector,
@@ -113,6 +115,7 @@ class _Walk:
         for instruction in instructions.values():
             if (
                 instruction.operation == "cli"
+                # A CLI in an interrupt is inside a path that is counted already.
                 and instruction.function not in ONCE
                 and not self._in_interrupt(instruction)
             ):
@@ -139,6 +142,7 @@ class _Walk:
     def _longest(self, start: int, *, saved_off: bool) -> int:
         edges: Edges = {}
         ends: dict[int, int] = {}
+        # Depth first over all instructions that can follow with interrupts off.
         todo = [start]
         while todo:
             address = todo.pop()
@@ -153,11 +157,14 @@ class _Walk:
             if (
                 instruction.operation in {"ret", "reti", "ijmp"}
                 or instruction.operation == "sei"
+                # The status register written back ends the path only where it was saved with interrupts on.
                 or (instruction.restores_status and not saved_off)
             ):
+                # Ends count the cycles of the last instruction with them.
                 ends[address] = following[0][1]
                 continue
             if instruction.operation == "icall":
+                # An indirect call cannot be bounded from the disassembly.
                 raise UnboundedError(f"what is called at {address:#x} in {instruction.function}?")
             call_cycles = (
                 self._call(instruction.target)
@@ -175,12 +182,14 @@ class _Walk:
         Loops have a single entry.
         """
         reached = {start: 0}
+        # In the order of the groups: every way in has been counted before its group.
         for group in _groups(edges, start):
             members = set(group)
             ways_in = [(reached[address], address) for address in group if address in reached]
             if not ways_in:
                 continue
             if len(group) == 1 and all(to != group[0] for to, _ in edges[group[0]]):
+                # A group of one without a jump to itself is no loop.
                 inside = {group[0]: ways_in[0][0]}
             else:
                 inside = self._loop(edges, members, ways_in)
@@ -193,12 +202,14 @@ class _Walk:
 
     def _loop(self, edges: Edges, members: set[int], ways_in: list[tuple[int, int]]) -> dict[int, int]:
         if len(ways_in) != 1:
+            # A loop with two ways in has no bound that LOOPS could state.
             raise UnboundedError(f"a loop with {len(ways_in)} ways in at {min(members):#x}")
         distance, header = ways_in[0]
         body: Edges = {
             address: [(to, cycles) for to, cycles in edges[address] if to in members and to != header]
             for address in members
         }
+        # The longest turn, once round: its cycles times the bound.
         once = self._distances(body, header)
         turn = max(
             once[address] + cycles for address in members for to, cycles in edges[address] if to == header
@@ -208,13 +219,16 @@ class _Walk:
 
     def _times(self, header: int) -> int:
         name = short_name(self.program.instructions[header].function)
+        # Loop headers of a function, in the order of their addresses.
         loop_headers = self.headers.setdefault(name, [])
         if header not in loop_headers:
             loop_headers.append(header)
             loop_headers.sort()
         if self.discover:
+            # In the first pass no bound is needed, only the loops themselves.
             return 1
         bounds = (LOOPS if self.scheduled else LOOPS | UNSCHEDULED_LOOPS).get(name, ())
+        # LOOPS must know every loop of a function, or the bound is missing.
         if len(bounds) != len(loop_headers):
             raise UnboundedError(f"{name} has {len(loop_headers)} loops, LOOPS knows {len(bounds)}")
         return bounds[loop_headers.index(header)]
@@ -243,17 +257,20 @@ def _groups(edges: Edges, start: int) -> list[list[int]]:
                 open_(to)
                 break
             if to in on_stack:
+                # A node that is on the stack belongs to the group under way.
                 low[address] = min(low[address], order[to])
         else:
             work.pop()
             if work:
                 low[work[-1][0]] = min(low[work[-1][0]], low[address])
+            # The header of the group: everything above it on the stack belongs to it.
             if low[address] == order[address]:
                 group: list[int] = []
                 while not group or group[-1] != address:
                     group.append(stack.pop())
                     on_stack.discard(group[-1])
                 groups.append(group)
+    # Reversed: Tarjan gives the groups in reverse order of the ways through them.
     return groups[::-1]
 
 

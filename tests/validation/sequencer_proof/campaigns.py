@@ -48,6 +48,7 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
     `native` and `rule` are libraries; `hanging_image` contains `resets.HANG`.
     """
     hanging, begins = replace(bench, image=hanging_image), begins_us()
+    # Both chatters alternate: half of the runs with the fast one alone.
     fast = [(Chatter.BOTH, Chatter.FAST)[number % 2] for number in range(10)]
     return [
         Campaign("waits", f"armed for long, then: {ON_TIME}",
@@ -72,6 +73,7 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
                  [partial(cut_points, bench, record, history) for record in Record for history in History], 4000),
         Campaign("damaged", "armed with what was committed last, or refused for a reason of the store",
                  [partial(damage_native, native, case) for case in Case], 4100),
+        # The image itself over fewer cases: it must answer as the native core does.
         Campaign("damaged_image", "the image holds and answers what the native core does",
                  [partial(damage_image, bench, native, case, count=100) for case in Case], 4200),
         Campaign("abused", "each stroke begins on the cycle of the undisturbed run",
@@ -92,6 +94,7 @@ def campaigns(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> li
 
 
 def _judge_fast(flights: Sequence[Flights]) -> None:
+    # Of all releases together, not of one job: a rare miss is allowed once.
     judge(all_releases(flights), FAST_BEYOND)
 
 
@@ -105,5 +108,6 @@ def least_never_used(results: Found) -> int:
 def judge_stack(never_used: int, image: Path) -> None:
     """Raises Broken where the stack came too near to the variables."""
     spare = int(image_report(image)["stack_spare_bytes"])
+    # The build's own spare bytes are the limit, not a guess.
     if never_used < spare:
         raise Broken(f"only {never_used} bytes of stack were never touched, {spare} must be")

@@ -21,6 +21,7 @@ Plant = Callable[..., Bench]
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """Return the test bench with the image that would be flashed: that of `make firmware`."""
     with LOCK.open("w") as lock:
+        # Tests run in parallel processes: only one of them may compile the image.
         fcntl.flock(lock, fcntl.LOCK_EX)
         image = build.sequencer_hex()
     return Bench.of(image, build_avr_library(tmp_path_factory.mktemp("proof")))

@@ -71,10 +71,12 @@ def admissible(contacts: Sequence[Contact]) -> list[int]:
             closed_at[contact.index] = contact.cycle
         elif not closed[other]:
             dates.append(contact.cycle)
+            # A change within two ticks leaves this date in doubt; without one it is the last.
             following = contacts[number + 1 : number + 2]
             if not following or following[0].cycle - contact.cycle > UNDECIDED_CYCLES:
                 return dates
         elif (moment := closed_at[other]) is not None and contact.cycle - moment <= UNDECIDED_CYCLES:
+            # The other switch closed just before: the board may take either edge for the first.
             dates.append(contact.cycle)
     raise ValueError("these contacts never open both switches")
 
@@ -83,6 +85,7 @@ def hang_up(board: Board, rng: random.Random, chatter: Chatter) -> None:
     """Takes the robot off, if it was on, and hangs it up: both switches close with chatter."""
     for index in (0, 1):
         board.switch(index, closed=False)
+    # Free for 20 ms before, so that the board sees an opening, not one long bounce.
     start = board.now_cycle + SWUNG_US * CYCLES_PER_US
     play(board, _both(rng, start, board.resolution, chatter, closed=True))
 
@@ -98,6 +101,7 @@ def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter
     """Draw a contact change followed by its bounces, in order of time."""
     contacts = [first]
     for _ in range(rng.randint(0, MAX_BOUNCES)):
+        # A kind of chatter is drawn for each bounce: both may occur in one opening.
         least_us, most_us = rng.choice(chatter.value)
         for closed in (not first.closed, first.closed):
             cycle = contacts[-1].cycle + draw(rng, least_us, most_us, resolution)
@@ -107,6 +111,7 @@ def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter
 
 def draw(rng: random.Random, least_us: int, most_us: int, resolution: int) -> int:
     """Some cycles, of those at which inputs can change."""
+    # Inputs change at multiples of the board's resolution, not at any cycle.
     steps = CYCLES_PER_US // resolution
     return rng.randint(least_us * steps, most_us * steps) * resolution
 
@@ -120,6 +125,7 @@ def _both(
     rng: random.Random, start: int, resolution: int, chatter: Chatter, *, closed: bool
 ) -> list[Contact]:
     first = rng.randrange(2)
+    # In half of all openings both switches move within 100 us: a magnet lets go of both sides.
     latest_us = rng.choice((TOGETHER_US, LATEST_SECOND_US))
     begins = {first: start, 1 - first: start + draw(rng, 0, latest_us, resolution)}
     return in_order(
@@ -164,14 +170,17 @@ def fall(
         ValueError: a jolt's contacts still move when those of the next jolt, or of the release, begin to.
     """
     contacts: list[Contact] = []
+    # In the order of their times: the first jolt lies longest before the release.
     for jolt in sorted(jolts, key=lambda jolt: -jolt.before_us):
         begins = released - jolt.before_us * CYCLES_PER_US
         _check_over(contacts, begins)
         ends = begins + jolt.open_us * CYCLES_PER_US
         for index in jolt.switches:
+            # Each jolt opens and closes with its own bounces.
             opened = bounce(rng, Contact(begins, index, False), resolution, chatter)
             closes = max(ends, opened[-1].cycle + CYCLES_PER_US)
             contacts += [*opened, *bounce(rng, Contact(closes, index, True), resolution, chatter)]
+    # All contacts must be over when the release begins, or the truth would be ambiguous.
     _check_over(contacts, released)
     first = rng.randrange(2)
     second = released + draw(rng, 0, apart_us, resolution)

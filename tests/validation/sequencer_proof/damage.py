@@ -55,6 +55,7 @@ class Case(Enum):
         """Build the EEPROM image of a native board with this history."""
         board = native_board(load_library(library), ERASED)
         client = connect(board)
+        # Uploads as a host makes them: the stores are written, not the bytes.
         maneuvers, settings = self.uploads
         for number in range(maneuvers):
             client.upload(MANEUVERS[number])
@@ -62,9 +63,11 @@ class Case(Enum):
             client.write_settings(SETTINGS[number])
         image = bytearray(board.eeprom())
         if self in (Case.BEGUN, Case.BEGUN_SETTINGS):
+            # The older marker set to "begun": an upload cut short in the middle.
             older = MANEUVER_AT if self is Case.BEGUN else SETTINGS_AT
             assert image[older : older + MARKER_BYTES] == COMPLETE
             image[older : older + MARKER_BYTES] = BEGUN
+        # A board with the layout of an earlier firmware, never erased.
         if self is Case.OLD:
             for address in OLD_MARKERS:
                 image[address : address + 2] = bytes([OLD_MARKER, 1])
@@ -81,6 +84,7 @@ class Place(Enum):
     @classmethod
     def of(cls, address: int) -> Place:
         for start, used_bytes in ((MANEUVER_AT, MANEUVER_USED_BYTES), (SETTINGS_AT, SETTINGS_USED_BYTES)):
+            # Two slots of each record, one after the other.
             offset = (address - start) % SLOT_BYTES
             if start <= address < start + 2 * SLOT_BYTES and offset < used_bytes:
                 return cls.MARKER if offset < MARKER_BYTES else cls.RECORD
@@ -113,6 +117,7 @@ def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = 
     image = case.image(library)
     board = native_board(load_library(library), image)
     committed = _native_held(board)
+    # The history itself must arm or refuse as its case says; only then damage is judged.
     if (committed.refusal == ErrorCode.NONE) != case.may_arm:
         raise Broken(f"{case.value}: ARM says {committed.refusal.name}")
     result = Damaged(case)
@@ -137,13 +142,16 @@ def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: i
     image = case.image(library)
     native, board = native_board(load_library(library), image), bench.new_board()
     for _ in range(count):
+        # Half of the addresses lie in the stores or behind them, the others anywhere.
         address = rng.randrange(rng.choice((0, MANEUVER_AT)), len(image))
         value = rng.randrange(VALUES)
         damaged = _change_byte(image, address, value)
         expected = _native_held(native, damaged)
         board.power(False)
+        # EEPROM contents survive the power: the image starts with the damaged ones.
         board.set_eeprom(damaged)
         contents = read_all(board)
+        # The image must hold and answer exactly what the native core does.
         if contents != expected:
             raise Broken(
                 f"{case.value}, byte {address} is {value:#04x}: the image {contents}, native {expected}"
@@ -159,6 +167,7 @@ def _changes(rng: random.Random, sample: int | None) -> Iterator[tuple[int, int]
     """
     for address in range(EEPROM_BYTES):
         place = Place.of(address)
+        # Every byte in use takes all 256 values; unused ones a few.
         count = UNUSED_VALUES if place is Place.OTHER else VALUES
         if sample is not None:
             count = sample * (8 if place is Place.MARKER else 1)
@@ -171,9 +180,11 @@ def _change_byte(image: bytes, address: int, value: int) -> bytes:
 
 
 def _check(contents: Held, committed: Held, case: Case, where: str) -> None:
+    # With damage, arming is only right where the store still holds the committed record.
     if contents.refusal == ErrorCode.NONE:
         if not case.may_arm or contents != committed:
             raise Broken(f"{where}: it arms with {contents}")
+    # A refusal must be one of those that say what happened to the store.
     elif contents.refusal not in TOLD:
         raise Broken(f"{where}: ARM says {contents.refusal.name}")
 
@@ -184,6 +195,7 @@ def _native_held(board: Board, image: bytes | None = None) -> Held:
     if image is not None:
         board.set_eeprom(image)
     board.power(True)
+    # Power-up and start: the native board runs a millisecond.
     board.run(1000)
     client = connect(board)
     return Held(client.read_back(), client.settings(), why_not_armed(client))

@@ -40,6 +40,7 @@ class Instruction:
 
     @property
     def following(self) -> int:
+        # Two-word instructions are four bytes long.
         return self.address + (4 if self.operation in _TWO_WORDS else 2)
 
     @property
@@ -57,9 +58,11 @@ class Program:
     def next(self, instruction: Instruction) -> list[tuple[int, int]]:
         """(address, cycles) of what may follow within the function; calls count without what they call."""
         if _BRANCH.fullmatch(instruction.operation):
+            # A branch that is not taken costs one cycle, one that is taken two.
             return [(instruction.following, 1), (_known_target(instruction), 2)]
         if instruction.operation in _SKIPS:
             skipped = self.instructions[instruction.following]
+            # A skip takes a cycle for each word that it skips.
             words = (skipped.following - skipped.address) // 2
             return [(instruction.following, 1), (skipped.following, 1 + words)]
         if instruction.operation in JUMPS:
@@ -80,6 +83,7 @@ def disassemble(elf: Path) -> Program:
     functions: dict[str, int] = {}
     name = ""
     for line in text.splitlines():
+        # A label starts a function; its instructions follow.
         if label := _LABEL.match(line):
             name = label[2]
             functions[name] = int(label[1], 16)
@@ -96,6 +100,7 @@ def _target(address: int, operation: str, operands: tuple[str, ...]) -> int | No
     if operation in {"call", "jmp"}:
         return int(operands[0], 16)
     if _BRANCH.fullmatch(operation) or operation in {"rjmp", "rcall"}:
+        # Relative jumps count from the following instruction.
         return address + 2 + int(operands[0].removeprefix("."))
     return None
 

@@ -81,9 +81,11 @@ def held_pins(bench: Bench, joints: tuple[int, ...], level: PinHold, count: int,
     """Runs in which these pins are held from before or from some moment on. Raises Broken."""
     rng = random.Random(seed)
     board = bench.board()
+    # The plan as the board has it stored.
     plan = Plan.on(connect(board))
     on_time = late = missed = extra_marks = 0
     for _ in range(count):
+        # A drawn run may be doubtful: it is drawn again, so that the number of runs stays.
         while (run := _fly(board, plan, joints, level, rng)) is None:
             pass
         on_time += sum(start_us is not None and not run.is_late(i) for i, start_us in enumerate(run.begun_us))
@@ -135,11 +137,14 @@ def _fly(
 
     Returns None where a pulse's width came out so near to a stroke's that they cannot be told apart.
     """
+    # All pins free first: what the last run held must not hold over.
     for joint in range(1, JOINT_COUNT + 1):
         board.hold_pin(joint, PinHold.FREE)
+    # Six in ten pins are held from before the run.
     before = [joint for joint in joints if rng.random() < 0.6]
     for joint in before:
         board.hold_pin(joint, level)
+    # No cable in flight.
     board.cable(False)
     arm(board, connect(board))
     board.cable(False)
@@ -197,6 +202,7 @@ def _changes(
         first = 0 if joint in held_joints else _moment(rng, plan)
         if joint not in held_joints:
             changes.append(Change(released + first, joint, level))
+        # Most held pins are let go again before the reset.
         if rng.random() < 0.6:
             freed = max(first + UNSEEN_US * CYCLES_PER_US, _moment(rng, plan))
             changes.append(Change(released + freed, joint, PinHold.FREE))
@@ -219,6 +225,7 @@ def _play(board: AvrBoard, changes: Iterable[Change], ends: int) -> None:
     for cycle, joint, hold in changes:
         if cycle >= ends:
             break
+        # A change that lies in the past is applied at once.
         board.run_to_cycle(max(cycle, board.now_cycle))
         board.hold_pin(joint, hold)
     board.run_to_cycle(max(ends, board.now_cycle))
@@ -298,8 +305,10 @@ def _back_to_where_it_stands(plan: Plan, begun: Sequence[int | None]) -> list[bo
 
 def _check_marks(marks: list[int], begun: list[int | None], now: int) -> None:
     for rise in begun:
+        # The stroke line rises with the pulse, within MARK_US.
         near = [mark for mark in marks if rise is not None and rise < mark < rise + MARK_US * CYCLES_PER_US]
         shared = [mark for mark in marks if rise is not None and mark <= rise < mark + 1_300 * CYCLES_PER_US]
+        # Just begun: the interrupt may not have marked it yet.
         over = rise is None or now - rise < 2_000 * CYCLES_PER_US
         if not (over or near or shared):
             raise Broken(f"a stroke began at cycle {rise}, the stroke line rose at {marks}")
@@ -314,6 +323,7 @@ def _reset_and_judge(board: AvrBoard, run: _Run, rng: random.Random) -> None:
     board.reset(cause)
     at = board.now_cycle
     free_at = at + rng.randint(0, WATCHED_US // 2) * CYCLES_PER_US
+    # Let go at a random moment in the first half of what is watched.
     _play(board, [Change(free_at, joint, PinHold.FREE) for joint in range(1, JOINT_COUNT + 1)], free_at + 1)
     board.run_to_cycle(at + WATCHED_US * CYCLES_PER_US)
     edges = pin_edges(board)
@@ -324,6 +334,7 @@ def _reset_and_judge(board: AvrBoard, run: _Run, rng: random.Random) -> None:
         after = [
             pulse
             for pulse in whole_pulses(edges, joint - 1)
+            # A pulse across the moment of release cannot be judged.
             if pulse.rise > at and not pulse.rise - 1 <= free_at <= pulse.rise + pulse.width + 1
         ]
         _check_told(status, run, joint, after)
@@ -336,6 +347,7 @@ def _check_told(status: SequencerStatusReply, run: _Run, joint: int, pulses: lis
     holding = status.state == SequencerState.FAULT and bool(status.servos_driven >> (joint - 1) & 1)
     width = run.plan.ticks(joint, run.angles_cdeg[joint - 1]) * CYCLES_PER_TICK
     pulse_widths = {pulse.width for pulse in pulses}
+    # After the reset the servos hold the last width they were told, or none.
     if pulse_widths != ({width} if holding else set()):
         raise Broken(
             f"servo {joint} gets pulses of {sorted(pulse_widths)} cycles after the reset, {width} before "
@@ -345,6 +357,7 @@ def _check_told(status: SequencerStatusReply, run: _Run, joint: int, pulses: lis
 
 def _check_status(status: SequencerStatusReply, run: _Run, cause: ResetCause) -> None:
     begun = sum(begun_us is not None for begun_us in run.begun_us)
+    # All strokes begun and the run over: the board is SAFE, else it is in FAULT.
     complete = begun == len(run.begun_us)
     fault = ErrorCode.STROKE_MISSED if run.is_over else ErrorCode.RESET_WHILE_RUNNING
     expected = (
@@ -368,6 +381,7 @@ def _check_report(report: RunReportReply, run: _Run) -> None:
         raise Broken(f"RUN_REPORT forgot the run: {report}")
     for told_us, begun_us in zip(report.start_us, run.begun_us, strict=False):
         unknown = told_us == STROKE_TIME_UNKNOWN_US
+        # A stroke just begun may not be in the report yet.
         just_begun = begun_us is not None and run.ended_us - begun_us < NOTED_US + SERVO_PULSE_MAX_US
         if unknown and just_begun:
             continue

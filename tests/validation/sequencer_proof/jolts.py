@@ -47,6 +47,7 @@ def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     rng = random.Random(seed)
     arm(board, client)
     start = board.now_cycle + CYCLES_PER_MS
+    # A first release without chatter tells how the board's clock lies to the emulator's.
     first = open_switches(board, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
     zero_us = _read_date(board, client)[0] - first / CYCLES_PER_US
     releases = [_jolt_board(board, client, rng, zero_us) for _ in range(count)]
@@ -63,6 +64,7 @@ def _jolt_board(board: Board, client: SequencerClient, rng: random.Random, zero_
     play(board, fallen.contacts)
     at_us, earlier_us, later_us = _read_date(board, client)
     error_us = at_us - zero_us - fallen.released / CYCLES_PER_US
+    # The reported interval must hold the true moment; without jolts a single date must.
     if not -earlier_us - TOLERANCE_US <= -error_us <= later_us + TOLERANCE_US and earlier_us + later_us:
         raise Broken(f"the robot left {-error_us} us after the date, told -{earlier_us} to +{later_us} us")
     if not earlier_us + later_us and abs(error_us) > RELEASE_BOUNCE_US + TOLERANCE_US:
@@ -79,6 +81,7 @@ def _draw_fall(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
         for _ in range(rng.randint(0, MAX_JOLTS)):
             most_us = rng.choice((3_000, 3_000, 40_000))
             before_us += rng.randint(300, most_us)
+            # One of the lengths is just too short for a release.
             open_us = rng.randint(300, rng.choice((2_000, 2_000, RELEASE_DEBOUNCE_US - 200, 50_000)))
             before_us += open_us
             jolts.append(Jolt(before_us, open_us, rng.choice(((0, 1), (0, 1), (0, 1), (0,), (1,)))))
@@ -86,8 +89,10 @@ def _draw_fall(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
         chatter = rng.choice((Chatter.FAST, Chatter.FAST, Chatter.SLOW))
         try:
             fallen = fall(rng, released, board.resolution, chatter, jolts=jolts)
+        # A jolt that is not over when the next begins cannot be judged: drawn again.
         except ValueError:
             continue
+        # The release's own bounces end within 5 ms.
         if fallen.contacts[-1].cycle - released < 5 * CYCLES_PER_MS:
             return fallen, jolts
 
@@ -95,6 +100,7 @@ def _draw_fall(rng: random.Random, board: Board) -> tuple[Fall, list[Jolt]]:
 def _read_date(board: Board, client: SequencerClient) -> tuple[float, int, int]:
     board.run(SETTLE_US)
     report, status = client.run_report(), client.status()
+    # Only a running board has dated its release.
     if status.state != SequencerState.RUNNING:
         raise Broken(f"after a release: {status.state.name}")
     return report.release_ms * 1000.0 + report.release_us, report.earlier_us, report.later_us
@@ -123,15 +129,19 @@ def closed_again(bench: Bench, seed: int, count: int) -> ClosedAgain:
     releases = []
     for _ in range(count):
         arm(board, client)
+        # Open for longer than the debounce, closed before the first stroke: a release that was none.
         _close_again(board, rng, rng.randint(RELEASE_DEBOUNCE_US + 200, first_us - RELEASE_SEATED_US - 5_000))
         status = client.status()
+        # One false release is counted, and the state is armed again.
         if (status.state, status.false_releases) != (SequencerState.ARMED, 1):
             raise Broken(f"closed again: {status.state.name}, {status.false_releases} false releases")
         board.run(rng.randint(1_000, MAX_WAIT_US))
+        # No pin may move while the robot still hangs.
         if (signal := read_signal(pin_edges(board))).onsets:
             raise Broken(f"a servo moved on the crane: {signal.onsets}")
         releases.append(fly(board, client, plan, rng, Chatter.SLOW))
         arm(board, client)
+        # Closed between the first stroke and the last: the robot was caught in its run.
         _close_again(board, rng, rng.randint(first_us + 5_000, last_us))
         _check_caught(board, client, plan)
     board.close()
@@ -157,10 +167,12 @@ def _check_caught(board: Board, client: SequencerClient, plan: Plan) -> None:
         raise Broken(f"caught in its run: {status.state.name}, {status.fault.name}")
     board.run(plan.end_us)
     begun = len(read_signal(pin_edges(board)).onsets)
+    # Strokes begun by the pins and by the board's own count.
     if begun != status.strokes_started:
         raise Broken(f"{begun} strokes began, {status.strokes_started} when the board stopped")
     commanded_cdeg = [0] * len(status.joint_angle_cdeg)
     for joint, change_cdeg, _ in plan.strokes[:begun]:
+        # Held where the strokes so far commanded it.
         commanded_cdeg[joint - 1] += change_cdeg
     if list(status.joint_angle_cdeg) != commanded_cdeg:
         raise Broken(f"held at {status.joint_angle_cdeg}, commanded {commanded_cdeg}")
