@@ -12,10 +12,12 @@ from tfsat_host.sdlog import DropEvent, DropLog
 
 def log_with(path: Path, strokes_s: Sequence[float], *, landing_s: float | None = None) -> DropLog:
     """Times after the release, kept to a microsecond as the logger does."""
+    # moving_log has a release and strokes of its own: only its release is kept.
     log = moving_log(path)
     times = [("stroke", t_s, 0) for t_s in strokes_s]
     times += [] if landing_s is None else [("landing", landing_s, 1)]
     added_events = [
+        # Rounded to a microsecond, the resolution of the logger's clock.
         DropEvent(log.origin_us + round(1e6 * t_s), name, index, arg, 0)
         for index, (name, t_s, arg) in enumerate(times)
     ]

@@ -36,6 +36,7 @@ def evaluate(*args: object, full: bool = True) -> Said:
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(["evaluate", *map(str, args), *(["--full"] if full else [])])
     result = Said(code, out.getvalue(), err.getvalue())
+    # A crash report in place of a result must never pass as an answer.
     assert "Traceback" not in result.err and "a bug of its own" not in result.out + result.err, result
     return result
 

@@ -50,6 +50,7 @@ class Flown:
 def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
     """Return a healthy drop whose CoM offsets and initial rates follow from the seed."""
     random = np.random.default_rng(seed)
+    # Skip the numbers from which fly_drop draws the offsets, so that rates are independent of them.
     random.uniform(size=9)  # the offsets
     rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)).tolist())
     drop = fly_drop(seed, dlpf_cfg, rate_rad_s=rates)
@@ -64,6 +65,7 @@ def failures_by_name(checks: tuple[Check, ...]) -> dict[str, Check]:
 def with_imu(log: DropLog, body: int, part: slice, counts: FloatArray) -> DropLog:
     """Return the log with the accelerometer or gyro counts (n, 3) of body 1 to 4 replaced."""
     other = log.imu_counts.copy()
+    # A 16-bit register: readings beyond its range are clipped, as in the sensor.
     other[:, body - 1, part] = np.clip(np.round(counts), -32768, 32767)
     return replace(log, imu_counts=other)
 
@@ -75,6 +77,7 @@ def axes_exchanged(log: DropLog, body: int, exchange: Sequence[Sequence[int]], p
 
 def imus_in_order(log: DropLog, order: Sequence[int]) -> DropLog:
     """Place i of the log shows the IMU of body `order[i]`, read when it was."""
+    # The read offset belongs to the bus position, so it moves with the IMU.
     offsets_us = tuple(log.header.imu_offset_us[body - 1] for body in order)
     header = replace(log.header, imu_offset_us=offsets_us)
     return replace(log, header=header, imu_counts=log.imu_counts[:, np.array(order) - 1])
@@ -95,6 +98,7 @@ def gyros_late(log: DropLog, bodies: Sequence[int], samples: int) -> DropLog:
     """They show what they should have shown some samples before."""
     other = log.imu_counts.copy()
     for body in bodies:
+        # The first samples keep their values: nothing was recorded before them.
         other[samples:, body - 1, GYRO] = log.imu_counts[:-samples, body - 1, GYRO]
     return replace(log, imu_counts=other)
 
@@ -110,6 +114,7 @@ def gyro_stuck(log: DropLog, body: int, from_s: float) -> DropLog:
 def with_angles(log: DropLog, column: int, counts: NDArray[np.int64]) -> DropLog:
     """Angle sensor 0 to 5 gives these counts (n,), modulo a turn."""
     other = log.angle_counts.copy()
+    # Counts wrap at a turn, as the sensor's register does.
     other[:, column] = np.mod(counts, log.header.angle_counts_per_turn)
     return replace(log, angle_counts=other)
 
@@ -157,6 +162,7 @@ def silence_imu(log: DropLog, body: int, from_s: float, until_s: float) -> DropL
 def without_samples(log: DropLog, from_s: float, until_s: float) -> DropLog:
     """Return the log without the samples between two times."""
     keep_mask = (log.t_s < from_s) | (log.t_s >= until_s)
+    # Every column that has one row a sample; events and header stay.
     columns = ["sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid"]
     columns += ["switch_open", "clipped"]
     return replace(log, **{name: getattr(log, name)[keep_mask] for name in columns})

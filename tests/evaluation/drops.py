@@ -39,6 +39,7 @@ STDS = 4.0
 def few_of(first: object, *others: object, least: int = 1) -> list[ParameterSet]:
     """Parameters of a test: `make test` takes the first (`least` of them), `make prove` the others."""
     rows = [case if isinstance(case, tuple) else (case,) for case in (first, *others)]
+    # The first `least` cases run always, the others only with `-m prove`.
     marks: list[tuple[pytest.MarkDecorator, ...]] = [
         () if at < least else (pytest.mark.prove,) for at in range(len(rows))
     ]
@@ -48,6 +49,7 @@ def few_of(first: object, *others: object, least: int = 1) -> list[ParameterSet]
 def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:
     """Return the robot with the centers of mass of bodies 1 to 3 moved by (3, 3)."""
     com = model.com_m.copy()
+    # The fit has the offsets of bodies 1 to 3: body 4 stays as filed.
     com[:3] += offsets_m
     return replace(model, com_m=com)
 
@@ -150,11 +152,13 @@ def turn_off(drop: Drop, motion: Motion, body: int, from_s: float | None = None)
     """Compute the rotation error of body 1 to 4 since the first sample of the fall, or since `from_s`."""
     track = motion.bodies[body - 1]
     true = drop.true_turn(body, float(track.t_s[0]) if from_s is None else from_s, float(track.t_s[-1]))
+    # Left-multiplied error: in the frame in which the covariance is stated.
     error = (track.attitude[-1] * true.inv()).as_rotvec()
     covariance = track.covariance()
     return TurnOff(
         float(np.rad2deg(np.linalg.norm(error))),
         float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(covariance).max()))),
+        # Mahalanobis distance: the error in its own standard deviations.
         float(np.sqrt(error @ np.linalg.solve(covariance, error))),
     )
 
@@ -169,5 +173,6 @@ def angle_off_deg(drop: Drop, motion: Motion, joint: int) -> tuple[FloatArray, F
 def assert_angle_holds(drop: Drop, motion: Motion, joint: int, widest_deg: float) -> None:
     """Assert that the true angle lies within its stated uncertainty, and that this is below `widest_deg`."""
     error, std = angle_off_deg(drop, motion, joint)
+    # A low-pass delays and bends the servo's ramp: RAMPS_DEG allows for what remains after compensation.
     assert (np.abs(error) < STDS * std + RAMPS_DEG).all(), np.abs(error).max()
     assert std.max() < widest_deg

@@ -41,13 +41,16 @@ class _Made:
 
 @cache
 def _make_run(seed: int) -> _Made:
+    # Kept for the whole test process and removed at its end.
     folder = Path(tempfile.mkdtemp(prefix="tfsat-drop-"))
     atexit.register(shutil.rmtree, folder)
     model, imperfections = load_robot(), draw_as_built(ROBOT)
+    # Within 8 mm, so that no offset reaches its bound of 10 mm.
     off = with_com_offsets(model, np.random.default_rng(ROBOT).uniform(-0.008, 0.008, (3, 3)))
     emulated_drop = drop(off, imperfections, model=model, seed=seed, rate_rad_s=RATE_RAD_S)
     (folder / "SD.bin").write_bytes(emulated_drop.card)
     calibration = calibrated_from_truth(model, imperfections, ROBOT)
+    # An hour after the calibration.
     tell_time(folder / "SD.bin", DROPPED)
     (folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")
     (folder / "maneuver.toml").write_text(format_maneuver(four_stroke(59.0, 70.0)), encoding="utf-8")
@@ -71,6 +74,7 @@ def run_folder(folder: Path, seed: int = 1) -> None:
 
 def on_other_logger(folder: Path, serial: bytes) -> None:
     """Change the drop as if another logger had recorded it, and its certificate to match."""
+    # Both the card and the certificate: only their mismatch would be refused.
     change_headers(folder / "SD.bin", board_serial=list(serial))
     certificate = read_calibration(folder / CERTIFICATE)
     subject = replace(certificate.subject, logger_serial=serial.hex())
@@ -87,12 +91,14 @@ def tell_time(card: Path, at: datetime | None) -> None:
 def change_headers(card: Path, **values: int | list[int]) -> None:
     """Fields of the recording's header, by name, in each of its blocks."""
     fields = [*BLOCK_HEADER_DTYPE, *LOG_HEADER_DTYPE]
+    # Fields of block head and log header in one record, with the unused rest and the CRC behind.
     filled = np.dtype(fields).itemsize
     dtype = np.dtype([*fields, ("rest", "u1", (CRC_OFFSET - filled,)), ("crc", "<u4")])
     blocks = np.frombuffer(bytearray(card.read_bytes()), dtype).copy()
     for row in np.flatnonzero((blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.HEADER)):
         for name, value in values.items():
             blocks[row][name] = value
+        # A right CRC: the decoder must see a changed header, not a broken block.
         blocks[row]["crc"] = zlib.crc32(blocks[row].tobytes()[:CRC_OFFSET])
     card.write_bytes(blocks.tobytes())
 
@@ -105,6 +111,7 @@ def change_samples(card: Path, change: Callable[[Blocks, NDArray[np.float64]], N
     blocks = np.frombuffer(bytearray(card.read_bytes()), DATA_BLOCK_DTYPE).copy()
     rows = np.flatnonzero((blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.DATA))
     data = blocks[rows]
+    # Times as float seconds of the logger's clock: the change can depend on them.
     change(data, 1e-6 * (data["time_us"][:, None] + data["samples"]["time_offset_us"]))
     for block in data:
         block["crc"] = zlib.crc32(block.tobytes()[:CRC_OFFSET])
@@ -119,5 +126,6 @@ def remove_blocks(card: Path, from_s: float, until_s: float) -> None:
     begins = 1e-6 * blocks["time_us"].astype(np.float64)
     data = (blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.DATA)
     for row in np.flatnonzero(data & (begins >= from_s) & (begins < until_s)):
+        # Zeros, as a card shows blocks that were never written.
         image[row * BLOCK_BYTES : (row + 1) * BLOCK_BYTES] = bytes(BLOCK_BYTES)
     card.write_bytes(bytes(image))

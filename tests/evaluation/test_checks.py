@@ -40,8 +40,10 @@ def test_healthy_drops_pass(seed: int) -> None:
 
     Only joint 3, which does not move, has no scale to check.
     """
+    # The low-pass setting varies with the seed: each of the three is used.
     checks = healthy_drop(seed, (3, 6, 0)[seed % 3]).run_checks(fitted=True)
     assert failures_by_name(checks) == {}
+    # A joint that rests gives nothing to compare a scale factor with.
     assert [check.name for check in checks if check.verdict != "passed"] == ["gyro scale at joint 3"]
 
 
@@ -202,6 +204,7 @@ def test_a_contradiction_is_found_and_its_cause_is_named(
     failures = failures_by_name(healthy.run_checks(wrong))
     assert at_least <= failures.keys()
     for check in failures.values():
+        # A failed check of this drop must name the one cause that was planted.
         assert check.cause is not None
         assert check.cause.startswith(cause)
         assert check.next_step

@@ -32,7 +32,9 @@ def sensors_silent(log: DropLog, columns: list[int], from_s: float, until_s: flo
 
 
 def test_a_hole_in_all_gyros_in_a_stroke_fails_and_says_what_it_costs(healthy: Flown) -> None:
+    # 30 ms without any gyro, in the middle of stroke 2.
     failures = failures_by_name(healthy.run_checks(lambda log: all_silent(log, 1.10, 1.13)))
+    # 30 ms and the sample interval on either side.
     assert failures[HOLES].value == pytest.approx(32.0, abs=3.0)
     assert "Joint 2 moved at its ends" in failures[HOLES].sentence
     assert "off by up to 0." in failures[HOLES].sentence
@@ -45,6 +47,7 @@ def test_the_same_while_nothing_moves(healthy: Flown) -> None:
 
 
 def test_gyros_that_are_silent_one_after_the_other_leave_no_hole(healthy: Flown) -> None:
+    # Staggered by 0.1 s: at every moment three gyros still measure.
     def wrong(log: DropLog) -> DropLog:
         for body in range(1, 5):
             log = silence_imu(log, body, 0.20 + 0.1 * body, 0.23 + 0.1 * body)

@@ -47,10 +47,12 @@ def healthy() -> Flown:
 def test_a_gyro_mounted_anew_keeps_its_bias(healthy: Flown) -> None:
     """Turned by a right angle since the calibration: at rest it shows what it always did."""
     gyro = healthy.calibration.gyros[1]
+    # A quarter turn about z.
     turn = np.array(((0, 1, 0), (-1, 0, 0), (0, 0, 1)), dtype=float)
 
     def turn_gyro(log: DropLog) -> DropLog:
         per_count = float(np.deg2rad(1.0 / log.header.gyro_lsb_per_deg_s))
+        # Counts are undone to true rates, turned, and made counts again: bias and scale stay the chip's own.
         true = (log.imu_counts[:, 1, GYRO] * per_count - gyro.bias_rad_s) / gyro.scale
         counts: FloatArray = ((true @ turn.T) * gyro.scale + gyro.bias_rad_s) / per_count
         return with_imu(log, 2, GYRO, counts)
@@ -63,6 +65,7 @@ def test_a_gyro_mounted_anew_keeps_its_bias(healthy: Flown) -> None:
 def test_a_stale_certificate_is_told_from_a_warm_gyro(healthy: Flown) -> None:
     """Bias at rest counts by what the certificate and the temperature since leave open."""
     gyro = healthy.calibration.gyros[2]
+    # Certified 30 deg colder: the bias may have drifted by as much as is added.
     wide = replace(gyro, temperature_c=gyro.temperature_c - 30.0)
     gyros = (*healthy.calibration.gyros[:2], wide, healthy.calibration.gyros[3])
     log = gyro_plus(healthy.drop.log, 3, (0.5, 0.0, 0.0))
@@ -73,6 +76,7 @@ def test_a_stale_certificate_is_told_from_a_warm_gyro(healthy: Flown) -> None:
 
 def test_accelerometers_are_tried_on_gravity(healthy: Flown) -> None:
     def louder(log: DropLog) -> DropLog:
+        # 25 % more: beyond what an accelerometer's data sheet allows.
         return with_imu(log, 1, ACCEL, 1.25 * log.imu_counts[:, 0, ACCEL].astype(np.float64))
 
     loud = failures_by_name(healthy.run_checks(louder))
@@ -88,11 +92,13 @@ def test_accelerometers_are_tried_on_gravity(healthy: Flown) -> None:
 
 def test_a_direction_is_as_uncertain_as_the_errors_square_to_it() -> None:
     force = AtRest(np.array([0.6, 0.0, 0.8]), np.array([1.0, 2.0, 3.0]), 0.0)
+    # Across (0.6, 0, 0.8) in the x-z plane the errors weigh by 0.8² and 0.6²; y counts whole.
     assert across_std(force) == pytest.approx(np.sqrt(0.64 * 1.0 + 4.0 + 0.36 * 9.0))
 
 
 def test_a_robot_that_sways_has_no_rest_to_check(healthy: Flown) -> None:
     def sway_robot(log: DropLog) -> DropLog:
+        # Swaying of 5 deg/s at 0.7 Hz, ended just before the release.
         rate = np.outer(5.0 * np.sin(2 * np.pi * 0.7 * log.t_s) * (log.t_s < -0.05), (0.0, 0.0, 1.0))
         for body in (1, 2, 3, 4):
             log = gyro_plus(log, body, rate)
@@ -106,6 +112,7 @@ def test_a_robot_that_sways_has_no_rest_to_check(healthy: Flown) -> None:
 
 def test_noise_cannot_hide_a_contradiction(healthy: Flown) -> None:
     """Fail a noisy gyro for its noise, which would otherwise explain any contradiction."""
+    # 5 deg/s of white noise, far above the sensor's own.
     noise = np.random.default_rng(1).normal(0.0, 5.0, (len(healthy.drop.log), 3))
     failures = failures_by_name(healthy.run_checks(lambda log: gyro_plus(log, 3, noise)))
     assert set(failures) == {"gyro noise"}
@@ -115,12 +122,15 @@ def test_noise_cannot_hide_a_contradiction(healthy: Flown) -> None:
 def test_what_is_missing_in_the_fall_is_counted(healthy: Flown) -> None:
     failures = failures_by_name(healthy.run_checks(lambda log: silence_imu(log, 3, 0.2, 0.3)))
     assert set(failures) == {"answers in the fall"}
+    # In percent: 0.1 s of a fall of about 2.45 s.
     assert failures["answers in the fall"].value == pytest.approx(4.1, abs=0.2)
     assert failures["answers in the fall"].cause == "IMU of body 3: cable, connector or bus"
+    # Before the release a silent IMU costs no result.
     assert failures_by_name(healthy.run_checks(lambda log: silence_imu(log, 3, -3.0, -0.1))) == {}
 
     def clip_samples(log: DropLog) -> DropLog:
         flags = log.clipped.copy()
+        # Three samples at full scale: each counts.
         flags[np.flatnonzero(log.t_s > 0.9)[:3], 1] = True
         return replace(log, clipped=flags)
 
@@ -136,6 +146,7 @@ def test_what_is_missing_in_the_fall_is_counted(healthy: Flown) -> None:
 
 
 def test_a_dead_gyro_leaves_the_other_checks(healthy: Flown) -> None:
+    # Silent from before the recording to behind its end.
     checks = {check.name: check for check in healthy.run_checks(lambda log: silence_imu(log, 1, -9.0, 9.0))}
     assert checks[GYROS_12].verdict == checks[BOTH_1].verdict == "not possible"
     for name in (GYROS_23, GYROS_34, SENSORS_1, BOTH_2, BIAS, ATTITUDE):
@@ -162,6 +173,7 @@ def test_without_a_calibration_little_is_checked_and_nothing_fails(healthy: Flow
     checks = {check.name: check.verdict for check in bare.run_checks()}
     assert "failed" not in checks.values()
     assert checks[GYROS_12] == "passed"
+    # Without zero points and scale factors nothing but the neighbouring gyros can be compared.
     assert {checks[name] for name in (SENSORS_1, BOTH_1, LAG, ATTITUDE)} == {"not possible"}
 
 
@@ -171,11 +183,14 @@ PUSHED_S = 1.3
 def push_robot(healthy: Flown, log: DropLog) -> DropLog:
     """Something gives the robot 1 deg/s at 1.3 s, and all gyros show it."""
     base = estimate_motion(log, healthy.calibration, MODEL).bodies[MODEL.base]
+    # Attitudes exist in the fall alone: samples before and after it take the nearest.
     nearest = np.clip(np.searchsorted(base.t_s, log.t_s), 0, len(base.t_s) - 1)
+    # The push lasts 50 ms, as a hand's would.
     inertial_deg_s = np.outer(np.clip((log.t_s - PUSHED_S) / 0.05, 0.0, 1.0), (0.4, 1.0, -0.5))
     rate = base.attitude[nearest].inv().apply(inertial_deg_s)
     rotation, _ = poses(Multibody.of(MODEL), healthy.drop.true_angles_rad(log.t_s))
     for body, gyro in enumerate(healthy.calibration.gyros):
+        # The same inertial rate in each body's own frame, by the true joint angles.
         own = np.einsum("nji,nj->ni", rotation[:, body], rate)
         log = gyro_plus(log, body + 1, gyro.readings(own))
     return log
@@ -186,10 +201,12 @@ def test_a_push_from_outside_changes_momentum_and_nothing_else(healthy: Flown) -
     assert set(failures) == {THROUGHOUT, BEFORE_AFTER, AS_FILED.name}
     for check in failures.values():
         assert check.cause == "a push from outside at 1.3 s: something touched the robot"
+    # The push is of 1.2 deg/s.
     assert failures[BEFORE_AFTER].value > 0.5
 
 
 def test_a_robot_file_that_is_wrong_breaks_momentum(healthy: Flown) -> None:
+    # CoM of body 1 40 mm off in z and of body 3 30 mm off in x: beyond the fit's bounds of 10 mm.
     com = MODEL.com_m + np.array([(0.0, 0.0, 0.04), (0.0, 0.0, 0.0), (0.03, 0.0, 0.0), (0.0, 0.0, 0.0)])
     failures = failures_by_name(healthy.run_checks(fitted=True, model=replace(MODEL, com_m=com)))
     assert THROUGHOUT in failures

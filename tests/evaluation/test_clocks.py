@@ -36,6 +36,7 @@ def test_equal_clocks(tmp_path: Path) -> None:
         "release",
         *(f"stroke {n}" for n in range(1, 5)),
     ]
+    # Within two of its deviations, which five events over two seconds make no larger than 10 ppm.
     assert abs(fit.rate_ppm) < 2 * fit.rate_ppm_std < 20
     assert fit.to_logger_s(PLANNED_S) == pytest.approx(PLANNED_S, abs=2e-6)
     assert clocks.stroke_s == pytest.approx(PLANNED_S)
@@ -44,6 +45,7 @@ def test_equal_clocks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("rate", [0.01, -0.01, 0.001])
 def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: Path, rate: float) -> None:
+    # 1 % is a resonator's error; crystals differ by some ten ppm.
     fit = align_strokes(tmp_path, (PLANNED_S / (1 + rate)).tolist()).sequencer
     assert fit is not None
     assert fit.rate_ppm == pytest.approx(1e6 * rate, abs=3 * fit.rate_ppm_std)
@@ -54,6 +56,7 @@ def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: P
 
 
 def test_another_schedule_than_the_one_flown_is_no_clock(tmp_path: Path) -> None:
+    # 2.5 %: even a resonator is not so far off, so that another schedule was flown.
     fit = align_strokes(tmp_path, (1.025 * PLANNED_S).tolist()).sequencer
     assert fit is not None
     assert "the schedule is not the one that was flown" in fit.findings[-1]
@@ -64,6 +67,7 @@ def test_another_schedule_than_the_one_flown_is_no_clock(tmp_path: Path) -> None
 def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
     tmp_path: Path, stroke: int, late_ms: float
 ) -> None:
+    # One of five events moved: the other four agree and outvote it.
     stroke_times_s = PLANNED_S.copy()
     stroke_times_s[stroke - 1] += 1e-3 * late_ms
     clocks = align_strokes(tmp_path, stroke_times_s.tolist())
@@ -79,6 +83,7 @@ def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
 
 
 def test_strokes_that_all_came_late_contradict_the_release(tmp_path: Path) -> None:
+    # The four strokes agree among each other, so the release is the outlier.
     fit = align_strokes(tmp_path, (PLANNED_S + 0.05).tolist()).sequencer
     assert fit is not None
     assert fit.findings[0].startswith("Release is 50 ms too early")
@@ -86,6 +91,7 @@ def test_strokes_that_all_came_late_contradict_the_release(tmp_path: Path) -> No
 
 
 def test_a_stroke_that_was_not_seen_and_an_edge_too_many(tmp_path: Path) -> None:
+    # Stroke 2 is due at 1.05 s.
     clocks = align_strokes(tmp_path, [0.70, 0.9, 1.47, 1.82])
     fit = clocks.sequencer
     assert fit is not None
@@ -104,12 +110,14 @@ def test_one_stroke_or_none_still_gives_an_answer(
 ) -> None:
     fit = align_strokes(tmp_path, strokes_s).sequencer
     assert fit is not None
+    # With one stroke the rate follows from 0.7 s alone; with none only the prior of 5000 ppm is left.
     assert fit.rate_ppm_std == pytest.approx(std_ppm, rel=0.2)
     assert abs(fit.rate_ppm) < 1
     assert sum("was not seen" in finding for finding in fit.findings) == 4 - len(strokes_s)
 
 
 def test_a_line_that_chatters_is_not_believed(tmp_path: Path) -> None:
+    # 300 edges in a drop of four strokes.
     clocks = align_strokes(tmp_path, np.linspace(0.1, 2.4, 300).tolist())
     assert "rose 300 times" in clocks.notes[0]
     assert np.isnan(clocks.stroke_s).all()
@@ -117,6 +125,7 @@ def test_a_line_that_chatters_is_not_believed(tmp_path: Path) -> None:
 
 def test_a_release_that_is_lost_is_told_by_the_strokes(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist())
+    # Neither the release nor its switch edges are left in the log.
     blind = replace(log, release=None, events=tuple(e for e in log.events if e.name == "stroke"))
     fit = align_clocks(blind, SCHEDULE).sequencer
     assert fit is not None
@@ -126,6 +135,7 @@ def test_a_release_that_is_lost_is_told_by_the_strokes(tmp_path: Path) -> None:
 def test_a_release_that_is_only_known_to_some_ms_weighs_as_much(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", (PLANNED_S + 0.003).tolist())
     at_us = log.origin_us
+    # The release lies anywhere between -5 and +25 ms: strokes 3 ms late do not contradict it.
     release = Release(at_us, at_us - 5_000, at_us + 25_000, (at_us, at_us), touches_gap=True)
     fit = align_clocks(replace(log, release=release), SCHEDULE).sequencer
     assert fit is not None and fit.fits
@@ -155,6 +165,7 @@ def test_strokes_are_found_whatever_is_missing_or_too_many(
 ) -> None:
     """Extra edges stay a stroke's width away, or nobody could tell which edge is the stroke."""
     true_s = PLANNED_S / (1 + rate) + np.random.default_rng(seed).normal(0, 5e-6, 4)
+    # Near a stroke's time nobody could tell an extra edge from the stroke.
     extra_s = [t_s for t_s in extra_s if np.abs(PLANNED_S - t_s).min() > 0.16 + 0.03 * t_s]
     edges_s = np.sort([*np.delete(true_s, list(missing)), *extra_s])
     matched = match_strokes(PLANNED_S, edges_s, 0.0)
@@ -171,8 +182,10 @@ def test_stated_deviations_are_those_of_the_errors() -> None:
     for _ in range(400):
         rate = rng.normal(0, 5e-3)
         logger_s = 3.0 + clock_s / (1 + rate) + std_s * rng.normal(size=5)
+        # 400 fits of random clocks: offsets and rates in their stated deviations.
         fit = fit_clock("any", [Pair("x", *row) for row in zip(clock_s, logger_s, std_s, strict=True)])
         z.append([(fit.offset_s - 3.0) / fit.offset_std_s, (fit.rate_ppm - 1e6 * rate) / fit.rate_ppm_std])
+    # Standard normal, within the sampling error of 400 values.
     assert np.std(z, axis=0) == pytest.approx(1.0, abs=0.12)
     assert np.mean(z, axis=0) == pytest.approx(0.0, abs=0.2)
 
@@ -183,9 +196,11 @@ def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> 
     wrong = replace(draw(5), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
     fit = align_clocks(record_drop(wrong), SCHEDULE).sequencer
     assert fit is not None
+    # Rates divide: the fit sees the sequencer's clock by the logger's.
     expected_ppm = 1e6 * ((1 + 1e-6 * sequencer_ppm) / (1 + 1e-6 * logger_ppm) - 1)
     assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
     assert all(residual.used and abs(residual.residual_s) < 5e-6 for residual in fit.residuals)
+    # Beyond 300 ppm, more than two crystals differ, the fit must flag the clock.
     assert fit.fits == (abs(expected_ppm) < 300)
 
 
@@ -202,6 +217,7 @@ def video(offset_s: float, rate: float, *, landing_s: float = 2.5) -> list[Mark]
         *((f"stroke {n}", t) for n, t in enumerate(PLANNED_S, 1)),
         ("landing", landing_s),
     ]
+    # 5 ms: a mark somewhere within a frame of 1/60 s.
     return [Mark(name, (t - offset_s) * (1 + rate), 0.005) for name, t in events]
 
 
@@ -209,6 +225,7 @@ def test_a_video_of_another_frame_rate(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
     fit = align_clocks(log, SCHEDULE, video(-12.4, 0.001)).video
     assert fit is not None and fit.fits
+    # The release stands at 12.4 s of the logger's clock since the video began; the video's own is 0.1 % fast.
     assert fit.to_logger_s(12.4 * 1.001) == pytest.approx(0.0, abs=1e-3)
     assert fit.rate_ppm == pytest.approx(1000.0, abs=1e-3) and 1000 < fit.rate_ppm_std < 4000
     stated = align_clocks(log, SCHEDULE, video(-12.4, 0.001), 1.0).video
@@ -225,6 +242,7 @@ def test_slow_motion_is_measured_and_a_wrong_event_among_six_is_the_one_that_is_
     marks = video(-3.0, times - 1.0)
     fit = align_clocks(log, SCHEDULE, marks).video
     assert fit is not None and fit.fits and 1.0 / fit.slope == pytest.approx(times, rel=1e-9)
+    # 0.2 s by the logger's clock, in slow motion so many times longer.
     marks[3] = replace(marks[3], t_s=marks[3].t_s + 0.2 * times)
     fit = align_clocks(log, SCHEDULE, marks).video
     assert fit is not None and 1.0 / fit.slope == pytest.approx(times, rel=1e-6)
@@ -260,6 +278,7 @@ def test_what_events_cannot_tell_of_a_rate_is_not_told(tmp_path: Path) -> None:
 def test_two_strokes_that_were_taken_for_each_other(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
     marks = video(-3.0, 0.0)
+    # Stroke 2 and stroke 3 confused by whoever set the marks.
     marks[2], marks[3] = replace(marks[2], t_s=marks[3].t_s), replace(marks[3], t_s=marks[2].t_s)
     fit = align_clocks(log, SCHEDULE, marks).video
     assert fit is not None
@@ -273,6 +292,7 @@ def test_an_event_that_the_log_lacks_is_noted(tmp_path: Path) -> None:
     assert "landing could not be used" in clocks.notes[0]
     fit = align_clocks(log, SCHEDULE, [Mark("release", 9.0, 0.01)], 1.0).video
     assert fit is not None
+    # The mark's 10 ms, and what the stated rate leaves open over 9 s.
     assert fit.offset_s == pytest.approx(-9.0, abs=1e-6) and fit.offset_std_s == pytest.approx(
         0.0135, abs=0.001
     )
@@ -280,6 +300,7 @@ def test_an_event_that_the_log_lacks_is_noted(tmp_path: Path) -> None:
 
 def test_a_landing_that_the_logger_only_counted_off_is_none(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=5.0)
+    # arg 0: the logger stopped by its time limit, no shock was felt.
     counted = [replace(event, arg=0) if event.name == "landing" else event for event in log.events]
     clocks = align_clocks(replace(log, events=tuple(counted)), SCHEDULE, video(-3.0, 0.0))
     assert clocks.video is not None and clocks.video.fits
@@ -289,6 +310,7 @@ def test_a_landing_that_the_logger_only_counted_off_is_none(tmp_path: Path) -> N
 def test_the_file_of_a_video(tmp_path: Path) -> None:
     file = tmp_path / "video.csv"
     file.write_text(
+        # As a spreadsheet writes it: a byte order mark, spaces, an empty line, a remark, no order.
         "\ufeffevent, t_s ,std_s,remark\nLanding,14.9,,thud\n stroke  1 ,13.1,0.004\n\nrelease,12.4,\n"
     )
     marks = read_video_marks(file)
@@ -297,6 +319,7 @@ def test_the_file_of_a_video(tmp_path: Path) -> None:
         ("stroke 1", 13.1),
         ("landing", 14.9),
     ]
+    # Without std_s: uniform within a frame of 1/60 s.
     assert [mark.std_s for mark in marks] == pytest.approx([1 / 60 / 12**0.5, 0.004, 1 / 60 / 12**0.5])
 
 

@@ -36,6 +36,7 @@ def fallen(robot: int, day: int = 0, a_deg: float = 59.0, b_deg: float = 70.0) -
     """
     truth = draw_hidden(FILED, robot)
     if day:
+        # The same robot with another day's rates and noise.
         other = draw_hidden(FILED, 1000 + day)
         truth = replace(truth, rate_rad_s=other.rate_rad_s, seed=other.seed)
     drop = hidden_drop(schedule_maneuver(four_stroke(a_deg, b_deg)), FILED, truth)
@@ -57,6 +58,7 @@ def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
     for next_drop in (fallen(robot, 1), fallen(robot, 2, 80.0, 50.0)):
         as_filed = next_drop.explained.nominal.error
         by_it = again(next_drop, model).explained.nominal.error
+        # The filed model must be wrong by enough that a correction can show.
         assert np.rad2deg(as_filed.final_norm_rad) > 0.2
         assert by_it.final_norm_rad < min(np.deg2rad(0.07), 0.05 * as_filed.final_norm_rad)
         # A robot file says not how far the correction itself is uncertain.
@@ -66,12 +68,14 @@ def test_the_next_drop_is_predicted_by_it(robot: int) -> None:
 def test_all_that_the_fit_found_stands_in_it() -> None:
     evaluation = fallen(ROBOT)
     fit = evaluation.explained.fit
+    # Hinge tilts come from the sensors' errors, not from the model's parameters.
     tilt_rad = evaluation.explained.driven.flown.correct(fit.errors).tilt_rad
     expected_body, there = (
         fit.offsets.correct(fit.values).tilt_hinges(tilt_rad),
         Multibody.of(correct_robot(evaluation)),
     )
     for name in ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m"):
+        # 2e-6: the file is written to so many digits.
         np.testing.assert_allclose(
             getattr(there, name), getattr(expected_body, name), rtol=0.0, atol=2e-6, err_msg=name
         )
@@ -85,11 +89,13 @@ def test_each_change_has_its_deviation_and_its_drop_above_what_stood_there() -> 
     lines = text.splitlines()
     assert text.startswith(MARKER.decode()) and f"{evaluation.log.session:08x}" in lines[0]
     changes = list(corrections(evaluation))
+    # Mass, CoM and inertia a body, axis and point a joint.
     assert len(changes) == 3 * FILED.n_bodies + 2 * FILED.n_joints
     for change in changes:
         at = lines.index(f"# drop {evaluation.log.session:08x}: {change.words()}")
         assert lines[at + 1].startswith(f"# {change.path[-1]} = ")
         assert lines[at + 2].startswith(f"{change.path[-1]} = ")
+    # What was not changed, comments included, is the file's own.
     other_lines = [line for line in lines if line not in corrected_robot_lines(lines)]
     assert set(FILED.path.read_text().splitlines()) >= {
         line for line in other_lines[3:] if line.startswith("#")
@@ -107,6 +113,7 @@ def test_the_deviations_are_those_of_the_fit() -> None:
     stated = {correction.path: correction.std for correction in corrections(evaluation)}
     fit = evaluation.explained.fit
     random = np.random.default_rng(1)
+    # Draws from the covariance of the fit; their spread must be the stated one.
     far = random.multivariate_normal(np.zeros(len(fit.covariance)), fit.covariance, 600)
     p = len(fit.values)
     samples_by_path: dict[object, list[FloatArray]] = {}
@@ -133,11 +140,14 @@ def test_a_file_with_tensors_in_tables_of_their_own_is_corrected_too(tmp_path: P
     i = text.index("inertia_g_m2 =")
     line = text[i : text.index("\n", i)]
     table = "[body.inertia_g_m2]\nxx = 3.97\nxy = 0.01\nxz = 0.08\nyy = 4.10\nyz = -0.09\nzz = 2.27\n"
+    # The same tensor in another form: a table of its own instead of products in a line.
     boxes = "boxes_mm = [[[0, 0, 0], [100, 100, 168]]]\n"
     text = text.replace(line + "\n" + boxes, boxes + table).replace('= "products"', '= "tensor"')
     for old in ("xy = -0.01", "xz = -0.07", "yz = 0.08", "xz = -0.09", "yz = 0.09", "yz = -0.01"):
+        # The file has products of inertia, a tensor has them negated.
         text = text.replace(old, old.replace("= -", "= +") if "= -" in old else old.replace("= ", "= -"))
     other = tmp_path / "other.toml"
+    # Byte order mark and Windows line ends, as an editor may leave them.
     other.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     model = load_robot(other)
     np.testing.assert_allclose(model.inertia_kg_m2, FILED.inertia_kg_m2)
@@ -151,6 +161,7 @@ def test_entries_that_share_a_line_are_refused(tmp_path: Path) -> None:
     head, body = text.split("[[body]]", 1)
     first, rest = body.split("[[body]]", 1)
     rows = [row.strip() for row in first.splitlines() if row and not row.startswith("#")]
+    # Six entries of body 1, which become one inline table.
     assert rest and len(rows) == 6
     inner.write_text(text)
     evaluation = replace(fallen(ROBOT), model=replace(FILED, path=inner))
@@ -165,6 +176,7 @@ def test_a_center_of_mass_outside_of_its_body_makes_no_robot(tmp_path: Path) -> 
     fit = evaluation.explained.fit
     at = fit.offsets.names.index("body 4 CoM y")
     far = fit.values.copy()
+    # 9 mm off: outside of body 4's box.
     far[at] = -9.0
     with pytest.raises(TfsatError, match="makes no robot") as refused:
         corrected_robot(with_fit(evaluation, replace(fit, values=far)))
@@ -192,6 +204,7 @@ def test_the_command_writes_it_and_says_what_to_type_next(run: Path) -> None:
     assert evaluate("run", "--corrected-robot", "corrected.toml").code == 0, "its own file is written again"
     mine = run.parent / "mine.toml"
     mine.write_text("")
+    # A file that the program did not write is never overwritten.
     assert evaluate("run", "--corrected-robot", "mine.toml").code == 1 and mine.read_text() == ""
     several = evaluate("run", "run/SD.bin", "--corrected-robot", "other.toml")
     assert several.code == 2 and "of one drop" in several.err and not Path("other.toml").exists()

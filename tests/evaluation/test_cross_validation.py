@@ -48,6 +48,7 @@ def final_error_deg(drop: Fitted, values: FloatArray) -> float:
     It is the integrated residual rate.
     """
     body = drop.fit.offsets.correct(values)
+    # Momentum from before the first stroke, when the joints are at rest.
     calm = drop.flown.t_s < FIRST_STROKE_S
     momentum = inertial_momentum(body, drop.flown)[calm].mean(axis=0)
     rate = np.einsum("nij,nj->ni", drop.flown.attitude, residual_rate(body, drop.flown, momentum))
@@ -83,14 +84,17 @@ def test_offsets_of_two_drops_correct_the_third() -> None:
     assert [judgement.name for judgement in judgements] == ["drop 11", "drop 12", "drop 13"]
     truth = drops[0].drop.true_com_offsets_mm
     for judgement, fitted_drop in zip(judgements, drops, strict=True):
+        # Judged by the other two drops: the correction must help a drop it has not seen.
         assert judgement.improved
         assert judgement.error_before == final_error_deg(fitted_drop, np.zeros(9)) > 1.0
+        # From more than 1 deg to less than 0.05 deg.
         assert judgement.error_after == final_error_deg(fitted_drop, judgement.others.values) < 0.05
         assert judgement.error_own == final_error_deg(fitted_drop, fitted_drop.fit.values) < 0.05
         assert judgement.objective_after < 0.05 * judgement.objective_before
         assert judgement.own_off_std < 2.0
         assert (np.abs(judgement.others.values - truth) < 4.0 * judgement.others.std + 0.02).all()
         others = combine([other.fit for other in drops if other is not fitted_drop])
+        # Exactly the combination of the others' fits: the drop itself is not in it.
         np.testing.assert_array_equal(judgement.others.values, others.values)
         np.testing.assert_array_equal(judgement.others.covariance, others.covariance)
 
@@ -100,6 +104,7 @@ def test_a_drop_of_another_robot_is_found_out() -> None:
     judgements = cross_validate(
         [make_fitted_drop(name, drop) for name, drop in zip("abc", drops, strict=True)]
     )
+    # Offsets of another robot: twenty standard deviations away.
     assert judgements[2].own_off_std > 20.0
     assert judgements[2].error_after > 10.0 * judgements[2].error_own
     assert judgements[2].objective_after > 5.0 * judgements[0].objective_before / 100.0
@@ -145,6 +150,7 @@ def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None
 
 
 def test_a_drop_weighs_by_what_it_tells() -> None:
+    # A fit widened a hundred times has a ten-thousandth of the weight.
     fit = fit_drop(11, robot=ROBOT).fit
     together = combine([fit, widen_fit(moved_robot().fit, 100.0)])
     assert np.abs(together.values - fit.values).max() < 0.02
@@ -155,6 +161,7 @@ def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
     nothing = widen_fit(fit, 1e6)
     together = combine([nothing, nothing, fit])
     np.testing.assert_allclose(together.values, fit.values, atol=1e-3)
+    # Drops that tell nothing leave the prior as it was, not halved.
     np.testing.assert_allclose(combine([nothing, nothing]).std, fit.offsets.prior_std, rtol=1e-5)
 
 
@@ -186,6 +193,7 @@ def rows(
     fit, driven = drop.fit, drop.flown.correct(errors)
     linearization = derivatives(fit.offsets, values, driven, momentum)
     residual = residual_rate(fit.offsets.correct(values), driven, momentum)
+    # Whitened by the noise's Cholesky factor: all rows have variance one.
     whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * linearization.noise))
     # The momentum in small units, else the system is numerically singular.
     columns = np.concatenate(
@@ -201,10 +209,12 @@ def at_once(drops: list[Fitted]) -> tuple[FloatArray, FloatArray]:
     p = len(drops[0].fit.offsets)
     values = drops[0].fit.values
     own = [np.concatenate([drop.fit.momentum_kg_m2_s / UNIT, drop.fit.errors]) for drop in drops]
+    # Unknowns: shared offsets first, then momentum and sensor errors of each drop.
     places = np.cumsum([p, *map(len, own)])
     normal = np.empty((0, 0))
     for _ in range(6):
         normal, right = np.zeros((places[-1], places[-1])), np.zeros(places[-1])
+        # The prior of the offsets enters once, that of the sensor errors in every drop.
         normal[:p, :p] = np.diag(drops[0].fit.offsets.prior_std ** -2.0)
         for fitted_drop, numbers, start, end in zip(drops, own, places, places[1:], strict=False):
             design, target = rows(fitted_drop, values, UNIT * numbers[:3], numbers[3:])
@@ -237,6 +247,7 @@ def test_a_drop_with_something_against_it_corrects_no_other() -> None:
     wrong = replace(make_fitted_drop("c", fit_drop(OTHER_ROBOT)), against=("Two checks failed.",))
     drops = [make_fitted_drop("a", first), make_fitted_drop("b", second), wrong]
     judgements = {judgement.name: judgement for judgement in cross_validate(drops)}
+    # The drop with failed checks is in nobody's combination, but is judged itself.
     assert judgements["a"].others.values.tolist() == combine([second.fit]).values.tolist()
     assert judgements["b"].others.values.tolist() == combine([first.fit]).values.tolist()
     assert judgements["c"].others.values.tolist() == combine([first.fit, second.fit]).values.tolist()
