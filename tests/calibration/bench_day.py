@@ -73,10 +73,12 @@ def record(
     With `motion`, this is done for `last_s` instead of the step's own motion.
     """
     with EmulatedRobot(MODEL, imperfections=truth, seed=seed) as robot:
+        # The boards start and the logger takes its first samples.
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         operator = EmulatedOperator(robot, hands) if motion is None else Doing(robot, hands, motion, last_s)
         evidence = record_step(robot, logger, operator, step)
+    # One step a minute in the order of the day: a step is checked against what was recorded before it.
     minutes = STEPS.index(step) if step in STEPS else len(STEPS)
     return replace(evidence, recorded_at=DAY_BEGINS + timedelta(minutes=minutes))
 
@@ -113,6 +115,7 @@ def change_counts(evidence: Evidence, *changes: Change) -> Evidence:
 def accept(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> None:
     """Check and solve a step just recorded, as a campaign does."""
     check_step(evidence, earlier, model)
+    # Solving may refuse what the step's own check took: steps that contradict each other.
     solve([*earlier, evidence], model)
 
 
@@ -141,6 +144,7 @@ def hands_move(
         robot.hold(tuple(held_bodies))
         robot.operator.move_joint(joint, motion)
 
+    # One second more than the motion, so that it ends at rest.
     return move, motion.duration_s + 1.0
 
 
@@ -173,6 +177,7 @@ def exchange_gyros(first: int, second: int) -> Change:
         return replace(
             counts,
             imu_counts=counts.imu_counts[:, order],
+            # The flags belong to the cable, too.
             imu_valid=counts.imu_valid[:, order],
             clipped=counts.clipped[:, order],
         )
@@ -189,6 +194,7 @@ def turn_sensor(body: int, rotation: FloatArray) -> Change:
             TRUTH.gyro_bias_rad_s[body - 1]
         )  # it does not turn with the sensor
         for part, offset in ((ACCEL, np.zeros(3)), (GYRO, bias)):
+            # Row vectors: from the axes that it should have to those of the sensor as mounted.
             turned = (values[:, body - 1, part] - offset) @ rotation + offset
             values[:, body - 1, part] = np.rint(turned)
         return replace(counts, imu_counts=values)
@@ -206,6 +212,7 @@ def freeze_gyro(body: int) -> Change:
 
     def change(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
+        # The valid flag stays: a register that repeats itself looks sound to the logger.
         values[:, body - 1, GYRO] = values[0, body - 1, GYRO]
         return replace(counts, imu_counts=values)
 
@@ -247,6 +254,7 @@ def add_angle(sensor: int, added_deg: Callable[[FloatArray], NDArray[Any]] | flo
         share = np.linspace(0.0, 1.0, len(values))
         deg = added_deg(share) if callable(added_deg) else np.full(len(values), added_deg)
         values[:, sensor - 1] += np.rint(deg / 360.0 * COUNTS_PER_TURN).astype(np.int64)
+        # A turn has 4096 counts: the reading wraps.
         return replace(counts, angle_counts=np.mod(values, COUNTS_PER_TURN).astype(np.uint16))
 
     return change

@@ -36,6 +36,7 @@ def case(
 
     Without `quick` it runs under `make prove`.
     """
+    # Each case needs a recording of its own, half a second to two.
     marks = () if quick else pytest.mark.prove
     return pytest.param((make, what, cure, earlier, model), id=name, marks=marks)
 
@@ -45,6 +46,7 @@ def check_refused(row: tuple[Make, str, str, Callable[[], Sequence[Evidence]], R
     make, what, cure, earlier, model = row
     error = expect_refusal(make(), earlier(), model)
     assert what in error.what
+    # A person reads the meaning and the next step as one text.
     assert cure in f"{error.meaning} {error.next_step}"
 
 

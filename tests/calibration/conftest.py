@@ -38,6 +38,7 @@ def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         robot.advance(SETTLE_US)
 
         def run(*arguments: str, stdin_text: str = "", **doing: Doing) -> tuple[int, list[Step]]:
+            # Attempts are counted from 1; a keyword `_2` says what is done at the second one.
             person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
 
             @contextmanager

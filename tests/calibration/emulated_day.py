@@ -31,6 +31,7 @@ def all_steps() -> tuple[Step, ...]:
     joints = range(1, JOINT_COUNT + 1)
     swings = (swing for joint in joints for swing in steps.swings(joint))
     sweeps = (sweep for joint in joints for sweep in steps.sweeps(joint))
+    # Biases and zero points first: every later step is judged by them.
     return (steps.rest(), steps.zero(None), *swings, *sweeps, steps.turn("z", 360.0))
 
 
@@ -63,9 +64,11 @@ def record_step(
     identity, who = logger.identity, logger.status().who_am_i
     origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)
     samples: list[LiveSample] = []
+    # Live streaming stays on from before the motion to its end.
     with logger.live() as scales:
         operator.begin(step)
         end_us = robot.now_us + round(1e6 * operator.duration_s(step))
         while robot.now_us < end_us:
             samples += logger.live_samples()
+    # The origin ties the recording to its logger: another board's is refused.
     return Evidence(step, Counts.from_live(samples, scales), recorded_at, origin)

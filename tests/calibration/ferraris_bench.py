@@ -39,7 +39,9 @@ class Turns:
 
     def forward(self, values: FloatArray) -> FloatArray:
         """Return the samples of the positive turns alone, concatenated, each from rest to rest."""
+        # From the middle of one rest to the middle of the next, so that the whole turn is inside.
         middles = [(rest.start + rest.stop) // 2 for rest in self.rests]
+        # Even turns go in the positive sense, the others come back.
         return np.concatenate([values[middles[turn] : middles[turn + 1]] for turn in range(0, 2 * ROUNDS, 2)])
 
 
@@ -69,7 +71,9 @@ class Imu:
 
     def feels(self, force_body_m_s2: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of specific forces in body axes (n, 3)."""
+        # Specific force in sensor axes: row vectors times the mounting.
         true = self.accel_scale * (force_body_m_s2 @ self.gyro.mounting)
+        # The offset is constant: it passes the low-pass unchanged.
         noisy = low_passed(true + _ACCEL_NOISE_M_S2 * rng.normal(size=true.shape), 5.0)
         return np.asarray(np.round((noisy + self.accel_offset_m_s2) / _ACCEL_COUNT_M_S2) * _ACCEL_COUNT_M_S2)
 
@@ -86,6 +90,7 @@ class Imu:
         return self.gyro.reads(np.zeros((n, 3)), rng), self.feels(np.tile(GRAVITY_M_S2 * up, (n, 1)), rng)
 
     def _turns(self, axis: FloatArray, rng: np.random.Generator) -> Turns:
+        # Three turns out and three back, with rests between.
         angle, rests = sweeps(2 * ROUNDS, TURN_RAD)
         rate = np.gradient(angle, 1.0 / RATE_HZ)
         reads = self.gyro.reads(rate[:, None] * axis, rng)

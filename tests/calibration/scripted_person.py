@@ -45,6 +45,7 @@ def as_asked(step: Step, do: Callable[[Step], None]) -> None:
 
 
 def wrong_side(step: Step, do: Callable[[Step], None]) -> None:
+    # The held side moves, and the moving side is held.
     do(Step(step.kind, step.joint, moved=step.held, held=step.moved))
 
 

@@ -68,6 +68,7 @@ class Rig:
 
     def is_let_go(self, joint: int) -> bool:
         self.robot.advance(LIMP_AFTER_US)
+        # A limp servo lets the joint be swung by hand; a driven one would resist.
         try:
             self.robot.hold(servo(joint).held)
             self.robot.swing(joint, 1.0, 0.1, 1)
@@ -83,6 +84,7 @@ def rig(imperfections: Imperfections, hands: Operator | None = None, seed: int =
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         operator = EmulatedOperator(robot, hands)
+        # Zero points first: a servo is measured by the angle sensors.
         zeros = read(logger, operator, zero(None), operator.duration_s(zero(None)))
         out = Output(yes=True, stdout=io.StringIO(), stderr=io.StringIO())
         bench = Bench(logger, EmulatedPerson(operator, out, jogging=True), zeros.origin, sequencer)
@@ -104,6 +106,7 @@ def befall(here: Rig, monkeypatch: pytest.MonkeyPatch, after: int, what: Callabl
     def count_pause(duration_s: float) -> list[LiveSample]:
         nonlocal pauses
         pauses += 1
+        # The pauses of a tour are numbered: something happens in the middle of it.
         if pauses == after:
             what()
         return samples_of(duration_s)

@@ -41,8 +41,10 @@ class SimulatedServo:
 
     def mean_deg(self, pulse_us: float, direction: int) -> float:
         """Compute the mean angle at which the servo comes to rest."""
+        # What the factory's settings mean by this pulse.
         asked_deg = (pulse_us - FACTORY_SERVO.zero_us) / FACTORY_SERVO.ns_per_deg * 1000.0
         bend_deg = self.bend_deg * float(np.sin(np.pi * asked_deg / 90.0))
+        # Half of the backlash on either side of the mean.
         return self.gain * asked_deg + self.offset_deg + bend_deg - direction * self.backlash_deg / 2
 
     def arrive_deg(self, pulse_us: float, direction: int) -> float:
@@ -55,6 +57,7 @@ class SimulatedServo:
         points = []
         for angle_cdeg, direction in zip(plan, arrivals(plan), strict=True):
             pulse_us = board_pulse_us(setting, angle_cdeg)
+            # The first arrival has no direction: the servo comes from wherever it was.
             came = direction or int(self._random.choice([-1, 1]))
             seen_deg = self.arrive_deg(pulse_us, came) + self.noise_deg * self._random.standard_normal()
             points.append(
@@ -71,6 +74,7 @@ class SimulatedServo:
         for angle_cdeg in angles_cdeg:
             pose_cdeg += angle_cdeg
             next_deg = self.arrive_deg(board_pulse_us(setting, pose_cdeg), int(np.sign(angle_cdeg)))
+            # A stroke's size is the difference of two arrivals, each with its own scatter.
             reached.append(next_deg - rest_deg)
             rest_deg = next_deg
         return reached

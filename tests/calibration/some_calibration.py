@@ -24,6 +24,7 @@ SUBJECT = Subject("Drop-tower robot", SERIAL, WHO_AM_I, emulated=False)
 
 def spread(rng: np.random.Generator, size: int, scale: float) -> FloatArray:
     """(size, size) of a covariance of correlated errors."""
+    # Any square root gives a valid covariance: root times its transpose is positive.
     root = scale * rng.normal(size=(size, size))
     return np.asarray(root @ root.T)
 
@@ -43,6 +44,7 @@ def drawn_calibration(seed: int) -> Calibration:
 
     gyros = []
     for body in range(1, 5):
+        # Some bodies never rested: their noise and temperature are NaN.
         rested = rng.random() < 0.5
         gyros.append(
             GyroCalibration(
@@ -74,6 +76,7 @@ def drawn_calibration(seed: int) -> Calibration:
     ]
     measured = [joint for joint in (1, 2, 3) if rng.random() < 0.5]
     return Calibration(
+        # Quotes, a Greek letter and a backslash: all must survive TOML.
         Subject('robot "1" µ\\', f"{rng.integers(2**32):08x}", WHO_AM_I, bool(rng.random() < 0.5)),
         tuple(gyros),
         tuple(joints),
@@ -114,6 +117,7 @@ def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJE
     rng = np.random.default_rng(7)
     random_calibration = drawn_calibration(3)
     mounted = [imu.sensor_to_body for imu in load_robot().imus]
+    # Bias, misalignment and scale, three axes each.
     deviations = np.repeat(np.radians([0.005, 0.02, 0.05]), 3)
     return replace(
         random_calibration,
@@ -121,6 +125,7 @@ def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJE
         gyros=tuple(
             replace(
                 gyro,
+                # 1.5 deg off its design, as a screw lets it be.
                 rotation=nominal @ Rotation.from_rotvec(np.radians([0.0, 0.0, 1.5])).as_matrix(),
                 covariance=np.diag(deviations**2),
                 noise_rad_s=np.full(3, 0.001),

@@ -33,6 +33,7 @@ class Gyro:
         """Mounted along any axes of the body, to 5 deg; scale to 3 %; bias to 5 deg/s."""
         right = Rotation.create_group("O").as_matrix()[rng.integers(24)]
         off = rng.normal(size=3)
+        # A random direction, then a random angle up to 5 deg.
         off *= np.radians(5.0) * rng.uniform() / np.linalg.norm(off)
         return cls(
             Rotation.from_rotvec(off).as_matrix() @ right,
@@ -44,11 +45,13 @@ class Gyro:
     def nominal(self) -> FloatArray:
         """(3, 3) the mounting along axes of the body that was meant."""
         right = Rotation.create_group("O").as_matrix()
+        # The right-angled orientation next to the drawn one: the largest trace is the smallest angle.
         return np.asarray(max(right, key=lambda turn: float(np.trace(turn.T @ self.mounting))))
 
     def reads(self, rate_body_rad_s: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of body rates (n, 3)."""
         true = self.scale * (rate_body_rad_s @ self.mounting)
+        # The bias is added behind the low-pass: it does not settle.
         filtered = low_passed(true + _NOISE_RAD_S * rng.normal(size=true.shape), 5.0) + self.bias_rad_s
         return np.asarray(np.round(filtered / _COUNT_RAD_S) * _COUNT_RAD_S)
 
@@ -56,6 +59,7 @@ class Gyro:
 def low_passed(values: FloatArray, cutoff_hz: float) -> FloatArray:
     """Filter the values (n, d) with a single pole, initialized at the first of them."""
     keep = np.exp(-2.0 * np.pi * cutoff_hz / RATE_HZ)
+    # Initialized at the first value: no start-up transient.
     filtered, _ = lfilter([1.0 - keep], [1.0, -keep], values, axis=0, zi=keep * values[:1])
     return np.asarray(filtered, dtype=np.float64)
 
@@ -63,6 +67,7 @@ def low_passed(values: FloatArray, cutoff_hz: float) -> FloatArray:
 def swings(rng: np.random.Generator, duration_s: float) -> tuple[FloatArray, FloatArray]:
     """(n,) joint angles of a hand that swings 60 deg and back about every two seconds, and (n, 3) sway of the bench."""
     n = int(duration_s * RATE_HZ)
+    # The phase wanders: no two swings of a hand take equally long.
     phase = 2.0 * np.pi * np.arange(n) / (2.0 * RATE_HZ) + 0.3 * np.cumsum(rng.normal(size=n)) / np.sqrt(
         RATE_HZ
     )
@@ -71,6 +76,7 @@ def swings(rng: np.random.Generator, duration_s: float) -> tuple[FloatArray, Flo
 
 def sway(rng: np.random.Generator, n: int) -> FloatArray:
     """(n, 3) rates of a body that is held, but not quite still: some tenths of a deg/s below 1 Hz."""
+    # Low-passed noise, scaled to 0.3 deg/s.
     return np.asarray(np.radians(0.3) * low_passed(8.0 * rng.normal(size=(n, 3)), 1.0))
 
 
@@ -79,6 +85,7 @@ def sway_between(rests: list[slice], rng: np.random.Generator, n: int) -> FloatA
     swaying, rates = sway(rng, n), np.zeros((n, 3))
     for before, after in pairwise(rests):
         leg = slice(before.stop, after.start)
+        # Without its mean: at each rest the body is back where it was.
         rates[leg] = swaying[leg] - swaying[leg].mean(axis=0)
     return rates
 
@@ -89,11 +96,13 @@ def sweeps(count: int, angle_rad: float) -> tuple[FloatArray, list[slice]]:
     rest_n, sweep_n = int(1.5 * RATE_HZ), int(2.0 * RATE_HZ)
     for number in range(count + 1):
         angles.append(np.full(rest_n, at))
+        # The middle of a rest, without the settling behind a sweep.
         rests.append(slice(now + int(0.5 * RATE_HZ), now + rest_n - int(0.2 * RATE_HZ)))
         now += rest_n
         if number < count:
             share = np.linspace(0.0, 1.0, sweep_n)
             there = angle_rad - at
+            # A cycloid: speed and acceleration are zero at both ends.
             angles.append(at + (there - at) * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi)))
             now, at = now + sweep_n, there
     return np.concatenate(angles), rests

@@ -38,6 +38,7 @@ def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
     truth, model = robot.imperfections, robot.model
     gyros = tuple(
         replace(
+            # The file's orientation with the true misalignment on top.
             by_design(body, truth.mounting[body - 1] @ model.imus[body - 1].sensor_to_body),
             bias_rad_s=truth.gyro_bias_rad_s[body - 1],
             scale=truth.gyro_scale[body - 1],
@@ -72,16 +73,19 @@ def swung() -> Iterator[tuple[EmulatedRobot, CalibratedSamples]]:
     Its angle sensors have poor magnets.
     """
     built = draw_as_built(11)
+    # Ten times the drawn nonlinearity: what is corrected must show.
     bent = replace(built, angle_nonlinearity_rad=10 * built.angle_nonlinearity_rad)
     with EmulatedRobot(seed=11, imperfections=bent) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         robot.record_truth(1000)
         robot.hold(swings(2)[0].held)
+        # Joint 2 swings 60 deg every 2 s, five times.
         robot.swing(2, 60.0, 2.0, 5)
         samples: list[LiveSample] = []
         with logger.live() as reply:
             while not samples or samples[-1].time_us - samples[0].time_us < 6e6:
+                # 6 s of samples: three swings.
                 samples += logger.live_samples()
         counts = Counts.from_live(samples, reply)
         yield robot, apply_calibration(counts, calibration_by_truth(robot), robot.model)
@@ -94,6 +98,7 @@ def at_samples(robot: EmulatedRobot, t_s: FloatArray, columns: slice) -> FloatAr
 
 def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]) -> None:
     robot, calibrated_samples = swung
+    # Compared at the delay that suits best.
     delays_s = np.arange(0.0, 0.02, 0.0005)  # of the low-pass, and when in its period a sensor is read
     errors = []
     for delay_s in delays_s:
@@ -101,9 +106,11 @@ def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSamples]
         errors.append(np.degrees(np.sqrt(np.mean((calibrated_samples.rate_rad_s - true) ** 2, axis=0))))
     best = np.min(errors, axis=0)
     assert np.degrees(np.abs(calibrated_samples.rate_rad_s).max()) > 60.0, "something moved"
+    # A moving body is off by the low-pass's amplitude, too.
     assert best.max() < 0.35
     still = [2, 3]  # bodies 3 and 4 were held
     assert best[still].max() < 0.08
+    # A held body reads zero on average: its bias is taken off.
     assert np.degrees(np.abs(calibrated_samples.rate_rad_s[:, still].mean(axis=0)).max()) < 0.01
 
 
@@ -121,6 +128,7 @@ def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, CalibratedSample
     best = np.min([np.sqrt(np.mean(error**2, axis=0)) for error in errors], axis=0)
     assert best.max() < 0.08
     assert np.abs(errors[0][:, [0, 2]].mean(axis=0)).max() < 0.01  # joints that stand
+    # Two sensors of 0.05 deg each, averaged.
     assert np.degrees(calibrated_samples.joint_angle_std_rad) == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
 
 
@@ -133,6 +141,7 @@ def test_specific_forces_are_the_weight_where_nothing_moves(
         .inv()
         .apply([0, 0, 9.80665])
     )
+    # Specific force at rest points up and is one g.
     assert calibrated_samples.specific_force_m_s2[:, 2].mean(axis=0) == pytest.approx(up, abs=0.05)
     assert (calibrated_samples.specific_force_std_m_s2[:, 2] > 0.28).all()
 
@@ -164,6 +173,7 @@ def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None
     applied = apply_calibration(counts, calibration, MODEL)
     size = 1e-6
     for parameter in range(9):
+        # Central differences of 1e-6 in each of the nine parameters.
         step = size * np.eye(9)[parameter]
         ends = [
             apply_calibration(
@@ -176,6 +186,7 @@ def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None
             for sign in (1, -1)
         ]
         slope = (ends[0] - ends[1]) / (2 * size)
+        # The Jacobian is what the covariance of the rates is computed with.
         np.testing.assert_allclose(applied.rate_jacobian[..., parameter], slope, rtol=1e-5, atol=1e-5)
 
 
@@ -183,6 +194,7 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     """Monte Carlo over all nine parameters, correlated, and over a sample's noise."""
     rng = np.random.default_rng(5)
     counts = counts_of(rng, 2)
+    # A random covariance of all nine errors together, correlated.
     root = np.radians(0.2) * rng.normal(size=(9, 9))
     calibration = drawn_calibration(8)
     gyros = tuple(
@@ -203,6 +215,7 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     for n in range(2):
         scatter = np.cov(sampled_rates[:, n], rowvar=False)
         size = np.sqrt(np.outer(np.diag(scatter), np.diag(scatter)))
+        # Relative to the scatter, which 4000 samples tell to some percent.
         assert applied.rate_covariance[n, 1] / size == pytest.approx(scatter / size, abs=0.08)
 
 
@@ -216,13 +229,16 @@ def test_a_die_that_is_warmer_than_when_it_rested_makes_its_bias_doubtful() -> N
     calibration = whole_calibration()
     cold = tuple(
         replace(gyro, temperature_c=float(temperature_c[:, gyro.body - 1].min()) - 3.0)
+        # Its rest was 3 deg C colder than its coldest sample.
         for gyro in calibration.gyros
     )
     applied = apply_calibration(counts, replace(calibration, gyros=cold), MODEL)
     for gyro, covariance in zip(cold, applied.parameter_covariance, strict=True):
         warmer_c = float(temperature_c[:, gyro.body - 1].mean()) - gyro.temperature_c
         added_variance = np.diag(covariance - gyro.covariance)
+        # 20 deg/s over 62.5 deg C, uniform: divided by the square root of three.
         assert np.degrees(np.sqrt(added_variance[:3])) == pytest.approx([20.0 / 62.5 / 3**0.5 * warmer_c] * 3)
+        # Only the bias grows: scale and misalignment do not know the temperature.
         assert not added_variance[3:].any()
 
 
@@ -232,6 +248,7 @@ def test_a_sensor_that_did_not_answer_gives_no_number() -> None:
     counts.angle_valid[3, sensor_columns(MODEL, 2)[1]] = False
     counts.clipped[2, 0] = True
     calibrated_samples = apply_calibration(counts, whole_calibration(), MODEL)
+    # The IMU of body 3 in the second sample, angle sensor of joint 2 in the fourth.
     gone = ~counts.imu_valid
     for values in (
         calibrated_samples.rate_rad_s,
@@ -245,6 +262,7 @@ def test_a_sensor_that_did_not_answer_gives_no_number() -> None:
         assert not missing[~gone].any()
     for values in (calibrated_samples.joint_angle_rad, calibrated_samples.joint_angle_std_rad):
         assert np.argwhere(np.isnan(values)).tolist() == [[3, 1]]
+    # Clipped samples keep their numbers: only the flag tells.
     assert np.argwhere(calibrated_samples.clipped).tolist() == [[2, 0]]
     assert np.isnan(calibrated_samples.rate_rad_s[1, 2]).all()
     assert np.isnan(calibrated_samples.rate_covariance[1, 2]).all()
@@ -258,5 +276,6 @@ def test_what_was_never_measured_keeps_its_design() -> None:
         reading = np.radians(counts.imu_counts[0, body, 4:7] / 65.5)
         assert calibrated_samples.rate_rad_s[0, body] == pytest.approx(imu.sensor_to_body @ reading)
     assert (
+        # 12 deg/s: the data sheet's bias tolerance is the design.
         np.degrees(np.sqrt(np.diagonal(calibrated_samples.rate_covariance[0], axis1=1, axis2=2))) > 11.5
     ).all()

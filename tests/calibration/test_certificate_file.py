@@ -46,6 +46,7 @@ def test_what_is_read_is_what_was_written_also_a_second_time(seed: int) -> None:
     calibration = drawn_calibration(seed)
     once = parse_calibration(format_calibration(calibration))
     assert_same(once, calibration)
+    # Written again: rounding of the text must not accumulate.
     assert_same(parse_calibration(format_calibration(once)), once)
 
 
@@ -66,6 +67,7 @@ def test_people_can_read_it() -> None:
         for entry in table[kind]:
             for name, part in entry.items():
                 if isinstance(part, dict) and name != "setting":
+                    # Every number that a person may copy has its unit and its frame.
                     assert {"unit", "frame"} <= part.keys(), (kind, name)
 
 
@@ -79,6 +81,7 @@ def test_what_was_never_measured_has_no_key() -> None:
             for part, measured in ((entry["mounting"], gyro.axes), (entry["scale"], gyro.scaled)):
                 assert ("measured" in part) == bool(measured)
             assert ("noise" in entry) == (not np.isnan(gyro.noise_rad_s).any())
+            # NaN is unequal to itself: never measured.
             assert ("temperature_c" in entry["bias"]) == (gyro.temperature_c == gyro.temperature_c)
         assert "nan" not in format_calibration(calibration)
 
@@ -120,6 +123,7 @@ def line_number(text: str, header: str, number: int, key: str) -> int:
 def test_other_units_and_frames_are_refused_by_name(
     header: str, number: int, key: str, theirs: str, ours: str
 ) -> None:
+    # Only the one key of that table is changed.
     text = in_table(header, number, rf'(?m)^{key} = "[^"]*"', f'{key} = "{theirs}"')
     with pytest.raises(CalibrationError) as raised:
         parse_calibration(text, source="calibration.toml")
@@ -127,6 +131,7 @@ def test_other_units_and_frames_are_refused_by_name(
     table, _, inside = header.strip("[]").partition(".")
     of = {"gyro": "gyro of body", "joint": "joint", "servo": "servo of joint"}[table]
     place = f"calibration.toml:{line}: {of} {number}, {inside}.{key}"
+    # File, line and key stand at the head of the error: an editor jumps there.
     assert raised.value.what.startswith(
         f"{place}: {theirs!r} is not {ours!r}, which this program writes and reads"
     )
@@ -198,6 +203,7 @@ def test_errors_that_cannot_vary_like_that() -> None:
     correlation = np.eye(9)
     correlation[:3, :3] = [[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]]
     deviations = np.sqrt(np.diag(calibration.gyros[0].covariance))
+    # The deviations stay, so that only the correlations are impossible.
     calibration.gyros[0].covariance[:] = correlation * np.outer(deviations, deviations)
     with pytest.raises(
         CalibrationError, match=r"gyro of body 1, covariance\.value: the covariance is not positive"
@@ -261,6 +267,7 @@ def test_what_was_changed_by_hand_is_refused(before: str, after: str) -> None:
     with pytest.raises(CalibrationError, match="was changed since tfsat-host wrote it") as caught:
         parse_calibration(text, "calibration.toml")
     assert "certificate-" in caught.value.next_step
+    # Windows line ends are no change.
     assert_same(parse_calibration(WHOLE.replace("\n", "\r\n")), whole_calibration())
 
 
@@ -268,6 +275,7 @@ def test_what_was_changed_by_hand_is_refused(before: str, after: str) -> None:
     ("data", "words"),
     [
         (None, "cannot be read: No such file"),
+        # Refused by its size, before TOML reads it.
         (b"#" * 5_000_000, "too large"),
     ],
 )

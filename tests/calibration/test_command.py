@@ -28,6 +28,7 @@ def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> 
         assert (result["file"], result["emulated"]) == (FILE, True)
         for step in result["steps"]:
             recording = tfsat_host.folder / "calibration-emulated-recordings" / step["file"]
+            # The recording's own hash is the one of the certificate.
             assert hashlib.sha256(recording.read_bytes()).hexdigest() == step["sha256"]
         missing.append(len(result["missing"]))
         return dict(result)
@@ -40,6 +41,7 @@ def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> 
     check_scale(calibrate("scale", "--turn", "z", "-360"), np.arange(4), 2)
     assert missing == sorted(set(missing), reverse=True), "each command leaves less to do"
     recordings = [recording.step for recording in read_calibration(tfsat_host.folder / FILE).recordings]
+    # Steps stand in the order in which they were recorded.
     assert recordings == ["rest", "zero", "swing-joint-3-body-4", "sweep-joint-3-body-4", "turn-z"]
 
 
@@ -58,7 +60,9 @@ def check_zero(result: dict[str, object]) -> None:
     zeros = np.array([joint["zero_deg"] for joint in joints]).ravel()
     design = np.array([sensor.zero_offset_rad for sensor in load_robot().angle_sensors])
     bent = np.abs(TRUTH.angle_nonlinearity_rad).sum(axis=1)
+    # Angles on the circle: a difference of nearly 360 deg is a small one.
     off = np.exp(1j * np.deg2rad(zeros)) / np.exp(1j * (design + TRUTH.angle_zero_rad))
+    # A sensor that bends at zero looks like a shifted zero: allowed as far as it bends.
     assert (np.abs(np.angle(off)) < bent + np.deg2rad(0.05)).all(), "its bend at zero is a part of a zero"
     assert {joint["disagreement_deg"] for joint in joints} == {None}
 
@@ -69,6 +73,7 @@ def check_misalignment(result: dict[str, object]) -> None:
     (axis,) = axes
     assert (result["joint"], axis["body"]) == (3, 4)
     model = load_robot()
+    # The joint's axis in sensor axes, by the truth.
     true = (TRUTH.mounting[3] @ model.imus[3].sensor_to_body).T @ model.joint_axis[2]
     assert np.rad2deg(np.linalg.norm(np.cross(axis["axis_sensor"], true))) < 4.0 * axis["std_deg"]
     assert axis["angle_deg"] == pytest.approx(np.rad2deg(np.arccos(true @ axis["nominal_sensor"])), abs=0.5)
@@ -84,6 +89,7 @@ def check_scale(
     assert [row["body"] for row in scales] == list(bodies + 1)
     assert {(row["axis"], row["frame"]) for row in scales} == {("xyz"[axis], "body")}
     shares = np.array([TRUTH.mounting[body] @ load_robot().imus[body].sensor_to_body for body in bodies])
+    # About a body axis: the sensor's scale factors by their shares.
     true = (shares[:, axis] ** 2 * TRUTH.gyro_scale[bodies]).sum(axis=1)
     off = np.array([row["scale"] for row in scales]) - true
     assert (np.abs(off) < 4.0 * np.array([row["std"] for row in scales])).all()
@@ -121,8 +127,10 @@ def test_other_files_are_not_overwritten(tfsat_host: RunCli) -> None:
     notes.write_text("mine = true\n")
     refused = tfsat_host("calibrate", "bias", "--emulated", "--out", notes, expect=1)
     assert "notes.toml" in refused.stderr
+    # A file without the marker of tfsat is somebody's own.
     assert [path.name for path in tfsat_host.folder.iterdir()] == ["notes.toml"]
     assert notes.read_text() == "mine = true\n"
+    # With --force the user has said so.
     tfsat_host("calibrate", "bias", "--emulated", "--out", notes, "--force")
     assert read_calibration(notes).subject.emulated
 
@@ -133,6 +141,7 @@ def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None
     certificate = tfsat_host.folder / FILE
     own = read_calibration(certificate)
     serial = own.subject.logger_serial
+    # Another logger's certificate: mixing two robots would pass unnoticed.
     others = replace(own, subject=replace(own.subject, logger_serial="00c0ffee00c0ffee"))
     certificate.write_text(format_calibration(others))
     before = certificate.read_bytes()
@@ -142,6 +151,7 @@ def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None
     assert certificate.read_bytes() == before
     tfsat_host("calibrate", "zero", "--all", "--emulated", "--force")
     begun = read_calibration(certificate)
+    # Begun anew: nothing of the other logger's certificate is kept.
     assert begun.subject.logger_serial == serial and [recording.step for recording in begun.recordings] == [
         "zero"
     ]
@@ -156,6 +166,7 @@ def test_a_bias_out_of_a_recording(tfsat_host: RunCli) -> None:
     (step,) = result["steps"]
     assert abs((datetime.fromisoformat(step["taken"]) - began).total_seconds()) < 5.0
     assert result["file"] == FILE, "the log says that it is an emulated robot's"
+    # A logger that was not told the time of day: no bias could be dated.
     recording.write_bytes(quiet_drop(4, as_built=True)[0])
     refused = tfsat_host("calibrate", "bias", "--log", recording, "--out", "new.toml", expect=1)
     assert "at what time of day" in refused.stderr and not Path(tfsat_host.folder / "new.toml").exists()

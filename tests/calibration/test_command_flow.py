@@ -42,6 +42,7 @@ from tfsat_host.robot import load_robot
 
 
 def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    # Attempt 2 does nothing, attempt 4 moves the wrong side.
     code, steps = calibrate(*COMMAND, stdin_text="\n\n", _2=do_nothing, _4=wrong_side)
     assert code == 0
     assert [step.key for step in steps] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
@@ -59,6 +60,7 @@ def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.C
 def test_q_after_a_refusal_keeps_what_was_accepted(
     calibrate: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # At the first refusal the person quits: what came before stays.
     code, steps = calibrate(*COMMAND, stdin_text="q\n", _3=do_nothing)
     assert (code, len(steps)) == (1, 3)
     error_text = capsys.readouterr().err
@@ -111,6 +113,7 @@ def test_nothing_is_written_when_the_first_step_is_refused(
     code, _ = calibrate(*COMMAND, "--yes", _1=lambda _step, do: do(FIRST))
     assert code == 1
     assert "not still" in capsys.readouterr().err
+    # Nothing was accepted, so that no file is made.
     assert list(Path().iterdir()) == []
     code, _ = calibrate(*COMMAND, _1=interrupt_step)
     assert code == 130
@@ -131,6 +134,7 @@ def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
 ) -> None:
     zero_command = ("calibrate", "zero", "--joint", "1", "--port", "x", "--yes")
     assert calibrate(*zero_command)[0] == 0
+    # Any disagreement of the two sensors counts as a slip.
     monkeypatch.setattr("tfsat_host.calibration.zero.MAX_DISAGREEMENT_RAD", -1.0)  # as if one had slipped
     assert calibrate(*zero_command)[0] == 1
     error_text = capsys.readouterr().err
@@ -163,6 +167,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     assert ("Reading starts in 3 s." in error_text) is yes
     assert ("Press Enter to start" in error_text) is not yes
     took_s = (robot.now_us - before_us) * 1e-6
+    # The rest itself, and the lead before it.
     assert took_s == pytest.approx(DURATION_S[StepKind.REST] + lead_s, abs=0.5)
 
 
@@ -181,6 +186,7 @@ def test_a_recording_starts_with_samples_of_its_own() -> None:
     logger = scripted_logger()
     out = Output(stdout=io.StringIO(), stderr=io.StringIO())
     first, again = record_zero(logger, out), record_zero(logger, out)
+    # What came between the two steps is in neither.
     assert first.counts.samples_lost == again.counts.samples_lost == 0
     assert again.counts.t_us[-1] - again.counts.t_us[0] == pytest.approx(5e6)
 

@@ -34,9 +34,11 @@ def full_disk() -> Iterator[Callable[..., None]]:
 
     def fill(step: Step, do: Callable[[Step], None]) -> None:
         do(step)
+        # The limit bites at the next file: the step itself is already in memory.
         resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_FILE_BYTES, before[1]))
 
     yield fill
+    # The limit is of the process: it must not outlive the test.
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
@@ -53,7 +55,9 @@ def test_a_step_that_cannot_be_written_is_named_and_the_certificate_is_as_before
     assert f"This step was not kept; {FILE} is as before." in error_text
     assert f"2 of 3 steps are kept in {FILE}." in error_text
     assert error_text.count("tfsat-host calibrate misalignment --joint 2 --resume --port x") == 1
+    # The step before it stays, as if nothing had happened.
     assert [recording.step for recording in read_calibration(FILE).recordings] == ["rest", FIRST.key]
+    # No temporary file is left behind.
     assert len(list(RECORDINGS.glob("*.npz"))) == 2 and not list(RECORDINGS.glob(".*"))
 
 
@@ -93,6 +97,7 @@ def test_a_lost_recording_is_told_before_anything_is_measured(
     (recording,) = RECORDINGS.glob("rest-*.npz")
     recording.unlink()
     capsys.readouterr()
+    # The first step is interrupted: only the warning is looked at.
     assert calibrate(*COMMAND, "--yes", _1=interrupt_step)[0] == 130
     error_text = capsys.readouterr().err
     assert f"Warning: The recording {recording}" in error_text and "no longer counts" in error_text
@@ -113,6 +118,7 @@ def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
 
 def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
     def at_the_prompt(_step: Step, _do: Callable[[Step], None]) -> None:
+        # The terminal's own echo of Ctrl-C.
         sys.stderr.write("Press Enter to start, q to quit: ^C")
         raise KeyboardInterrupt
 
@@ -123,6 +129,7 @@ def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.Capture
 @pytest.mark.usefixtures("short_steps")
 def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("calibrate", "scale", "--joint", 2, "--jog", "--emulated", "--yes")
+    # A sweep of joint 2 moves bodies 1 and 2 once and 3 and 4 once.
     assert [row["body"] for row in result["scales"]] == [1, 2, 3, 4]
     assert [recording["key"] for recording in result["steps"]] == [
         "rest",
@@ -138,6 +145,7 @@ def test_a_jog_that_is_not_confirmed_is_refused_by_an_interlock(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
     command = ["calibrate", "scale", "--joint", "1", "--jog", "--emulated"]
+    # Exit code 4: an interlock refused, nothing was moved.
     assert main(command) == 4
     error_text = capsys.readouterr().err
     assert "Nothing was moved." in error_text and f"1 of 3 steps is kept in {FILE}." in error_text
@@ -157,6 +165,7 @@ def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
 
 
 def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
+    # The longest turn that the command takes must fit into a recording.
     with EmulatedRobot() as robot:
         person = EmulatedOperator(robot, Operator.human(PERSON_SEED))
         assert person.duration_s(turn("z", MAX_TURN_DEG)) < MAX_DURATION_S
@@ -167,4 +176,5 @@ def test_an_emulated_robots_certificate_is_of_the_robot_that_was_calibrated(tfsa
     tfsat_host("calibrate", "bias", "--emulated")
     subject = read_calibration(tfsat_host.folder / FILE).subject
     assert subject.logger_serial == draw_as_built(DEFAULT_SEED).logger_serial.hex()
+    # Another draw of the same seed: the robot on the bench was drawn as built.
     assert subject.logger_serial != draw(DEFAULT_SEED).logger_serial.hex()

@@ -38,6 +38,7 @@ def test_a_log_older_than_the_bench_changes_nothing(tfsat_host: RunCli) -> None:
     error = tfsat_host.json("calibrate", "bias", "--log", old, expect=1)["error"]
     assert "is of 2024-05-04 10:00 UTC, older than the biases in calibration-emulated.toml" in error["what"]
     assert "the certificate is unchanged" in error["meaning"]
+    # A certificate of its own for the older recording.
     command = f"tfsat-host calibrate bias --log '{old}' --out 'calibration-emulated-DROP 1.toml'"
     assert error["next_step"].endswith(command)
     assert certificate.read_bytes() == before
@@ -56,6 +57,7 @@ def test_a_newer_log_replaces_it_and_is_what_the_table_shows(tfsat_host: RunCli)
     bias = tfsat_host.json("calibrate", "show", "--emulated")["quantities"][0]
     assert bias["value"] == pytest.approx(biases(result)[0])
     before = (tfsat_host.folder / FILE).read_bytes()
+    # A second time: nothing changes.
     again = tfsat_host("calibrate", "bias", "--log", second)
     assert f"{FILE} already contains this recording: unchanged." in again.stderr
     assert f"{truth[0][0]:+.1f}" in again.stdout

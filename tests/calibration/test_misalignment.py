@@ -47,11 +47,17 @@ def test_the_axis_of_every_moved_gyro() -> None:
 
 
 def test_stated_intervals_of_biases_hold_the_truth() -> None:
+    # Eight seeds of 96 rates: the stated intervals are judged together.
     inside, off_deg_s = [], []
     for seed in range(1, 9):
         truth = replace(TRUTH, gyro_bias_rad_s=draw(seed).gyro_bias_rad_s)
         still = record(
-            REST, truth=truth, motion=lambda robot: robot.hold((1, 2, 3, 4)), last_s=3.0, seed=seed
+            REST,
+            truth=truth,
+            motion=lambda robot: robot.hold((1, 2, 3, 4)),
+            last_s=3.0,
+            seed=seed,
+            # Held still by hands for three seconds.
         )
         for estimate in estimate_biases(still.recording):
             off = estimate.bias_rad_s - truth.gyro_bias_rad_s[estimate.body - 1]

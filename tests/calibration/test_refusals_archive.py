@@ -77,6 +77,7 @@ def test_a_refused_step_changes_nothing(certificate: Path) -> None:
     campaign = Campaign(certificate, MODEL, SUBJECT)
     with pytest.raises(CalibrationError, match="measured two axes"):
         campaign.accept(change_counts(record_good_step(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+    # Refused before anything was written: every file is as before.
     assert {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()} == before
     assert len(campaign.evidence) == 4
 
@@ -87,6 +88,7 @@ def test_a_recording_that_is_gone_counts_no_more(certificate: Path) -> None:
     campaign = Campaign(certificate, MODEL, SUBJECT)
     assert campaign.left_out[0].endswith("of this calibration does not exist.")
     calibration = campaign.accept(record_good_step(SWINGS[2]))
+    # The lost step is missing from the certificate, not the others.
     assert [recording.step for recording in calibration.recordings] == [
         step.key for step in (REST, SWINGS[0], SWINGS[1], SWINGS[2])
     ]
@@ -105,6 +107,7 @@ def test_a_recording_that_was_changed_counts_no_more(certificate: Path) -> None:
 def test_a_step_that_was_recorded_before_the_one_it_would_replace(certificate: Path) -> None:
     before = certificate.read_bytes()
     with pytest.raises(CalibrationError, match="the computer's clock was set back") as caught:
+        # Dated an hour before the recording that it would replace.
         Campaign(certificate, MODEL, SUBJECT).accept(later(record_good_step(ZERO), -60))
     assert "--out" in caught.value.next_step
     assert certificate.read_bytes() == before
@@ -115,20 +118,24 @@ def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None
 
     One waits at its prompt while the other adds a step, and decode notes a landing.
     """
+    # Both commands hold the certificate open at the same time.
     waiting, other = (Campaign(certificate, MODEL, SUBJECT) for _ in range(2))
     other.accept(record_good_step(SWINGS[2]))
+    # The other command decodes a drop meanwhile and notes its landing.
     assert note_landing(
         certificate, Landing(record_good_step(SWINGS[2]).recorded_at + timedelta(minutes=1), "recording 1")
     )
     calibration = waiting.accept(record_good_step(SWINGS[3]))
     assert {recording.step for recording in calibration.recordings} >= {SWINGS[2].key, SWINGS[3].key}
     assert [landing.told_by for landing in calibration.landings] == ["recording 1"]
+    # No lock is left behind.
     assert not list(certificate.parent.glob(".*"))
 
 
 def test_a_writer_that_was_killed_does_not_stop_the_next_one(certificate: Path) -> None:
     """However short ago: it may have been this very step that was begun again."""
     lock = certificate.with_name(".calibration.toml.lock")
+    # A lock of a process that no longer runs.
     lock.touch()
     Campaign(certificate, MODEL, SUBJECT).accept(record_good_step(SWINGS[2]))
     assert not lock.exists()
@@ -140,6 +147,7 @@ def test_a_step_that_another_program_does_not_let_in_is_not_kept(
     before = certificate.read_bytes()
     campaign = Campaign(certificate, MODEL, SUBJECT)
     with one_at_a_time(certificate.with_name(".calibration.toml.lock"), "it"):
+        # An hour passes at each look at the clock: the wait for the lock ends at once.
         hours_s = itertools.count(step=3600)
         monkeypatch.setattr(time, "monotonic", lambda: next(hours_s))
         with pytest.raises(CalibrationError, match="has been writing the calibration") as caught:
@@ -157,6 +165,7 @@ def test_a_certificate_behind_a_link(certificate: Path) -> None:
     assert note_landing(
         link, Landing(record_good_step(ZERO).recorded_at + timedelta(minutes=90), "recording 1")
     )
+    # A link is kept, and its target is written.
     assert link.is_symlink()
     assert certificate.read_bytes() != written_before
     assert b"recording 1" in certificate.read_bytes()
@@ -169,6 +178,7 @@ def test_a_certificate_of_another_robot(certificate: Path) -> None:
     assert "holds another calibration" in caught.value.what
     assert "--out" in caught.value.next_step
     assert "--force" in caught.value.next_step
+    # --force begins anew for this robot.
     assert Campaign(certificate, MODEL, another, force=True).evidence == []
     assert len(Campaign(certificate, MODEL, SUBJECT, force=True).evidence) == 4
 
@@ -192,6 +202,7 @@ def test_a_recording_cut_short(size: int) -> None:
 
 def test_a_recording_with_a_byte_that_flipped() -> None:
     data = bytearray(to_bytes(record_good_step(ZERO)))
+    # One bit in the middle of the archive.
     data[len(data) // 2] ^= 0x10
     with pytest.raises(CalibrationError, match=r"zero\.npz is no recording"):
         from_bytes(bytes(data), source="zero.npz")
@@ -215,15 +226,19 @@ def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None
     campaign.accept(record_good_step(SWINGS[2]))
     before = np.sqrt(np.diag(campaign.solution().gyros[1].covariance)[3:6])
     campaign.accept(again[0])
+    # The solve sees the contradiction and names the cure.
     with pytest.raises(CalibrationError, match="--anew"):
         campaign.accept(again[2])
+    # The person says so: what was measured before is no longer about this sensor.
     campaign.sensors_moved(again[0].recorded_at - timedelta(seconds=1))
     calibration = [campaign.accept(evidence) for evidence in again[1:]][-1]
     assert [landing.told_by for landing in calibration.landings] == ["a person: sensors were moved"]
     assert not any("misalignment of body 2" in gap.name for gap in calibration.shortcomings())
     gyro = calibration.gyros[1]
+    # Twelve degrees are the slip itself.
     moved = Rotation.from_matrix(true_rotation(2).T @ gyro.rotation).magnitude()
     assert np.rad2deg(moved) == pytest.approx(12.0, abs=0.5)
+    # Known as well as before: within a factor of two.
     assert np.sqrt(np.diag(gyro.covariance)[3:6]) == pytest.approx(before, rel=1.0)
 
 
