@@ -65,6 +65,7 @@ def defect(raw: RawManeuver) -> tuple[ErrorCode, int]:
         if start_us > 2_500_000:
             return ErrorCode.TOO_LONG, index
         duration_us = -(-abs(change_cdeg) * 1_000_000 // raw.speed_cdeg_s)  # rounded up
+        # The next stroke may begin 10 ms after this one at the earliest.
         free_us = start_us + max(duration_us, 10_000)
         end_us = start_us + duration_us
     if end_us > 2_500_000:
@@ -78,12 +79,14 @@ def flyable(draw: st.DrawFn) -> Maneuver:
     speed_deg_s = draw(st.sampled_from([170.0, 400.0, 100.0]) | st.floats(60, 400).map(lambda v: round(v, 2)))
     pose_cdeg = {1: 0, 2: 0, 3: 0}
     strokes: list[Stroke] = []
+    # 1.8 s: from the first stroke's earliest time to the end of the fall.
     left_us = 1_800_000
     for _ in range(draw(st.integers(1, 16))):
         joint = draw(st.integers(1, 3))
         target_cdeg = draw(st.integers(0, 9000) | st.sampled_from([0, 1, 9000]))
         change_cdeg = target_cdeg - pose_cdeg[joint]
         taken_us = abs(change_cdeg) * 10_000 / speed_deg_s + 10_000
+        # Skipped: a stroke of no angle, and one for which the fall has no time left.
         if change_cdeg == 0 or taken_us > left_us:
             continue
         left_us -= round(taken_us)
@@ -111,7 +114,9 @@ def raw_maneuvers(draw: st.DrawFn) -> RawManeuver:
         stroke = strokes[draw(st.integers(0, len(strokes) - 1))]
         field = draw(st.integers(0, 2))
         limits = draw(st.sampled_from(LIMITS[field]))
+        # Limits twice as often as a small change: the edges are where the board decides.
         stroke[field] = draw(st.sampled_from([limits, limits, stroke[field] + draw(near)]))
+    # What the wire's types can carry: the board must answer to any of it.
     on_wire = (
         (joint % 256, max(-32768, min(angle_cdeg, 32767)), max(0, min(start_us, 2**32 - 1)))
         for joint, angle_cdeg, start_us in strokes

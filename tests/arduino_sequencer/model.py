@@ -57,6 +57,7 @@ class Jog:
 
     def angle_cdeg(self, now_us: int) -> int:
         way_cdeg = self.to_cdeg - self.from_cdeg
+        # Whole hundredths of a degree, as the board counts them.
         gone_cdeg = min(abs(way_cdeg), (now_us - self.since_us) * JOG_SPEED_CDEG_S // 1_000_000)
         return self.from_cdeg + (gone_cdeg if way_cdeg > 0 else -gone_cdeg)
 
@@ -96,6 +97,7 @@ class Model:
     def restart(self, *, power_lost: bool, opened: int, now_us: int) -> None:
         """Restart the model: the EEPROM stays, and RAM keeps the state unless the power was lost."""
         fresh = Model(self.maneuver, self.settings)
+        # After a restart the EEPROM alone tells what is stored.
         self.maneuver.load()
         self.settings.load()
         if not power_lost and self.state in (ARMED, RUNNING, FAULT):
@@ -104,10 +106,12 @@ class Model:
             fresh.state, fresh.fault = FAULT, self.fault
             if self.state == RUNNING:
                 fresh.fault = ErrorCode.RESET_WHILE_RUNNING
+                # Strokes that had begun: their joints are held where these took them.
                 fresh.held_cdeg = self.angles_cdeg(self.strokes_begun(now_us))
             elif self.state == ARMED:
                 fresh.resets += 1
                 fresh.held_cdeg = (0, 0, 0)
+                # A switch that opened during the reset may have been the release: nobody can tell.
                 fresh.fault = ErrorCode.RESET_WHILE_ARMED if opened else ErrorCode.NONE
                 fresh.state = FAULT if opened else ARMED
         self.__dict__.update(fresh.__dict__)
@@ -116,6 +120,7 @@ class Model:
         """Update the state once the switches have been still for the debounce; return whether it is a release."""
         if self.state != ARMED:
             return False
+        # Touched: a switch opened, which becomes a knock if both close again.
         self.touched |= opened != 0
         if opened == 3:
             self.state, self.run_from_us, self.touched = RUNNING, moved_us, False
@@ -131,6 +136,7 @@ class Model:
 
     def end_false_run(self) -> None:
         """End a run as a false release, after both switches have been closed for long."""
+        # A stroke may have begun before both switches were closed for long enough.
         begun = self.strokes_begun(self.hangs_us())
         self.state, self.fault = (FAULT, ErrorCode.CLOSED_WHILE_RUNNING) if begun else (ARMED, self.fault)
         self.held_cdeg = self.angles_cdeg(begun)
@@ -150,6 +156,7 @@ class Model:
     def run_ends_us(self) -> int:
         """Return the time at which the last stroke and its first pulse are over, however short the stroke."""
         _, angle_cdeg, start_us = self.maneuver.record.strokes[-1]
+        # Rounded up, as the board does.
         taken_us = -(-abs(angle_cdeg) * 1_000_000 // self.maneuver.record.speed_cdeg_s)
         return self.run_from_us + start_us + taken_us + LAST_PULSE_US
 
@@ -211,6 +218,7 @@ class Model:
         return 0 if self.reported is None else self.reported[1] + 1000 * JOINT_REPORT_AGE_MS
 
     def arm(self, request: ArmRequest, opened: int, now_us: int) -> Payload:
+        # A repeated ARM with the accepted token is the answer that got lost.
         if self.state == ARMED and request.arm_token == self.accepted_token:
             return ArmReply(ARMED)
         self.refusal = self.reason_not_to_arm(request, opened, now_us)
@@ -221,6 +229,7 @@ class Model:
         return ArmReply(ARMED)
 
     def reason_not_to_arm(self, request: ArmRequest, opened: int, now_us: int) -> ErrorCode:
+        # The order of these checks is the protocol's: the first reason is the one that is told.
         if self.state == FAULT:
             return ErrorCode.FAULT_LATCHED
         if self.state not in (SAFE, DONE) or self.storing:
@@ -235,6 +244,7 @@ class Model:
             return ErrorCode.SETTINGS_DO_NOT_FIT
         if opened:
             return ErrorCode.SWITCH_OPEN
+        # A run that ended away from the start pose would snap back when armed.
         held_cdeg = self.angles_cdeg(len(self.maneuver.record.strokes)) if self.state == DONE else (0,)
         if max(held_cdeg) > START_POSE_TOLERANCE_CDEG:
             return ErrorCode.NOT_AT_START_POSE
@@ -252,6 +262,7 @@ class Model:
             return self.error(request, ErrorCode.WRONG_STATE, joint)
         if self.settings.defect:
             return self.error(request, self.settings.defect, joint)
+        # A jog under way knows where it is: only its new end is checked.
         ends = [request.to_cdeg] if jogged else [request.to_cdeg, request.from_cdeg]
         if not all(self.allows_angle(joint, angle) for angle in ends):
             return self.error(request, ErrorCode.ANGLE_OUT_OF_RANGE, joint)
@@ -265,6 +276,7 @@ class Model:
         wrong = settings_defect(request)
         if wrong is not None:
             return self.error(request, ErrorCode.SETTING_OUT_OF_RANGE, wrong)
+        # The same settings again: a repetition of a lost answer, not a new write.
         if request != self.staged_settings:
             if self.settings.busy:
                 return self.error(request, ErrorCode.WRONG_STATE)
@@ -274,6 +286,7 @@ class Model:
         return SettingsWriteReply(int(not self.storing), int(self.settings_written))
 
     def upload(self, request: Payload) -> Payload:
+        # A commit is repeated until the store is written, so that it alone is allowed while storing.
         busy = self.maneuver.busy and not isinstance(request, ManeuverCommitRequest)
         if self.state != SAFE or busy:
             return self.error(request, ErrorCode.WRONG_STATE)
@@ -298,6 +311,7 @@ class Model:
         return ManeuverBeginReply(request.stroke_count)
 
     def commit(self, request: ManeuverCommitRequest, staged: tuple[int, int]) -> Payload:
+        # Strokes may come in any order: only missing ones are refused.
         missing = [index for index in range(staged[0]) if index not in self.strokes]
         if missing:
             return self.error(request, ErrorCode.STEP_MISSING, missing[0])

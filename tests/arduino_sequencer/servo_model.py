@@ -29,6 +29,7 @@ def pulse_centi_ns(servo: ServoSetting, angle_cdeg: int) -> int:
 
 def width_ns(servo: ServoSetting, angle_cdeg: int) -> int:
     """Return the pulse width in ns, rounded to the nearest whole tick."""
+    # Rounded to the nearest tick: half a tick is added.
     return (pulse_centi_ns(servo, angle_cdeg) + 50 * TICK_NS) // (100 * TICK_NS) * TICK_NS
 
 
@@ -39,6 +40,7 @@ def settings_defect(settings: SettingsWriteRequest) -> int | None:
         if not (
             SERVO_NS_PER_DEG_MIN <= servo.ns_per_deg <= SERVO_NS_PER_DEG_MAX
             and servo.reversed in (0, 1)
+            # 0 is always the start pose: another minimum makes no sense.
             and 0 == servo.min_cdeg < servo.max_cdeg <= JOINT_ANGLE_MAX_CDEG
             and all(
                 100_000 * SERVO_PULSE_MIN_US <= pulse_centi_ns(servo, end) <= 100_000 * SERVO_PULSE_MAX_US

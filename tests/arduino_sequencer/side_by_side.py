@@ -70,6 +70,7 @@ class SideBySide(RuleBasedStateMachine):
         if token != self.model.token:
             assert token not in self.tokens, "a token came back"
         else:
+            # A new state without a new token would let an old ARM through.
             assert self.tokens[token] == state, "the state changed, the token did not"
         self.tokens[token] = state
         self.model.token = token
@@ -83,6 +84,7 @@ class SideBySide(RuleBasedStateMachine):
         self.sequence = (self.sequence + 1) & 0xFF
         expected = self.model.answer(request, self.opened, self.board.now_us)
         (answer,) = self.board.ask(Frame(request.TYPE, self.sequence, request.encode()))
+        # An answer to another request would be judged as this one's.
         assert answer.sequence == self.sequence
         assert answer.type == expected.TYPE, (request, answer, expected)
         reply = type(expected).decode(answer.payload)
@@ -99,6 +101,7 @@ class SideBySide(RuleBasedStateMachine):
         assert jogged is not None
         assert abs(reply.angle_cdeg - expected.angle_cdeg) <= JOG_TOLERANCE_CDEG
         assert reply.arrived == (reply.angle_cdeg == jogged.to_cdeg)
+        # The board's milliseconds against the model's microseconds: the model follows the board.
         jogged.from_cdeg = reply.angle_cdeg
 
     def await_stores(self) -> None:
@@ -113,6 +116,7 @@ class SideBySide(RuleBasedStateMachine):
     def pass_by(self, moment_us: int) -> bool:
         """Leaves no moment within 20 ms ahead or 1 ms behind; True once it lies behind."""
         left_us = moment_us - self.board.now_us
+        # Moments too near to a change are avoided: both sides may be right there.
         if -1000 < left_us < 20_000:
             self.board.run(left_us + 1000)
         return self.board.now_us > moment_us
@@ -144,6 +148,7 @@ class SideBySide(RuleBasedStateMachine):
         self.model.closed_from_us = moved_us if self.opened == 0 else None
         self.board.run(SETTLE_US)
         if self.model.switches_stand(self.opened, moved_us):
+            # The release's time is of the board's own clock since its start.
             self.report, self.released_us = None, moved_us - self.started_us
 
     def restart(self, cause: ResetCause | None, flips: Iterable[tuple[int, int]] = ()) -> None:
@@ -229,6 +234,7 @@ class SideBySide(RuleBasedStateMachine):
         if model.state == SAFE and len(self.tokens) == 1:  # never armed or jogged since it started
             assert self.board.edges() == []
         if model.state == RUNNING:
+            # A stroke may begin between the two looks at it.
             assert abs(status.strokes_started - model.strokes_begun(self.board.now_us)) <= 1
         if model.jogged is not None:
             now_cdeg = model.jogged.angle_cdeg(self.board.now_us)
@@ -252,4 +258,5 @@ class SideBySide(RuleBasedStateMachine):
             if strokes_started or self.model.state != SAFE:  # SAFE may have come by a reset
                 assert begun - strokes_started in (0, 1)
         if self.model.state != RUNNING:
+            # The report must stay the same until another run.
             self.report = report

@@ -28,6 +28,7 @@ def build_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def probe_hex() -> Path:
     """Built once a checkout."""
+    # Test processes run side by side: only one of them may build into the shared folder.
     with LOCK.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         return build_sketch("tests/arduino_sequencer/avr/probe", REPOSITORY / "build" / "probe")

@@ -37,6 +37,7 @@ def release(board: AvrBoard) -> int:
     for index in (0, 1):
         board.switch(index, closed=False)
         board.run(100)
+    # The second switch opened 100 us before the end of this loop.
     return (board.now_us - 100) * 1000
 
 
@@ -50,6 +51,7 @@ def test_a_new_board_arms_only_once_a_maneuver_is_uploaded(new_sequencer: AvrBoa
     new_sequencer.power(True)
     client = connect(new_sequencer)
     assert refusal(client) == ErrorCode.NO_MANEUVER
+    # Refused means limp: no pulse may have left the board.
     new_sequencer.run(100_000)
     assert new_sequencer.edges() == []
     client.upload(OLD)
@@ -60,29 +62,36 @@ def test_a_new_board_arms_only_once_a_maneuver_is_uploaded(new_sequencer: AvrBoa
 def test_a_damaged_record_forbids_arming_until_both_are_uploaded_again(
     sequencer: AvrBoard, address: int
 ) -> None:
+    # Both stores must be in use, or a damaged byte of an empty one would go unnoticed.
     connect(sequencer).write_settings(FACTORY)
     damaged = bytearray(sequencer.eeprom())
+    # One bit within the record's content: only the CRC can tell.
     damaged[address + WITHIN_CONTENT] ^= 0x10
     client = restart_with(sequencer, bytes(damaged))
     assert refusal(client) == ErrorCode.STORE_DAMAGED
     client.upload(OLD)
     client.write_settings(FACTORY)
     assert client.arm() == SequencerState.ARMED
+    # The repaired stores outlast the power.
     client = restart_with(sequencer, sequencer.eeprom())
     assert client.arm() == SequencerState.ARMED
 
 
 def test_a_run_that_ends_away_from_the_start_pose_must_be_disarmed(sequencer: AvrBoard) -> None:
     client = connect(sequencer)
+    # One stroke to 59 deg and none back: the run ends away from the start pose.
     client.upload(UNFOLD)
     client.arm()
     sequencer.run(50_000)
     release(sequencer)
+    # The fall's 2.5 s and a little more.
     sequencer.run(2_600_000)
     hang_up(sequencer)
     assert client.status().state == SequencerState.DONE
     assert refusal(client) == ErrorCode.NOT_AT_START_POSE
+    # The refusal changes nothing.
     assert client.status().state == SequencerState.DONE
+    # Disarmed, its servos are limp: nothing snaps back when it arms.
     client.disarm()
     assert client.arm() == SequencerState.ARMED
 
@@ -94,6 +103,7 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     client = connect(sequencer)
     client.arm()
     for _ in range(3):
+        # One switch alone opens for longer than the debounce: a knock, no release.
         sequencer.switch(1, closed=False)
         sequencer.run(20_000)
         sequencer.switch(1, closed=True)
@@ -101,6 +111,7 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     sequencer.reset(cause)
     client = connect(sequencer)
     assert (client.status().state, client.status().knocks) == (SequencerState.ARMED, 3)
+    # Edges so far are of the reset; the next ones are of the flight.
     run_until_lines_are_low(sequencer)
     sequencer.edges()
     released_ns = release(sequencer)
@@ -110,6 +121,7 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     assert (run_report.released, run_report.stroke_count) == (1, len(OLD.strokes))
     sequencer.reset(cause)
     assert connect(sequencer).run_report() == run_report
+    # Power off, unlike a reset, clears the RAM that keeps the run.
     client = restart_with(sequencer, sequencer.eeprom())
     assert client.run_report().released == 0
     assert client.status().knocks == 0

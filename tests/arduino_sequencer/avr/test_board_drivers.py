@@ -35,10 +35,12 @@ def test_hello_names_the_flashed_image_and_the_chip(sequencer: AvrBoard, sequenc
     report = json.loads(sequencer_hex.with_suffix(".json").read_text())
     sequencer.set_serial_number(b"\x01\x02\x03\x04\x05\x06\x07\x08\x10\x20")
     sequencer.power(False)
+    # The serial number is read at start-up alone.
     sequencer.power(True)
     identity = connect(sequencer).identity
     assert identity.board == enums.Board.SEQUENCER
     assert identity.image_crc == report["image_crc32"]
+    # The last two of the ten bytes are folded into the first two.
     assert identity.serial == "1122030405060708"
 
 
@@ -66,6 +68,7 @@ def test_it_is_silent_until_it_is_armed(sequencer: AvrBoard) -> None:
     assert status.state == enums.SequencerState.SAFE
     assert status.reset_cause == enums.ResetCause.POWER_ON
     sequencer.run(200_000)
+    # SAFE means limp: not a single edge.
     assert sequencer.edges() == []
 
 
@@ -79,8 +82,10 @@ def test_disarming_completes_the_pulse_under_way_and_arming_starts_again(sequenc
         sequencer.run(60_000)
         edges = sequencer.edges()
         assert [len(pulses(edges, pin)) >= 2 for pin in range(3)] == [True, True, True]
+        # Every rise has its fall: no pulse is left under way.
         assert len(edges) % 2 == 0
         assert {pulse.width_ns for pin in range(3) for pulse in pulses(edges, pin)} == {HOLD_WIDTH_NS}
+        # The last pulse may end after the order, but none may begin.
         assert max(edge.t_ns for edge in edges) < stopped_ns + HOLD_WIDTH_NS
 
 
@@ -89,6 +94,7 @@ def test_plugging_in_while_armed_does_not_touch_a_pulse(sequencer: AvrBoard) -> 
     client.arm()
     for _ in range(6):
         sequencer.cable(False)
+        # Not a multiple of the frame: the cable is pulled at another phase each time.
         sequencer.run(37_000)
         sequencer.connect()
     assert widths_ns(sequencer) == {HOLD_WIDTH_NS}
@@ -105,9 +111,11 @@ def test_a_cable_pulled_during_enumeration_stops_nothing(sequencer: AvrBoard, af
     client.arm()
     sequencer.cable(False)
     sequencer.run(20_000)
+    # The host begins to enumerate, and the cable goes in the middle of it.
     sequencer.cable(True)
     sequencer.run(after_us)
     sequencer.cable(False)
+    # Longer than the watchdog: a firmware that waited for the host would have been reset.
     sequencer.run(1_500_000)
     assert widths_ns(sequencer) == {HOLD_WIDTH_NS}
     status = connect(sequencer).status()
@@ -116,16 +124,19 @@ def test_a_cable_pulled_during_enumeration_stops_nothing(sequencer: AvrBoard, af
 
 def test_a_sketch_upload_may_begin_only_while_safe(sequencer: AvrBoard) -> None:
     client = connect(sequencer)
+    # Armed: the 1200 baud touch, by which the IDE starts the bootloader, must do nothing.
     client.arm()
     sequencer.port(True, 1200)
     sequencer.run(20_000)
     sequencer.port(False, 1200)
     sequencer.run(50_000)
+    # The watchdog keeps its own second; the touch would have made it 120 ms.
     assert sequencer.peek(WDTCSR) & WATCHDOG_TIMEOUT_BITS == ONE_SECOND
     assert BOOTLOADER_KEY not in (sequencer.peek(0x800), sequencer.peek(0xAFE))
     sequencer.port(True)
     sequencer.run(20_000)
     assert client.status().state == enums.SequencerState.ARMED
+    # Safe: the same touch resets the board, as an upload needs it.
     client.disarm()
     sequencer.port(True, 1200)
     sequencer.run(20_000)
@@ -148,7 +159,9 @@ def test_a_processor_that_falls_asleep_stops_where_it_is_told(sequencer: AvrBoar
     """
     chance = random.Random(1)
     cycle = sequencer.cycles
+    # 20,000 random cycles: some of them fall into a sleep.
     for _ in range(20_000):
         cycle += chance.randint(20, 1500)
         sequencer.run_to_cycle(cycle)
+        # One instruction late at the most, however long the processor would have slept.
         assert cycle <= sequencer.cycles <= cycle + MAX_STEP_CYCLES

@@ -18,6 +18,7 @@ REPORT = REPOSITORY / "tools" / "firmware" / "image_report.py"
 
 
 def test_another_folder_gives_the_same_bytes(sequencer_hex: Path, tmp_path: Path) -> None:
+    # An absolute path in the image would differ here.
     again = build_changed_sequencer([], tmp_path, sequencer_hex)
     assert again.read_bytes() == sequencer_hex.read_bytes()
 
@@ -37,6 +38,7 @@ def test_the_report_describes_the_image(sequencer_hex: Path) -> None:
     )
     assert report["flash_bytes"] == len(image)
     assert report["sha256"] == hashlib.sha256(image).hexdigest()
+    # 85 % of the flash that the bootloader leaves.
     assert report["flash_bytes"] < 0.85 * 28672
     assert report["ram_free_for_stack_bytes"] > 768
 
@@ -46,6 +48,7 @@ def test_a_missing_tool_names_the_installer(tmp_path: Path) -> None:
     assert make is not None
     result = subprocess.run(
         [make, "-f", "tools/firmware/sequencer.mk", f"BUILD={tmp_path}", "SHELL=/bin/sh"],
+        # An empty PATH: no tool is there.
         cwd=REPOSITORY, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert result.returncode != 0
@@ -55,6 +58,7 @@ def test_a_missing_tool_names_the_installer(tmp_path: Path) -> None:
 
 def test_a_damaged_image_is_refused(sequencer_hex: Path, tmp_path: Path) -> None:
     damaged = tmp_path / "damaged.hex"
+    # One digit of an address: the record's checksum is then wrong.
     damaged.write_text(sequencer_hex.read_text().replace(":10001000", ":10001100", 1))
     elf, report = sequencer_hex.with_suffix(".elf"), tmp_path / "report.json"
     result = subprocess.run(
@@ -77,6 +81,7 @@ def test_an_image_over_its_flash_budget_is_refused(sequencer_hex: Path, tmp_path
         command = [sys.executable, str(REPORT), str(image), str(elf), str(tmp_path / "report.json")]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
+    # Exactly the budget is accepted, a byte more is not.
     assert report_on(budget).returncode == 0
     refused = report_on(budget + 1)
     assert refused.returncode == 1
@@ -89,5 +94,6 @@ def intel_hex(image: bytes) -> str:
     for address in range(0, len(image), 16):
         data = image[address : address + 16]
         record = bytes((len(data), address >> 8, address & 0xFF, 0)) + data
+        # Two's complement of the sum of all bytes, as the format demands.
         lines.append(f":{(record + bytes((-sum(record) & 0xFF,))).hex().upper()}")
     return "\n".join([*lines, ":00000001FF", ""])

@@ -17,6 +17,7 @@ def close_with_chatter(board: AvrBoard, index: int, chatter: random.Random) -> N
     board.switch(index, closed=True)
     for _ in range(chatter.randrange(2, 6)):
         for closed in (False, True):
+            # 2 to 14 us: shorter than the interrupt takes.
             board.run(chatter.randrange(2, 15))
             board.switch(index, closed=closed)
 
@@ -35,11 +36,13 @@ def test_chatter_while_the_robot_is_hung_up_moves_no_stroke(sequencer: AvrBoard,
     chatter = random.Random(seed)
     sequencer.switch(0, closed=False)
     sequencer.switch(1, closed=False)
+    # Open for longer than the debounce, so that hanging up is a change.
     sequencer.run(20_000)
     for index in (0, 1):
         close_with_chatter(sequencer, index, chatter)
         sequencer.run(20_000)
     client.arm()
+    # Another phase of the main loop for each seed.
     sequencer.run(50_000 + chatter.randrange(20_000))
     released_ns = release_cleanly(sequencer, second=seed % 2)
     sequencer.run(2_600_000)
@@ -56,12 +59,14 @@ def test_a_bounce_at_the_end_of_a_knock_moves_no_stroke(
     client.arm()
     sequencer.run(30_000)
     sequencer.switch(0, closed=False)
+    # Eight milliseconds open: a knock, and at its end one bounce of some microseconds.
     sequencer.run(8_000)
     sequencer.switch(0, closed=True)
     sequencer.run(closed_us)
     sequencer.switch(0, closed=False)
     sequencer.run(open_us)
     sequencer.switch(0, closed=True)
+    # Another phase for each pair of durations.
     sequencer.run(50_000 + 137 * closed_us + 71 * open_us)
     assert client.status().knocks == 1
     released_ns = release_cleanly(sequencer, second=0)

@@ -43,6 +43,7 @@ def arm(board: AvrBoard) -> None:
 
 def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
     """Cause two brown-outs between two pulses and return the outcome."""
+    # Between two pulses, so that none is cut by the first reset.
     run_until_lines_are_low(board)
     board.reset(ResetCause.BROWN_OUT)
     board.run(between_us)
@@ -55,6 +56,7 @@ def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
         [pulse.width_ns for pulse in pulses(edges, pin) if pulse.rise_ns + pulse.width_ns != second_ns]
         for pin in range(3)
     ]
+    # A servo gets no pulses at all or all of them, never a few.
     assert all(train == [] or len(train) >= MIN_PULSES for train in trains)
     board.cable(False)
     status = connect(board).status()
@@ -63,6 +65,7 @@ def dip_twice(board: AvrBoard, between_us: int) -> Outcome:
 
 def assert_held(outcomes: dict[int, Outcome], expected_outcome: Outcome) -> None:
     """Assert that every outcome equals `expected_outcome`, by the time between the resets in us."""
+    # Compared as a dictionary: the message has every moment that failed.
     assert {at: outcome for at, outcome in outcomes.items() if outcome != expected_outcome} == {}
 
 
@@ -73,6 +76,7 @@ def test_a_run_that_is_reset_twice_holds_its_joints_where_they_are(sequencer: Av
         arm(sequencer)
         for index in (0, 1):
             sequencer.switch(index, closed=False)
+        # Two of the four strokes have begun.
         sequencer.run(1_200_000)
         outcomes[between_us] = dip_twice(sequencer, between_us)
     expected_outcome = Outcome(SequencerState.FAULT, ErrorCode.RESET_WHILE_RUNNING, AFTER_TWO_STROKES)

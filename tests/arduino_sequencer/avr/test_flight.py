@@ -19,6 +19,7 @@ from tfsat_host.protocol.messages import SequencerStatusRequest
 def test_strokes_begin_on_their_ticks_without_a_cable(sequencer: AvrBoard, seed: int) -> None:
     client = connect(sequencer)
     assert client.arm() == SequencerState.ARMED
+    # A prime step: another phase of the frame for each seed.
     sequencer.run(100_000 + 7919 * seed)
     client.close()
     sequencer.run(200_000)
@@ -28,6 +29,7 @@ def test_strokes_begin_on_their_ticks_without_a_cable(sequencer: AvrBoard, seed:
     status = connect(sequencer).status()
     assert status.state == SequencerState.DONE
     assert status.strokes_started == 4
+    # The maneuver brings every joint back to where it began.
     assert status.joint_angle_cdeg == (0, 0, 0)
 
 
@@ -38,6 +40,7 @@ def test_a_flooding_host_moves_no_stroke(sequencer: AvrBoard) -> None:
     released_ns = release(sequencer, 1)
     noise = random.Random(2)
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
+        # 512 random bytes a millisecond: far more than the link carries.
         sequencer.write(noise.randbytes(512))
         sequencer.run(1000)
     assert_maneuver_flown(sequencer, released_ns)
@@ -51,6 +54,7 @@ def test_a_host_that_asks_and_never_reads_moves_no_stroke(sequencer: AvrBoard) -
     released_ns = release(sequencer, 3)
     question = encode_frame(Frame(SequencerStatusRequest.TYPE, 7, b""))
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
+        # Requests without end, and nobody reads the answers: the cable's buffer fills.
         sequencer.write(question * 40)
         sequencer.run(2000)
     assert_maneuver_flown(sequencer, released_ns)
@@ -65,6 +69,7 @@ def test_plugging_the_cable_in_and_out_during_the_run_moves_no_stroke(sequencer:
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
         plugged = not plugged
         sequencer.cable(plugged)
+        # Not a multiple of the frame: plugging meets every phase of it.
         sequencer.run(23_700)
     assert_maneuver_flown(sequencer, released_ns)
     sequencer.cable(False)
@@ -77,12 +82,14 @@ def test_a_glitch_shorter_than_the_interrupt_does_not_blind_a_switch(sequencer: 
     client.arm()
     sequencer.run(50_000)
     sequencer.switch(1, closed=False)
+    # 3 us: over before the interrupt looks at the pin.
     sequencer.run(3)
     sequencer.switch(1, closed=True)
     sequencer.run(5_000)
     sequencer.switch(0, closed=False)
     sequencer.run(300)
     sequencer.switch(1, closed=False)
+    # The release is when the second switch opens for good.
     released_ns = sequencer.now_us * 1000
     sequencer.run(2_600_000)
     assert_maneuver_flown(sequencer, released_ns)

@@ -29,9 +29,11 @@ def test_no_joint_moves_after_a_reset_when_the_pin_of_another_was_held(
 ) -> None:
     sequencer.hold_pin(1, hold)
     fall(sequencer)
+    # Strokes 1 and 2 are due by then.
     sequencer.run(AFTER_TWO_STROKES_US)
     assert [joint for joint, _ in onsets_ns(sequencer.edges())] == [2]
     status = connect(sequencer).status()
+    # Joint 1 got no pulse: its stroke has not begun, and its angle is where it was.
     assert status.strokes_started == 1
     assert status.joint_angle_cdeg == (0, 7000, 0)
     sequencer.hold_pin(1, PinHold.FREE)
@@ -40,6 +42,7 @@ def test_no_joint_moves_after_a_reset_when_the_pin_of_another_was_held(
     sequencer.run(100_000)
     edges = sequencer.edges()
     widths = [{pulse.width_ns for pulse in pulses(edges, pin)} for pin in range(3)]
+    # After the reset each servo is held where it was told to be: joint 1 at its start, joint 2 open.
     assert widths == [{START_POSE_NS}, {JOINT_2_OPEN_NS}, {START_POSE_NS}]
     sequencer.cable(False)
     status = connect(sequencer).status()
@@ -56,11 +59,13 @@ def test_a_pin_that_is_let_go_after_the_run_moves_no_joint(sequencer: AvrBoard, 
     sequencer.edges()
     sequencer.hold_pin(2, PinHold.FREE)
     sequencer.run(100_000)
+    # A pulse that was high when it was let go is not whole: it is left out.
     pin_edges = [edge for edge in sequencer.edges() if edge.pin == 1]
     widths = {pulse.width_ns for pulse in pulses(pin_edges[not pin_edges[0].high :], 1)}
     assert widths == {JOINT_2_OPEN_NS}
     status = connect(sequencer).status()
     assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.STROKE_MISSED)
+    # Stroke 4 would have closed joint 2: it never came, so that the joint stays open.
     assert (status.strokes_started, status.joint_angle_cdeg) == (3, (0, 7000, 0))
 
 
@@ -75,4 +80,5 @@ def test_a_first_pulse_that_is_cut_is_not_the_stroke(sequencer: AvrBoard, within
     sequencer.run(100_000)
     report = connect(sequencer).run_report()
     assert report.start_us[0] == 700_000
+    # One frame of 20 ms later.
     assert report.start_us[1] == pytest.approx(1_070_000, abs=2_000)

@@ -61,6 +61,7 @@ def fall(library: ctypes.CDLL, sequencer_hex: Path) -> Callable[[int], Fall]:
         board.run(50_000)
         client.close()
         board.edges()
+        # The phase of the main loop at which the release falls.
         board.run(phase_us)
         drop = Fall(board, board.now_us)
         drop.switches(closed=False)
@@ -73,6 +74,7 @@ STEP = pytest.mark.parametrize("step", [56, pytest.param(8, marks=pytest.mark.pr
 
 
 @STEP
+# The false release is noticed 200 ms after closing: just as the first stroke begins.
 @pytest.mark.parametrize("closed_us", [FIRST_US - 200_400, FIRST_US - 200_100])
 def test_a_false_release_that_is_detected_as_the_first_stroke_begins(
     fall: Callable[[int], Fall], closed_us: int, step: int
@@ -85,6 +87,7 @@ def test_a_false_release_that_is_detected_as_the_first_stroke_begins(
         drop.run_to(AFTER_US)
         moved = {pulse.width_ns for pulse in drop.pulses_since_release()} != {START_POSE_NS}
         status = connect(drop.board).status()
+        # Either moved and said so, or not moved: nothing in between.
         if moved:
             assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING)
             assert (status.strokes_started, status.joint_angle_cdeg) == (1, (5900, 0, 0))
@@ -101,6 +104,7 @@ def test_a_pin_that_is_let_go_right_after_a_pulse_loses_no_stroke(
     """Held across the fall of the last pulse before the stroke, and free again 20 ms before it: it begins on time."""
     free = fall(20_000)
     free.run_to(AFTER_US)
+    # The last pulse before the stroke, of a flight that nobody disturbs.
     last = [pulse for pulse in free.pulses_since_release() if pulse.rise_ns < 1000 * FIRST_US][-1]
     fall_ns = last.rise_ns + last.width_ns
     free.board.close()
@@ -108,6 +112,7 @@ def test_a_pin_that_is_let_go_right_after_a_pulse_loses_no_stroke(
         drop = fall(20_000)
         drop.run_to(fall_ns // 1000 - 500)
         drop.board.hold_pin(1, hold)
+        # To the cycle: from just before the fall of the pulse to 60 us after it.
         drop.board.run_to_cycle((1000 * drop.open_us + fall_ns) * CYCLES_PER_US // 1000 + cycles)
         drop.board.hold_pin(1, PinHold.FREE)
         drop.run_to(AFTER_US)

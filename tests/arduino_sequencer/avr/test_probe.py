@@ -32,6 +32,7 @@ def captures(board: AvrBoard) -> tuple[int, int, int, int]:
 def test_bytes_come_back_in_order(probe: AvrBoard) -> None:
     payload = bytes(range(256))
     probe.write(b"".join(b"e" + bytes([value]) for value in payload))
+    # All values, the framing's zero and 255 too.
     assert probe.read_exactly(256) == payload
 
 
@@ -53,6 +54,7 @@ def test_pulse_is_exact_to_the_tick(probe: AvrBoard, channel: int, width: int) -
         assert (rise.pin, rise.high, fall.pin, fall.high) == (channel, True, channel, False)
         assert fall.t_ns - rise.t_ns == width * TICK_NS
         rises.append(rise.t_ns)
+    # Modulo the timer: it wraps once every 33 ms.
     assert (rises[1] - rises[0]) % (65536 * TICK_NS) == 20000 * TICK_NS
 
 
@@ -63,6 +65,7 @@ def test_three_pulses_at_the_same_tick(probe: AvrBoard) -> None:
     probe.run(70_000)
     edges = probe.edges()
     assert sorted(edge.pin for edge in edges if edge.high) == [0, 1, 2]
+    # Compare matches of one timer: not even a cycle apart.
     assert len({edge.t_ns for edge in edges if edge.high}) == 1
     assert len({edge.t_ns for edge in edges if not edge.high}) == 1
 
@@ -96,6 +99,7 @@ def test_closing_is_not_captured_on_the_rising_edge(probe: AvrBoard) -> None:
 
 def test_an_eeprom_write_takes_3400_us(probe: AvrBoard) -> None:
     probe.write(b"w" + struct.pack("<HB", 300, 0x5A))
+    # 2.5 ms: the write is still under way, and the cell reads as erased.
     probe.run(2500)
     assert probe.eeprom()[300] == 0xFF
     assert probe.eeprom_writes == 1
@@ -117,6 +121,7 @@ def test_a_power_cut_keeps_what_was_written_and_tears_the_byte_under_way(probe: 
     probe.run(1000)
     probe.power(False)
     probe.run(10_000)
+    # Two whole bytes, one torn to 0xFF, its neighbours untouched.
     assert probe.eeprom()[9:14] == bytes([0x11, 0x22, 0x22, 0xFF, 0x11])
 
 
@@ -125,6 +130,7 @@ def test_a_reset_lets_the_eeprom_write_end(probe: AvrBoard) -> None:
     while probe.eeprom_writes < 1:
         probe.run(50)
     probe.reset(ResetCause.BROWN_OUT)
+    # The EEPROM's own timer runs on through a brown-out reset.
     probe.run(4000)
     assert probe.eeprom()[12] == 0x22
 
@@ -136,6 +142,7 @@ def test_power_off_ends_a_pulse(probe: AvrBoard) -> None:
         probe.run(100)
         edges = probe.edges()
     probe.power(False)
+    # The pin falls with the supply, in the middle of its pulse.
     assert probe.edges() == [Edge(probe.now_us * 1000, 1, False)]
 
 
@@ -155,6 +162,7 @@ def test_reset_causes(probe: AvrBoard, cause: ResetCause, flag: int) -> None:
 
 def test_a_program_that_hangs_is_reset_by_its_watchdog(probe: AvrBoard) -> None:
     probe.write(b"x")
+    # Just short of the watchdog's second.
     probe.run(900_000)
     assert probe.link_ready
     probe.run(200_000)
@@ -164,6 +172,7 @@ def test_a_program_that_hangs_is_reset_by_its_watchdog(probe: AvrBoard) -> None:
 
 def test_unplugging_loses_bytes_and_replugging_enumerates_again(probe: AvrBoard) -> None:
     probe.cable(False)
+    # Without a cable nothing is taken.
     assert probe.write(b"e1") == 0
     probe.run(50_000)
     assert not probe.link_ready

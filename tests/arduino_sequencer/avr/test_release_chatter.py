@@ -17,6 +17,7 @@ BEFORE_RELEASE_US = 40
 def test_the_release_is_the_second_switch_opening(sequencer: AvrBoard, open_us: int, closed_us: int) -> None:
     connect(sequencer).arm()
     sequencer.run(50_000)
+    # Two short bounces of the first switch, each faster than an interrupt.
     for _ in range(2):
         sequencer.switch(1, closed=False)
         sequencer.run(open_us)
@@ -30,4 +31,5 @@ def test_the_release_is_the_second_switch_opening(sequencer: AvrBoard, open_us: 
     onsets = onsets_ns(sequencer.edges())
     assert [joint for joint, _ in onsets] == [stroke.joint for stroke in OLD.strokes]
     for (_, onset_ns), stroke in zip(onsets, OLD.strokes, strict=True):
+        # 50 us: what one lost edge may cost.
         assert abs(onset_ns - released_ns - stroke.t_us * 1000) <= WORST_ERROR_NS

@@ -28,6 +28,7 @@ def assert_only_whole_pulses(board: AvrBoard, run_us: int) -> None:
     for pin in range(3):
         train = pulses(edges, pin)
         assert {pulse.width_ns for pulse in train} == {HOLD_WIDTH_NS}
+        # The first frames after a reset may be missing.
         assert len(train) > run_us // FRAME_US - 3
 
 
@@ -72,8 +73,10 @@ def test_a_bus_reset_with_a_request_right_after_it_stretches_no_pulse(
     client.arm()
     sequencer.run(50_000 + after_us)
     run_until_lines_are_low(sequencer)
+    # A stage of 30 ms is longer than a frame.
     sequencer.usb_stage_pause(30_000)
     for _ in range(3):
+        # Three bus resets, each while the last request still waits.
         sequencer.reset_usb_bus()
         sequencer.run(40_000)
     sequencer.cable(False)

@@ -29,6 +29,7 @@ def retained_ram(elf: Path) -> range:
     """Return the addresses of the RAM that a reset leaves untouched."""
     table = subprocess.run(["avr-objdump", "-t", str(elf)], check=True, capture_output=True, text=True)
     line = next(line for line in table.stdout.splitlines() if line.endswith("retained"))
+    # objdump prints a data address with the offset of the RAM.
     start = int(line.split()[0], 16) - RAM_OFFSET
     size = int(line.split()[-2], 16)
     return range(start, start + size)
@@ -38,6 +39,7 @@ def images(board: AvrBoard, addresses: range, duration_us: int) -> list[bytes]:
     """Run for `duration_us` and return each image of this RAM that differs from the one before."""
     ram_images = [board.copy(addresses)]
     for cycle in range(board.cycles, board.cycles + duration_us * CYCLES_PER_US, 2):
+        # Every second cycle: a write takes two.
         board.run_to_cycle(cycle)
         if (image := board.copy(addresses)) != ram_images[-1]:
             ram_images.append(image)
@@ -68,6 +70,7 @@ def test_a_reset_while_a_stroke_is_noted_loses_neither_its_time_nor_the_run(
     sequencer.run(FALL_US)
     addresses = retained_ram(sequencer_hex.with_suffix(".elf"))
     torn = images(sequencer, addresses, 2_500)
+    # Fewer images would mean that the window missed the write.
     assert len(torn) > 20
     outcomes = []
     for image in torn:
@@ -76,9 +79,11 @@ def test_a_reset_while_a_stroke_is_noted_loses_neither_its_time_nor_the_run(
         status, report = client.status(), client.run_report()
         assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.RESET_WHILE_RUNNING)
         assert report.released == 1
+        # No later stroke may be reported as begun.
         assert set(report.start_us[1:]) == {STROKE_NOT_BEGUN_US}
         outcomes.append((report.start_us[0], status.joint_angle_cdeg[0], status.servos_driven))
     noted_us = outcomes[-1][0]
+    # To 2 us, what the stamp is exact to.
     assert abs(noted_us - FIRST.t_us) <= 2
     # Between the interrupt's mark and the loop's note, nobody knows when; amid the mark, which is made
     # within a microsecond, not even whether: no pulses.
@@ -97,6 +102,7 @@ def test_a_reset_while_a_knock_is_noted_leaves_the_board_armed(
     addresses = retained_ram(sequencer_hex.with_suffix(".elf"))
     sequencer.switch(0, closed=False)
     sequencer.run(1_000)
+    # Opened for a millisecond: less than the debounce.
     sequencer.switch(0, closed=True)
     torn = images(sequencer, addresses, 8_000)
     assert len(torn) > 5
