@@ -56,6 +56,7 @@ def start_jog(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
         text=True,
         process_group=0,  # as a shell does: Ctrl-Z stops only a group that somebody can continue
     ) as process:
+        # Only a joint that really moves can be stopped on its way.
         while joint_1_deg(robot) < 3:
             assert process.poll() is None, process.communicate()
             robot.control("wait 20ms")
@@ -80,6 +81,7 @@ def joint_1_deg(robot: Served) -> float:
 
 def is_limp(robot: Served) -> bool:
     """Return whether joint 1 is limp: it can be swung by hand, 100 ms after its servo's last pulse."""
+    # 120 ms after the last pulse a servo is limp: a hand can swing the joint.
     return robot.control("wait 120ms", "swing 1 5 0.1 1")[-1].startswith("ok")
 
 
@@ -89,6 +91,7 @@ def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: Ru
     result = tfsat_host.json(*JOG, "--hold", "0.5", "--yes", "--port", robot.sequencer)
     (after,) = robot.control("time")
     assert (result["joint"], result["to_deg"], result["state"]) == (1, 20, "safe")
+    # 20 deg at 15 deg/s and half a second of holding.
     assert float(after.split()[1]) - float(before.split()[1]) > 20 / 15 + 0.5
     assert joint_1_deg(robot) == pytest.approx(20, abs=1)
     assert is_limp(robot)
@@ -100,6 +103,7 @@ def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
     with start_jog(robot, *options) as process:
         process.send_signal(signal.SIGINT)
         said_out, error_text = process.communicate(timeout=TIMEOUT_S)
+    # 130: ended by a signal, as a shell expects it.
     assert process.returncode == 130
     assert "Traceback" not in error_text
     if options:
@@ -110,6 +114,7 @@ def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
         assert said_out == ""
         assert "was let go on its way; the sequencer is safe" in error_text
         commanded_deg = commanded_deg_of(error_text)
+    # Past the start, and let go far from the target.
     assert 3 < joint_1_deg(robot) < 80
     assert commanded_deg == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
     assert is_limp(robot)
@@ -118,14 +123,17 @@ def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
 @BOTH_SEQUENCERS
 def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
     with start_jog(robot) as process:
+        # Stopped as by a debugger or a sleeping laptop: no order goes out any more.
         process.send_signal(signal.SIGSTOP)
         robot.control(f"wait {JOG_IDLE_MS + 500}ms")
         stopped_deg = joint_1_deg(robot)
+        # The board let go by itself, long before 90 deg.
         assert stopped_deg < 60
         assert is_limp(robot)
         robot.control("wait 1s")
         process.send_signal(signal.SIGCONT)
         _, error_text = process.communicate(timeout=TIMEOUT_S)
+    # Continued: it must see that it was away, and not take up its jog again.
     assert process.returncode == 1
     assert "This computer was away for" in error_text
     assert "did not restart" in error_text
@@ -136,10 +144,12 @@ def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
 def test_ctrl_z_lets_it_go_before_the_program_stops(robot: Served) -> None:
     with start_jog(robot) as process:
         process.send_signal(signal.SIGTSTP)
+        # The shell sees a stopped child.
         _, status = os.waitpid(process.pid, os.WUNTRACED)
         assert os.WIFSTOPPED(status)
         left_deg = joint_1_deg(robot)
         assert is_limp(robot)
+        # Another program can have the port: nothing holds it.
         with closing(SerialTransport(str(robot.sequencer))) as port:
             assert SequencerClient.connect(port).status().state == SequencerState.SAFE
         process.send_signal(signal.SIGCONT)

@@ -35,6 +35,7 @@ class Board:
             return [reply(frame, hello())]
         if frame.type == msg.JogRequest.TYPE:
             self.orders += 1
+            # An order that gets lost: the board keeps silent and changes nothing.
             if self.orders > 1 and self.ignores_orders:
                 self.ignores_orders -= 1
                 return []
@@ -45,6 +46,7 @@ class Board:
                 self.state = SequencerState.SAFE
             return [reply(frame, msg.DisarmReply(self.state))] if self.answers_disarm else []
         self.polls += 1
+        # What befalls it happens between two polls.
         self.after_polls.get(self.polls, lambda: None)()
         status = replace(
             msg.SequencerStatusReply.decode(bytes(msg.SequencerStatusReply.SIZE)),
@@ -67,6 +69,7 @@ def run(board: Board) -> JogError:
 def test_a_joint_that_does_not_get_there_is_let_go() -> None:
     board = Board()
     error = run(board)
+    # Four seconds for 30 deg at 15 deg/s: twice the time of the way.
     assert error.what == "Joint 1 was commanded to 1 deg only after 4 s; 30 deg was asked for."
     assert board.state == SequencerState.SAFE
 
@@ -76,6 +79,7 @@ def test_a_board_that_does_not_confirm_is_told() -> None:
     board.disarms = board.answers_disarm = False
     error = run(board)
     assert "did not confirm that it let joint 1 go. No answer from scripted." in error.what
+    # Nobody knows: the board's own limit is what the user can rely on.
     assert f"{JOG_IDLE_MS / 1000:g} s after the last order" in error.meaning
     assert error.meaning.startswith("Joint 1 was last commanded to 1 deg.")
     assert "cut the sequencer's power" in error.next_step
@@ -84,6 +88,7 @@ def test_a_board_that_does_not_confirm_is_told() -> None:
 def test_a_board_that_says_it_still_jogs_is_not_believed_safe() -> None:
     board = Board()
     board.disarms = False
+    # A confirmation with the wrong state is none.
     assert "says that it is jogging" in run(board).what
 
 
@@ -112,6 +117,7 @@ def test_why_the_board_ended_the_jog_is_told_by_its_uptime(uptime_ms: int, what:
     assert error.meaning.startswith("Joint 1 was last commanded to 1 deg and was let go.")
     assert meaning in error.meaning
     assert error.details == {"joint": 1, "last_angle_deg": 1.0}
+    # The next command is from where the joint is now.
     assert "--from 1 goes on" in error.next_step
 
 
@@ -120,6 +126,7 @@ def test_an_uptime_that_begins_anew_after_49_days_is_no_restart() -> None:
     board.uptime_ms = 2**32 - 50
 
     def end() -> None:
+        # 2**32 ms are 49.7 days: the uptime wraps.
         board.state, board.uptime_ms = SequencerState.SAFE, 50
 
     board.after_polls[3] = end
@@ -135,4 +142,5 @@ def test_a_lost_order_is_repeated_only_after_asking_whether_the_joint_is_still_h
     types = [frame.type for frame in transport.requests]
     pairs = set(pairwise(types))
     assert types.count(msg.JogRequest.TYPE) > 10
+    # No order twice in a row: a poll must lie between them.
     assert (msg.JogRequest.TYPE, msg.JogRequest.TYPE) not in pairs

@@ -54,6 +54,7 @@ def angles_deg(robot: EmulatedRobot, joint: int) -> NDArray[np.float64]:
 def fastest_deg_s(robot: EmulatedRobot, joint: int) -> float:
     """Over a tenth of a second: a digital servo follows each pulse in a small step."""
     path = angles_deg(robot, joint)
+    # Over a tenth of a second, so that the small steps of a digital servo do not count.
     step = 100_000 // TRUTH_US
     return float(np.max(np.abs(path[step:, 1] - path[:-step, 1])) / 0.1)
 
@@ -73,10 +74,13 @@ def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: Jo
     assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, reported_angles_cdeg.append) == JogEnd(True, 3000)
     path = angles_deg(robot, joint)
     assert path[-1, 1] == pytest.approx(30.0, abs=0.5)
+    # Slower than 1.3 times the jog's speed at any moment.
     assert fastest_deg_s(robot, joint) < 1.3 * SPEED_DEG_S
     moving = (path[:, 1] > 1.0) & (path[:, 1] < 29.0)
+    # From 1 to 29 deg in the time that the speed asks for.
     assert np.count_nonzero(moving) * TRUTH_US * 1e-6 == pytest.approx(28.0 / SPEED_DEG_S, rel=0.1)
     for other in {1, 2, 3} - {joint}:
+        # The other joints stay limp and hang where they are.
         assert np.ptp(angles_deg(robot, other)[:, 1]) < 0.5
     assert (
         reported_angles_cdeg[0] == 0
@@ -90,11 +94,13 @@ def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: Jo
 def test_it_is_held_longer_than_the_board_waits_for_orders(
     robot: EmulatedRobot, sequencer: JogClient
 ) -> None:
+    # Four times the board's own patience: orders must keep coming.
     hold_s = 4 * JOG_IDLE_MS / 1000
     still_held: list[bool] = []
 
     def look(angle_cdeg: int) -> None:
         if angle_cdeg == 1500:
+            # Swung by hand at each report: a held joint resists.
             still_held.append(not is_limp(robot, 1))
 
     start_us = robot.now_us
@@ -114,6 +120,7 @@ def test_a_wish_to_stop_lets_the_joint_go_on_its_way(robot: EmulatedRobot, seque
     )
     assert not end.held
     assert 20 < angles_deg(robot, 2)[-1, 1] < 30
+    # Within 3 deg of the truth: what it was told lags by a poll.
     assert end.angle_cdeg / 100 == pytest.approx(angles_deg(robot, 2)[-1, 1], abs=3)
     assert sequencer.status().state == SequencerState.SAFE
     assert is_limp(robot, 2)
@@ -121,6 +128,7 @@ def test_a_wish_to_stop_lets_the_joint_go_on_its_way(robot: EmulatedRobot, seque
 
 def test_an_exception_lets_the_joint_go(robot: EmulatedRobot, sequencer: JogClient) -> None:
     def fail(angle_cdeg: int) -> None:
+        # An error of the caller must not leave a driven servo.
         if angle_cdeg > 1000:
             raise ZeroDivisionError
 
@@ -158,6 +166,7 @@ def test_a_restart_of_the_board_ends_the_jog_without_a_jerk(
     ):
         sequencer.run(Jog(1, 0, 6000), 0.0, go_on, restart)
     assert restarted
+    # No jerk: the new program must not pull the joint back.
     assert fastest_deg_s(robot, 1) < 1.3 * SPEED_DEG_S
     assert is_limp(robot, 1)
 
@@ -170,6 +179,7 @@ def test_only_a_safe_board_jogs(robot: EmulatedRobot, sequencer: JogClient) -> N
         sequencer.check(Jog(1, 0, 1000))
     with pytest.raises(BoardRefusal):
         sequencer.run(Jog(1, 0, 1000), 0.0, go_on, ignore)
+    # A refusal that disarmed a board in the tower would cost the drop.
     assert sequencer.status().state == SequencerState.ARMED, "a refused jog must not disarm"
 
 
@@ -203,11 +213,14 @@ def test_four_orders_a_second_say_where_the_joint_is(
     sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
     sequencer.run(Jog(1, 0, 9000), 2.0, go_on, ignore)
     times_s = np.array([time_s for time_s, _ in sent])
+    # A quarter of the board's patience: three orders may get lost.
     assert ORDER_S == JOG_IDLE_MS / 4000 == 0.25
     assert np.all(np.diff(times_s) < 0.3) and np.all(np.diff(times_s) > 0.24)
+    # Six seconds of motion and two of holding.
     assert len(sent) > (6.0 + 2.0) / 0.3
     for time_s, message in sent:
         expected_cdeg = min(9000, JOG_SPEED_CDEG_S * (time_s - times_s[0]))
+        # `from` is where the joint is by then, not where the jog began.
         assert message.from_cdeg == pytest.approx(expected_cdeg, abs=100)
         assert message.to_cdeg == 9000
 
@@ -217,12 +230,14 @@ def test_a_host_that_falls_silent_lets_the_joint_go(robot: EmulatedRobot, sequen
 
     def freeze(angle_cdeg: int) -> None:
         if angle_cdeg > 2000 and not frozen:
+            # Longer than the board waits for orders.
             robot.advance(JOG_IDLE_MS * 1000 + 100_000)
             frozen.append(angles_deg(robot, 1)[-1, 1])
             assert is_limp(robot, 1)
 
     with pytest.raises(JogError, match="This computer was away for"):
         sequencer.run(Jog(1, 0, 9000), 0.0, go_on, freeze)
+    # At most the way of that time at full speed.
     assert 20 < frozen[0] < 20 + 1.2 * SPEED_DEG_S * JOG_IDLE_MS / 1000 + 3
     assert is_limp(robot, 1)
 
@@ -239,6 +254,7 @@ def test_an_answer_from_before_a_freeze_orders_nothing(
 
     def status_and_freeze(self: JogClient) -> SequencerStatusReply:
         answer = ask(self)
+        # This answer is from before the freeze: no order may follow from it.
         if answer.joint_angle_cdeg[0] > 2000 and not frozen_deg:
             robot.advance(JOG_IDLE_MS * 1000 + 100_000)
             assert is_limp(robot, 1)
@@ -248,5 +264,6 @@ def test_an_answer_from_before_a_freeze_orders_nothing(
     monkeypatch.setattr(JogClient, "status", status_and_freeze)
     with pytest.raises(JogError, match="This computer was away for"):
         sequencer.run(Jog(1, 0, 9000), 0.0, go_on, ignore)
+    # Where it was let go, and not a degree farther.
     assert angles_deg(robot, 1)[-1, 1] == pytest.approx(frozen_deg[0], abs=1.0)
     assert is_limp(robot, 1)

@@ -66,6 +66,7 @@ def test_it_rests_at_each_stop_and_is_let_go_only_at_the_end(
     def look(stop: int) -> None:
         watch.rests.append(stop)
         path = angles_deg(robot, 1)
+        # The last 0.2 s before the stop counts as resting.
         still = path[path[:, 0] > path[-1, 0] - 0.2]
         rested.append((still[-1, 1], float(np.ptp(still[:, 1])), sequencer.status().state))
 
@@ -73,6 +74,7 @@ def test_it_rests_at_each_stop_and_is_let_go_only_at_the_end(
     start_us = robot.now_us
     assert sequencer.tour(TOUR, go_on, watch) == JogEnd(True, 1000)
     assert watch.rests == [0, 1, 2, 3]
+    # Each stop: reached, still, and held.
     for (angle_deg, spread_deg, state), stop_cdeg in zip(rested, TOUR.stops_cdeg, strict=True):
         assert angle_deg == pytest.approx(stop_cdeg / 100, abs=0.5)
         assert spread_deg < 0.1
@@ -87,6 +89,7 @@ def test_what_is_shown_goes_from_stop_to_stop(robot: EmulatedRobot, sequencer: J
     watch = Watch(sequencer.wait)
     sequencer.tour(TOUR, go_on, watch)
     assert [stop for stop, _ in watch.told] == sorted(stop for stop, _ in watch.told)
+    # Angles go from stop to stop in one direction.
     for stop, (before, after) in enumerate(pairwise((0, *TOUR.stops_cdeg))):
         angles = [angle_cdeg for reported_stop, angle_cdeg in watch.told if reported_stop == stop]
         assert angles[-1] == after
@@ -112,6 +115,7 @@ def test_whoever_watches_can_end_it(robot: EmulatedRobot, sequencer: JogClient, 
 
 def test_a_wish_to_stop_lets_the_joint_go_between_stops(robot: EmulatedRobot, sequencer: JogClient) -> None:
     watch = Watch(sequencer.wait)
+    # A wish to stop while the third stop is approached.
     end = sequencer.tour(TOUR, lambda: bool(watch.told) and watch.told[-1][0] == 2, watch)
     assert not end.held
     assert watch.rests == [0, 1]
@@ -134,6 +138,7 @@ def test_a_watch_that_takes_too_long_finds_the_joint_let_go(
     robot: EmulatedRobot, sequencer: JogClient
 ) -> None:
     watch = Watch(sequencer.wait)
+    # 1.2 s at each stop: longer than the board waits for orders.
     watch.rest_action = lambda _stop: robot.advance(1_200_000)
     with pytest.raises(JogError, match="This computer was away for") as caught:
         sequencer.tour(TOUR, go_on, watch)
@@ -166,6 +171,7 @@ def test_a_lost_order_to_go_on_is_repeated_only_after_asking_whether_the_joint_i
 
     def lose_the_next(stop: int) -> None:
         watch.rests.append(stop)
+        # The next three orders are lost.
         board.ignores_orders = 3
 
     watch.rest_action = lose_the_next

@@ -39,6 +39,7 @@ class Cable(EmulatedTransport):
         self.received += len(data)
         if self.cut_after is not None and self.received > self.cut_after:
             raise PortError(PortProblem.LOST, what="The cable was pulled.", next_step="Plug it in.")
+        # What is behind the last zero is the begin of a frame: it waits for the rest.
         *frames, self._rest = (self._rest + data).split(b"\0")
         return b"".join(self.corrupt(frame + b"\0") for frame in frames)
 
@@ -81,6 +82,7 @@ class Bench:
         """Fetch all blocks of the recording and return them joined."""
         blocks: dict[int, bytes] = {}
         self.logger.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
+        # Every block once, in any order.
         assert sorted(blocks) == list(range(entry.blocks))
         data = b"".join(blocks[index] for index in range(entry.blocks))
         assert len(data) == entry.blocks * BLOCK_BYTES

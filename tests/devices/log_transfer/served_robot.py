@@ -24,6 +24,7 @@ class RobotHere:
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self.robot = robot
+        # Ports as files, so that a command that looks for them finds them.
         self.sequencer, self.logger = Path("robot/sequencer"), Path("robot/logger")
         for port in (self.sequencer, self.logger):
             port.parent.mkdir(exist_ok=True)
@@ -35,6 +36,7 @@ class RobotHere:
         for line in lines:
             reply = execute(line, cast(RobotServer, self))
             assert reply is not None
+            # Virtual time runs only while somebody waits.
             while reply.due is not None and not reply.due():
                 self.robot.advance(_STEP_US)
             replies.append(reply.text)
@@ -88,6 +90,7 @@ class LoggerAtPort:
 
     def record(self, seconds: float = 0.5) -> dict[str, Any]:
         """Make a recording on the card, with the IMUs settled, and return the answer of `record stop`."""
+        # IMUs settle before a recording counts their readings.
         self.hand(f"wait {SETTLE_US / 1e6}")
         self("record", "start")
         self.hand(f"wait {seconds}")

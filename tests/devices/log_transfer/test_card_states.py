@@ -45,6 +45,7 @@ def test_status_says_it_while_nothing_is_recorded(bench: Bench, defect: str) -> 
     _spoil(bench, defect)
     bench.wait(2.5)
     assert bench.logger.status().card == DEFECTS[defect][0]
+    # A good card again: the state recovers by itself.
     bench.robot.card_slot.insert()
     bench.wait(2.5)
     assert bench.logger.status().card == CardState.READY
@@ -58,8 +59,10 @@ def test_a_recording_on_it_fails_and_says_what_ram_keeps(bench: Bench, defect: s
     assert failed.value.code == DEFECTS[defect][1]
     assert failed.value.exit_code == 1
     assert failed.value.meaning.startswith("Do not drop")
+    # 19 s at 280 Hz: what the ring holds.
     assert "RAM keeps the newest 19 s" in failed.value.meaning
     assert bench.logger.status().state == LoggerState.FAILED
+    # A new card makes the next recording work again.
     bench.robot.card_slot.insert()
     bench.record(0.2)
 
@@ -68,6 +71,7 @@ def test_a_drop_after_it_is_fetched_from_ram(bench: Bench, defect: str) -> None:
     _spoil(bench, defect)
     bench.logger.start_recording()
     bench.wait(3.0)
+    # The fall is recorded in RAM although nothing reached the card.
     _insist_on_drop_from_ram(bench)
 
 
@@ -77,6 +81,7 @@ def test_a_card_that_is_pulled_in_flight_costs_no_sample(bench: Bench) -> None:
     bench.wait(3.0)
     bench.robot.drop()
     bench.wait(0.5)
+    # Half a second into the fall the card goes.
     bench.robot.card_slot.remove()
     bench.wait(8.0)
     with pytest.raises(CardError) as failed:
@@ -95,11 +100,13 @@ def _insist_on_drop_from_ram(bench: Bench) -> None:
 def _insist_on_ram(bench: Bench) -> None:
     status = bench.logger.status()
     assert status.state == LoggerState.FAILED
+    # A landed robot: what RAM holds is a whole drop.
     assert status.phase == DropPhase.LANDED
     assert status.ram_holds_drop
     with pytest.raises(BoardError) as refused:
         bench.logger.start_recording()
     assert refused.value.code == ErrorCode.RAM_HOLDS_DROP
+    # Refused: a new recording would overwrite the drop.
     assert isinstance(refused.value, RefusedError)
     entry = bench.logger.logs()[0]
     assert entry.number == RAM
@@ -109,7 +116,9 @@ def _insist_on_ram(bench: Bench) -> None:
     log = load(path)
     assert log.session == status.session
     assert log.release is not None
+    # Not a sample is missing, although the card took none.
     assert log.samples_lost == 0
+    # From more than a second before the release to after the landing.
     assert log.t_s[0] < -1.0
     assert log.t_s[-1] > 3.5
     bench.logger.erase_log(entry)
@@ -122,9 +131,11 @@ def _insist_on_ram(bench: Bench) -> None:
 def test_ram_keeps_the_newest_seconds_and_no_more(bench: Bench) -> None:
     bench.robot.card_slot.remove()
     bench.logger.start_recording()
+    # 25 s: longer than the ring holds.
     bench.wait(25.0)
     bench.logger.end_capture()
     entry = bench.logger.wait_for_listing(1.0).entries[0]
+    # The newest block is still being filled.
     assert entry.blocks == RING_BLOCKS - 1
     path = bench.folder / "ram.bin"
     path.write_bytes(bench.fetch(entry))
@@ -136,6 +147,7 @@ def test_a_host_waits_for_a_card_that_is_being_counted(bench: Bench) -> None:
     logger = LoggerClient.connect(bench.cable, on_busy=lambda: busy.append(True))
     bench.robot.card_slot.remove()
     bench.wait(2.5)
+    # Four seconds of counting: a large card at its first use.
     bench.robot.card_slot.insert(mount_us=4_000_000)
     began_s = bench.cable.now_s()
     assert logger.start_recording().state == LoggerState.RECORDING

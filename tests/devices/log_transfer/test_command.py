@@ -45,11 +45,13 @@ def test_from_a_recording_to_an_erased_card(logger: LoggerAtPort) -> None:
     assert abs(datetime.fromisoformat(entry["start"]) - datetime.now().astimezone()) < timedelta(hours=1)
     assert entry["fetched_to"] is None
 
+    # A copy first: an erase without one needs --force.
     refused = logger("log", "erase", 1, "--yes", expect=4)["error"]
     assert "tfsat-host log fetch 1 --port" in refused["next_step"]
 
     (copy,) = logger("log", "fetch", 1)["logs"]
     path = logger.folder / "DROP0001.BIN"
+    # Byte by byte what lies on the card.
     assert path.read_bytes() == logger.card_file(1)
     assert (copy["verdict"], copy["samples"], copy["fetched"]) == ("complete", stopped["samples"], True)
     assert logger("log", "list")["logs"][1]["fetched_to"] == str(path)
@@ -57,6 +59,7 @@ def test_from_a_recording_to_an_erased_card(logger: LoggerAtPort) -> None:
 
     assert "Erase DROP0001.BIN" in logger.read_output("log", "erase", 1, expect=2), "it asks"
     assert logger("log", "erase", 1, "--yes")["copy"] == str(path)
+    # RAM's own copy of the last recording is left.
     assert [each["number"] for each in logger("log", "list")["logs"]] == [0]
     assert logger("log", "fetch", 1, expect=1)["error"]["code"] == "no_such_log"
 
@@ -65,7 +68,9 @@ def test_a_copy_that_changed_is_no_copy(logger: LoggerAtPort) -> None:
     logger.record()
     logger("log", "fetch", 1)
     path = logger.folder / "DROP0001.BIN"
+    # The last byte is another, the size is the same: the hash tells.
     path.write_bytes(path.read_bytes()[:-1] + b"\0")
+    # A copy that differs is no reason to erase.
     logger("log", "erase", 1, "--yes", expect=4)
     refused = logger("log", "fetch", 1, expect=1)["error"]
     assert "--force" in refused["next_step"]
@@ -73,6 +78,7 @@ def test_a_copy_that_changed_is_no_copy(logger: LoggerAtPort) -> None:
     path.unlink()
     assert logger("log", "list")["logs"][1]["fetched_to"] is None
     logger("log", "erase", 1, "--yes", expect=4)
+    # With --force the user knows that there is no copy.
     assert logger("log", "erase", 1, "--yes", "--force")["copy"] is None
 
 
@@ -81,6 +87,7 @@ def test_the_table_for_people(logger: LoggerAtPort) -> None:
     logger.record()
     output = logger.read_output("log", "list")
     assert "(in RAM)" in output and "DROP0001.BIN" in output and "MiB free" in output
+    # --out makes the folder that it names.
     fetched = logger.read_output("log", "fetch", 1, "--out", "a folder/drop.bin")
     assert "every block checked" in fetched and "complete: " in fetched
     assert (logger.folder / "a folder" / "drop.bin").exists()
@@ -89,8 +96,10 @@ def test_the_table_for_people(logger: LoggerAtPort) -> None:
 def test_a_fetch_goes_on_where_its_cable_was_pulled(served_logger: LoggerAtPort) -> None:
     """Resume a fetch after its cable was pulled, during the 32 MiB that a power cut left behind."""
     served_logger("record", "start")
+    # A power cut in the recording leaves the preallocated 32 MiB.
     served_logger.hand("wait 3", "power logger off", "power logger on", "wait 1")
     part = served_logger.folder / "DROP0001.BIN.part"
+    # The cable goes while the first blocks arrive.
     error = fetch_and_pull(served_logger, part)
     assert str(part.name) in error["meaning"] and "are kept in" in error["meaning"]
     assert "goes on from there" in error["next_step"]
@@ -99,6 +108,7 @@ def test_a_fetch_goes_on_where_its_cable_was_pulled(served_logger: LoggerAtPort)
     served_logger.hand("cable logger plug")
     (copy,) = served_logger("log", "fetch", 1, expect=3)["logs"]
     assert copy["verdict"] == "truncated"
+    # Blocks that were there are not fetched again.
     assert copy["resumed_blocks"] * BLOCK_BYTES <= len(part_bytes)
     assert copy["resumed_blocks"] > 100
     assert (served_logger.folder / "DROP0001.BIN").read_bytes() == served_logger.card_file(1)
@@ -149,9 +159,11 @@ def test_ram_is_not_overwritten_and_not_given_up_by_accident(logger: LoggerAtPor
     assert "RAM HOLDS A DROP" in status and "tfsat-host log fetch ram --port" in status
     assert logger("status")["logger"]["ram_holds_drop"] is True
     refused = logger("record", "start", expect=4)["error"]
+    # A recording would overwrite the only copy of the drop.
     assert refused["code"] == "ram_holds_drop"
     assert "tfsat-host log fetch ram --port" in refused["next_step"]
     assert "RAM HOLDS A DROP" in logger.read_output("log", "list")
+    # --yes alone is not enough for a drop.
     logger("log", "erase", "ram", "--yes", expect=4)
     assert logger("status")["logger"]["ram_holds_drop"] is True
     logger("log", "erase", "ram", "--yes", "--force")
@@ -163,12 +175,15 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert logger("logger-settings")["origin"] == "factory"
     result = logger("logger-settings", "set", "--rate", 1000, "--dlpf", 2, "--clock")
     assert result["before"]["rate_hz"] == 280
+    # Only the two that were named are changed.
     assert result["settings"] == {**result["before"], "rate_hz": 1000, "dlpf_cfg": 2}
     assert (result["origin"], result["clock_set"]) == ("uploaded", True)
     status = logger("status")["logger"]
     assert (status["rate_hz"], status["settings_origin"]) == (1000, "uploaded")
+    # The host's own clock against the logger's.
     assert abs(status["clock_error_s"]) < 60
     refused = logger("logger-settings", "set", "--bus-khz", 100, expect=2)["error"]
+    # At 100 kHz two bursts take 3.5 ms: more than a sample at 1 kHz.
     assert "3530 us, so at most 283 Hz" in refused["what"]
     refused = logger("logger-settings", "set", "--gyro-range", 300, expect=2)["error"]
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
@@ -182,6 +197,7 @@ def test_the_monitor_shows_the_true_rate(served_logger: LoggerAtPort) -> None:
     served_logger("logger-settings", "set", "--rate", 1000)
     process = served_logger.run("monitor", "--for", 3, "--json", "--port", served_logger.robot.logger)
     last = json.loads(process.stdout.splitlines()[-1])["logger"]
+    # A thousandth: the meter measures, it does not repeat the setting.
     assert last["measured_rate_hz"] == pytest.approx(1000.0, rel=0.001)
     assert last["rate_hz"] == 1000
     assert (last["card"], last["ram_holds_drop"]) == ("ready", False)
@@ -210,6 +226,7 @@ def test_the_emulated_robots_card_and_settings_last(tfsat_host: RunCli) -> None:
     assert tfsat_host.json("log", "list", "--emulated")["logs"] == []
     image = recording(4).image()
     card.mkdir(parents=True, exist_ok=True)
+    # A file put onto the emulated card by hand.
     (card / "DROP0003.BIN").write_bytes(image)
     (entry,) = tfsat_host.json("log", "list", "--emulated")["logs"]
     assert entry["number"] == 3
@@ -231,6 +248,7 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
         stderr=subprocess.PIPE,
         text=True,
     ) as fetching:
+        # Until the first block has reached the disk.
         while fetching.poll() is None and not _has_begun(part):
             pass
         logger.hand("cable logger pull")
@@ -245,5 +263,6 @@ def _has_begun(part: Path) -> bool:
     try:
         with part.open("rb") as file:
             return file.read(4) == b"TFS1"
+    # The file is there before its first block.
     except FileNotFoundError:
         return False

@@ -34,10 +34,12 @@ def test_a_second_copy_does_not_disown_the_first(logger: LoggerAtPort) -> None:
     assert second["file"] == "new/deeper/DROP0001.BIN"
     for place, copy in ((logger.folder, first), (logger.folder / "new" / "deeper", second)):
         assert (place / copy["name"]).exists()
+    # Both copies are known, whichever is asked for.
     for options in ((), ("--out", "new/deeper")):
         (again,) = logger("log", "fetch", "all", *options)["logs"]
         assert (again["fetched"], again["sha256"]) == (False, first["sha256"])
     (logger.folder / "new/deeper/DROP0001.BIN").unlink()
+    # The deeper copy is gone: the erase finds the other one.
     assert logger("log", "erase", 1, "--yes")["copy"] == str(logger.folder / "DROP0001.BIN")
 
 
@@ -78,6 +80,7 @@ def test_a_full_disk_keeps_what_came(
 
     monkeypatch.chdir(logger.folder)
     with monkeypatch.context() as full:
+        # Disk full after seven blocks.
         full.setattr(PartialLog, "put", put_until_full)
         assert main(["log", "fetch", "1", "--json", "--port", str(logger.robot.logger)]) == 1
     error = json.loads(capsys.readouterr().out)["error"]
@@ -122,10 +125,13 @@ def test_the_next_attempt_asks_for_the_rest_only(bench: Bench, tmp_path: Path) -
     entry, target = bench.entry(1), tmp_path / "DROP0001.BIN"
     assert entry.blocks > 200
     part = _cut(bench, entry, target, 100_000)
+    # The part file has its full size at once.
     assert part.stat().st_size == entry.blocks * BLOCK_BYTES
     assert not target.exists()
     before = bench.cable.received
+    # The first fetch got at least 128 blocks.
     assert _fetch(bench, entry, target) >= 128
+    # Less than 60 % of the bytes: the rest was already there.
     assert bench.cable.received - before < entry.blocks * BLOCK_BYTES * 0.6
     assert target.read_bytes() == bench.robot.card_slot.files()[1]
     assert not part.exists()
@@ -139,6 +145,7 @@ def test_a_block_that_was_spoilt_on_this_computers_disk_is_fetched_again(
     part = _cut(bench, entry, target, 100_000)
     spoilt = bytearray(part.read_bytes())
     spoilt[3 * BLOCK_BYTES + 17] ^= 1
+    # One bit and one whole block of zeros: both are seen by their CRCs.
     spoilt[9 * BLOCK_BYTES : 10 * BLOCK_BYTES] = bytes(BLOCK_BYTES)
     part.write_bytes(spoilt)
     with PartialLog(target, entry) as partial:
@@ -154,6 +161,7 @@ def test_it_is_not_mixed_with_another_recording(bench: Bench, tmp_path: Path) ->
     target = tmp_path / "DROP.BIN"
     part = _cut(bench, first, target, 100_000)
     before = part.read_bytes()
+    # Same size, other session: only the content can tell.
     same_size = LogEntry(2, second.session, first.blocks, 0, 1)
     for other in (same_size, LogEntry(1, first.session, first.blocks + 1, 0, 1)):
         with pytest.raises(PartialLogError, match="another recording") as refused:
@@ -172,10 +180,12 @@ def test_a_recording_whose_first_block_tells_nothing_is_fetched_from_the_start(
 ) -> None:
     bench.record(4.0)
     headless = bytes(BLOCK_BYTES) + bench.robot.card_slot.files()[1][BLOCK_BYTES:]
+    # The first block of the second file is zeros: nothing tells what it is of.
     bench.robot.card_slot.put(2, headless)
     entry, target = bench.entry(2), tmp_path / "DROP0002.BIN"
     assert entry.session == 0
     _cut(bench, entry, target, 100_000)
+    # Nothing of it could be resumed: without a header no block is trusted.
     assert _fetch(bench, entry, target) == 0
     assert target.read_bytes() == headless
 

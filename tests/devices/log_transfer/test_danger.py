@@ -37,8 +37,10 @@ def tower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tower]:
 
 def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     tower("record", "start")
+    # Recording and ready: the arming takes it.
     assert tower("arm", "--yes")["recording"] is True
     tower("disarm")
+    # The card goes while the robot hangs in the lift.
     tower.hand("card remove", "wait 1")
 
     refused = tower("arm", "--yes", expect=4)["error"]
@@ -55,6 +57,7 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     monitored = tower.read_output("monitor", "--for", "0.5")
     assert "The logger records, but its card is missing. A drop now would not be on the card" in monitored
 
+    # With --unrecorded the releaser has decided.
     armed = tower.read_output("arm", "--yes", "--unrecorded")
     assert "Warning: The logger records, but its card is missing." in armed and "Armed" in armed
     tower("disarm")
@@ -69,9 +72,11 @@ def test_a_failed_recording_refuses_the_arming(tower: Tower) -> None:
     tower("record", "start", expect=1)
     refused = tower("arm", "--yes", expect=4)["error"]
     assert refused["what"].startswith("The recording has failed: no SD card answers.")
+    # 5 s at 1 kHz: RAM keeps as many samples, but not as much time.
     assert "RAM keeps the newest 5 s" in refused["meaning"], "at the rate in force"
     assert "leave no data" not in refused["meaning"]
     tower("record", "stop", expect=1)
+    # After `record stop` RAM records no drop either.
     assert "would leave no data" in tower("arm", "--yes", expect=4)["error"]["meaning"]
     assert tower("arm", "--yes", "--unrecorded")["recording"] is False
 
@@ -85,6 +90,7 @@ def test_a_card_that_is_pulled_in_the_fall_is_shouted_about_at_once(tower: Tower
     assert f"- {shout}" in status_text and "keep it on" in status_text
     listed = tower("log", "list", expect=4)["error"]
     assert shout in listed["meaning"]
+    # In the fall nobody must be told to stop the recording.
     assert "Wait a second" not in json.dumps(listed)
     assert shout in tower.read_output("monitor", "--for", "0.5")
     tower.hand("wait 5")

@@ -38,6 +38,7 @@ def test_a_new_board_has_the_factorys(bench: Bench) -> None:
 def test_what_was_stored_stands_in_the_header_and_outlasts_the_power(bench: Bench) -> None:
     stored = bench.logger.write_settings(OTHER)
     assert (stored.settings, stored.origin) == (OTHER, Origin.UPLOADED)
+    # Off and on: what was written must come from EEPROM.
     bench.robot.set_power(BoardIndex.LOGGER, False)
     bench.robot.set_power(BoardIndex.LOGGER, True)
     bench.wait(0.5)
@@ -55,6 +56,7 @@ def test_what_was_stored_stands_in_the_header_and_outlasts_the_power(bench: Benc
 
 def test_another_robot_with_the_same_memory_has_them(bench: Bench) -> None:
     bench.logger.write_settings(OTHER)
+    # The memory alone, without the board's own RAM.
     with EmulatedRobot(logger_memory=bench.robot.logger_memory()) as robot:
         robot.advance(SETTLE_US)
         other = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -69,6 +71,7 @@ def test_host_and_board_refuse_the_same(bench: Bench, name: str, value: int) -> 
     with pytest.raises(BoardError) as refused:
         bench.logger.write_settings(wrong)
     assert refused.value.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE
+    # Which setting it was, by its place in the message.
     assert refused.value.detail == [field.name for field in fields(LoggerSettings)].index(name)
     assert f"({name})" in refused.value.what
     assert bench.logger.settings().settings == FACTORY
@@ -76,6 +79,7 @@ def test_host_and_board_refuse_the_same(bench: Bench, name: str, value: int) -> 
 
 @pytest.mark.parametrize("bus_khz", [100, 400])
 def test_host_and_board_agree_on_what_the_buses_carry(bench: Bench, bus_khz: int) -> None:
+    # The bus's arithmetic of the host is the board's own.
     most = rate_max_hz(bus_khz)
     fits = replace(FACTORY, bus_khz=bus_khz, rate_hz=most)
     check(fits)

@@ -65,6 +65,7 @@ def test_the_list_tells_each_recording_and_the_copies_are_the_cards_files(bench:
     entries = bench.logger.logs()
     assert [entry.number for entry in entries] == [RAM, 1, 2, 3]
     assert [entry.session for entry in entries] == [sessions[2], *sessions]
+    # Nobody told the logger the time of day.
     assert all(entry.closed and not entry.wall_clock_us for entry in entries)
     on_card = bench.robot.card_slot.files()
     assert {entry.number: bench.fetch(entry) for entry in entries[1:]} == on_card
@@ -85,6 +86,7 @@ def test_an_erase_whose_answer_was_lost_is_no_error(bench: Bench) -> None:
     bench.record(0.2)
     entry, lost = bench.entry(1), [0]
 
+    # The answer to the erase is lost once: the second erase finds nothing to do.
     def lose_the_first_answer(frame: bytes) -> bytes:
         lost[0] += 1
         return b"" if lost[0] == 1 else frame
@@ -98,6 +100,7 @@ def test_what_another_recording_has_replaced_is_neither_read_nor_erased(bench: B
     bench.record(0.2)
     old = bench.entry(1)
     bench.logger.erase_log(old)
+    # The number is the same, the session is another.
     bench.record(0.2)
     with pytest.raises(BoardError) as refused:
         bench.fetch(old)
@@ -116,12 +119,14 @@ def test_frames_that_are_damaged_or_lost_are_asked_for_again(bench: Bench, share
 
     def damage(frame: bytes) -> bytes:
         nonlocal damaged
+        # The shortest frames are left alone.
         if chance.random() > share or len(frame) < 8:
             return frame
         damaged += 1
         if chance.random() < 0.5:
             return b""
         place = chance.randrange(len(frame) - 1)
+        # Never a zero: it would end the frame.
         return frame[:place] + bytes([frame[place] ^ 0x55 or 1]) + frame[place + 1 :]
 
     bench.cable.corrupt = damage
@@ -145,12 +150,14 @@ def test_a_block_that_is_torn_on_the_card_is_read_three_times_and_kept_as_it_is(
     assert outcome.torn == [7]
     assert outcome.unreadable == []
     assert b"".join(blocks[index] for index in range(entry.blocks)) == torn
+    # Three readings of the torn block, one of its neighbour.
     assert read.count(7) == READINGS * read.count(6)
 
 
 def test_a_block_that_the_card_does_not_read_costs_no_other(bench: Bench) -> None:
     bench.record(1.0)
     entry, blocks = bench.entry(1), dict[int, bytes]()
+    # Every part of one block is lost, and no other.
     bench.cable.corrupt = lambda frame: b"" if _block_in(frame) == 5 else frame
     outcome = bench.logger.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
     expected = bytearray(bench.robot.card_slot.files()[1])
@@ -170,6 +177,7 @@ def test_a_card_that_reads_nothing_is_an_error_after_some_blocks(bench: Bench) -
 def test_a_cable_that_always_loses_the_same_is_given_up(bench: Bench) -> None:
     bench.record(0.3)
     entry = bench.entry(1)
+    # One part of every block is always lost.
     bench.cable.corrupt = lambda frame: b"" if _part_in(frame) == 7 else frame
     with pytest.raises(TransferError, match="loses too much") as failed:
         bench.fetch(entry)
@@ -183,6 +191,7 @@ def test_a_cable_that_is_pulled_leaves_right_blocks(bench: Bench) -> None:
     with pytest.raises(PortError):
         bench.logger.fetch_blocks(entry, [(0, entry.blocks)], blocks.__setitem__)
     on_card = bench.robot.card_slot.files()[1]
+    # What arrived before the pull is right, block by block.
     assert all(on_card[i * BLOCK_BYTES : (i + 1) * BLOCK_BYTES] == block for i, block in blocks.items())
 
 
@@ -199,7 +208,9 @@ def test_the_unused_room_of_a_power_cut_crosses_in_runs(bench: Bench) -> None:
     before = bench.cable.received
     copy = bench.fetch(entry)
     assert copy == bench.robot.card_slot.files()[1]
+    # The recording is in there among the unused room.
     assert copy.count(b"TFS1") > 40, "there is a recording in it"
+    # A quarter of a MiB for 32: runs of zeros cross as counts.
     assert bench.cable.received - before < MIB // 4, "zeros cross as counts"
 
 
@@ -208,6 +219,7 @@ def test_time_of_day_stands_in_the_header_and_in_the_list(bench: Bench) -> None:
     bench.wait(1.0)
     bench.logger.stop_recording()
     entry = bench.entry(1)
+    # The first block is stamped within a tenth of a second.
     assert 0 <= entry.wall_clock_us - UNIX_US < 100_000
     assert abs(bench.logger.status().unix_us - UNIX_US - 1_000_000) < 500_000
     copy = bench.fetch(entry)
@@ -240,6 +252,7 @@ class _WithoutCard:
 
     def request(self, request: LogListRequest, _reply: type[LogListReply]) -> LogListReply:
         if request.from_number == 0:
+            # RAM alone answers.
             return LogListReply(found=1, entry=_RAM)
         raise board_error(ErrorReply(LogListRequest.TYPE, self._code, -1))
 
@@ -275,6 +288,7 @@ def test_a_thousand_samples_a_second_arrive_without_a_gap(bench: Bench) -> None:
             samples += arrived
     first = samples[0].index
     assert [sample.index - first for sample in samples] == list(range(len(samples)))
+    # Every sample 1000 us after the last, not one missing.
     assert {after.time_us - before.time_us for before, after in pairwise(samples)} == {1000}
     assert (meter.rate_hz, meter.missed) == (1000.0, 0)
     assert bench.logger.status().late_ticks == 0

@@ -31,6 +31,7 @@ def test_how_full_the_ring_is(arg: int, words: str) -> None:
 def test_a_copy_without_samples_leads_to_ram(bench: Bench, number: int) -> None:
     bench.record(0.2)
     path = bench.folder / "header.bin"
+    # The header block alone, without a sample.
     path.write_bytes(bench.fetch(bench.entry(1))[:BLOCK_BYTES])
     copy = Copy(bench.entry(number), path)
     copy.judge(bench.logger.listing())
@@ -54,6 +55,7 @@ def test_nobody_is_told_to_stop_in_the_fall(bench: Bench) -> None:
 
 
 def test_a_file_that_was_full_is_no_full_card(bench: Bench) -> None:
+    # A full file is not a full card.
     status = replace(bench.logger.status(), state=LoggerState.STOPPED, error=ErrorCode.CARD_FULL)
     assert status.card == CardState.READY
     assert state_words(status) == "stopped: its file was full"

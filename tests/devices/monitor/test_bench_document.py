@@ -14,6 +14,7 @@ def test_its_examples_run(tfsat_host: RunCli) -> None:
     examples = shell_examples(REPOSITORY / "docs" / "bench.md")
     assert len(examples) == 2
     for example in examples:
+        # The first word of an example is the command itself.
         program, *arguments = shlex.split(example)
         assert program == "tfsat-host"
         tfsat_host(*arguments)
