@@ -35,6 +35,7 @@ def server(tmp_path: Path) -> Iterator[RobotServer]:
     folder = ServedFolder(tmp_path / "robot")
     with EmulatedRobot() as robot:
         robot_server = RobotServer(robot, folder, folder.kept.load())
+        # Ports and sockets are gone before the folder is given back.
         yield robot_server
         robot_server.close()
     folder.release()

@@ -31,6 +31,7 @@ MAX_JOG_S = 20
 UNDER_WAY_US = 300_000
 LIMP_AFTER_US = 150_000
 """A servo goes limp 100 ms after its last pulse; the board sees its port closed within some ms."""
+# The port's closing, not the missing orders, must be what ends the jog.
 assert UNDER_WAY_US + LIMP_AFTER_US < 1000 * JOG_IDLE_MS, "else it would go limp for want of orders"
 
 
@@ -45,6 +46,7 @@ class SteppedPort(SerialTransport):
         """Virtual seconds."""
         return self._server.robot.now_us / US_PER_S
 
+    # Time passes only here: a test steps the server by reading.
     def read(self, timeout_s: float) -> bytes:
         """Step the server once, whatever the timeout, and return the bytes received."""
         del timeout_s
@@ -58,6 +60,7 @@ def angle_deg(served: Served) -> float:
 
 
 def wait_until_under_way(served: Served) -> None:
+    # Twenty seconds of robot time at the most.
     for _ in range(10 * MAX_JOG_S):
         if angle_deg(served) > UNDER_WAY_DEG:
             return
@@ -81,13 +84,16 @@ def test_a_jog_that_is_killed_leaves_the_joint_limp_where_it_is(served_robot: Se
             "its servo holds it"
         )
     finally:
+        # SIGKILL: the program has no chance to let the joint go.
         jog.kill()
         jog.communicate(timeout=TIMEOUT_S)
     served_robot.control("wait 300ms")
     left_at_deg = angle_deg(served_robot)
+    # On its way when the program died: past the start, short of the target.
     assert UNDER_WAY_DEG < left_at_deg < TO_DEG - 10.0
     served_robot.control("wait 1")
     assert angle_deg(served_robot) == pytest.approx(left_at_deg, abs=0.1)
+    # A hand can swing it: the servo is limp.
     assert served_robot.control("swing 1 1 1 1") == ["ok for 1 s"]
 
 
@@ -96,8 +102,10 @@ def test_a_program_that_closes_the_port_ends_its_jog(server: RobotServer, tmp_pa
     robot.hold((2, 3, 4))
     client = Client(SteppedPort(server, tmp_path / "robot" / "sequencer"))
     jog_joint_1(client)
+    # 0.3 s of motion: less than the board waits for orders.
     for _ in range(UNDER_WAY_US // STEP_US):
         server.step()
+    # The servo holds the joint: a hand cannot swing it.
     with pytest.raises(EmulationError):
         robot.swing(1, 1.0, 1.0, 1)
     client.close()
@@ -124,6 +132,7 @@ def test_closing_a_port_in_this_process_ends_a_jog_and_opening_it_again_finds_th
         robot.swing(1, 1.0, 1.0, 1)
         again = Client(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         status = again.request(SequencerStatusRequest(), SequencerStatusReply)
+        # The board stands by itself: the next program finds it SAFE.
         assert status.state == SequencerState.SAFE
 
 

@@ -42,12 +42,14 @@ def person(server: RobotServer) -> Person:
 def test_waiting_passes_virtual_time(person: Person) -> None:
     assert person("time") == "ok 0.000000 still"
     assert person("wait 20ms") == "ok"
+    # To the microsecond: virtual time has no drift.
     assert person("time") == "ok 0.020000 still"
 
 
 def test_swinging_moves_the_joint_and_comes_back(person: Person) -> None:
     assert person("hold 2 3 4") == "ok"
     assert person("swing 1 60 2s 1") == "ok for 2 s"
+    # Half of a swing of 2 s: the joint is at its farthest.
     assert person("wait 1") == "ok"
     assert person.values("time")[1] == "swinging"
     assert float(person.values("angles")[0]) == pytest.approx(60.0, abs=1.0)
@@ -60,6 +62,7 @@ def test_a_drop_lands_and_nobody_touches_the_robot_meanwhile(person: Person) -> 
     assert person("drop 500ms") == "ok falls for 0.5 s"
     assert person("wait 0.1") == "ok"
     assert person.values("time")[1] == "falling"
+    # Whoever touches a falling robot would be part of the drop.
     for line in ("hold 1", "seat", "swing 1 10 1 1", "sweep 1", "turn z 90", "drop"):
         assert person(line).startswith("error The robot is falling")
     assert person("wait still") == "ok"
@@ -69,11 +72,13 @@ def test_a_drop_lands_and_nobody_touches_the_robot_meanwhile(person: Person) -> 
 
 def test_a_wait_holds_back_the_same_sender_only(server: RobotServer) -> None:
     patient, quick = ControlLines(server), ControlLines(server)
+    # The second line waits behind the first one.
     patient.feed(b"wait 5ms\nangles\n")
     quick.feed(b"time\n")
     assert patient.replies() == []
     assert not patient.done
     assert quick.replies() == ["ok 0.000000 still"]
+    # A step is a millisecond.
     for _ in range(5):
         server.step()
     assert patient.replies() == ["ok", "ok 0.00 0.00 0.00"]
@@ -90,6 +95,7 @@ def test_without_power_or_cable_there_is_no_port(
     link = tmp_path / "robot" / board
     assert link.is_char_device()
     assert person(line.format(board)) == "ok"
+    # No dangling link either: a program must see that there is no board.
     assert not link.is_symlink()
     assert person(plugged.format(board)) == "ok"
     assert link.is_char_device()
@@ -106,6 +112,7 @@ def test_switches_reach_the_boards(
     server: RobotServer, person: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls: list[tuple[object, ...]] = []
+    # What the lines call, without letting it happen.
     monkeypatch.setattr(server.robot, "knock", lambda *values: calls.append(("knock", *values)))
     monkeypatch.setattr(server.robot, "set_switch", lambda *values: calls.append(("switch", *values)))
     for line in ("knock 1 20ms", "knock 2 0.5", "release 1", "press 1"):
@@ -132,6 +139,7 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
     while not server.stopping:
         server.step()
         steps += 1
+    # Three steps of a millisecond each.
     assert steps == 3
 
 
@@ -142,6 +150,7 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("hold", "Write: hold BODY"),
         ("hold 5", "bodies 1 to 4"),
         ("hold x", "'x' is not understood as BODY"),
+        # A superscript digit is a digit to Python's isdigit, but no number.
         ("hold ²", "'²' is not understood"),
         ("swing 1 60 2.0", "Write: swing"),
         ("swing 4 60 2 1", "no such joint"),
@@ -202,6 +211,7 @@ def test_a_bad_line_says_why(person: Person, line: str, reason: str) -> None:
 
 def test_empty_lines_and_comments_get_no_reply(server: RobotServer) -> None:
     lines = ControlLines(server)
+    # Comments, blank lines and Windows line ends cost no reply.
     lines.feed(b"\n  \n# a remark\r\ntime # now\r\n")
     assert lines.replies() == ["ok 0.000000 still"]
 
@@ -213,17 +223,20 @@ def test_any_bytes_give_one_reply_a_line_however_they_are_cut(
     uncut_lines, cut = ControlLines(server), ControlLines(server)
     text += b"\n"
     uncut_lines.feed(text)
+    # The same bytes in pieces: a stream has no message boundaries.
     at = sorted(data.draw(st.lists(st.integers(0, len(text)), max_size=5)))
     for start, end in zip([0, *at], [*at, len(text)], strict=True):
         cut.feed(text[start:end])
     replies = uncut_lines.replies()
     assert cut.replies() == replies
+    # Random bytes are no command: each line gets an error, and nothing crashes.
     assert all(reply.startswith("error ") for reply in replies)
     assert len(replies) <= text.count(b"\n")
 
 
 def test_a_sender_without_line_ends_is_not_listened_to_for_ever(server: RobotServer) -> None:
     lines = ControlLines(server)
+    # Just short of the limit: only the next byte is too many.
     lines.feed(b"x" * MAX_LINE_BYTES)
     with pytest.raises(LineTooLong):
         lines.feed(b"x")
@@ -233,6 +246,7 @@ def test_a_sweep_rests_at_its_stops_and_ends_where_it_began(person: Person) -> N
     assert person("hold 2 3 4") == "ok"
     assert person("sweep 1") == "ok for 32 s"
     assert person("wait 3") == "ok"
+    # In the rest at the first stop.
     assert person("angles") == "ok 30.00 0.00 0.00"
     assert person("wait 5") == "ok"
     assert person("angles") == "ok 90.00 0.00 0.00"
@@ -247,11 +261,13 @@ def test_a_turn_takes_all_bodies_there_and_back(server: RobotServer, person: Per
     assert person("turn z -90 1") == "ok for 8.4 s"
     assert person("wait 3.5") == "ok"
     assert person.values("time")[1] == "swinging"
+    # Columns 4 to 20: a quaternion for each body.
     body_1_to_4 = server.robot.truth()[-1, 4:20].reshape(4, 4)
     for attitude in body_1_to_4:
         assert attitude == pytest.approx([0, 0, -(0.5**0.5), 0.5**0.5], abs=1e-9)
     assert person("wait still") == "ok"
     assert float(person.values("time")[0]) == pytest.approx(8.4, abs=0.01)
+    # Back where it began, whichever sign the quaternion has.
     assert abs(server.robot.truth()[-1, 7]) == pytest.approx(1.0)
 
 

@@ -30,6 +30,7 @@ def _shell(block: str, folder: Path) -> str:
     programs = folder / "bin"
     programs.mkdir(exist_ok=True)
     command = programs / "tfsat-host"
+    # The page's commands name tfsat-host: a script of that name leads to this checkout.
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tfsat_host "$@"\n')
     command.chmod(0o755)
     environ = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
@@ -42,6 +43,7 @@ def _shell(block: str, folder: Path) -> str:
 
 def _converse(served: Served, lines: list[str]) -> None:
     """Sends the lines marked `>`; each reply must be the line below, where `...` stands for anything."""
+    # Lines and replies alternate on the page.
     replies = served.control(*(line.removeprefix("> ") for line in lines[0::2]))
     for line, reply, expected_reply in zip(lines[0::2], replies, lines[1::2], strict=True):
         pattern = ".*".join(re.escape(part) for part in expected_reply.split("..."))
@@ -56,6 +58,7 @@ def test_the_conversation(native: Served) -> None:
 def test_the_drop_by_hand(native: Served, tmp_path: Path) -> None:
     (text,) = _blocks("drop")
     output = ""
+    # Commands and control lines take turns on the page, in this order.
     for is_command, group in groupby(text.splitlines(), key=lambda line: line.startswith("$ ")):
         if is_command:
             output += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
@@ -85,8 +88,10 @@ def test_every_command_is_in_the_table_and_the_table_is_true(server: RobotServer
     rows = re.findall(r"^\| `(\w+)([^`]*)` \| [^|]+ \| `(ok[^`]*)` \|$", PAGE, re.MULTILINE)
     help_reply = execute("help", server)
     assert help_reply is not None
+    # The table has every command that `help` names, and no other.
     assert {name for name, _, _ in rows} == {usage.split()[0] for usage in help_reply.text[3:].split(" | ")}
     for name, arguments, _ in rows:
+        # These two need a recording and time.
         if name not in ("card", "wait"):
             reply = execute(name + arguments, server)
             assert reply is not None and reply.text.startswith("ok"), (name, reply)

@@ -15,6 +15,7 @@ from tfsat_host.emulated.server import RobotServer
     ("line", "present"),
     [
         ("fault imu 2 dead", 0b1101),
+        # Bit 2 is IMU 3: a frozen one answers, but is not present.
         ("fault imu 3 frozen", 0b1011),
         ("fault imu 1 saturated", 0b1111),
         ("fault imu 1 swapped 4", 0b1111),
@@ -27,6 +28,7 @@ def test_sensors_break_and_heal_by_a_line(server: RobotServer, line: str, presen
     server.robot.advance(SETTLE_US)
     logger = LoggerClient.connect(EmulatedTransport(server.robot, BoardIndex.LOGGER))
     assert person(line) == "ok"
+    # Half a second: the logger has noticed.
     server.robot.advance(500_000)
     assert logger.status().imu_present == present
     assert person("fault none") == "ok"
@@ -57,6 +59,7 @@ def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: py
         def note(*values: object, name: str = name) -> None:
             calls.append((name, *values))
 
+        # The call itself is noted; what it does to the robot is another test's.
         monkeypatch.setattr(server.robot.faults, name, note)
     person = Person(server)
     for line in (
@@ -81,6 +84,7 @@ def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: py
         ("servo", 2, "slow"),
         ("bounce", 50_000),
         ("bounce", None),
+        # Without a distance: the next stall 2 s later.
         ("card_stalls", 400_000, 2_000_000),
         ("card_stalls", 400_000, 100_000),
         ("card_stalls", None, 2_000_000),

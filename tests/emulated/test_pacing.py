@@ -22,6 +22,7 @@ def test_virtual_time_follows_a_clock_that_goes_in_any_small_jumps(
     for jump_s in jumps_s:
         now_s += jump_s
         steps += pacer.steps_due(now_s)
+        # Behind the clock by less than a step, and never before it.
         assert now_s - start_s - 1.001 * STEP_S <= steps * STEP_S <= now_s - start_s + 1e-6
         assert 0.0 <= pacer.wait_s(now_s) <= 1.001 * STEP_S
     assert pacer.lag_s == 0.0
@@ -37,8 +38,10 @@ def test_after_the_wait_a_step_is_due() -> None:
 
 def test_a_long_hiccup_is_given_up_and_told_once() -> None:
     pacer = Pacer(0.0)
+    # No more than the backlog is caught up at once.
     assert pacer.steps_due(10.0) == MAX_BACKLOG_S / STEP_S
     assert pacer.lag_s == pytest.approx(10.0 - MAX_BACKLOG_S)
+    # Told once, however often somebody asks.
     assert pacer.new_lag()
     pacer.steps_due(20.0)
     assert not pacer.new_lag()

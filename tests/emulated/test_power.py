@@ -19,17 +19,20 @@ def test_without_power_the_card_holds_all_but_the_last_moments(server: RobotServ
     started = LoggerClient.connect(EmulatedTransport(server.robot, BoardIndex.LOGGER)).start_recording()
     assert person("wait 2s") == "ok"
     assert person("power logger off") == "ok"
+    # The card's contents without power.
     off = person("card " + str(tmp_path / "off.bin"))
     assert person("power logger on") == "ok"
     assert person("wait 1s") == "ok"
     on = person("card " + str(tmp_path / "on.bin"))
     assert off.split()[1] == on.split()[1]
+    # Coming back, the logger must not touch the recording that was cut.
     assert (tmp_path / "off.bin").read_bytes() == (tmp_path / "on.bin").read_bytes()
 
     log = load(tmp_path / "on.bin")
     assert log.session == started.session
     assert log.verdict == "truncated"
     lost = 2.0 * SAMPLE_RATE_HZ - log.t_us.size
+    # At least the last samples, and no more than since the last sync.
     assert 0 < lost < (CARD_SYNC_MS / 1000 + 0.1) * SAMPLE_RATE_HZ
 
 
@@ -47,6 +50,7 @@ def test_a_recording_after_the_power_cut_is_another_and_whole(server: RobotServe
     person("card " + str(tmp_path / "second.bin"))
     log = load(tmp_path / "second.bin")
     assert (log.session, log.verdict) == (second.session, "complete")
+    # A new session: the old recording is another one.
     assert second.session != first.session
 
 
@@ -57,6 +61,7 @@ def test_what_the_card_had_not_programmed_goes_with_its_power() -> None:
     are zeros.
     """
     lost = []
+    # Every 50 ms across one interval of the card's syncs.
     for delay_us in range(10_000_000, 10_250_000, 50_000):
         with EmulatedRobot(seed=3) as robot:
             robot.advance(SETTLE_US)
@@ -66,9 +71,11 @@ def test_what_the_card_had_not_programmed_goes_with_its_power() -> None:
             robot.set_power(BoardIndex.LOGGER, False)
             lost.append(before - written_blocks(robot.card()))
     assert min(lost) >= 0
+    # A quarter of a second is 12 blocks at 280 Hz; most of them were synced.
     assert 0 < max(lost) <= 8
 
 
 def written_blocks(card: bytes) -> int:
     blocks = (card[start : start + BLOCK_BYTES] for start in range(0, len(card), BLOCK_BYTES))
+    # Blocks that were never written are zeros.
     return sum(any(block) for block in blocks)

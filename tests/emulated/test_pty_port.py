@@ -25,6 +25,7 @@ def port(tmp_path: Path) -> Iterator[PtyPort]:
 
 def _attach(port: PtyPort) -> SerialTransport:
     client = SerialTransport(str(port.link))
+    # The first read lets the server see that somebody opened the port.
     assert port.read() == b""
     return client
 
@@ -40,6 +41,7 @@ def _receive(client: SerialTransport, n_bytes: int) -> bytes:
 
 
 def test_bytes_pass_both_ways_unchanged(port: PtyPort) -> None:
+    # All byte values: no terminal setting may eat or change one.
     everything = bytes(range(256))
     client = _attach(port)
     client.write(everything)
@@ -57,6 +59,7 @@ def test_one_client_after_another(port: PtyPort) -> None:
         port.write(bytes([number, number]))
         assert _receive(client, 2) == bytes([number, number])
         client.close()
+        # The client's close is seen here, so that the next one finds an empty port.
         assert port.read() == b""
 
 
@@ -72,14 +75,17 @@ def test_a_client_finds_nothing_of_the_one_before(port: PtyPort) -> None:
     first = os.open(port.link, os.O_RDWR | os.O_NOCTTY)
     assert port.read() == b""
     port.write(b"unread")
+    # Echo and canonical mode, as a terminal program would set them.
     settings = termios.tcgetattr(first)
     settings[3] |= termios.ECHO | termios.ICANON
     termios.tcsetattr(first, termios.TCSANOW, settings)
     os.close(first)
     assert port.read() == b""
     second = os.open(port.link, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    # Nothing is there to read: what the last client left unread is gone.
     with pytest.raises(BlockingIOError):
         os.read(second, 100)
+    # The settings are the board's again, not those of the last client.
     assert not termios.tcgetattr(second)[3] & (termios.ECHO | termios.ICANON)
     os.close(second)
 
@@ -93,6 +99,7 @@ def test_a_claim_that_cannot_be_lifted_gives_a_new_terminal(
     opened = os.open
 
     def open_or_refuse(path: str, flags: int, mode: int = 0o777) -> int:
+        # As another process's exclusive claim would be refused.
         if path == before:
             raise OSError(16, "Device or resource busy")
         return opened(path, flags, mode)
@@ -111,6 +118,7 @@ def test_a_claim_that_cannot_be_lifted_gives_a_new_terminal(
 
 
 def test_what_nobody_hears_is_lost(port: PtyPort) -> None:
+    # Written before anybody opened: nobody hears it.
     port.write(b"nobody is there")
     client = _attach(port)
     port.write(b"now")
@@ -121,6 +129,7 @@ def test_what_nobody_hears_is_lost(port: PtyPort) -> None:
 def test_a_client_that_does_not_read_holds_the_board_back_and_loses_nothing(port: PtyPort) -> None:
     client = _attach(port)
     sent = 0
+    # Until the kernel's buffer is full.
     while sent < 1_000_000 and port.has_room:
         port.write(bytes(1000))
         sent += 1000
@@ -130,6 +139,7 @@ def test_a_client_that_does_not_read_holds_the_board_back_and_loses_nothing(port
         piece = client.read(1.0)
         assert piece, received
         received += len(piece)
+        # The server goes on writing as soon as there is room.
         port.write(b"")
     client.close()
 
@@ -145,12 +155,14 @@ def test_a_client_has_the_port_for_itself(port: PtyPort) -> None:
 def test_pulling_takes_the_port_and_its_link_away(port: PtyPort) -> None:
     client = _attach(port)
     port.pull()
+    # Not even a dangling link.
     assert not os.path.lexists(port.link)
     with pytest.raises(PortError, match="was lost"):
         client.read(1.0)
     with pytest.raises(PortError, match="was lost"):
         client.write(b"x")
     client.close()
+    # A port without a cable reads and writes nothing, and fails nowhere.
     assert port.read() == b""
     port.write(b"into the void")
     port.plug()

@@ -26,9 +26,11 @@ def test_a_live_folder_is_refused_and_its_holder_named(tmp_path: Path) -> None:
 
 def test_what_a_killed_run_left_is_cleared_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    # A process number that cannot exist any more.
     Path("emulate.pid").write_text("99999999\n")
     for name in ("sequencer", "logger"):
         Path(name).symlink_to("/dev/pts/none")
+    # A socket without a listener, as a killed server leaves it.
     with socket.socket(socket.AF_UNIX) as dead:
         dead.bind("control")
     Path("sequencer.eeprom").write_bytes(b"kept")
@@ -41,6 +43,7 @@ def test_a_link_is_dead_when_nobody_holds_its_folder(tmp_path: Path) -> None:
     folder = ServedFolder(tmp_path / "robot")
     folder.sequencer.symlink_to("/dev/null")
     assert not served_by_dead_process(folder.sequencer)
+    # Which process held it, as the file says.
     holder = (folder.path / "emulate.pid").read_text()
     folder.release()
     (folder.path / "emulate.pid").write_text(holder)  # as a kill leaves it: the process number lives
@@ -53,6 +56,7 @@ def test_other_ports_are_nobodys_dead_links(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "emulate.pid").mkdir()
     for path in (Path("/dev/null"), tmp_path / "none", tmp_path / "file"):
+        # No link, no file, no folder of a server.
         assert not served_by_dead_process(path)
     (tmp_path / "emulate.pid").rmdir()
     assert not served_by_dead_process(tmp_path / "mine")
@@ -60,6 +64,7 @@ def test_other_ports_are_nobodys_dead_links(tmp_path: Path) -> None:
 
 def test_a_folder_that_was_made_for_nothing_goes(tmp_path: Path) -> None:
     ServedFolder(tmp_path / "new" / "robot").release()
+    # A folder that the server made goes with it, one that was there stays.
     assert not (tmp_path / "new" / "robot").exists()
     (tmp_path / "old").mkdir()
     ServedFolder(tmp_path / "old").release()
@@ -77,6 +82,7 @@ def test_a_file_of_the_user_is_left_alone(tmp_path: Path, name: str) -> None:
 
 def test_a_path_too_long_for_a_socket_is_said(tmp_path: Path, server: RobotServer) -> None:
     with pytest.raises(TfsatError, match="too long") as caught:
+        # A socket's path may have some hundred characters.
         ControlSocket(tmp_path / ("x" * 120), server)
     assert "--dir" in caught.value.next_step
 
@@ -93,6 +99,7 @@ def test_a_folder_is_being_started_until_its_control_socket_is_there(tmp_path: P
     assert not being_started(port)
     folder = ServedFolder(tmp_path / "robot")
     assert being_started(port)
+    # The control socket is the last thing that a start makes.
     folder.control.touch()
     assert not being_started(port), "a missing port has its cable pulled now"
     folder.control.unlink()

@@ -25,6 +25,7 @@ def record(
     """
     with releaser(imperfections=imperfections or draw(SEED), seed=SEED) as (robot, _, logger):
         logger.start_recording()
+        # Half a second before the act, so that both states are in one log.
         robot.advance(BROKEN_AT_US)
         broken_us = robot.now_us
         for act in acts:
@@ -42,6 +43,7 @@ def fly(robot: EmulatedRobot, board: SequencerClient, before_drop: Act, *, until
     """Upload 59/70, arm, let the act happen, drop, and stop in the fall."""
     board.upload(OF_THE_PAPER)
     board.arm()
+    # Half a second of resting on the crane.
     robot.advance(500_000)
     robot.record_truth(1000)
     before_drop(robot)

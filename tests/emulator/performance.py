@@ -42,10 +42,12 @@ class Performance:
 
     def at(self, t_s: float) -> int:
         """Return the row nearest to time `t_s`."""
+        # Rows are a step apart: the nearest is good enough.
         return int(np.argmin(np.abs(self.t_s - t_s)))
 
     def turn_deg(self, body: int, t_s: float) -> FloatArray:
         """(3,) deg, by what a body (1 to 4) has turned since the beginning, in its first frame."""
+        # By what it turned since the step began, in its own first axes.
         attitude = self.attitudes[body - 1]
         return np.asarray(np.rad2deg((attitude[0].inv() * attitude[self.at(t_s)]).as_rotvec()))
 

@@ -49,6 +49,7 @@ def test_it_is_built_once_where_the_environment_says_and_again_where_it_is_damag
     assert ensure_built() == library
     assert compiler.calls == calls
     assert sorted(path.name for path in library.parent.iterdir()) == [library.name, stamp.name]
+    # Each damage must be noticed and built again, the untouched case must not.
     damages: list[Callable[[], object]] = [
         lambda: os.truncate(library, len(library_bytes) // 2),
         lambda: library.write_bytes(b"lebrary\n"),

@@ -29,6 +29,7 @@ def test_the_ring_bridges_a_card_that_stalls_now_and_then(stall_us: int | None) 
     assert log.verdict == "complete" and log.samples_lost == 0
     stalls = [event for event in log.events if event.name == "card_stall"]
     assert bool(stalls) == (stall_us is not None)
+    # The stall is timed by the logger as long as it was.
     for stall in stalls:
         assert stall.value * 1000 == pytest.approx(stall_us, abs=3_000)
 
@@ -41,14 +42,17 @@ def test_stalls_come_about_as_often_as_they_are_told() -> None:
         logger.stop_recording()
         log = read_card(robot)
     ended_us = np.array([event.t_us for event in log.events if event.name == "card_stall"])
+    # 24 s with a stall about every second.
     assert 16 <= ended_us.size <= 25
     apart_s = np.diff(ended_us) * 1e-6
+    # Not evenly: the distances are drawn, but never far from their mean.
     assert apart_s.min() >= 0.7 and apart_s.max() <= 1.75 and np.ptp(apart_s) > 0.3
 
 
 def test_a_card_that_stalls_at_each_block_is_more_than_the_ring_bridges() -> None:
     with releaser(seed=SEED) as (robot, _, logger):
         logger.start_recording()
+        # 400 ms for every block: the card is far too slow for any ring.
         robot.faults.card_stalls(400_000, 0)
         robot.advance(40_000_000)
         dropped = logger.status().samples_dropped
@@ -62,6 +66,7 @@ def test_a_sequencers_clock_may_go_wrong_in_the_middle_of_a_run(sequencer: str) 
         logger.start_recording()
         fly(robot, board, do_nothing, until_us=1_200_000)
         turned_us = robot.now_us - robot.released_us
+        # 2 % slow from here on.
         robot.faults.clock("sequencer", -20_000.0)
         robot.advance(1_300_000)
         assert board.status().state == SequencerState.DONE
@@ -69,6 +74,7 @@ def test_a_sequencers_clock_may_go_wrong_in_the_middle_of_a_run(sequencer: str) 
         log = read_card(robot)
         noted_us = [event.t_us - robot.released_us for event in log.events if event.name == "stroke"]
     expected = [700_000.0, 1_050_000.0]
+    # What was left of the time goes 2 % slower.
     expected += [turned_us + (at_us - turned_us) / 0.98 for at_us in (1_470_000, 1_820_000)]
     assert noted_us == pytest.approx(expected, abs=25)
 
@@ -85,9 +91,11 @@ def test_a_loggers_clock_may_go_wrong_while_it_records_and_its_time_has_no_jump(
         robot.advance(500_000)
         logger.stop_recording()
         log = read_card(robot)
+    # The samples' own times stay even: no jump in the log.
     assert np.diff(log.t_us).max() <= 1e6 / log.header.rate_hz + 1
     assert np.diff(log.t_us).min() >= 1e6 / log.header.rate_hz - 1
     (opened, closed) = [event.t_us for event in log.events if event.name == "switch_edge"]
+    # The logger notes the switch by its own clock, which is 1 % fast by then.
     assert opened == pytest.approx(before_us + (knocked_us - before_us) * 1.01, abs=2)
     assert closed - opened == pytest.approx(101_000, abs=2)
 
@@ -100,6 +108,7 @@ def test_a_clock_set_at_once_is_one_that_was_drawn(ppm: float) -> None:
         wrong = replace(ideal(), logger_clock_ppm=ppm if is_drawn else 0.0)
         with EmulatedRobot(imperfections=wrong, seed=1, session_seed=1) as robot:
             if not is_drawn:
+                # As soon as it runs: a clock error drawn at the start must give the same card.
                 robot.faults.clock("logger", ppm)
             robot.advance(SETTLE_US)
             logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -115,6 +124,7 @@ def test_a_supply_that_goes_at_any_moment_takes_no_block_that_was_synced_and_no_
     every: int,
 ) -> None:
     """Whatever the card was doing: the log ends within a quarter of a second of the cut, and all of it is whole."""
+    # Over a sync interval, in steps that share no factor with it.
     for cut_us in range(1_000_000, 1_260_000, 20_111)[::every]:
         with releaser(seed=SEED) as (robot, _, logger):
             logger.start_recording()
@@ -124,5 +134,6 @@ def test_a_supply_that_goes_at_any_moment_takes_no_block_that_was_synced_and_no_
             robot.advance(100_000)
             log = read_card(robot)
         assert log.verdict == "truncated"
+        # A quarter of a second to the last sync, and a block under way.
         assert 0 <= at_us - int(log.t_us[-1]) < 350_000
         assert np.diff(log.t_us).max() < 5_000

@@ -46,6 +46,7 @@ def test_servo_maps_are_off_by_what_they_state() -> None:
             std = np.sqrt(np.diag(servo_map.covariance))
             assert (np.rad2deg(std[[0, 2]]) < 0.4).all()
             off.append((estimate - true) / std)
+    # 30 robots, three servos, three numbers each: 270 errors in their own std.
     assert np.abs(off).max() < 4.5
     assert np.std(off, axis=0) == pytest.approx(1.0, abs=0.35)
 
@@ -54,8 +55,10 @@ def test_a_bench_takes_what_gravity_does_to_a_gyro_for_its_bias() -> None:
     truth = imperfections_with(load_imu("mpu6050"), 5, draw_as_built(5))
     certificate = careful_certificate(MODEL, truth, 5, MEASURED)
     for body, gyro in enumerate(certificate.gyros):
+        # Gravity along the sensor's own axes, by its true mounting.
         up = (truth.mounting[body] @ MODEL.imus[body].sensor_to_body).T @ [0.0, 0.0, 1.0]
         felt = truth.gyro_g_sensitivity_rad_s_g[body] @ up
+        # What the chip feels of gravity is in its bias, as a bench cannot tell them apart.
         assert np.rad2deg(gyro.bias_rad_s - truth.gyro_bias_rad_s[body] - felt) == pytest.approx(
             0.0, abs=0.005
         )

@@ -49,7 +49,9 @@ class Flight:
 
         Each is the time of the first truth row by which a resting joint has moved.
         """
+        # A joint that rests moves less than 1e-5 rad in a step.
         moves = np.abs(np.diff(self.truth[:, 1:4], axis=0)) > 1e-5
+        # The first row of a motion, not every row of it.
         begun = moves & ~np.vstack([np.zeros((1, 3), bool), moves[:-1]])
         t_s = self.truth[1:, 0] - self.released_s
         onsets_s = np.concatenate([t_s[column & (t_s > 0) & (t_s < 2)] for column in begun.T[:2]])
@@ -64,6 +66,7 @@ def fly(sequencer: str, sequencer_ppm: float, logger_ppm: float) -> Flight:
         board.upload(OF_THE_PAPER)
         logger.start_recording()
         board.arm()
+        # At a fixed time, so that the flights of both clocks can be compared.
         robot.advance(RELEASED_US - robot.now_us)
         robot.record_truth(TRUTH_US)
         robot.drop()
@@ -126,6 +129,7 @@ def test_the_loggers_clock_leaves_the_world_alone(ppm: float) -> None:
     assert off.released_s == exact.released_s
     assert np.array_equal(off.truth[:, 0], exact.truth[:, 0])
     # Steps of the integration end at samples, too: as much as that may differ.
+    # The integration ends its steps at samples: the same motion, to its accuracy.
     assert np.abs(off.truth - exact.truth).max() < 1e-7
 
 
@@ -136,9 +140,11 @@ def test_pulses_are_as_much_shorter_as_the_sequencer_is_fast(ppm: float) -> None
         pulses = load_robot().servos[joint].pulses
         assert pulses is not None
         reached_rad = exact.truth[:, 1 + joint].max()
+        # The pulse that brought the joint there, by its servo's line.
         pulse_us = pulses.reference_pulse_us + pulses.pulse_us_per_rad * (
             reached_rad - pulses.reference_angle_rad
         )
+        # A fast clock counts a microsecond too soon: the pulse is that much shorter.
         missing_rad = pulse_us * (1 - 1 / (1 + 1e-6 * ppm)) / pulses.pulse_us_per_rad
         assert off.truth[:, 1 + joint].max() == pytest.approx(reached_rad - missing_rad, abs=np.deg2rad(0.01))
         assert abs(missing_rad) > np.deg2rad(1.0)
@@ -160,8 +166,10 @@ def test_clocks_are_exact_but_in_a_robot_as_built() -> None:
             for imperfections in map(draw_as_built, range(400))
         ]
     )
+    # The clocks are drawn with 20 ppm of standard deviation and cut at 50.
     assert np.abs(clock_errors_ppm).max() == 50.0
     assert clock_errors_ppm.std(axis=0) == pytest.approx([20.0, 20.0], rel=0.1)
+    # Two boards: their crystals are not correlated.
     assert abs(np.corrcoef(clock_errors_ppm.T)[0, 1]) < 0.15
 
 

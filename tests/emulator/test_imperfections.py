@@ -42,10 +42,12 @@ def test_a_wrong_servo_stands_at_offset_plus_gain_times_the_command_less_half_th
         servo_offset_rad=np.deg2rad([1.2, 0.0, 0.0]),
         servo_backlash_rad=np.deg2rad([0.8, 0.0, 0.0]),
     )
+    # Pulses are whole ticks of 0.5 us, 0.045 deg each.
     pulse_step_deg = 0.09 / 2
     assert jogged_deg(wrong, 60, 30) == pytest.approx(
         [1.2 + 0.95 * 60 - 0.4, 1.2 + 0.95 * 30 + 0.4], abs=pulse_step_deg + 0.01
     )
+    # The same jogs with a servo that is exact: the errors are the servo's.
     assert jogged_deg(ideal(), 60, 30) == pytest.approx([60, 30], abs=pulse_step_deg + 0.01)
 
 
@@ -53,12 +55,14 @@ def test_servos_that_do_not_repeat_are_repeated_by_the_seed() -> None:
     wrong = replace(ideal(), servo_repeat_rad=np.deg2rad([0.3, 0.0, 0.0]))
     first = jogged_deg(wrong, 60, 30, 60, 30, 60)
     assert jogged_deg(wrong, 60, 30, 60, 30, 60) == first
+    # The same target is reached differently each time.
     assert np.ptp([first[0], first[2], first[4]]) > 0.02
     assert np.abs(np.array(first) - [60, 30, 60, 30, 60]).max() < 1.5
 
 
 def test_angle_sensors_show_a_bent_angle() -> None:
     bend = np.deg2rad(
+        # One term of the nonlinearity a sensor, all of 2 deg.
         np.array([[2.0, 0, 0, 0], [0, 2.0, 0, 0], [0, 0, 2.0, 0], [0, 0, 0, 2.0]] + [[0, 0, 0, 0]] * 2)
     )
     wrong = replace(
@@ -69,8 +73,10 @@ def test_angle_sensors_show_a_bent_angle() -> None:
         t_s = (performance.counts.t_us - performance.counts.t_us[0]) * 1e-6
         for stop_s, stop_deg in ((0.5, 0.0), (3.0, 30.0), (5.5, 60.0), (8.0, 90.0)):
             angle_counts = performance.counts.angle_counts[int(np.searchsorted(t_s, stop_s))] + 0.5
+            # The second sensor of a pair counts the other way.
             for sensor, direction in ((2 * joint - 2, 1), (2 * joint - 1, -1)):
                 phi = np.deg2rad(180 + wrong.angle_zero_rad[sensor] * 180 / np.pi + direction * stop_deg)
+                # Sine and cosine of one and of two turns.
                 terms = np.array([np.sin(phi), np.cos(phi), np.sin(2 * phi), np.cos(2 * phi)])
                 expected = (phi + bend[sensor] @ terms) / (2 * np.pi) * 4096
                 assert angle_counts[sensor] == pytest.approx(expected, abs=0.51)
@@ -81,11 +87,13 @@ def test_a_gyros_reading_is_scale_times_the_turned_rate_plus_bias() -> None:
     performance = perform(turn("x", 180.0), imperfections=wrong)
     # Over the first leg, from rest to rest; a reading lags, a sum does not.
     t_s = (performance.counts.t_us - performance.counts.t_us[0]) * 1e-6
+    # The leg of the turn, without the rests before and after it.
     leg = (t_s > 0.5) & (t_s < 3.8)
     passed = (np.diff(t_s[leg])[:, None, None] * performance.gyros_deg_s()[leg][:-1]).sum(axis=0)
     for body in range(4):
         sensor_rate_deg_s = wrong.mounting[body].T @ [180.0, 0.0, 0.0]
         bias = np.rad2deg(wrong.gyro_bias_rad_s[body]) * np.ptp(t_s[leg])
+        # Scale, mounting and bias together make the reading.
         assert passed[body] == pytest.approx(wrong.gyro_scale[body] * sensor_rate_deg_s + bias, abs=0.15)
 
 
@@ -94,6 +102,7 @@ def test_a_robot_as_built_is_off_in_everything_and_within_its_ranges() -> None:
     tilt = np.rad2deg([Rotation.from_matrix(robot.mounting).magnitude() for robot in robots])
     assert tilt.max() < 5.0 and tilt.mean() == pytest.approx(2.5, abs=0.5)
     bias = np.rad2deg([robot.gyro_bias_rad_s for robot in robots])
+    # Uniform within 5 deg/s either way: the standard deviation is 5 over the root of 3.
     assert np.abs(bias).max() <= 5.0 and bias.std() == pytest.approx(5 / np.sqrt(3), rel=0.1)
     scale = np.array([robot.gyro_scale for robot in robots])
     assert np.abs(scale - 1).max() <= 0.03 and scale.std() == pytest.approx(0.03 / np.sqrt(3), rel=0.1)
@@ -113,6 +122,7 @@ def test_a_robot_as_built_is_off_in_everything_and_within_its_ranges() -> None:
 def test_a_seed_draws_one_robot_and_another_seed_another() -> None:
     first, again, other = draw_as_built(1), draw_as_built(1), draw_as_built(2)
     for field in fields(Imperfections):
+        # Every field, not just those that are easy to see.
         assert np.array_equal(getattr(first, field.name), getattr(again, field.name))
     assert not np.array_equal(first.mounting, other.mounting)
 
@@ -138,5 +148,7 @@ def test_a_robot_as_it_comes_has_exact_servos_scales_and_straight_angle_sensors(
             assert np.array_equal(getattr(imperfections, name), getattr(exact, name))
     # The draw itself is fixed: rehearsals with a seed must not change from one version to the next.
     assert np.rad2deg(draw(1).gyro_bias_rad_s[0]) == pytest.approx(
-        [-0.736454, -0.162910, -0.482119], abs=1e-6
+        [-0.736454, -0.162910, -0.482119],
+        abs=1e-6,
+        # The draw is fixed: an emulated robot of a seed stays the same robot.
     )
