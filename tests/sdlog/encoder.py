@@ -57,6 +57,7 @@ HEADER = LogHeader(
 
 def sealed(head: BlockHeader, body: bytes) -> bytes:
     """Return a block with its CRC."""
+    # The CRC is over the block without itself.
     text = (head.encode() + body).ljust(CRC_OFFSET, b"\0")
     return text + struct.pack("<I", zlib.crc32(text))
 
@@ -76,6 +77,7 @@ def sample(index: int, time_offset_us: int, flags: int = ALL_VALID) -> Sample:
 
 
 def _i16(value: int) -> int:
+    # Wraps into 16 bits as the sensor's register does.
     return (value + 32768) % 65536 - 32768
 
 
@@ -110,6 +112,7 @@ class Recorder:
         body += b"".join(event.encode() for event in events).ljust(EVENTS_PER_BLOCK * Event.SIZE, b"\0")
         self._add(BlockKind.DATA, body, count, len(events))
         self.samples += count
+        # The repeated header follows the block that made it due.
         if len(self.blocks) % self.repeat_blocks == 0:
             self._add(BlockKind.HEADER, self.header.encode())
 
@@ -177,6 +180,7 @@ def long_recording(
         late_us: Delay in us by block number, for that block and all after it.
     """
     header, data = recording(1, closed=False, start_us=start_us).blocks
+    # One block as a pattern: only number and time differ from block to block.
     image = np.tile(np.frombuffer(data, np.uint8), (blocks, 1))
     image[0] = np.frombuffer(header, np.uint8)
     heads = image[:, :HEADER_BYTES].view(np.dtype(BLOCK_HEADER_DTYPE))[:, 0]
@@ -185,6 +189,7 @@ def long_recording(
     heads["time_us"] = start_us + 3571 * heads["first_sample"].astype(np.uint64)
     for number, later_us in (late_us or {}).items():
         heads["time_us"][number:] += np.uint64(later_us)
+    # A CRC for each block: number and time differ.
     crcs = [zlib.crc32(block) for block in image[:, :CRC_OFFSET]]
     image[:, CRC_OFFSET:] = np.array(crcs, "<u4").view(np.uint8).reshape(-1, 4)
     return image.tobytes()
@@ -200,6 +205,7 @@ def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, i
     recorder = Recorder(**settings)
     recorder.data()
     recorder.data()
+    # The release lies between two samples, as it does in a log.
     release_us = recorder.time_us(recorder.samples) + 1234
     recorder.data(
         events=[
@@ -209,6 +215,7 @@ def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, i
         flags=ALL_VALID | 0x0C00,
     )
     for number, after_us in enumerate((700_000, 1_050_000, 1_470_000, 1_820_000)):
+        # Strokes fall into the block that was recorded at their time.
         while recorder.time_us(recorder.samples + SAMPLES_PER_BLOCK) < release_us + after_us:
             recorder.data(flags=ALL_VALID | 0x0C00)
         recorder.data(
@@ -221,6 +228,7 @@ def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, i
 
 def renumbered(block: bytes, **changes: Any) -> bytes:
     """Return the same block with changed header fields and a matching CRC."""
+    # Changed fields and a CRC that fits: the decoder must see the change, not the damage.
     head = replace(BlockHeader.decode(block[: BlockHeader.SIZE]), **changes)
     return sealed(head, block[BlockHeader.SIZE : CRC_OFFSET])
 

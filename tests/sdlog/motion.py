@@ -27,6 +27,7 @@ OPENED_S = 1.0
 def moving_log(path: Path, *, wall_clock_us: int = 0) -> DropLog:
     """Written to `path` and loaded; samples, counts and release are exact."""
     recorder = Recorder(header=replace(HEADER, wall_clock_us=wall_clock_us))
+    # Rest before the release, as a robot in the releaser has it.
     while recorder.samples * recorder.interval_us < REST_S * 1e6:
         recorder.data()
     release_us = recorder.time_us(recorder.samples)
@@ -39,9 +40,11 @@ def moving_log(path: Path, *, wall_clock_us: int = 0) -> DropLog:
     fallen = log.t_us >= release_us
     imu = np.zeros_like(log.imu_counts)
     imu[:, :, 4:7] = BIAS_COUNTS
+    # The bias stays in the fall: it is the sensor's own.
     imu[fallen, :, 4:7] += np.array(RATE_COUNTS, np.int16)
     opened = np.clip((log.t_us - release_us) / (OPENED_S * 1e6), 0, 1)
     turned = np.round(opened * QUARTER_TURN_COUNTS)
     sensors = load_robot().angle_sensors
+    # Both sensors of a joint turn, each in its own direction.
     angles = np.stack([(2048 + sensor.direction * turned) % 4096 for sensor in sensors], axis=1)
     return replace(log, imu_counts=imu, angle_counts=angles.astype(np.uint16))

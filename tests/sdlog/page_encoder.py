@@ -74,6 +74,7 @@ def encode(samples: Sequence[Sample], events: Sequence[Event], again: range = ra
     """
     blocks: list[bytes] = []
     for content in contents(samples, events):
+        # The header is repeated early, and then every 256 blocks.
         if len(blocks) == 8 or len(blocks) % 256 == 0:
             blocks.append(header_block(len(blocks), content))
         blocks.append(data_block(len(blocks), content))
@@ -90,6 +91,7 @@ def contents(samples: Sequence[Sample], events: Sequence[Event]) -> Iterator[Con
         due = [event for event in waiting if end == len(samples) or event.time_us < samples[end].time_us]
         waiting = waiting[len(due) :]
         yield Content(first, rows, due[:MAX_EVENTS])
+        # Events that found no slot get blocks of their own.
         for slot in range(MAX_EVENTS, len(due), MAX_EVENTS):
             yield Content(end, (), due[slot : slot + MAX_EVENTS])
 
@@ -100,6 +102,7 @@ def block(
     """512 bytes: head, payload, zeros, CRC. `in_use`: slots of samples and of events."""
     head = struct.pack("<4s4B4IQ", b"TFS1", 3, kind, *in_use, SESSION, number, first_sample, 0, time_us)
     body = (head + payload).ljust(508, b"\0")
+    # The CRC of everything before it, zero-padded to the block's end.
     return body + struct.pack("<I", zlib.crc32(body))
 
 
@@ -139,6 +142,7 @@ def footer_block(number: int, samples: Sequence[Sample], copies: int) -> bytes:
     """Return the footer of a recording without loss, closed at its last sample."""
     nominal_us = 1e6 / RATE_HZ
     steps = [after.time_us - before.time_us for before, after in pairwise(samples)]
+    # A step of more than one and a half intervals is a missed tick, not jitter.
     on_time = [step for step in steps if step <= 1.5 * nominal_us]
     rms_us = math.sqrt(sum((step - nominal_us) ** 2 for step in on_time) / len(on_time))
     payload = (

@@ -23,6 +23,7 @@ def reference() -> Recorder:
     recorder = Recorder(repeat_blocks=2)
     recorder.data()
     recorder.data(3, events=[event(5_010_000, EventCode.STROKE)])
+    # Without the copy of the header that the second data block made due.
     recorder.blocks.pop()
     recorder.close()
     return recorder
@@ -48,6 +49,7 @@ def test_every_truncation(reference: Recorder, tmp_path: Path, step: int) -> Non
     data = reference.image()
     ends = {end + i for end in range(0, len(data), BLOCK_BYTES) for i in (-1, 0, 1)}
     sizes = sorted({*range(0, len(data), step), *ends} & {*range(len(data))}, reverse=True)
+    # From the largest size down: the file is only shortened.
     path = write(tmp_path / "SD.bin", data)
     verdicts = []
     for size in sizes:
@@ -61,6 +63,7 @@ def test_every_truncation(reference: Recorder, tmp_path: Path, step: int) -> Non
         check(log, reference)
         assert log.verdict == "truncated"
         verdicts.append(log.verdict)
+    # With the header and one block, the log can be read.
     assert verdicts == ["truncated" if size >= 2 * BLOCK_BYTES else "refused" for size in sizes]
 
 
@@ -71,8 +74,10 @@ def test_every_flipped_bit(reference: Recorder, tmp_path: Path) -> None:
         flipped = np.tile(np.frombuffer(block, np.uint8), (len(bits), 1))
         flipped[bits, bits // 8] ^= (1 << bits % 8).astype(np.uint8)
         looked = look(flipped.data.cast("B"))
+        # Not a single flipped bit may go unnoticed.
         assert not looked.usable.any()
         assert looked.unusable == Counter(foreign=32, torn=len(bits) - 32), "magic number, all else"
+        # Some bits of every kind are decoded; all of them would take minutes.
         for bit in (0, 31, 32, *range(100, len(bits), 333)):
             blocks = [*reference.blocks[:number], flipped[bit].tobytes(), *reference.blocks[number + 1 :]]
             log = load(write(tmp_path / "SD.bin", b"".join(blocks)))

@@ -71,6 +71,7 @@ def test_json_has_the_keys_that_others_rely_on(sd: Path, tmp_path: Path) -> None
     assert facts["rate_hz"] == pytest.approx(280.03, abs=0.01)
     assert facts["session"] == "1234abcd"
     strokes = [event["t_s"] for event in facts["events"] if event["name"] == "stroke"]
+    # Seconds after the release, rounded to the microsecond.
     assert strokes == [0.70, 1.05, 1.47, 1.82]
     names = {"csv": "SD.csv", "events_csv": "SD.events.csv", "npz": "SD.npz", "mat": "SD.mat"}
     assert facts["files"] == {key: str(tmp_path / "out" / name) for key, name in names.items()}
@@ -83,8 +84,10 @@ def test_lost_data_ends_with_3_and_says_what(tmp_path: Path) -> None:
     process = decode(damaged, expect=3)
     assert "6 of 48 samples are lost (1 blocks)" in process.stderr
     assert "damaged" in process.stdout
+    # Without its end: truncated, not damaged.
     cut = write(tmp_path / "cut.bin", b"".join(blocks[:-1]))
     assert decode_json(cut, expect=3)["verdict"] == "truncated"
+    # IMU 1 never answered: its readings stay, marked invalid.
     recorder = Recorder()
     recorder.data(flags=ALL_VALID & ~1)
     recorder.close()
@@ -98,6 +101,7 @@ def test_another_session_can_be_chosen(tmp_path: Path) -> None:
     image = recording(4, session=0xA).image() + recording(5, session=0xB).image()
     card = write(tmp_path / "card.img", image)
     assert decode_json(card)["session"] == "0000000a"
+    # Both recordings are named, so that a user can choose.
     assert decode_json(card)["other_sessions"] == ["0000000b"]
     assert decode_json(card, "--session", "0000000B")["samples"] == 30
     error = decode_json(card, "--session", "c", expect=2)["error"]
@@ -108,6 +112,7 @@ def test_its_own_files_are_replaced_and_nobody_else_s(sd: Path) -> None:
     formats = ("--format", "csv,npz,mat")
     decode(sd, *formats)
     decode(sd, *formats)
+    # Written by this command before: replaced without asking.
     for name in ("SD.csv", "SD.events.csv", "SD.npz", "SD.mat"):
         mine = write(sd.parent / name, b"my own notes")
         process = decode(sd, *formats, expect=1)
@@ -116,6 +121,7 @@ def test_its_own_files_are_replaced_and_nobody_else_s(sd: Path) -> None:
         assert mine.read_bytes() == b"my own notes"
         decode(sd, *formats, "--force")
         assert mine.read_bytes() != b"my own notes"
+    # No temporary file is left, whatever happened.
     assert not [path for path in sd.parent.iterdir() if path.name.startswith(".")]
 
 
@@ -158,6 +164,7 @@ def test_files_of_another_recording_are_named_whatever_their_date(sd: Path, kind
     other = "npz" if kind == "csv" else "csv"
     decode(sd, "--format", f"{kind},{other}")
     file = sd.with_suffix(f".{kind}")
+    # A card's clock may be decades off, in either direction.
     shifted_s = file.stat().st_mtime + age_s
     os.utime(sd, (shifted_s, shifted_s))
     assert "another recording" not in decode(sd, "--format", other).stderr
@@ -183,6 +190,7 @@ def clipped_at(tmp_path: Path, t_s: float) -> dict[str, Any]:
     row = int(np.argmin(np.abs(log.t_us - release_us - t_s * 1e6)))
     image = bytearray(recorder.image())
     clip_sample(image, row)
+    # Exit code 3 where the clipped sample lies in the fall.
     return decode_json(write(tmp_path / "SD.bin", bytes(image)), expect=3 if 0 <= t_s < 2.5 else 0)
 
 

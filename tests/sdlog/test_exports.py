@@ -39,6 +39,7 @@ def test_csv_holds_every_value_to_the_sensor_s_resolution(log: DropLog, tmp_path
     table = read_csv(tmp_path / "SD.csv")
     columns = by_name(log)
     assert table.keys() == columns.keys()
+    # Half of the last digit that is written for each unit.
     half_digit = {"deg_s": 5.1e-5, "deg": 5.1e-5, "m_s2": 5.1e-6, "_c": 5.1e-4}
     for name, column in columns.items():
         atol = next((atol for unit, atol in half_digit.items() if name.endswith(unit)), 0.0)
@@ -47,6 +48,7 @@ def test_csv_holds_every_value_to_the_sensor_s_resolution(log: DropLog, tmp_path
 
 def test_csv_has_types_that_a_foreign_reader_infers(log: DropLog, tmp_path: Path) -> None:
     write_csv(log, tmp_path / "SD.csv")
+    # Types that a reader without our schema takes for numbers.
     table = arrow_csv.read_csv(tmp_path / "SD.csv")
     types = {str(table[name].type) for name in table.column_names if name not in ("sample", "t_us")}
     assert types == {"double", "int64"}
@@ -59,10 +61,12 @@ def test_csv_has_types_that_a_foreign_reader_infers(log: DropLog, tmp_path: Path
 def test_csv_leaves_invalid_readings_empty_and_shows_clipping(tmp_path: Path) -> None:
     recorder = Recorder()
     recorder.data()
+    # Bits of IMU 2 and of angle sensor 6, and IMU 3's clip flag.
     recorder.data(flags=(ALL_VALID & ~0b10_0000_0010) | 1 << 14)
     log = load(write(tmp_path / "SD.bin", recorder.image()))
     write_csv(log, tmp_path / "SD.csv")
     table = read_csv(tmp_path / "SD.csv")
+    # Empty is not zero: nothing was measured there.
     empty = {name for name, column in table.items() if "" in column}
     assert empty == {
         *(f"imu2_rate_{axis}_deg_s" for axis in "xyz"),
@@ -75,6 +79,7 @@ def test_csv_leaves_invalid_readings_empty_and_shows_clipping(tmp_path: Path) ->
 
 
 def test_csv_is_the_same_for_a_log_of_many_chunks(tmp_path: Path) -> None:
+    # More blocks than are written at once.
     log = load(write(tmp_path / "SD.bin", long_recording(3000, start_us=999_000)))
     write_csv(log, tmp_path / "SD.csv")
     table = read_csv(tmp_path / "SD.csv")
@@ -86,6 +91,7 @@ def test_events_csv(log: DropLog, tmp_path: Path) -> None:
     write_events_csv(log, tmp_path / "SD.events.csv")
     table = read_csv(tmp_path / "SD.events.csv")
     assert table["event"] == ["switch_edge", "switch_edge", "stroke", "stroke", "stroke", "stroke"]
+    # The release is t = 0; the strokes are where the maneuver put them.
     assert table["t_s"][1:] == ["0.000000", "0.700000", "1.050000", "1.470000", "1.820000"]
     assert [int(text) for text in table["t_us"]] == [event.t_us for event in log.events]
 
@@ -95,6 +101,7 @@ def test_npz(log: DropLog, tmp_path: Path) -> None:
     with np.load(tmp_path / "SD.npz") as file:
         for name in set(file.files) - {"metadata"}:
             np.testing.assert_array_equal(file[name], getattr(log, name))
+            # Not a copy: the type is the log's own.
             assert file[name].dtype == getattr(log, name).dtype
         assert {"sample_index", "t_s", "rate_rad_s", "sensor_angle_rad", "clipped"} < set(file.files)
         facts = json.loads(str(file["metadata"]))
@@ -119,6 +126,7 @@ def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> Non
         np.testing.assert_array_equal(drop.imu[body].valid, log.imu_valid[:, body])
         np.testing.assert_array_equal(drop.imu[body].clipped, log.clipped[:, body])
     for joint in range(3):
+        # Two sensors a joint, in the order of their numbers.
         pair = slice(2 * joint, 2 * joint + 2)
         np.testing.assert_array_equal(drop.joint[joint].sensor_angle_rad, log.sensor_angle_rad[:, pair])
         np.testing.assert_array_equal(drop.joint[joint].valid, log.angle_valid[:, pair])
@@ -128,8 +136,10 @@ def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> Non
     assert (drop.info.verdict, drop.info.session, drop.info.samples) == ("complete", "1234abcd", len(log))
     assert drop.info.header.gyro_lsb_per_deg_s == 65.5
     assert drop.info.release_us == log.release_us
+    # The same numbers once more, as text that a script can read.
     assert json.loads(drop.info.metadata_json) == metadata(log)
     raw = scipy.io.loadmat(tmp_path / "SD.mat")["drop"]
+    # Time down the rows, as MATLAB's functions expect it.
     assert raw["t_s"][0, 0].shape == (len(log), 1)
     assert raw["imu"][0, 0].shape == (1, 4)
     assert raw["events"][0, 0]["name"][0, 0].shape == (6, 1), "a cell array, time down the rows"
@@ -179,6 +189,7 @@ def test_invalid_readings_are_nan_in_mat_and_npz(tmp_path: Path) -> None:
 def test_a_recording_too_long_for_a_mat_file_is_refused(
     log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # A small limit in place of two gibibytes.
     monkeypatch.setattr(export_arrays, "_MAX_BYTES", 100_000)
     with pytest.raises(TfsatError, match="do not fit into a MAT-file") as caught:
         write_mat(log, tmp_path / "SD.mat")

@@ -26,6 +26,7 @@ def encoded_log() -> bytes:
     for bit in range(16):
         recorder.data(3, flags=ALL_VALID ^ 1 << bit)
     for code in EventCode:
+        # The smallest value: the field is signed.
         recorder.data(events=[event(recorder.time_us(recorder.samples), code, 3, 0xFFFE, -(2**31) + code)])
     recorder.close()
     return recorder.image()
@@ -50,9 +51,11 @@ def log(image: bytes, tmp_path: Path) -> DropLog:
 @pytest.fixture(scope="module")
 def blocks(image: bytes) -> list[Any]:
     """Kaitai's blocks of the recording, each once, by number. It does not know which of them are empty."""
+    # The grammar reads every block, empty ones too.
     parsed = TfsatLog.from_bytes(image).blocks
     assert len(parsed) == len(image) // BLOCK_BYTES
     return sorted(
+        # A repeated block counts once, as in our decoder.
         {block.head.block_number: block for block in parsed if block.head.magic == BLOCK_MAGIC}.values(),
         key=lambda block: block.head.block_number,
     )
@@ -74,6 +77,7 @@ def test_every_field_of_every_sample(log: DropLog, blocks: list[Any]) -> None:
             indices.append(block.head.first_sample + slot)
             imu.append([[*reading.accel, reading.temperature, *reading.gyro] for reading in sample.imu])
             angles.append(sample.angle)
+            # Two decoders, one meaning: every flag bit by bit.
             flags.append([bool(sample.flags >> bit & 1) for bit in range(16)])
     assert times == log.t_us.tolist()
     assert indices == log.sample_index.tolist()
@@ -100,6 +104,7 @@ def test_header_and_footer(log: DropLog, blocks: list[Any]) -> None:
     for theirs, ours in ((header.body, log.header), (footer.body, log.footer)):
         for name, value in asdict(ours).items():
             read = getattr(theirs, name)
+            # Bytes and tuples differ in type only: the values are compared.
             assert (type(value)(read) if isinstance(value, bytes | tuple) else read) == value, name
     assert {block.head.session for block in blocks} == {log.session}
 
@@ -109,4 +114,5 @@ def test_the_grammar_knows_a_block_that_is_none() -> None:
     recorder.data()
     parsed = TfsatLog.from_bytes(recorder.image() + bytes(BLOCK_BYTES)).blocks
     assert [int(block.head.kind) for block in parsed] == [1, 2, 0]
+    # An empty block decodes to zeros of its size.
     assert parsed[2].body == bytes(len(parsed[2].body))

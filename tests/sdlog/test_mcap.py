@@ -44,8 +44,10 @@ def write_topics(log: DropLog, path: Path, frames: BodyFrames | None = None) -> 
     topics: Topics = defaultdict(list)
     before_ns = 0
     with path.open("rb") as file:
+        # Decoded by the schema in the file, not by ours.
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+            # By time: a viewer reads it once and in order.
             assert message.log_time >= before_ns, channel.topic
             before_ns = message.log_time
             assert message.publish_time == message.log_time
@@ -57,11 +59,13 @@ def write_topics(log: DropLog, path: Path, frames: BodyFrames | None = None) -> 
 
 def test_every_reading_comes_back(log: DropLog, tmp_path: Path) -> None:
     topics = write_topics(log, tmp_path / "SD.mcap")
+    # Nanoseconds of the logger's clock, microseconds times 1000.
     times_ns = (log.t_us * 1000).tolist()
     for body in range(4):
         messages = topics[f"/body_{body + 1}/imu"]
         assert [time_ns for time_ns, _ in messages] == times_ns
         rate = [(m.rate_deg_s.x, m.rate_deg_s.y, m.rate_deg_s.z) for _, m in messages]
+        # In the message as degrees, in the log as radians.
         np.testing.assert_allclose(np.radians(rate), log.rate_rad_s[:, body], rtol=1e-14)
         force = [
             (m.specific_force_m_s2.x, m.specific_force_m_s2.y, m.specific_force_m_s2.z) for _, m in messages
@@ -80,15 +84,18 @@ def test_every_reading_comes_back(log: DropLog, tmp_path: Path) -> None:
 
 def test_invalid_readings_are_left_out(log: DropLog, tmp_path: Path) -> None:
     imu_valid, angle_valid, clipped = log.imu_valid.copy(), log.angle_valid.copy(), log.clipped.copy()
+    # Body 2 for ten samples, body 4 throughout, one angle, and two clip flags.
     imu_valid[10:20, 1] = False
     imu_valid[:, 3] = False
     angle_valid[5, 2] = False
     clipped[30, 0] = clipped[40, 2] = True
     holed = replace(log, imu_valid=imu_valid, angle_valid=angle_valid, clipped=clipped)
+    # Without frames: the test is about readings.
     topics = write_topics(holed, tmp_path / "SD.mcap", NO_FRAMES)
     assert [t for t, _ in topics["/body_2/imu"]] == (log.t_us[imu_valid[:, 1]] * 1000).tolist()
     rate = [m.rate_deg_s.x for _, m in topics["/body_2/imu"]]
     np.testing.assert_allclose(np.radians(rate), log.rate_rad_s[imu_valid[:, 1], 1, 0], rtol=1e-14)
+    # A sensor without a single reading has no topic.
     assert "/body_4/imu" not in topics
     assert len(topics[SENSORS[2]]) == len(log) - 1
     assert len(topics["/body_1/imu"]) == len(topics["/release_switches"]) == len(log)
@@ -103,12 +110,14 @@ def test_events_in_numbers_and_in_words(log: DropLog, tmp_path: Path) -> None:
     assert got == [(e.t_us, log.seconds(e.t_us), e.name, e.index, e.arg, e.value) for e in events]
     lines = [(m.level, m.message) for _, m in topics["/log"]]
     assert (Log_pb2.Log.INFO, "stroke index=3 arg=0 value=0") in lines
+    # The line that names t = 0 stands at the release's time.
     at_ns, zero = next((t, m) for t, m in topics["/log"] if m.message.startswith("t = 0"))
     assert (at_ns, zero.message) == (log.origin_us * 1000, "t = 0: release")
 
 
 def test_what_is_wrong_with_a_recording_is_its_first_message(tmp_path: Path) -> None:
     blocks = drop_with_release()[0].blocks
+    # A block in the middle and the end are missing.
     damaged = load(write(tmp_path / "SD.bin", b"".join(blocks[:30] + blocks[31:-1])))
     topics = write_topics(damaged, tmp_path / "SD.mcap")
     first = [m.message for t, m in topics["/log"] if t == damaged.t_us[0] * 1000 and m.level == m.WARNING]
@@ -121,6 +130,7 @@ def test_transforms_of_a_known_motion(tmp_path: Path) -> None:
     log = moving_log(tmp_path / "SD.bin")
     topics = write_topics(log, tmp_path / "SD.mcap")
     frames = {topic: messages for topic, messages in topics.items() if topic.startswith("/quick_look/tf/")}
+    # The tree as a viewer draws it: who hangs from whom.
     tree = {
         (message.parent_frame_id, message.child_frame_id)
         for messages in frames.values()
@@ -135,9 +145,11 @@ def test_transforms_of_a_known_motion(tmp_path: Path) -> None:
     for time_ns, message in frames["/quick_look/tf/body_3"]:
         q = message.rotation
         truth = Rotation.from_rotvec(rate_rad_s * (time_ns - start_ns) / 1e9)
+        # Exact to 1e-9: only numbers were converted.
         assert (Rotation.from_quat((q.x, q.y, q.z, q.w)) * truth.inv()).magnitude() < 1e-9
     _, opened = frames["/quick_look/tf/body_2"][-1]
     place, q = opened.translation, opened.rotation
+    # The hinge's place and the quarter turn about it.
     assert (place.x, place.y, place.z) == pytest.approx((0.102, 0.0, 0.202))
     assert (q.x, q.y, q.z, q.w) == pytest.approx((0, np.sqrt(0.5), 0, np.sqrt(0.5)))
     assert topics["/quick_look/joint_3"][-1][1].angle_deg == pytest.approx(90.0)
@@ -151,6 +163,7 @@ def test_quick_looks_are_marked_in_their_channels(tmp_path: Path) -> None:
     assert summary is not None
     for channel in summary.channels.values():
         marked = channel.metadata.get("quality") == QUICK_LOOK
+        # Quick looks are marked; what the sensors said is not.
         assert marked is channel.topic.startswith("/quick_look/")
     assert len(summary.channels) == 3 + 4 + 6 + 3 + 4
 
@@ -162,6 +175,7 @@ def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:
         summary = make_reader(file).get_summary()
     assert summary is not None
     schemas = {schema.name: schema for schema in summary.schemas.values()}
+    # One schema per message: a viewer shows each once.
     assert len(schemas) == len(summary.schemas), "a schema is registered once"
     for name, schema in schemas.items():
         assert schema.encoding == "protobuf"
@@ -175,6 +189,7 @@ def test_schemas_are_whole_and_foxglove_s_own(tmp_path: Path) -> None:
         official = FileDescriptorProto()
         module.DESCRIPTOR.CopyToProto(official)
         carried = FileDescriptorSet.FromString(schemas[f"foxglove.{name}"].data).file
+        # Foxglove's own schema, unchanged.
         assert official in carried
 
 
@@ -196,6 +211,7 @@ def test_metadata_says_what_the_recording_is(log: DropLog, tmp_path: Path) -> No
         records = {record.name: record.metadata for record in make_reader(file).iter_metadata()}
     facts = records[METADATA_NAME]
     for name, value in metadata(log).items():
+        # Strings stand as they are, everything else as JSON.
         assert (facts[name] if isinstance(value, str) else json.loads(facts[name])) == value
     assert (facts["clock"], facts["unix_offset_us"]) == ("since power-up", "null")
 
@@ -205,15 +221,18 @@ def test_times_are_unix_time_if_the_logger_knew_it(tmp_path: Path) -> None:
     log = moving_log(tmp_path / "SD.bin", wall_clock_us=at_us)
     topics = write_topics(log, tmp_path / "SD.mcap")
     start_us = int(log.t_us[0])
+    # Unix time, from the header's wall clock and the block's own time.
     assert [t for t, _ in topics["/body_1/imu"]] == [(at_us + t - start_us) * 1000 for t in log.t_us.tolist()]
     # A copy of the header was written later, and says the time of that moment.
     copied = replace(log, header_time_us=log.header_time_us + 1000)
+    # The header was written a millisecond later than the samples say.
     assert write_topics(copied, tmp_path / "copy.mcap")["/body_1/imu"][0][0] == (at_us - 1000) * 1000
 
 
 def test_the_same_log_gives_the_same_file(log: DropLog, tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_mcap(log, tmp_path / name, NO_FRAMES)
+    # No clock and no random number in the file.
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
@@ -227,4 +246,5 @@ def test_decode_writes_it_and_knows_its_own_again(tfsat_host: RunCli) -> None:
     assert "/quick_look/tf/body_3" in {channel.topic for channel in summary.channels.values()}
     (tfsat_host.folder / "SD.mcap").write_bytes(b"somebody's")
     refused = tfsat_host("decode", "SD.bin", "--format", "mcap", expect=1)
+    # Somebody's own file is not overwritten.
     assert "not made by this command" in refused.stderr

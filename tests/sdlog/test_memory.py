@@ -51,9 +51,11 @@ def above_output(path: Path) -> tuple[int, list[object]]:
 
 
 def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
+    # Nine quarters of a gibibyte, most of it holes.
     path = tmp_path / "card.img"
     with path.open("wb") as file:
         file.truncate(9 * GIB // 4)
+        # A recording at 2 GiB, random bytes at 1 GiB.
         for position, part in ((2 * GIB, recording(4).image()), (1 * GIB, os.urandom(1 << 20))):
             file.seek(position)
             file.write(part)
@@ -64,6 +66,7 @@ def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
 
 def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
     path = tmp_path / "SD.bin"
+    # 250,000 blocks twice: 1.5 million samples.
     path.write_bytes(2 * long_recording(250_000))
     extra_bytes, summary = above_output(path)
     assert extra_bytes < ALLOWED_BYTES
@@ -73,6 +76,7 @@ def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
 def test_blocks_in_any_order(tmp_path: Path) -> None:
     blocks = np.frombuffer(long_recording(40_000), f"S{BLOCK_BYTES}")
     path = tmp_path / "SD.bin"
+    # A whole recording in random order.
     path.write_bytes(np.random.default_rng(3).permutation(blocks).tobytes())
     extra_bytes, summary = above_output(path)
     assert extra_bytes < ALLOWED_BYTES
@@ -83,6 +87,7 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
     """Neighbours are read together, and of a number only the best block so far is kept."""
     header, data, *rest = recording(3).blocks
     path = tmp_path / "SD.bin"
+    # 400,000 copies of one block in the middle of a recording.
     path.write_bytes(header + data * 400_000 + b"".join(rest))
     extra_bytes, summary = above_output(path)
     assert extra_bytes < ALLOWED_BYTES
@@ -98,6 +103,7 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(LogSource, "read_into", count_read)
     path.write_bytes(header + data * 40_000 + b"".join(rest))
     load(path)
+    # Neighbours are read together, not one read a block.
     assert reads < 30
 
 
@@ -105,9 +111,11 @@ def test_one_block_written_again_with_other_content(tmp_path: Path) -> None:
     """Count the block with the most samples, then the first; others are duplicates or in conflict."""
     recorder = recording(3)
     header, data, *rest = recorder.blocks
+    # A block with fewer samples, and one with another time.
     fewer = renumbered(data, sample_count=3)
     other = renumbered(data, time_us=5_000_001)
     path = tmp_path / "SD.bin"
+    # The fullest block counts, of equals the first.
     again = [fewer] * 5000 + [data] * 5000 + [other] * 5000 + [data] * 2 + [fewer]
     path.write_bytes(b"".join([header, *again, *rest]))
     log = load(path)
@@ -127,12 +135,14 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
     def endless(source: LogSource) -> Iterator[tuple[int, memoryview]]:
         nonlocal seen
         for seen in range(0, 64 * 200, 64):
+            # The same 64 blocks again and again, without a file of that size.
             yield seen, memoryview(bytearray(chunk))
 
     with LogSource(path) as source:
         monkeypatch.setattr(LogSource, "chunks", endless)
         survey_result = survey(source, session=1)
     assert survey_result.pieces["count"].sum() == 64 * 200
+    # Only where they lie is remembered, not what they hold.
     assert survey_result.pieces.nbytes < 200 * 64
     assert survey_result.early is not None
     assert not len(survey_result.early.builder.columns()["t_us"])
@@ -141,9 +151,11 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
 def test_a_jumble_of_more_pieces_than_any_card_holds_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # A limit that a test can reach.
     monkeypatch.setattr("tfsat_host.sdlog.blocks.MAX_PIECES", 30)
     blocks = recording(70).blocks
     path = tmp_path / "SD.bin"
+    # Every second block: each is a piece of its own.
     path.write_bytes(b"".join(blocks[::2]))
     with pytest.raises(LogError, match="more than 30 separate pieces"):
         load(path)
@@ -158,6 +170,7 @@ def test_what_does_not_fit_in_memory_is_said(tmp_path: Path, monkeypatch: pytest
     def refuse(*_: object) -> None:
         raise MemoryError
 
+    # As where its arrays do not fit.
     monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "BlockDecoder", refuse)
     with pytest.raises(LogError, match="does not fit in this computer's memory"):
         load(path)
@@ -168,10 +181,12 @@ def test_a_file_too_large_to_decode_in_passing_gives_the_same(
 ) -> None:
     path = tmp_path / "SD.bin"
     image = long_recording(5000)
+    # Five blocks missing, and a part of them again at the end.
     path.write_bytes(image[: 3000 * BLOCK_BYTES] + image[3005 * BLOCK_BYTES :] + image[51_200:76_800])
     at_once = load(path)
     monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "DECODED_AT_ONCE_BYTES", 0)
     in_two = load(path)
     assert (at_once.session, at_once.gaps, at_once.set_aside) == (SESSION, in_two.gaps, in_two.set_aside)
     for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open"):
+        # What is decoded at once and in two passes must be the same log.
         np.testing.assert_array_equal(getattr(at_once, name), getattr(in_two, name))

@@ -22,6 +22,7 @@ def output(path: Path, text: bytes = MARKER) -> OutputFile:
 def test_folders_are_made_and_own_files_replaced(tmp_path: Path) -> None:
     path = tmp_path / "a" / "b" / "report.html"
     write_all([output(path)], force=False)
+    # A file of the command itself is replaced, whatever it holds.
     write_all([output(path, b"new" * 4000 + MARKER)], force=False)
     write_all([output(path, MARKER + b"newer")], force=False)
     assert path.read_bytes() == MARKER + b"newer"
@@ -32,6 +33,7 @@ def test_one_foreign_file_stops_all(tmp_path: Path) -> None:
     with pytest.raises(TfsatError, match="not made by this command"):
         write_all([output(tmp_path / "one"), output(tmp_path / "two")], force=False)
     assert [path.name for path in tmp_path.iterdir()] == ["two"]
+    # With --force the foreign file goes, too.
     write_all([output(tmp_path / "one"), output(tmp_path / "two")], force=True)
     assert (tmp_path / "two").read_bytes() == MARKER
 
@@ -40,12 +42,14 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "SD.csv"
     path.write_bytes(b"old")
 
+    # Half a file was written when the disk was full.
     def fail(target: Path) -> None:
         target.write_bytes(b"half")
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
         write_all([OutputFile(path, b"old", fail)], force=False)
+    # The old file stays until the new one is whole.
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["SD.csv"]
 

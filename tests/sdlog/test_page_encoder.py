@@ -19,6 +19,7 @@ from tfsat_host.sdlog import load
 
 START_US, COUNT = 3_000_000, 1999
 OPENED_US = (START_US + 2_000_000, START_US + 2_000_700)
+# The paper's maneuver, from the release on.
 STROKES_US = tuple(OPENED_US[1] + 1000 * ms for ms in (700, 1050, 1470, 1820))
 LANDED_US = OPENED_US[1] + 2_500_000
 REWRITTEN_US = OPENED_US[1] + 4_100_000
@@ -30,14 +31,18 @@ AGAIN = range(50, 290)
 
 def sample(k: int) -> Sample:
     t_us = START_US + round(k * 1e6 / 280)
+    # Bit 10 is switch 1, bit 11 switch 2.
     flags = 0x3FF | (t_us >= OPENED_US[0]) << 10 | (t_us >= OPENED_US[1]) << 11
     imu = [[(37 * k * (body + 1) + 5 * axis) % 65536 - 32768 for axis in range(7)] for body in range(4)]
+    # Values over the whole range, no two columns alike.
     angle = [(7 * k + 500 * sensor) % 4096 for sensor in range(6)]
     if k == SILENT:
+        # Bit 1 is IMU 2, bit 7 angle sensor 4: both gave nothing.
         flags &= ~(1 << 1 | 1 << 7)
         imu[1], angle[3] = [0] * 7, 0
     if k == CLIPPED:
         flags |= 1 << 15
+        # The largest value that a 16-bit register can hold.
         imu[3][4] = 32767
     return Sample(t_us, flags, imu, angle)
 
@@ -69,6 +74,7 @@ def test_it_is_accepted_as_complete(recording_path: Path, tfsat_host: RunCli) ->
 
 
 def test_one_without_faults_is_accepted_without_a_word(tmp_path: Path, tfsat_host: RunCli) -> None:
+    # Up to the sample before the first fault.
     (tmp_path / "SD.bin").write_bytes(encode(SAMPLES[:SILENT], EVENTS[:3]))
     report = tfsat_host.json("decode", "SD.bin")
     assert (report["verdict"], report["doubts"], report["warnings"]) == ("complete", [], [])
@@ -82,6 +88,7 @@ def test_every_value_is_as_it_was_meant(recording_path: Path) -> None:
     assert log.imu_counts.tolist() == [sample.imu for sample in SAMPLES]
     assert log.angle_counts.tolist() == [sample.angle for sample in SAMPLES]
     assert log.release_us == OPENED_US[1]
+    # Both edges are known to the microsecond, so that nothing is left open.
     assert log.release is not None and log.release.uncertainty_us == 0
     open_from = [[sample.time_us >= opened_us for opened_us in OPENED_US] for sample in SAMPLES]
     assert log.switch_open.tolist() == open_from
@@ -105,6 +112,7 @@ def test_every_unit_is_as_it_was_meant(recording_path: Path) -> None:
     valid = np.ones((COUNT, 4), bool)
     valid[SILENT, 1] = False
     assert np.array_equal(log.imu_valid, valid)
+    # By the scales of the page, in its own units.
     rate, force = np.deg2rad(imu[..., 4:] / 65.5), imu[..., :3] / 2048 * 9.80665
     temperature = imu[..., 3] / 340 + np.float64(np.float32(36.53))
     np.testing.assert_allclose(log.rate_rad_s[valid], rate[valid], rtol=1e-12)
@@ -112,6 +120,7 @@ def test_every_unit_is_as_it_was_meant(recording_path: Path) -> None:
     np.testing.assert_allclose(log.temperature_c[valid], temperature[valid], rtol=1e-9, atol=1e-9)
     assert np.isnan(log.rate_rad_s[SILENT, 1]).all() and np.isnan(log.sensor_angle_rad[SILENT, 3])
     assert np.argwhere(~log.angle_valid).tolist() == [[SILENT, 3]]
+    # The middle of a count: 0.5 is added before the turn.
     angle = (np.array([sample.angle for sample in SAMPLES]) + 0.5) * 2 * np.pi / 4096
     np.testing.assert_allclose(log.sensor_angle_rad[log.angle_valid], angle[log.angle_valid], rtol=1e-12)
 
@@ -139,11 +148,13 @@ PAGE = DOCS / "log-format.md"
 
 
 def test_it_prints_every_sample(tmp_path: Path) -> None:
+    # The page's own reader, run as it is printed there.
     (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     path = tmp_path / "SD.bin"
     path.write_bytes(encoded().image())
     process = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
     log = load(path)
+    # Every line is a sample, in the order of the columns.
     lines = [list(map(int, line.split())) for line in process.stdout.splitlines()]
     assert [line[0] for line in lines] == log.t_us.tolist()
     assert [line[2:30] for line in lines] == log.imu_counts.reshape(len(log), 28).tolist()

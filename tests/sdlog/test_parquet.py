@@ -31,6 +31,7 @@ def test_every_value_is_the_log_s_own_to_the_last_bit(log: DropLog, tmp_path: Pa
     table = parquet.read_table(tmp_path / "SD.parquet")
     expected = by_name(log)
     assert sorted(table.column_names) == sorted(expected)
+    # Sample number and time first, then the sensors.
     assert table.column_names[:4] == ["sample", "t_us", "t_s", "imu1_rate_x_deg_s"]
     for name, column in expected.items():
         np.testing.assert_allclose(table[name].to_numpy(), column, rtol=1e-14, err_msg=name)
@@ -47,6 +48,7 @@ def test_units_and_the_recording_s_metadata_travel_with_it(log: DropLog, tmp_pat
     assert units["imu2_temperature_c"] == "degC"
     assert units["joint3_sensor2_angle_deg"] == "deg"
     assert (units["t_us"], units["t_s"]) == ("us", "s")
+    # Only counts and flags have no unit.
     assert set(schema.names) - set(units) == {"sample", *flag_columns(log)}
 
 
@@ -63,12 +65,14 @@ def test_invalid_readings_are_null_and_nothing_else_is(tmp_path: Path) -> None:
         "imu2_temperature_c",
         "joint3_sensor2_angle_deg",
     }
+    # The second block's sensor is silent, the first one's is not.
     assert all(column == [False] * 6 + [True] * 6 for column in null.values())
 
 
 def test_long_recordings_are_written_piece_by_piece(
     log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # A small group: 600 samples make six of them.
     monkeypatch.setattr(export_tables, "_ROW_GROUP", 100)
     write_parquet(log, tmp_path / "SD.parquet")
     assert parquet.read_metadata(tmp_path / "SD.parquet").num_row_groups == 6
@@ -99,6 +103,7 @@ def test_events(log: DropLog, tmp_path: Path) -> None:
         }
         for event in log.events
     ]
+    # Two edges and four strokes.
     assert len(rows) == 6
 
 
@@ -123,6 +128,7 @@ def test_decode_writes_both_files_and_knows_its_own_again(tfsat_host: RunCli) ->
     tfsat_host("decode", "SD.bin", "--format", "parquet")
     # However much there is to say of a recording.
     blocks = recording(2000).blocks
+    # Every second block is missing: much is to be said of such a recording.
     write(tfsat_host.folder / "SD.bin", b"".join(blocks[:1] + blocks[2::2]))
     for _ in range(2):
         tfsat_host("decode", "SD.bin", "--format", "parquet", expect=3)
@@ -133,6 +139,7 @@ def test_decode_writes_both_files_and_knows_its_own_again(tfsat_host: RunCli) ->
 
 @pytest.mark.parametrize("name", ["parquet", "mcap"])
 def test_missing_extra(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The module itself is missing, not the option.
     monkeypatch.setitem(extras.MODULES, name, ("a_module_that_nobody_has",))
     log = load(write(tmp_path / "SD.bin", recording(2).image()))
     with pytest.raises(MissingExtraError) as caught:

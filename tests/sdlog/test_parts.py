@@ -25,6 +25,7 @@ def record_events(
     """60 samples with events (sample, code, IMU, arg, value)."""
     recorder = Recorder(header=replace(HEADER, who_am_i=bytes(who_am_i)))
     while recorder.samples < 60:
+        # Events of the next six samples go into their block.
         due = [entry for entry in happened if recorder.samples <= entry[0] < recorder.samples + 6]
         recorder.data(events=[event(recorder.time_us(entry[0]), *entry[1:]) for entry in due])
     recorder.close()
@@ -47,6 +48,7 @@ def test_one_that_does_not_say_it_is_what_most_others_are(who_am_i: list[int], t
     by_part = temperature_scales(replace(HEADER, who_am_i=bytes(taken_for)))
     assert temperature_scales(header) == by_part
     for scale, part in zip(by_part, taken_for, strict=True):
+        # Part 0x71 has the scale of 0x70.
         assert scale == SCALES.get(part, SCALES[0x70])
 
 
@@ -82,6 +84,7 @@ def test_another_part_in_its_place_is_not_believed(tmp_path: Path, first: int) -
         (21, FAULT, 1, ErrorCode.SENSOR_MISSING, 0),
         (30, RECOVERED, 1, 0, 0x70),
     )
+    # From the fault on, nothing of that IMU is believed.
     assert np.flatnonzero(~log.imu_valid[:, 1]).tolist() == list(range(20, 60))
     assert log.imu_valid[:, [0, 2, 3]].all()
     (doubt,) = log.doubts

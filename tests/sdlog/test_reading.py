@@ -20,6 +20,7 @@ MIB = 1 << 20
 def sparse(tmp_path: Path) -> Path:
     """64 MiB that hold nothing but a recording in the middle."""
     path = tmp_path / "card.img"
+    # Sparse: only the recording itself takes room on the disk.
     with path.open("wb") as file:
         file.truncate(64 * MIB + 100)
         file.seek(20 * MIB)
@@ -41,8 +42,10 @@ def test_holes_of_a_sparse_image_are_not_read_and_count_as_never_written(
     log = load(sparse)
     skipped, aside = sum(read), log.set_aside
     assert (log.verdict, len(log)) == ("complete", 24)
+    # Holes are not read: 8 MiB of 64 at the most.
     assert skipped <= 8 * MIB
     read.clear()
+    # Without the system's help the whole file is read.
     monkeypatch.delattr(os, "SEEK_DATA", raising=False)
     assert load(sparse).set_aside == aside
     assert sum(read) >= 64 * MIB
@@ -52,6 +55,7 @@ def test_a_hole_where_the_file_got_shorter_is_no_hole(sparse: Path) -> None:
     with LogSource(sparse) as source:
         chunks = source.chunks()
         next(chunks)
+        # The file shrank while it was read.
         os.truncate(sparse, 22 * MIB)
         with pytest.raises(LogError, match="changed while"):
             list(chunks)
@@ -59,6 +63,7 @@ def test_a_hole_where_the_file_got_shorter_is_no_hole(sparse: Path) -> None:
 
 @pytest.mark.parametrize("shift", [1, 37, 511])
 def test_blocks_behind_something_that_is_no_sector_are_found(tmp_path: Path, shift: int) -> None:
+    # Blocks begin at the junk's end, not at a multiple of 512.
     junk = b"..TFS1 was here".ljust(shift + 5 * 512, b".")
     log = load(write(tmp_path / "card.img", junk + recording(400).image() + b"end"))
     assert (log.verdict, len(log)) == ("complete", 2_400)
@@ -76,6 +81,7 @@ def test_progress_comes_to_one(tmp_path: Path, sparse: Path) -> None:
         load(path, progress=shares.append)
         assert len(shares) > 1
         assert sum(shares) == pytest.approx(1.0)
+        # Never backwards, and the whole file once.
         assert min(shares) >= 0.0
 
 
@@ -86,6 +92,7 @@ def test_a_log_has_a_short_name(tmp_path: Path) -> None:
 
 def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
+    # A pipe has no end that can be waited for.
     os.mkfifo(pipe)
     for path in (pipe, Path("/dev/zero")):
         error_text = decode(path, expect=2).stderr
@@ -97,6 +104,7 @@ def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
 def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path) -> None:
     path = write(tmp_path / "SD.bin", recording(4).image())
     # A folder below a device's file cannot be made, by root either.
+    # Decoded all the same: the verdict does not depend on the disk.
     process = decode(path, "--out", "/proc/nowhere", expect=1)
     assert "complete: no samples lost" in process.stdout
     assert "No file could be written to /proc/nowhere" in process.stderr
