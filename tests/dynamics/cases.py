@@ -87,11 +87,13 @@ def _case(number: int, file: Path) -> Case:
     if number == RANDOM_CASES:
         robot = load_robot()
     else:
+        # Chains and trees by turns, of two to six bodies.
         tree = random_tree(rng, 2 + number % 5, chain=number // 5 % 2 == 0)
         robot = load_robot(write_robot_file(tree, file))
     duration_s = float(rng.uniform(1.0, 2.0))
     history, joint_history = _history(rng, robot.n_joints, duration_s, from_samples=number % 2 == 1)
     attitude = Rotation.random(random_state=rng).as_quat()
+    # The second half turns already at the release.
     rate = rng.normal(size=3) if number >= RANDOM_CASES // 2 else None
     return Case(robot, history, joint_history, attitude, rate, duration_s)
 
@@ -101,6 +103,7 @@ def _history(
 ) -> tuple[ClosedForm, JointHistory]:
     if from_samples:
         sines = SineHistory(rng, joints, terms=3, reach_rad=np.pi / 2)
+        # Sampled finely enough that the interpolation adds nothing to the comparison.
         t_s = np.linspace(0.0, duration_s, round(duration_s * _SAMPLES_PER_S) + 1)
         return sines, history_from_samples(t_s, sines.angles(t_s))
     polynomials = PolynomialHistory(rng, joints, duration_s=duration_s)

@@ -74,6 +74,7 @@ class Script:
         r = self.robot
         self.lines.append(f"robot {len(r.mass)} {r.base}")
         for i in range(len(r.mass)):
+            # Bodies first, joints second: the probe reads them in this order.
             self.lines.append(_numbers([r.mass[i], *r.com[i], *r.inertia[i].ravel(), *r.origin[i]]))
         for j in range(len(r.inner)):
             self.lines.append(f"{r.inner[j]} {r.outer[j]} {_numbers([*r.axis[j], *r.point[j]])}")
@@ -82,6 +83,7 @@ class Script:
         self.lines.append(f"{word} {' '.join(map(_numbers, values))}")
 
     def hold(self, *bodies: int) -> None:
+        # A bit for each body: the probe takes a mask.
         self.lines.append(f"hold {sum(1 << body for body in bodies)}")
 
     def release(self, rate: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> None:

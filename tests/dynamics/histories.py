@@ -62,6 +62,7 @@ class PolynomialHistory:
     ) -> None:
         self.duration_s = duration_s
         weights = rng.normal(size=(joints, 7)) / np.arange(1, 8)
+        # Every joint stays within its reach, whatever its weights are.
         weights *= reach_rad * rng.uniform(0.5, 1.0, (joints, 1)) / np.abs(weights).sum(axis=1, keepdims=True)
         self._series = [Chebyshev(row, domain=[0.0, duration_s]) for row in weights]
 
@@ -83,6 +84,7 @@ class PolynomialHistory:
 
     def joint_history(self) -> JointHistory:
         """Return the history as one polynomial piece, which leaves the choice of steps to the integration."""
+        # Powers from the highest down, as JointHistory keeps them.
         powers = [series.convert(kind=Polynomial).coef[::-1] for series in self._series]
         return JointHistory(
             np.array([0.0, self.duration_s]), np.asarray(np.stack(powers, axis=-1)[:, None], dtype=np.float64)

@@ -25,6 +25,7 @@ pulse_us_per_deg = 10.0
 
 def random_tree(rng: np.random.Generator, n: int, *, chain: bool = False) -> Robot:
     """n bodies; a hinge counts in either direction, and any body may be the base."""
+    # Half extents of a box, so that its inertia is that of a real body.
     half = rng.uniform(0.02, 0.1, (n, 3))
     mass = rng.uniform(0.2, 1.5, n)
     inertia = np.empty((n, 3, 3))
@@ -34,6 +35,7 @@ def random_tree(rng: np.random.Generator, n: int, *, chain: bool = False) -> Rob
         inertia[i] = turn @ box @ turn.T
     axis = rng.normal(size=(n - 1, 3))
     parent = [int(rng.integers(0, j + 1)) for j in range(n - 1)]
+    # A chain in place of a random tree.
     if chain:
         parent = list(range(n - 1))
     flipped = rng.random(n - 1) < 0.5
@@ -69,6 +71,7 @@ def write_robot_file(robot: Robot, path: Path) -> Path:
 
 def _body(robot: Robot, i: int) -> str:
     g_m2 = (1e3 * robot.inertia[i]).tolist()
+    # The upper triangle of the inertia tensor, as the file has it.
     entries = ", ".join(f"{'xyz'[a]}{'xyz'[b]} = {g_m2[a][b]!r}" for a in range(3) for b in range(a, 3))
     return (
         f'[[body]]\nname = "body {i}"\nmass_kg = {float(robot.mass[i])!r}\n'

@@ -24,6 +24,7 @@ _STEP = 1e-30
 def _transform(axis: FloatArray, point: FloatArray, angle: complex) -> NDArray[Any]:
     """Rotation by `angle` about the line through `point` (Rodrigues), as a 4x4 matrix."""
     k = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    # Rodrigues with a complex angle: its imaginary part is the derivative.
     rotation = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
     transform = np.eye(4, dtype=np.complex128)
     transform[:3, :3] = rotation
@@ -39,6 +40,7 @@ def _poses(robot: Robot, angles: ComplexArray) -> tuple[ComplexArray, ComplexArr
             if inner in placed and outer not in placed:
                 placed[outer] = placed[inner] @ _transform(robot.axis[j], robot.point[j], angles[j])
             elif outer in placed and inner not in placed:
+                # The inverse transform where the joint is passed the other way.
                 placed[inner] = placed[outer] @ _transform(robot.axis[j], robot.point[j], -angles[j])
     transforms = np.array([placed[i] for i in range(len(robot.mass))])
     com = np.column_stack([robot.origin + robot.com, np.ones(len(robot.mass))])
@@ -53,6 +55,7 @@ def inertia_and_momentum(
     robot: Robot, angles: FloatArray, rates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Total inertia (3, 3) about the CoM and the momentum (3,) of the joints' motion alone, base frame."""
+    # A complex step of 1e-30: no difference is ever subtracted.
     rotated, moved = _poses(robot, angles + 1j * _STEP * rates)
     rotation, rotation_rate = rotated.real, rotated.imag / _STEP
     com, velocity = moved.real, moved.imag / _STEP
@@ -62,6 +65,7 @@ def inertia_and_momentum(
     for i, mass in enumerate(robot.mass):
         local = rotation[i] @ robot.inertia[i] @ rotation[i].T
         inertia += local + mass * (r[i] @ r[i] * np.eye(3) - np.outer(r[i], r[i]))
+        # Momentum of the joints' motion alone: the base stands still.
         momentum += local @ _unskew(rotation_rate[i] @ rotation[i].T) + mass * np.cross(r[i], v[i])
     return inertia, momentum
 
@@ -94,6 +98,12 @@ def free_attitude(
         return np.asarray(0.5 * omega @ q)
 
     solution = solve_ivp(
-        derivative, (0.0, duration_s), [0.0, 0.0, 0.0, 1.0], method="DOP853", rtol=rtol, atol=0.1 * rtol
+        # The attitude is compared to eleven digits.
+        derivative,
+        (0.0, duration_s),
+        [0.0, 0.0, 0.0, 1.0],
+        method="DOP853",
+        rtol=rtol,
+        atol=0.1 * rtol,
     )
     return Rotation.from_quat(solution.y[:, -1])

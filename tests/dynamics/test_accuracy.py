@@ -43,6 +43,7 @@ def test_a_path_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
     worst_of_two_steps, rng = 0.0, np.random.default_rng(1)
     for number in range(6):
         body = Multibody.of(load_robot(write_robot_file(random_tree(rng, 4), tmp_path / f"{number}.toml")))
+        # There and back: a closed path of two joints.
         deltas = np.radians(size_deg) * np.array([[1, 1, -1, -1], [-1, 1, 1, -1.0]])
         joints = [int(j) for j in rng.permutation(3)[:2]] * 2
         exact = path_rotation(body, joints, deltas, steps=128)
@@ -50,6 +51,7 @@ def test_a_path_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
         worst_of_two_steps = max(
             worst_of_two_steps, apart_deg(path_rotation(body, joints, deltas, steps=2), exact)
         )
+    # Two steps a stroke are too few, so that the comparison tells something.
     assert worst_of_two_steps > 1e-3
 
 
@@ -81,6 +83,7 @@ def test_the_estimate_is_no_smaller_than_the_error() -> None:
 def test_where_the_bound_of_steps_is_hit_it_says_so() -> None:
     body, history = maneuver()
     estimate = propagate_within(body, history, initial_rate_rad_s=100.0 * FAST, steps_max=500)
+    # Not within its tolerance, and no more steps than were allowed.
     assert not estimate.within_tolerance and len(estimate.flight.t_s) <= 501
     assert np.degrees(estimate.error_rad) > 1.0
 
@@ -91,6 +94,7 @@ def test_one_rigid_body_tumbles_as_eulers_equations_say(tmp_path: Path) -> None:
 
     def tumble(_t: float, state: FloatArray) -> list[float]:
         w, vector, scalar = state[:3], state[3:6], state[6]
+        # Euler's equations in the body's own axes, and its attitude.
         turn = np.linalg.solve(inertia, np.cross(inertia @ w, w))
         return [*turn, *(0.5 * (scalar * w + np.cross(vector, w))), -0.5 * (vector @ w)]
 
@@ -102,6 +106,7 @@ def test_one_rigid_body_tumbles_as_eulers_equations_say(tmp_path: Path) -> None:
     ):
         flight = propagate_within(body, history, initial_rate_rad_s=rate).flight
         assert apart_deg(flight.quaternion_xyzw[-1], expected.y[3:, -1]) < 1e-4
+        # One rigid body: energy and momentum are both constant.
         assert flight.kinetic_energy_j() == pytest.approx(0.5 * rate @ inertia @ rate)
         assert flight.momentum()[-1] == pytest.approx(inertia @ rate)
 

@@ -16,6 +16,7 @@ def test_the_same_angle_within_half_a_turn_of_zero(angles: list[float]) -> None:
     wrapped_angles = wrap_angle(before)
     assert (wrapped_angles >= -np.pi).all() and (wrapped_angles <= np.pi).all()
     turns = (before - wrapped_angles) / (2.0 * np.pi)
+    # Whole turns only: the angle stays the same up to them.
     assert turns == pytest.approx(np.round(turns), abs=1e-9)
 
 

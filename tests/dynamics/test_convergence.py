@@ -56,6 +56,7 @@ def test_halving_the_step_divides_the_error_by_two_to_the_order(
 ) -> None:
     limit = end(robot, history, rate, 512, 6)
     errors = np.array([angle_deg(end(robot, history, rate, n, order), limit) for n in STEPS])
+    # Above the rounding error, or the order would be noise.
     assert errors[-1] > 5 * ROUNDING_DEG
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx([order, order], abs=0.2)
 
@@ -67,6 +68,7 @@ def test_the_limit_is_the_independent_references(
     arrays = Robot.of(robot)
     released = rate_without_momentum(arrays, *history(0.0)) if rate is None else rate
     expected = free_attitude(arrays, history, 1.0, released)
+    # The independent reference integrates to 1e-11.
     assert angle_deg(end(robot, history, rate, 512, 6), expected.as_quat()) < 1e-8
 
 
@@ -81,6 +83,7 @@ def test_jumping_rates_cost_no_order() -> None:
         for step_s in (0.04, 0.02, 0.01, 0.00125)
     ]
     errors = [angle_deg(e, ends[-1]) for e in ends[:-1]]
+    # Jumping rates end steps: the integration sees none of them.
     assert np.log2(errors[0] / errors[2]) / 2 == pytest.approx(4.0, abs=0.6)
 
 

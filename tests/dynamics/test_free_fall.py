@@ -29,6 +29,7 @@ def fly_strokes(probe: Path, robot: Robot, strokes_deg: Sequence[tuple[int, floa
         for phase in np.linspace(0.0, np.pi, 101)[1:]:  # from rest to rest in 0.4 s
             rate = np.zeros(n)
             angle[joint] = start[joint] + np.radians(stroke_deg) * 0.5 * (1 - np.cos(phase))
+            # From rest to rest along half a cosine.
             rate[joint] = np.radians(stroke_deg) * 0.5 * np.sin(phase) * np.pi / 0.4
             script.step(0.004, angle, rate, np.zeros(n))
     for body in range(len(robot.mass)):
@@ -41,6 +42,7 @@ def test_the_paper_maneuver_reorients_every_body_by_26_11_degrees(probe: Path, d
     rotations = fly_strokes(probe, drop_tower, strokes)
     for rotation in rotations:
         assert np.degrees(rotation.magnitude()) == pytest.approx(26.11, abs=0.005)
+        # All bodies turn together: the maneuver is closed.
         assert np.degrees((rotation * rotations[0].inv()).magnitude()) < 1e-6
     vector = np.degrees(rotations[2].as_rotvec())
     assert vector == pytest.approx([-0.549, 0.373, -26.104], abs=0.002)  # almost about z, as in the paper
@@ -83,6 +85,7 @@ def test_random_trees_turn_as_the_reference_says(probe: Path, seed: int) -> None
     rng = np.random.default_rng(seed)
     robot = random_tree(rng, 2 + seed)
     history = SineHistory(rng, 1 + seed)
+    # Seed 0 has no momentum at all.
     base_rate = rng.normal(size=3) * (0.0 if seed == 0 else 0.5)
     base, _ = fly(probe, robot, history, base_rate, 1000, [1000])
     expected = free_attitude(robot, history, 1.0, base_rate)
@@ -98,6 +101,7 @@ def test_the_integration_is_of_fourth_order(probe: Path) -> None:
     for steps in (20, 40, 80):
         base, _ = fly(probe, robot, history, base_rate, steps, [steps])
         errors.append((Rotation.from_quat(base.quaternion) * expected.inv()).magnitude())
+    # Halving the step divides the error by sixteen.
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (orders > 3.6).all()
     assert (orders < 5.0).all()
@@ -109,6 +113,7 @@ def test_momentum_is_kept_and_accelerations_are_derivatives(probe: Path) -> None
     around = [499, 500, 501]
     states = fly(probe, robot, history, np.array([0.2, 0.1, -0.3]), 1000, [1, *around, 1000])
     momenta = np.array([s.momentum for s in states])
+    # Momentum to rounding, over a thousand steps.
     assert np.abs(momenta - momenta[0]).max() < 1e-12 * max(1.0, np.abs(momenta[0]).max())
     before, now, after = states[3], states[5], states[7]
     derivative = (after.rate - before.rate) / 2e-3
@@ -127,6 +132,7 @@ def test_a_robot_at_rest_feels_nothing_in_free_fall(probe: Path, drop_tower: Rob
     for _ in range(50):
         script.step(0.01, np.zeros(3), np.zeros(3), np.zeros(3))
     script.show(0, (0.05, 0.05, 0.05))
+    # Not even rounding: nothing acts on the robot.
     (state,) = script.run(probe)
     assert np.abs(state.specific_force).max() < 1e-12
     assert state.velocity == pytest.approx([0, 0, -0.04 - 9.80665 * 0.5])

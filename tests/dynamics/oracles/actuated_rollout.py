@@ -25,6 +25,7 @@ def actuated_rollout(
     simulator = MujocoRobot(robot)
     model, data = simulator.model, simulator.data
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    # A step that divides the duration: the last state is at the end.
     model.opt.timestep = duration_s / steps
     simulator.place(release)
 
@@ -34,6 +35,7 @@ def actuated_rollout(
         data.qfrc_applied[simulator.joint_dof] = computed_torque(simulator, accelerations)
 
     mujoco.set_mjcb_control(drive)
+    # The callback is global: it must be gone before the next test.
     try:
         mujoco.mj_step(model, data, steps)
     finally:
@@ -47,9 +49,11 @@ def computed_torque(simulator: MujocoRobot, accelerations: FloatArray) -> FloatA
     From M a + bias = (0, torque): the first six rows give the base's acceleration.
     """
     data, joints = simulator.data, simulator.joint_dof
+    # Of the pose in which the simulator stands, momentum and all.
     mass = mass_matrix(simulator)
     acceleration = np.zeros(len(mass))
     acceleration[joints] = accelerations
+    # The base is not driven: its acceleration follows from the first six rows.
     acceleration[:6] = np.linalg.solve(mass[:6, :6], -data.qfrc_bias[:6] - mass[:6, joints] @ accelerations)
     return np.asarray((mass @ acceleration + data.qfrc_bias)[joints])
 

@@ -21,6 +21,7 @@ def mujoco_spec(robot: RobotModel) -> Any:
     spec = mujoco.MjSpec()
     spec.option.gravity = [0.0, 0.0, 0.0]
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    # Mass properties in the global frame at zero angles.
     com = robot.origin_m + robot.com_m
     origin = {robot.base: np.zeros(3)}
     bodies = {robot.base: _add_body(spec.worldbody, robot, robot.base, np.zeros(3), com[robot.base])}
@@ -43,6 +44,7 @@ def _add_body(parent: Any, robot: RobotModel, body: int, pos: FloatArray, com: F
         pos=pos,
         mass=robot.mass_kg[body],
         ipos=com,
+        # MuJoCo takes the six of the full inertia, not its principal values.
         fullinertia=[i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]],
         explicitinertial=True,
     )
@@ -62,6 +64,7 @@ class MujocoRobot:
         )
         self.joint_dof = np.array([self.model.joint(name).dofadr[0] for name in robot.joint_names], dtype=int)
         self.body_id = np.array([self.model.body(name).id for name in robot.body_names], dtype=int)
+        # The base's own subtree is the whole robot.
         self._base_id = self.body_id[robot.base]
 
     def base_rate(self, angles: FloatArray, angle_rates: FloatArray, momentum: FloatArray) -> FloatArray:
@@ -84,6 +87,7 @@ class MujocoRobot:
     def state(self) -> State:
         """Return the present state of the simulation."""
         qpos, qvel = self.data.qpos, self.data.qvel
+        # MuJoCo's quaternion has its scalar first.
         return State(np.roll(qpos[3:7], -1), qvel[3:6].copy(), qpos[self.joint_qpos], qvel[self.joint_dof])
 
     def _pose(self, quaternion: FloatArray, angles: FloatArray) -> None:
@@ -111,6 +115,7 @@ class MujocoRobot:
     def rate_of(self, body: int) -> FloatArray:
         """Rate (3,) of a body in its own axes, in the state in which the simulation stands."""
         velocity, kind = np.empty(6), mujoco.mjtObj.mjOBJ_XBODY
+        # The local frame: rates in the body's own axes.
         mujoco.mj_objectVelocity(self.model, self.data, kind, self.body_id[body], velocity, 1)
         return velocity[:3]
 
@@ -120,5 +125,6 @@ class MujocoRobot:
         rows = self._momentum_per_velocity()[:3]
         self.data.qvel[self.joint_dof] = state.angle_rates
         self.data.qvel[3:6] = state.rate
+        # The linear velocity that keeps the CoM at rest, from the momentum of the base's rows.
         self.data.qvel[:3] = np.linalg.solve(rows[:, :3], -rows[:, 3:] @ self.data.qvel[3:])
         mujoco.mj_fwdVelocity(self.model, self.data)

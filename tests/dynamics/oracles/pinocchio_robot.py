@@ -59,6 +59,7 @@ class PinocchioRobot:
         return np.array(total.angular)
 
     def kinetic_energy_j(self, state: State) -> float:
+        # Pinocchio's own energy, from its own mass matrix.
         return float(pin.computeKineticEnergy(self._model, self._data, *self._motion(state)))
 
     def _configuration(self, quaternion: FloatArray, angles: FloatArray) -> FloatArray:

@@ -45,6 +45,7 @@ class Simulator(Protocol):
 
 def fly(simulator: Simulator, history: ClosedForm, release: State, times_s: FloatArray) -> list[State]:
     """Simulate a flight released at time 0 and return its states at `times_s` (m,)."""
+    # Angular momentum is conserved: it is the release's, throughout the flight.
     momentum = simulator.momentum(release)
 
     def rate(t: float, q: FloatArray) -> FloatArray:
@@ -53,6 +54,7 @@ def fly(simulator: Simulator, history: ClosedForm, release: State, times_s: Floa
 
     def derivative(t: float, q: FloatArray) -> FloatArray:
         x, y, z = rate(t, q)
+        # The quaternion's derivative, scalar last.
         omega = np.array([[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z], [-x, -y, -z, 0]])
         return np.asarray(0.5 * omega @ q)
 

@@ -21,9 +21,11 @@ def branches(robot: RobotModel) -> list[Branch]:
     ends = list(enumerate(zip(robot.joint_inner.tolist(), robot.joint_outer.tolist(), strict=True)))
     tree_branches: list[Branch] = []
     placed = {robot.base}
+    # Until every body has a parent that is placed.
     while len(placed) < robot.n_bodies:
         for joint, (inner, outer) in ends:
             if inner in placed and outer not in placed:
+                # The sign turns the angle where the file counts it the other way.
                 tree_branches.append(Branch(joint, inner, outer, 1.0))
                 placed.add(outer)
             elif outer in placed and inner not in placed:

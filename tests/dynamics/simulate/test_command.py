@@ -46,6 +46,7 @@ def test_the_papers_maneuver_for_people(tfsat_host: RunCli) -> None:
 def test_the_papers_maneuver_in_json(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("simulate", 58.75, 70.29)
     assert result["reorientation_deg"] == pytest.approx(26.1124, abs=1e-4)
+    # The same rotation as vector, quaternion and Euler angles.
     turn = Rotation.from_rotvec(result["rotation_vector_deg"], degrees=True)
     assert turn.as_quat(canonical=True) == pytest.approx(result["quaternion_xyzw"], abs=1e-12)
     assert turn.as_euler("ZYX", degrees=True) == pytest.approx(result["euler_zyx_deg"], abs=1e-9)
@@ -86,6 +87,7 @@ def test_an_open_path_says_whose_rotation_it_is(tfsat_host: RunCli) -> None:
     assert by_name == by_number
     default = tfsat_host.json("simulate", "--file", "open.toml")
     assert not default["closed"]
+    # Body 4 is carried by joint 3, which turned it by 40 deg.
     assert by_name["reorientation_deg"] - default["reorientation_deg"] == pytest.approx(40.0, abs=0.1)
     process = tfsat_host("simulate", "--file", "open.toml")
     assert "depends on the base body: this is that of body 3" in process.stderr
@@ -130,12 +132,14 @@ def test_the_csv_reads_back_and_flies_again(tfsat_host: RunCli) -> None:
     assert [table[f"body3_euler_{c}_deg"][-1] for c in "zyx"] == pytest.approx(result["euler_zyx_deg"])
     assert [table[f"base_quaternion_{c}"][-1] for c in "xyzw"] == pytest.approx(result["quaternion_xyzw"])
     assert [table[f"body3_rate_{c}_deg_s"][0] for c in "xyz"] == pytest.approx([3.0, -4.0, 5.0])
+    # Angular momentum is constant, in every row.
     for c, expected in zip("xyz", result["angular_momentum_kg_m2_s"], strict=True):
         assert table[f"momentum_{c}_kg_m2_s"] == pytest.approx([expected] * len(table["t_s"]), abs=1e-9)
     assert max(table["theta1_deg"]) == pytest.approx(59.0) and table["theta1_deg"][-1] == 0.0
     # A gyro on body 1 and one on body 2 differ by the rate of joint 1, about x.
     between = np.subtract(table["body1_rate_x_deg_s"], table["body2_rate_x_deg_s"])
     assert between == pytest.approx(np.array(table["theta1_rate_deg_s"]), abs=1e-6)
+    # Kinetic energy changes: the servos do work.
     assert max(table["kinetic_energy_j"]) > min(table["kinetic_energy_j"]) > 0.0
 
     again = tfsat_host.json("simulate", "--history", "results/simulation.csv", *rate)
@@ -150,6 +154,7 @@ def test_the_npz_is_in_si_units_with_its_metadata(tfsat_host: RunCli, five: Path
         m = len(archive["t_s"])
         assert archive["theta_rad"].shape == (m, 4)
         assert archive["theta_rad"].max() == pytest.approx(np.pi / 4)
+        # SI units and the shapes of the documentation.
         assert archive["body_rate_rad_s"].shape == archive["body_euler_zyx_rad"].shape == (m, 5, 3)
         assert archive["body_quaternion_xyzw"].shape == (m, 5, 4)
         assert json.loads(str(archive["metadata"]))["robot"] == result["robot"]
@@ -160,6 +165,7 @@ def test_only_files_of_its_own_are_overwritten(tfsat_host: RunCli) -> None:
     measured.write_text("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,0\n1,0,0,0\n")
     before = measured.read_text()
     tfsat_host("simulate", 59, 70, "--out", measured, expect=1)
+    # A history must not be overwritten by its own result.
     tfsat_host("simulate", "--history", measured, "--out", measured, "--force", expect=2)
     assert measured.read_text() == before
     for _ in range(2):
@@ -181,6 +187,7 @@ def test_measured_angles_need_not_keep_the_limits(tfsat_host: RunCli) -> None:
 
 
 def test_a_history_that_cannot_be_understood(tfsat_host: RunCli) -> None:
+    # An invalid number in the third line, and the file is named.
     (tfsat_host.folder / "h.csv").write_text("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,0\n1,0,x,0\n")
     process = tfsat_host("simulate", "--history", "h.csv", expect=1)
     for text in ("h.csv:3: theta2_deg is 'x'", "nothing was simulated", "Write a number there"):
@@ -223,6 +230,7 @@ def test_what_the_servos_cannot_do_in_time_is_done_later_and_said(tfsat_host: Ru
     assert "Strokes 1, 2, 3, 4 end later" in result["notices"][0]
     assert "propagation in time" in result["notices"][1]
     # 200 deg/s at most, reached and left at 4000 deg/s^2.
+    # Reached and left at 4000 deg/s^2, and never faster than 200 deg/s.
     for stroke, duration_s in zip(result["strokes"], (0.2, 0.275) * 2, strict=True):
         assert stroke["end_s"] - stroke["t_s"] == pytest.approx(duration_s, abs=2e-6)
     table = columns(tfsat_host.folder / "m.csv")
@@ -232,6 +240,7 @@ def test_what_the_servos_cannot_do_in_time_is_done_later_and_said(tfsat_host: Ru
         assert (np.abs(np.diff(rate)) <= 4000.0 * np.diff(t_s) + 1e-4).all()
     slow = tfsat_host.json("simulate", 30, 45, "--speed", 90)
     assert slow["notices"] == []
+    # Slower and faster strokes end in different attitudes: the path is another one.
     assert slow["reorientation_deg"] != pytest.approx(result["reorientation_deg"], abs=1e-4)
 
 
@@ -241,12 +250,14 @@ def test_the_error_of_the_integration_is_kept_small_or_said(tfsat_host: RunCli) 
     assert result["integration_error_deg"] < 1e-4 and result["notices"] == []
     coarse = tfsat_host.json(*fast, "--step", 1)
     assert coarse["integration_error_deg"] > 1.0
+    # A step of one second for a robot that turns at 500 deg/s.
     assert "may be wrong by" in coarse["notices"][0] and "shorter --step" in coarse["notices"][0]
 
 
 def test_a_slow_maneuver_takes_as_long_as_it_takes(tfsat_host: RunCli) -> None:
     slow, fast = tfsat_host.json("simulate", 59, 70, "--speed", 0.01), tfsat_host.json("simulate", 59, 70)
     assert slow["duration_s"] > 25_000
+    # The path of a closed maneuver is independent of how fast it is flown.
     assert slow["rotation_vector_deg"] == pytest.approx(fast["rotation_vector_deg"], abs=1e-6)
 
 
@@ -262,6 +273,7 @@ def test_one_rigid_body_flies_but_no_maneuver_moves_it(tfsat_host: RunCli, tmp_p
 def test_what_cannot_be_simulated_was_not_to_be_sent_anywhere(tfsat_host: RunCli, tmp_path: Path) -> None:
     two = random_robot(tmp_path, 3, 2).path
     for arguments in (("--file", write(tfsat_host.folder / "m.toml", (2, 10.0)), "--robot", two), (59, 99)):
+        # No board is involved: nothing can be sent.
         error = tfsat_host.json("simulate", *arguments, expect=1)["error"]
         assert error["meaning"].endswith("Nothing was simulated.") and "sent" not in error["meaning"]
     assert "has joint 1 only" in tfsat_host.json("simulate", 5, 5, "--robot", two, expect=1)["error"]["what"]
@@ -273,6 +285,7 @@ def test_a_spline_that_leaves_its_samples_is_said(tfsat_host: RunCli) -> None:
     header, path = "t_s,theta1_deg,theta2_deg,theta3_deg\n", tfsat_host.folder / "h.csv"
     path.write_text(header + "".join(f"{','.join(map(str, row))}\n" for row in rows))
     assert not any("spline" in n for n in tfsat_host.json("simulate", "--history", "h.csv")["notices"])
+    # A sample two microseconds after another, and 0.3 deg away: a spline overshoots.
     rows.insert(51, [0.500002, 30.3, 0.0, 0.0])
     path.write_text(header + "".join(f"{','.join(map(str, row))}\n" for row in rows))
     notices = tfsat_host.json("simulate", "--history", "h.csv")["notices"]

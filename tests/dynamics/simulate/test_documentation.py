@@ -24,6 +24,7 @@ def first_cells(heading: str, column: int = 1) -> list[str]:
 
 def test_the_commands_run_in_order_and_the_tables_are_complete(tfsat_host: RunCli) -> None:
     for example in shell_examples(PAGE):
+        # Every example of the page is typed as it stands.
         program, *arguments = shlex.split(example)
         assert program == "tfsat-host"
         tfsat_host(*arguments)
@@ -33,4 +34,5 @@ def test_the_commands_run_in_order_and_the_tables_are_complete(tfsat_host: RunCl
     header = (tfsat_host.folder / "motion.csv").read_text(encoding="ascii").splitlines()[0].split(",")
     stems = {re.sub(r"_[xyzw](?=_|$)", "", re.sub(r"\d", "", name)) for name in header}
     named = {name for name in first_cells("The columns of `--out`") if not name.startswith("_")}
+    # Axes and numbers are left out: the page names one of each kind.
     assert stems == {re.sub(r"_[xyzw](?=_|$)", "", re.sub(r"\d", "", name)) for name in named}

@@ -22,6 +22,7 @@ def test_where_z_and_x_turn_about_one_axis_they_still_give_the_rotation(y_deg: f
     turn = Rotation.from_euler("ZYX", [30.0, y_deg, -50.0], degrees=True)
     angles = euler_zyx_rad(turn.as_matrix())
     assert angles[2] == 0.0
+    # There z and x turn about one axis: the angle about x is set to zero.
     assert Rotation.from_euler("ZYX", angles).as_matrix() == pytest.approx(turn.as_matrix(), abs=1e-9)
 
 
@@ -41,9 +42,11 @@ def test_how_they_grow_with_a_small_turn_is_their_numerical_derivative(
         after, before = (
             (Rotation.from_rotvec(sign * step * axis) * attitude).as_euler("ZYX") for sign in (1.0, -1.0)
         )
+        # Central differences of a small rotation about each axis.
         columns.append(wrap_angle(after - before) / (2.0 * step))
     near_lock = 1.0 / np.cos(zyx[1])
     derivative = euler_zyx_by_turn(attitude.as_matrix())
+    # Near the lock the derivative grows with the cosine's inverse.
     assert derivative == pytest.approx(np.column_stack(columns), abs=1e-8 * near_lock**3)
 
 
@@ -59,4 +62,5 @@ def test_where_z_and_x_turn_about_one_axis_a_turn_about_it_counts_for_z_alone(y_
     turn = Rotation.from_euler("ZYX", [30.0, y_deg, -50.0], degrees=True)
     by_turn = euler_zyx_by_turn(turn.as_matrix())
     assert by_turn @ [0.0, 0.0, 1.0] == pytest.approx([1.0, 0.0, 0.0])
+    # The other rotations count for nothing there.
     assert np.abs(by_turn).max() <= 1.0

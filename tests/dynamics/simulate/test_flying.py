@@ -53,6 +53,7 @@ def apart_deg(a: Rotation, b: Rotation) -> float:
 
 def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
     simulation = fly_strokes(load_robot(), *THERE)
+    # The axis tilts away from z by half a degree.
     assert np.degrees(final(simulation).as_rotvec()) == pytest.approx([0.0, 0.0, -26.11], abs=0.6)
     assert np.degrees(final(simulation).magnitude()) == pytest.approx(26.11, abs=0.005)
     assert simulation.is_closed
@@ -62,6 +63,7 @@ def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
 
 def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
     robot = load_robot()
+    # The inverse rotation in the reversed order.
     assert apart_deg(final(fly_strokes(robot, *BACK)), final(fly_strokes(robot, *THERE)).inv()) < 1e-9
     assert np.degrees(final(fly_strokes(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
 
@@ -73,6 +75,7 @@ def test_whichever_body_is_the_base_the_bodies_turn_alike_up_to_the_axes(tmp_pat
         for base in range(5)
     ]
     # At the release all bodies' axes are parallel, so the inertial axes are the same for every base.
+    # Angles are compared, not axes: bodies have different axes.
     assert np.ptp(turned, axis=0) == pytest.approx(np.zeros(5), abs=1e-6)
     assert np.ptp(turned[0]) > 5.0
 
@@ -86,6 +89,7 @@ def test_the_attitude_after_each_stroke_is_the_propagations_with_and_without_ini
         for stroke, attitude in zip(schedule.strokes, simulation.stroke_quaternions_xyzw, strict=True):
             at = int(np.flatnonzero(np.isclose(flight.t_s, stroke.end_us / 1e6, atol=1e-9))[0])
             assert (
+                # The closed form and the propagation in time must agree after every stroke.
                 apart_deg(Rotation.from_quat(attitude), Rotation.from_quat(flight.quaternion_xyzw[at])) < 1e-6
             )
 
@@ -97,6 +101,7 @@ def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_p
     cut, parted = fly_strokes(robot, *STRAY), fly_strokes(robot, *STRAY, speed_deg_s=90.0)
     assert cut.strokes_overlap
     assert np.array_equal(cut.quaternion_xyzw, cut.flight.quaternion_xyzw[-1])
+    # Overlapping strokes: no closed form can give this path.
     assert apart_deg(final(cut), final(parted)) > 1e-5
 
 
@@ -110,6 +115,7 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
     for body in range(5):
         turn = Rotation.from_matrix(attitudes[[at - 1, at + 1], body])
         mean = (turn[0].inv() * turn[1]).as_rotvec() / (flight.t_s[at + 1] - flight.t_s[at - 1])
+        # The rate at a point against the difference quotient around it.
         assert rates[at, body] == pytest.approx(mean, abs=4e-4)
 
 
@@ -124,6 +130,7 @@ def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:
 def test_joints_are_held_before_and_after_a_history() -> None:
     history = JointHistory(np.array([1.0, 2.0]), np.array([[[1.0]], [[0.5]]]))
     longer = clip_history(history, 0.0, 3.0)
+    # A rate of one for a second, then held.
     assert longer.breaks_s.tolist() == [0.0, 1.0, 2.0, 3.0]
     t_s = np.array([0.0, 0.9, 1.5, 2.1, 3.0])
     assert longer.angles_rad(t_s)[:, 0] == pytest.approx([0.5, 0.5, 1.0, 1.5, 1.5])
@@ -156,6 +163,7 @@ def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> No
     closed = fly_strokes(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
     assert np.degrees(closed.flight.angles_rad[0]) == pytest.approx(np.full(4, 30.0))
     assert closed.is_closed
+    # All bodies turn alike: the path is closed.
     turned = Rotation.from_matrix(closed.rotations())
     assert max(apart_deg(rotation, turned[0]) for rotation in turned) < 1e-5
 
@@ -167,6 +175,7 @@ def test_a_history_is_flown_until_any_time_in_it() -> None:
     full_simulation = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
     for until_s in (0.35, 2.0, 2.4):
         part = fly(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)
+        # Cut at any time, and beyond the end of the history.
         assert part.flight.t_s[-1] == until_s
         assert part.flight.angles_rad[-1] == pytest.approx(history.angles_rad(np.array(until_s)))
     middle = fly(robot, history, until_s=1.25, initial_rate_rad_s=RATE_RAD_S)

@@ -24,6 +24,7 @@ def test_between_samples_a_spline_unless_lines_are_wanted(tmp_path: Path) -> Non
     file = tmp_path / "h.csv"
     file.write_text("t_s,theta1_deg\n0,0\n1,1\n2,8\n3,27\n4,64\n")
     at = np.array([2.5])
+    # t³ at 2.5 is 15.6; a straight line would give 17.5.
     assert np.degrees(read_history(file, 1).angles_rad(at))[0, 0] == pytest.approx(2.5**3)
     assert np.degrees(read_history(file, 1, between="linear").angles_rad(at))[0, 0] == pytest.approx(17.5)
 
@@ -75,6 +76,7 @@ def test_rows_before_the_release_say_where_the_joints_are_then(tmp_path: Path) -
     file.write_text("t_s,joint_1_deg,joint_2_deg,joint_3_deg\n-3,9,9,9\n-1,0,8,0\n1,10,8,4\n2,20,8,4\n")
     history = read_history(file, 3, between="linear")
     assert history.breaks_s.tolist() == [0.0, 1.0, 2.0]
+    # Halfway between the two rows: the joints are there at the release.
     assert np.degrees(history.angles_rad(np.array([0.0, 0.5]))) == pytest.approx(
         np.array([[5, 8, 2], [7.5, 8, 3]])
     )
