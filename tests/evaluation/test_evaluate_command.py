@@ -48,14 +48,18 @@ def test_json_holds_the_truth(good: Said) -> None:
     assert evaluation["verdict"]["level"] == "good" and evaluation["verdict"]["reasons"] == []
     assert evaluation["until_s"] == pytest.approx(FALL_END_S, abs=0.01)
     true_deg = math.degrees(truth.true_turn(1, 0.0, evaluation["until_s"]).magnitude())
+    # Four standard deviations of the stated ±, and the ± itself is small.
     assert abs(evaluation["reorientation_deg"] - true_deg) < 4 * evaluation["reorientation_deg_std"] < 0.15
     off = np.array(evaluation["com_offset_mm"]).ravel() - truth.true_com_offsets_mm
     assert (np.abs(off) < 4.5 * np.array(evaluation["com_offset_mm_std"]).ravel()).all()
+    # Fitted model: a tenth of a degree; nominal model: more than that.
     errors = evaluation["attitude_error_deg"]
     assert errors.keys() == {"before", "after"} and errors["after"] < 0.1 < errors["before"]
     assert [stroke["commanded_deg"] for stroke in evaluation["strokes"]] == pytest.approx([59, 70, -59, -70])
     assert all(stroke["moved"] and abs(stroke["short_deg"]) < 3.0 for stroke in evaluation["strokes"])
+    # The norm of the rates with which the drop was released.
     assert np.linalg.norm(evaluation["initial_rate_deg_s"]) == pytest.approx(1.17, abs=0.05)
+    # Joint 3 does not move: some checks are not possible, none failed.
     assert {check["verdict"] for check in evaluation["checks"]} <= {"passed", "not possible"}
     assert evaluation["recording"]["verdict"] == "complete"
     assert evaluation["calibration"] == {
@@ -77,6 +81,7 @@ def test_what_is_written_is_what_is_printed(run: Path) -> None:
     mine = run.parent / "mine.json"
     mine.write_text("{}")
     refused = evaluate("run", "--out", "mine.json")
+    # The file is somebody's own, and nothing is printed of an evaluation that is not written.
     assert refused.code == 1 and refused.out == "" and mine.read_text() == "{}"
     assert "mine.json exists and was not made by this command." in refused.err
     printed = evaluate_to_json("run", "--out", "mine.json", "--force")
@@ -94,6 +99,7 @@ def test_a_folder_with_one_recording_of_another_name(run: Path, good: Said) -> N
 def test_a_file_instead_of_a_folder(run: Path, good: Said) -> None:
     evaluation = evaluate_to_json("run/SD.bin")
     assert evaluation["reorientation_deg"] == good.json["reorientation_deg"]
+    # The maneuver beside the recording is found, whichever of the two is named.
     assert evaluation["maneuver"] == str(Path("run/maneuver.toml"))
 
 
@@ -106,6 +112,7 @@ def test_without_a_maneuver_it_says_what_is_not_known(run: Path) -> None:
 
 
 def test_a_maneuver_that_was_not_flown(run: Path) -> None:
+    # The strokes of the log fit another maneuver than the file's.
     (run.parent / "other.toml").write_text(format_maneuver(four_stroke(30.0, 40.0)))
     result = evaluate("run", "--maneuver", "other.toml")
     assert result.code == 3
@@ -116,10 +123,12 @@ def test_a_maneuver_that_was_not_flown(run: Path) -> None:
 def test_what_the_robot_file_calls_uncertain_is_in_the_fit(run: Path, good: Said) -> None:
     kinds = [row["name"].split()[2] for row in good.json["offsets"]]
     assert [kinds.count(kind) for kind in ("CoM", "mass", "inertia", "point")] == [12, 4, 24, 6]
+    # Exact masses: their four offsets are no unknowns any more.
     exact = load_robot().path.read_text().replace("mass_relative = 0.02", "mass_relative = 0.0")
     (run.parent / "weighed.toml").write_text(exact)
     weighed = evaluate_to_json("run", "--robot", "weighed.toml")
     assert len(weighed["offsets"]) == len(kinds) - 4
+    # Fewer unknowns: the centers of mass are known better.
     assert (np.array(weighed["com_offset_mm_std"]) < np.array(good.json["com_offset_mm_std"])).all()
 
 
@@ -153,14 +162,18 @@ def write_witnesses(folder: Path, reading: Reading = AS_FILED) -> None:
     (folder / "video.csv").write_text("event,t_s\nrelease,12.4\nlanding,14.9\n")
     drop = made_drop()
     fall = drop.truth[(drop.truth[:, 0] >= 0.0) & (drop.truth[:, 0] <= 2.4)]
+    # The second of the four quaternions: lasers sit on body 2.
     attitude = Rotation.from_quat(fall[:, 8:12])
+    # The center of mass as it lies in body 2 with the joints as they are.
     com_m = np.array([com_in_bodies_m(drop.flown, angles)[1] for angles in fall[:, 1:4]])
     turning = BodyRotation(fall[:, 0], (attitude[0].inv() * attitude).as_matrix(), np.zeros(3), com_m)
     t_s = np.repeat(np.arange(0.16, 2.39, 0.02), 2)
     spot = np.tile([1, 2], len(t_s) // 2)
     none = np.zeros(len(t_s))
+    # Positions for which the evaluation's own equations give 50 mm/s downwards.
     equations = equations_of(LaserTracks(folder, t_s, spot, none, none, none + 5e-4, False), turning, LASERS)
     place_mm = 1e3 * (equations.toward @ [0.0, 0.0, -0.05] * equations.t_s - equations.place_m).reshape(2, -1)
+    # Read to 0.3 mm.
     along, up = place_mm + np.random.default_rng(3).normal(0.0, 0.3, place_mm.shape)
     read = reading.of(LaserTracks(folder, t_s, spot, along, up, none, False))
     there = turning.at(t_s)[:, 2, 2] > 0.8  # a ray that meets its wall
@@ -183,6 +196,7 @@ def test_a_video_of_one_event_needs_its_rate(run: Path) -> None:
     write_witnesses(run.parent)
     laser = run.parent / "laser.csv"
     header, *rows = laser.read_text().splitlines()
+    # Slow motion by 4, and its time counts from another zero.
     later = [f"{4 * float(row.split(',')[0]) + 7:.3f},{row.split(',', 1)[1]}" for row in rows]
     laser.write_text("\n".join([header.replace("t_s", "video_t_s"), *later]))
     (run.parent / "video.csv").write_text("event,t_s\nrelease,7.0\n")
@@ -191,6 +205,7 @@ def test_a_video_of_one_event_needs_its_rate(run: Path) -> None:
     assert "of one event, release, no rate follows" in without.words and "--video-rate" in without.words
     stated = evaluate_to_json("run", "--video", "video.csv", "--laser", "laser.csv", "--video-rate", "4")
     down = stated["release_velocity"]["downward"]
+    # The laser was cast with the robot sinking at 50 mm/s.
     assert down["mm_s"] == pytest.approx(50.0, abs=4 * down["mm_s_std"])
     for args in (("--video-rate", "4"), ("--video", "video.csv", "--video-rate", "0")):
         assert evaluate("run", *args).code == 2
@@ -204,12 +219,14 @@ def test_prose_keeps_to_the_terminal(run: Path, monkeypatch: pytest.MonkeyPatch,
     result = evaluate("run")
     prose = result.out[: result.out.index("\nJoints\n")].splitlines()
     assert len(prose) > 10
+    # Not a line is longer than the terminal.
     assert max(map(len, prose)) <= columns
 
 
 def test_names_that_would_paint_the_terminal(run: Path) -> None:
     evil = "[red]\x1b[2J\nVerdict     GOOD; rm -rf ~"
     run.rename(run.parent / evil)
+    # A folder name may hold escape sequences and line ends: the verdict must not be faked by it.
     result = evaluate(evil)
     assert result.code == 0
     assert "\x1b" not in result.out and "\nVerdict     GOOD; rm" not in result.out
@@ -217,6 +234,7 @@ def test_names_that_would_paint_the_terminal(run: Path) -> None:
 
 
 def test_names_are_shown_as_they_can_be() -> None:
+    # A right-to-left override and an escape sequence are shown, not obeyed.
     assert printable("a\x1b[1m\u202eb\nü") == "a\\x1b[1m\\u202eb\\nü"
 
 
@@ -249,6 +267,7 @@ def paths(value: Any, place: str = "") -> Iterator[str]:
 
 
 def check(documented: list[str], printed: set[str]) -> None:
+    # A star in the document stands for any name.
     patterns = [re.compile(re.escape(key).replace(r"\*", "[a-z_]+")) for key in documented]
     assert len(set(documented)) == len(documented)
     assert [path for path in printed if not any(pattern.fullmatch(path) for pattern in patterns)] == []
@@ -257,6 +276,7 @@ def check(documented: list[str], printed: set[str]) -> None:
         for key, pattern in zip(documented, patterns, strict=True)
         if not any(map(pattern.fullmatch, printed))
     ]
+    # A documented key that is never printed misleads as much as a missing one.
     assert unused == []
 
 
@@ -269,6 +289,7 @@ def test_every_key_is_documented_and_every_documented_key_is_there(run: Path) ->
         np.shape(evaluation["swarm"]["com_offset_mm"]) == np.shape(evaluation["swarm"]["spread_mm"]) == (3, 3)
     )
     objective = evaluation["swarm"]["objective_kg_m2_s"]
+    # Gauss-Newton minimizes something else and finds less of the swarm's own objective: the swarm did not converge.
     assert objective["gauss_newton"] < objective["swarm"]
 
 

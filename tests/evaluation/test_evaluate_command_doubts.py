@@ -49,6 +49,7 @@ def silence(run: Path, body: int, from_s: float, until_s: float) -> None:
     zero_s = released_s(run)
 
     def change(blocks: Any, t_s: np.ndarray[Any, Any]) -> None:
+        # After the release by the recording's own clock.
         silent = (t_s >= zero_s + from_s) & (t_s < zero_s + until_s)
         blocks["samples"]["flags"][silent] &= ~np.uint16(1 << (body - 1))
 
@@ -60,6 +61,7 @@ def cut(run: Path, after_release_s: float) -> None:
     card = run / "SD.bin"
     image = card.read_bytes()
     begins = np.frombuffer(image, DATA_BLOCK_DTYPE)["time_us"] * 1e-6
+    # Up to the block that begins at that time.
     card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])
 
 
@@ -74,6 +76,7 @@ def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) 
             blocks["samples"]["flags"][jolted] |= np.uint16(0b11 << SWITCH_OPEN_BIT)
         later = np.flatnonzero((t_s[:, 0] > zero_s) & (blocks["event_count"] == 0))
         for row, (at_s, is_open) in zip(later, edges, strict=False):
+            # Edges need a slot: blocks that have no event yet.
             blocks["event_count"][row] = 2
             events = blocks["events"][row]
             events["time_us"], events["code"] = round(1e6 * at_s), EventCode.SWITCH_EDGE
@@ -95,11 +98,13 @@ def test_nothing_is_said_of_a_time_after_the_last_stroke_that_was_not_recorded(r
 
 
 def test_edges_that_fit_two_releases_are_an_uncertainty_of_the_release(run: Path, good: Said) -> None:
+    # Six openings of a millisecond, 4 ms apart: they fit two releases.
     open_before_the_release(run, [0.024, 0.020, 0.016, 0.012, 0.008, 0.004], 0.001)
     evaluation = evaluate_to_json("run", expect=3)
     assert "fit two releases" in reasons(evaluation)
     assert "the robot left between 24.000 ms before t = 0" in reasons(evaluation)
     assert good.json["release"]["std_s"] == 0.0
+    # Uniform within 24 ms: the standard deviation is that over the root of three.
     assert evaluation["release"]["std_s"] == pytest.approx(0.024 / 3**0.5)
     fallen = re.search(r"Fall: (\S+) ± (\S+) s, release", evaluate("run").words)
     assert fallen is not None and float(fallen[2]) == pytest.approx(evaluation["release"]["std_s"], rel=0.1)
@@ -112,12 +117,15 @@ def test_without_a_calibration(run: Path, good: Said) -> None:
     assert evaluation["calibration"] is None
     assert "There is no calibration" in reasons(evaluation)
     assert any("tfsat-host calibrate" in note for note in evaluation["notes"])
+    # Without calibration the reorientation is more uncertain, but not wrong.
     assert evaluation["reorientation_deg_std"] > 1.5 * good.json["reorientation_deg_std"]
 
 
 def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     change_certificate(
-        run, lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test"))
+        # A landing half an hour before this drop: everything measured before it is over.
+        run,
+        lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test")),
     )
     result = evaluate("run")
     assert result.code == 3
@@ -133,6 +141,7 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
 def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
     assert evaluate("run").code == 0
     (landing,) = read_calibration(run / CERTIFICATE).landings
+    # The evaluation noted this drop's own landing: it is later than the drop.
     assert landing.at > DROPPED
     assert evaluate("run").code == 0
 
@@ -160,6 +169,7 @@ def test_a_calibration_of_another_robot_is_not_used(run: Path) -> None:
 def test_the_numbers_of_an_imu_that_was_exchanged_are_not_used(run: Path) -> None:
     change_certificate(
         run,
+        # Another WHO_AM_I in body 3's place: another part, with another bias.
         lambda calibration: replace(calibration, subject=replace(calibration.subject, who_am_i="68687068")),
     )
     evaluation = evaluate_to_json("run", expect=3)
@@ -175,6 +185,7 @@ def test_a_calibration_that_cannot_be_read_is_refused(run: Path) -> None:
 
 
 def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
+    # From half a second after the release to the end.
     silence(run, 1, 0.5, 9.0)
     evaluation = evaluate_to_json("run", expect=3)
     assert "The gyro of body 1 lacks" in reasons(evaluation)
@@ -187,6 +198,7 @@ def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
 
 def test_lost_samples(run: Path) -> None:
     zero_s = released_s(run)
+    # 60 ms of samples are gone, in the middle of a stroke.
     remove_blocks(run / "SD.bin", zero_s + 1.20, zero_s + 1.26)
     evaluation = evaluate_to_json("run", expect=3)
     assert "samples are lost" in reasons(evaluation)
@@ -196,6 +208,7 @@ def test_lost_samples(run: Path) -> None:
 
 def test_a_hole_that_nothing_can_be_carried_over(run: Path) -> None:
     zero_s = released_s(run)
+    # Half a second: too long for any interpolation.
     remove_blocks(run / "SD.bin", zero_s + 1.0, zero_s + 1.5)
     result = evaluate("run")
     assert result.code == 1 and result.out == ""
@@ -213,6 +226,7 @@ def test_a_log_that_ends_in_the_fall_says_so(run: Path) -> None:
     cut(run, 1.6)
     evaluation = evaluate_to_json("run", expect=3)
     assert "The recording ends 1.60 s after the release, in the fall" in reasons(evaluation)
+    # The last 50 ms before the end of the recording are left out.
     assert evaluation["until_s"] == pytest.approx(1.55, abs=0.02)
     assert [stroke["moved"] for stroke in evaluation["strokes"]] == [True, True, True, False]
     assert "Stroke 4 (joint 2): " in reasons(evaluation)
@@ -274,6 +288,7 @@ def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
 @pytest.mark.parametrize("header", [{"dlpf_cfg": 0}, {"rate_hz": 10, "angle_offset_us": [65535] * 6}])
 def test_a_header_of_other_settings_is_doubtful(run: Path, header: dict[str, Any]) -> None:
     """It was a run with 42 Hz and 280 samples a second."""
+    # A header with other settings than those that the samples show.
     change_headers(run / "SD.bin", **header)
     result = evaluate("run")
     assert result.code == 3 and result.out.startswith("Verdict     DOUBTFUL.")
@@ -283,6 +298,7 @@ def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: p
     def singular(*_: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
+    # As if the equations had no solution: an evaluation must end in words, not in a traceback.
     monkeypatch.setattr(evaluation, "motion_of", singular)
     result = evaluate("run")
     assert (

@@ -27,6 +27,7 @@ def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
     assert [drop["drop"] for drop in evaluation["drops"]] == ["1", "2"]
     assert evaluation["drops"][0]["reorientation_deg"] == good.json["reorientation_deg"]
     for judged in evaluation["comparison"]["cross_validation"]:
+        # Each is judged by the other one: neither model saw the drop that it predicts.
         assert judged["improved"] is True
         assert judged["error_after_deg"] < 0.2 * judged["error_before_deg"]
     together = evaluation["comparison"]["offsets"]
@@ -66,6 +67,7 @@ def test_a_copy_of_a_drop_is_that_drop_named_twice(drops: Path, named: tuple[str
 def test_the_same_session_in_other_bytes_is_no_other_drop(drops: Path) -> None:
     run_folder(drops / "copy")
     with (drops / "copy" / "SD.bin").open("ab") as file:
+        # A block of zeros at the end: other bytes, the same recording.
         file.write(bytes(512))
     evaluation = evaluate_to_json("1", "copy", expect=1)
     assert "copy holds the same recording as 1" in evaluation["drops"][1]["error"]["what"]
@@ -102,6 +104,7 @@ def test_drops_of_other_loggers_are_refused(drops: Path, arguments: tuple[str, .
 
 
 def test_drops_that_contradict_each_other_end_with_3(drops: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Any chance counts as a contradiction.
     monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
     comparison = evaluate_to_json("1", "2", expect=3)["comparison"]
     assert comparison["agreement"]["agree"] is False and "contradict each other" in comparison["remarks"][0]

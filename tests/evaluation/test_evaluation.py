@@ -40,7 +40,9 @@ def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> 
     drop = fly_drop(1)
     first = next(event for event in drop.log.events if event.name == "stroke")
     evaluation = evaluate_drop(
-        drop, replace(drop.log, events=tuple(e for e in drop.log.events if e is not first))
+        # The first stroke's edge is missing: the schedule still tells when it was due.
+        drop,
+        replace(drop.log, events=tuple(e for e in drop.log.events if e is not first)),
     )
     rate, expected = evaluation.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
     assert np.rad2deg(rate) == pytest.approx(np.rad2deg(expected), abs=0.01)
@@ -49,6 +51,7 @@ def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> 
 def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
     drop = fly_drop(1)
     first = next(event for event in drop.log.events if event.name == "stroke")
+    # An edge 0.65 s before the first stroke, where nothing was commanded.
     early = replace(first, t_us=first.t_us - 650_000)
     evaluation = evaluate_drop(drop, replace(drop.log, events=(early, *drop.log.events)))
     assert evaluation.initial_rates[0].std_rad_s == pytest.approx(
@@ -58,6 +61,7 @@ def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
 
 def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
     drop = fly_drop(1)
+    # Three places only, all of them late in the fall.
     places = np.array([2.0, 2.1, 2.2])
     late = LaserTracks(
         Path("tracks.csv"),
@@ -78,6 +82,7 @@ def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
 
 def test_a_header_that_names_another_low_pass_is_found_out() -> None:
     drop = fly_drop(1)
+    # 5 Hz in the header, 42 Hz in the data.
     other = replace(drop.log, header=replace(drop.log.header, dlpf_cfg=6))
     evaluation = evaluate_drop(drop, other)
     (check,) = (check for check in evaluation.checks if check.name == "lag of the gyros")
@@ -109,6 +114,7 @@ def test_every_end_around_the_release(tmp_path: Path) -> None:
     for blocks in range(STEP, len(drop.card) // BLOCK_BYTES, STEP):
         file.write_bytes(drop.card[: blocks * BLOCK_BYTES])
         log = load(file)
+        # Only ends around the release: everything else is another test's.
         if log.release_us is None or not AROUND_S[0] < log.t_s[-1] < AROUND_S[1]:
             continue
         try:

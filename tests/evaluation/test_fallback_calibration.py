@@ -47,11 +47,13 @@ def test_without_a_calibration_the_rest_before_the_release_tells_the_biases(seed
     assert "There is no calibration" in fallback.notes[0]
     assert sum("zero point of joint" in note for note in fallback.notes) == 3
     for gyro, true in zip(fallback.calibration.gyros, drop.imperfections.gyro_bias_rad_s, strict=True):
+        # Three standard deviations of the bias that the rest gave.
         off = np.abs(gyro.bias_rad_s - true)
         assert (off < 3.0 * np.sqrt(np.diag(gyro.covariance)[:3])).all()
     error, std = reorientation_error_deg(drop, fallback.calibration)
     assert abs(error) < 3.0 * std
     calibrated = reorientation_error_deg(drop, certificate(drop, seed))[1]
+    # Worse than with a calibration, and still below a degree.
     assert 1.5 * calibrated < std < 1.0
 
 
@@ -59,7 +61,9 @@ def test_a_bias_from_before_a_landing_gives_way_to_the_rest_before_the_release()
     drop = fly_drop(1)
     calibration = certificate(drop, 1)
     landed = replace(
-        calibration, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),)
+        # A landing between calibration and drop.
+        calibration,
+        landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),),
     )
     fallback = fill_calibration(drop, landed)
     assert any(note.startswith("The bias of body 1, 2, 3, 4 is that of") for note in fallback.notes)
@@ -80,6 +84,7 @@ def test_what_a_landing_may_have_turned_is_less_sure_afterwards() -> None:
     for was, now in zip(before.gyros, after.gyros, strict=True):
         std = np.rad2deg(np.sqrt(np.diag(now.covariance)))
         assert (std[3:6] >= 1.0).all(), "mounting"
+        # Scale factors are of silicon: a landing does not change them.
         assert now.covariance[6:, 6:].tolist() == was.covariance[6:, 6:].tolist(), "silicon survives"
     for sensors in after.joints:
         assert (np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))) >= 1.0).all()
@@ -99,6 +104,7 @@ def test_a_bias_that_can_be_had_from_nowhere_is_refused_with_the_command_that_me
     drop = fly_drop(1)
     swung = drop.log.imu_counts.copy()
     before = drop.log.t_s < 0.0
+    # 20 deg/s at 1 Hz before the release: no rest at all.
     swing = (65.5 * 20.0 * np.sin(2.0 * np.pi * drop.log.t_s[before])).astype(np.int16)
     swung[before, 2, 4] += swing
     log = replace(drop.log, imu_counts=swung)
@@ -110,6 +116,7 @@ def test_a_bias_that_can_be_had_from_nowhere_is_refused_with_the_command_that_me
 def test_an_angle_sensor_that_says_nothing_before_the_release_has_no_zero_and_is_not_used() -> None:
     drop = fly_drop(1)
     valid = drop.log.angle_valid.copy()
+    # The sensor is silent before the release, when its zero would be measured.
     valid[drop.log.t_s < 0.0, 2] = False
     log = replace(drop.log, angle_valid=valid)
     fallback = with_fallbacks(None, log, drop.model, rest_before_release(log), DROPPED)
@@ -121,6 +128,7 @@ def test_an_angle_sensor_that_says_nothing_before_the_release_has_no_zero_and_is
     assert np.isnan(fallback.calibration.joints[1].zero_rad).tolist() == [True, False]
     motion = estimate_motion(log, fallback.calibration)
     off = motion.angles_rad[:, 1] - drop.true_angles_rad(motion.t_s)[:, 1]
+    # Its own zero is unknown: the other sensor and where the joint hung have to do.
     assert np.abs(np.rad2deg(off)).max() < 6.0, (
         "by the other sensor, whose zero is that of a joint that hung there"
     )
@@ -155,6 +163,7 @@ def test_without_a_rest_the_noise_is_the_data_sheets() -> None:
     assert np.isnan(rest.rate_rad_s).all()
     assert np.rad2deg(rest.densities_rad_s_rthz) == pytest.approx([0.005] * 4)
     by_rest = np.rad2deg(rest_before_release(drop.log).densities_rad_s_rthz)
+    # From a rest of some twenty means: half and double of the data sheet.
     assert (by_rest > 0.0025).all() and (by_rest < 0.01).all(), "from some twenty means of each gyro"
 
 
@@ -177,6 +186,7 @@ def test_readings_that_stand_still_are_not_without_noise() -> None:
     """
     t_s = np.arange(0.0, 10.0, 1.0 / 280.0)
     rates = np.full((len(t_s), 4, 3), 0.01)
+    # Steps of a single count, as a still gyro shows them.
     rates[:100] += np.deg2rad(1.0 / 65.5)
     densities = noise_densities(t_s, rates)
     assert (densities == MIN_DENSITY_RAD_S_RTHZ).all() and MIN_DENSITY_RAD_S_RTHZ > 0.0

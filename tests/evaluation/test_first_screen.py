@@ -24,6 +24,7 @@ def screen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Said:
 
 def test_it_fits_and_the_verdict_is_first_and_last(screen: Said) -> None:
     lines = screen.out.splitlines()
+    # On 80 columns everything important fits a screen.
     assert len(lines) <= MAX_LINES
     assert lines[0].startswith("Verdict     GOOD.") and lines[-1].startswith("Verdict     GOOD.")
 

@@ -40,6 +40,7 @@ EACH = pytest.mark.parametrize("seed", few_of(*SEEDS))
 @cache
 def fly_sensitive_robot(seed: int, times: float = 1.0) -> Drop:
     model, random = load_robot(), np.random.default_rng([seed, 60])
+    # Every gyro feels gravity in its own way, per axis.
     felt = times * np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
     robot = replace(draw_as_built(seed), gyro_g_sensitivity_rad_s_g=felt)
     return drop(model, robot, seed=seed, rate_rad_s=RATE_RAD_S)
@@ -69,6 +70,7 @@ def test_neither_surer_nor_less_sure_than_they_are_right() -> None:
         for seed in SEEDS
         for body in (1, 2, 3, 4)
     ]
+    # Mean square of a three-dimensional error in its own standard deviations.
     assert 0.3 < np.mean(squares) < 6.0, "three on average, were the bodies independent"
 
 
@@ -83,6 +85,7 @@ def test_a_healthy_drop_is_good(seed: int) -> None:
 
 def test_gyros_that_feel_five_times_as_much_are_named_and_tell_no_attitude() -> None:
     drop = fly_sensitive_robot(1, times=5.0)
+    # 0.5 deg/s per g: more than the data sheet's spread explains.
     evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), drop.schedule)
     causes = [check.causes[0].kind for check in evaluation.failed_checks]
     assert causes and set(causes) == {"g-sensitivity"}
@@ -106,6 +109,7 @@ def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> Non
     drop, estimate = fly_sensitive_robot(1), motion(1)
     log = drop.log
     for body in (1, 2, 3, 4):
+        # While the robot hangs, gravity is added to what the gyros show.
         log = gyro_plus(log, body, np.outer(log.t_s < HANGS_UNTIL_S, (0.3, -0.2, 0.25)))
     other = estimate_motion(log, certificate(drop, 1), drop.model)
     fall = estimate.samples.fall
@@ -118,6 +122,7 @@ def test_joints_begin_where_their_sensors_saw_them_hang() -> None:
     """Initialize joint angles from the hanging robot's angle sensors, not from its gyros."""
     drop = fly_sensitive_robot(1)
     valid = drop.log.angle_valid.copy()
+    # Angle sensors before the release only: the joints begin where they saw them.
     valid[drop.log.t_s >= 0.0] = False
     motion = estimate_motion(replace(drop.log, angle_valid=valid), certificate(drop, 1), drop.model)
     for joint in (1, 2, 3):
@@ -132,7 +137,9 @@ def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
     data = consistency_of(estimate, rest, LowPass.of(drop.log.header), calibration, drop.model)
     std = np.sqrt(np.diag(stated_errors(data).covariance))
     for body in range(4):
+        # At rest gravity is in both the certificate's bias and the reading: nothing to be uncertain about.
         assert (np.rad2deg(std[data.at_rest(body)]) < 0.02).all()
+        # In the fall it is in neither: what the gyro then shows has this uncertainty.
         assert (np.rad2deg(std[data.off_axis(min(body, 2))]) > SENSITIVITY_DEG_S_G).all(), (
             "of two gyros that fall"
         )

@@ -48,14 +48,17 @@ def cut(fall_samples: FallSamples, until_s: float) -> FallSamples:
 
 def test_directions_of_an_information_are_its_own() -> None:
     turn = np.eye(9)
+    # Two directions of the information, at an angle to the axes.
     turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
     stds = np.array([0.5, 0.1, 0.2, 0.2, 0.2, 2.0, 0.2, 0.2, 0.2])
     analysis = identifiability(with_information(turn @ np.diag(stds**-2.0) @ turn.T))
     assert (analysis.unit, analysis.rank) == ("mm", 9)
+    # Largest over smallest singular value, 0.1 and 2.0.
     assert analysis.condition == pytest.approx(20.0)
     np.testing.assert_allclose(analysis.singular_values, np.sort(1.0 / stds)[::-1])
     weakest, second = analysis.directions[:2]
     assert weakest.composition == "100 % body 2 CoM z"
+    # Data alone, then data and prior together.
     assert weakest.std_by_data == pytest.approx(2.0)
     assert weakest.std == pytest.approx((2.0**-2 + PRIOR_MM**-2) ** -0.5)
     assert weakest.prior_std == pytest.approx(PRIOR_MM)
@@ -66,6 +69,7 @@ def test_directions_of_an_information_are_its_own() -> None:
 
 def test_a_direction_that_the_prior_decides_is_not_told() -> None:
     stds = np.full(9, 0.1)
+    # One direction that the data tell worse than the prior, one that they do not tell at all.
     stds[7] = 6.0
     information = np.diag(stds**-2.0)
     information[2, 2] = 0.0
@@ -97,6 +101,7 @@ def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
         assert not analysis.undetermined
         assert 10.0 < analysis.condition < 80.0
         weakest = analysis.directions[0]
+        # More than 75 % of the weakest direction is body 2 z.
         assert weakest.components[BODY_2_Z] ** 2 > 0.75
         # What it states of each direction holds for the truth.
         off = fitted_drop.fit.values - fitted_drop.drop.true_com_offsets_mm
@@ -107,6 +112,7 @@ def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
 
 def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
     fitted_drop = fit_drop(1)
+    # The first stroke begins at 0.7 s.
     fit = fit_model(com_offsets(MODEL), cut(fitted_drop.flown, 0.69))
     analysis = identifiability(fit)
     assert len(analysis.undetermined) >= 6
@@ -130,6 +136,7 @@ def test_nuisance_parameters_are_in_what_the_offsets_are_uncertain_by() -> None:
     for direction, exact_direction in zip(analysis.directions, exact.directions, strict=True):
         assert direction.std_by_data > exact_direction.std_by_data
     # What holds them is better than their prior, and the offsets are known worse than with all else exact.
+    # The data tell more of the nuisances than their prior did.
     assert (fit.std[9:] <= fit.offsets.prior_std[9:] * (1.0 + 1e-9)).all()
     assert (fit.std[:9] > fitted_drop.fit.std).all()
     assert 9.0 < fit.determined_numbers < 30.0

@@ -45,6 +45,7 @@ class Drop:
     acceleration_m_s2: float = 0.0
 
     def tracks(self, rng: np.random.Generator, noise_m: float, rate_hz: float = 60.0) -> LaserTracks:
+        # Two lasers on body 2, one along x, one along y; the walls are 200 mm away.
         exits, rays, along = np.array([[0.1, 0.05, 0.056], [0.05, 0.1, 0.056]]), np.eye(3)[:2], (1, 0)
         t_s = np.arange(0.0, 1.0, 1 / rate_hz)
         attitude = Rotation.from_rotvec(np.outer(t_s, self.rate_rad_s))
@@ -54,6 +55,7 @@ class Drop:
         for spot in (0, 1):
             start = COM_M + path + attitude.apply(exits[spot] - COM_M)
             ray = attitude.apply(rays[spot])
+            # Where the ray meets the wall, by its distance from it.
             way = (exits[spot, spot] + self.wall_m[spot] - start[:, spot]) / ray[:, spot]
             hit = start + ray * way[:, None]
             rows.append(np.column_stack([t_s, np.full(len(t_s), spot + 1), hit[:, along[spot]], hit[:, 2]]))
@@ -92,11 +94,13 @@ def test_exact_places_give_the_exact_velocity(
 ) -> None:
     drop = Drop(np.array(velocity), np.array(rate), acceleration_m_s2=acceleration_m_s2)
     release_velocity = measure_release(drop.tracks(np.random.default_rng(0), 0.0), np.array(rate))
+    # The spots are exact: the velocity must be, too.
     assert values(release_velocity) == pytest.approx([velocity[0], velocity[1], -velocity[2]], abs=0.02)
     assert release_velocity.samples_left_out == 0
 
 
 def test_down_is_positive_and_judged_by_the_window() -> None:
+    # The facility's window is 20 to 100 mm/s.
     for down_mm_s, judged in [(40.0, "within"), (120.0, "outside"), (20.0, "uncertain"), (-40.0, "outside")]:
         rng = np.random.default_rng(0)
         velocity = measure_release(
@@ -114,6 +118,7 @@ def test_down_is_positive_and_judged_by_the_window() -> None:
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """Noise, a gyro's error, walls that are not where they are said to be, and what remains of gravity."""
     rng = np.random.default_rng(7)
+    # 160 drops with random walls, random remaining gravity and random gyro errors.
     coverage = []
     for _ in range(160):
         velocity = rng.normal(0, 8, 3) - np.array([0, 0, 40])
@@ -138,6 +143,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
             ]
         )
     share = np.mean(coverage, axis=0)
+    # A 95 % interval holds at least 91 % of the time, and the three velocities not always.
     assert (share > 0.91).all() and (share[:3] < 0.995).all(), share
 
 
@@ -158,6 +164,7 @@ def test_another_light_taken_for_the_spot_is_left_out() -> None:
     in_use = np.flatnonzero((tracks.t_s > 0.15) & (tracks.t_s < PAUSE_S))
     wrong = rng.choice(in_use, 12, replace=False)
     up_m = tracks.up_m.copy()
+    # Twelve places are 2 to 30 cm wrong.
     up_m[wrong] += rng.uniform(0.02, 0.3, 12)
     velocity = measure_release(replace(tracks, up_m=up_m), np.zeros(3))
     assert velocity.samples_left_out == 12
@@ -173,6 +180,7 @@ def test_one_spot_tells_the_fall_and_one_side(spot: int, missing: str) -> None:
     velocity = measure_release(replace(tracks, **columns), np.zeros(3))
     assert velocity.downward.value_mm_s == pytest.approx(40, abs=3)
     sides = {"x": velocity.transversal_x, "y": velocity.transversal_y}
+    # Without the other spot there is nothing to tell the missing side.
     assert sides.pop(missing) is None
     (side,) = sides.values()
     assert side is not None and side.value_mm_s == pytest.approx({1: -3, 2: 7}[spot], abs=2)
@@ -182,6 +190,7 @@ def test_one_spot_tells_the_fall_and_one_side(spot: int, missing: str) -> None:
 
 def test_the_push_and_the_strokes_are_not_looked_at() -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(5), 3e-4)
+    # Before 0.15 s the robot is still pushed, behind 0.7 s its joints move.
     moved = np.where((tracks.t_s < 0.15) | (tracks.t_s > PAUSE_S), 0.1, 0.0)
     velocity, plain = (
         measure_release(replace(tracks, up_m=tracks.up_m + moved), np.zeros(3)),
@@ -194,6 +203,7 @@ def test_the_push_and_the_strokes_are_not_looked_at() -> None:
 def test_too_few_places_are_no_velocity() -> None:
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(np.random.default_rng(6), 3e-4)
     with pytest.raises(LaserError, match="too few places") as refused:
+        # Twelve seconds late: none of the places is of this drop.
         measure_release(replace(tracks, t_s=tracks.t_s + 12.0), np.zeros(3))
     assert "count from the release" in refused.value.next_step
 
@@ -217,6 +227,7 @@ def test_the_file_of_tracks(tmp_path: Path) -> None:
     with pytest.raises(LaserFileError, match="nothing ties to the release"):
         tracks.after_release(None)
     fit = fit_clock("video", [Pair("release", 12.4, 0.0, 1e-3), Pair("landing", 14.9, 2.5, 1e-3)])
+    # Two events tie the video to the release: 12.4 s is zero.
     assert tracks.after_release(fit).t_s == pytest.approx([0.1, 0.6], abs=1e-6)
 
 

@@ -58,6 +58,7 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
         while robot.falling:
             robot.advance(FRAME_US)
             now_s = robot.now_us / US_PER_S
+            # The capsule falls, too: places are taken relative to it.
             fallen_m = STANDARD_GRAVITY_M_S2 * (now_s - let_go_s) ** 2 / 2  # the capsule, and its walls
             frames.append((now_s, robot.com_position_m() + fallen_m * UP))
         released_s = robot.released_us / US_PER_S
@@ -70,6 +71,7 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks
         row = truth[np.argmin(np.abs(truth[:, 0] - now_s))]
         for number in (1, 2):
             along, up = cast(com_m, row[1:4], Rotation.from_quat(row[BODY_2_ATTITUDE]), number)
+            # Read to half a millimetre, as a person types them.
             lines.append(f"{now_s - released_s:.4f},{number},{round(2 * along) / 2},{round(2 * up) / 2}")
     (folder / "tracks.csv").write_text("\n".join(lines))
     return load(folder / "SD.bin"), read_tracks(folder / "tracks.csv")
@@ -93,6 +95,7 @@ def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) 
     parts = (velocity.transversal_x, velocity.transversal_y, velocity.downward)
     for part, true_m_s in zip(parts, (0.006, -0.004, 0.045), strict=True):
         assert part is not None
+        # Inside of the interval that is stated, and this is small.
         assert part.low_mm_s < 1e3 * true_m_s < part.high_mm_s
         assert part.std_mm_s < 2.0
     assert velocity.transversal_speed is not None
@@ -117,12 +120,14 @@ def test_spots_that_are_exchanged_or_mirrored_give_no_velocity(
     log, tracks = drop
     with pytest.raises(LaserError, match="the spots move as body 2 turned only if ") as refused:
         measure_release(log, reading.of(tracks))
+    # The reading that undoes the exchange has the mirrors swapped.
     undone = Reading(reading.exchanged, reading.mirrored[::-1] if reading.exchanged else reading.mirrored)
     assert f"only if {undone.words()}." in refused.value.what
 
 
 def test_a_part_of_a_stroke_tells_which_spot_is_which(drop: tuple[DropLog, LaserTracks]) -> None:
     log, tracks = drop
+    # A part of a stroke is enough to tell which spot is which.
     early = tracks.between(-1.0, 0.9)
     with pytest.raises(LaserError, match="only if spots 1 and 2 are exchanged"):
         measure_release(log, Reading(True, (False, False)).of(early))
@@ -142,5 +147,6 @@ def test_where_the_turning_cannot_tell_it_is_said(drop: tuple[DropLog, LaserTrac
 def test_places_that_are_wrong_now_and_then_hide_nothing(drop: tuple[DropLog, LaserTracks]) -> None:
     log, tracks = drop
     random, along = np.random.default_rng(1), tracks.along_m.copy()
+    # Five places in a hundred are 5 cm off.
     along[random.random(len(along)) < 0.05] += 0.05
     assert measure_release(log, replace(tracks, along_m=along)).notes == ()
