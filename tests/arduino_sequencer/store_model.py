@@ -44,7 +44,7 @@ class Slot(Generic[Record]):
     """Behind the marker: byte of the slot, bit of the byte."""
 
     @property
-    def whole(self) -> bool:
+    def is_whole(self) -> bool:
         return self.record is not None and not self.flipped
 
     def flip(self, byte: int, bit: int) -> None:
@@ -57,7 +57,7 @@ class Slot(Generic[Record]):
 
     def kind(self, newest: int) -> Kind:
         """Next to another slot that holds the current record, of generation `newest`; 0: there is none."""
-        older = self.whole and self.generation < newest
+        older = self.is_whole and self.generation < newest
         if self.marker == COMPLETE:
             return Kind.WHOLE if older else Kind.DAMAGED
         begun = sum(is_ == expected_byte for is_, expected_byte in zip(self.marker, BEGUN, strict=True))
@@ -130,7 +130,7 @@ class Store(Generic[Record]):
         """Load the store as the board does at start: the newest intact slot counts."""
         self.current, self.begun, newest = None, False, 0
         for index, slot in enumerate(self.slots):
-            if slot.marker == COMPLETE and slot.whole and slot.generation > newest:
+            if slot.marker == COMPLETE and slot.is_whole and slot.generation > newest:
                 self.current, newest = index, slot.generation
         self.kinds = [
             Kind.WHOLE if index == self.current else slot.kind(newest)

@@ -48,6 +48,6 @@ def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 
             monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
             monkeypatch.setattr("sys.stdin", Terminal(stdin_text))
-            return main(arguments), person.asked
+            return main(arguments), person.requested_steps
 
         yield run

@@ -26,11 +26,11 @@ class Scripted:
     def __init__(self, robot: EmulatedRobot, doing: dict[int, Doing]) -> None:
         self._operator = EmulatedOperator(robot)
         self._doing = doing
-        self.asked: list[Step] = []
+        self.requested_steps: list[Step] = []
 
     def begin(self, step: Step) -> None:
-        self.asked.append(step)
-        self._doing.get(len(self.asked), as_asked)(step, self._operator.begin)
+        self.requested_steps.append(step)
+        self._doing.get(len(self.requested_steps), as_asked)(step, self._operator.begin)
 
 
 class Terminal(io.StringIO):

@@ -93,14 +93,14 @@ def test_a_whole_day_is_right_within_what_it_states() -> None:
 
 
 def test_one_joint_alone_leaves_the_turn_about_its_axis_as_designed() -> None:
-    found = solve(prepend_rest_zero(record_good_step(SWINGS[0])), MODEL).gyros[0]
-    assert along_std_rad(found, X) == pytest.approx(MOUNTING_STD_RAD, rel=0.02)
+    gyro = solve(prepend_rest_zero(record_good_step(SWINGS[0])), MODEL).gyros[0]
+    assert along_std_rad(gyro, X) == pytest.approx(MOUNTING_STD_RAD, rel=0.02)
     for across in (Y, Z):
-        assert along_std_rad(found, across) < np.deg2rad(1.5)
-    measured, true = found.rotation.T @ X, true_rotation(1).T @ X
+        assert along_std_rad(gyro, across) < np.deg2rad(1.5)
+    measured, true = gyro.rotation.T @ X, true_rotation(1).T @ X
     # What is seen of the axis is right; scale factors, which are not known yet, tilt it by a few tenths of a degree.
     assert np.rad2deg(np.linalg.norm(np.cross(measured, true))) < 0.3
-    assert set(found.axes) == {"x"}
+    assert set(gyro.axes) == {"x"}
     others = solve(prepend_rest_zero(record_good_step(SWINGS[0])), MODEL).gyros[1:]
     assert all(np.array_equal(gyro.rotation, MODEL.imus[gyro.body - 1].sensor_to_body) for gyro in others)
 

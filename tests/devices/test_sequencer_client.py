@@ -37,8 +37,8 @@ class Sequencer:
         self.angle_offset_cdeg = 0
         self.crc = CRC
         self.speed_cdeg_s = SCHEDULE.speed_cdeg_s
-        self.held = FACTORY
-        self.kept = WANTED
+        self.settings_in_use = FACTORY
+        self.settings_stored = WANTED
         self.generation = 7
 
     def __call__(self, frame: Frame) -> Iterable[Answer]:
@@ -63,12 +63,12 @@ class Sequencer:
                 angle_cdeg = stroke.angle_cdeg + self.angle_offset_cdeg
                 return msg.ManeuverReadReply(frame.payload[0], stroke.joint, angle_cdeg, stroke.t_us)
             case msg.SettingsReadRequest.TYPE:
-                settings_fields = (self.held.frame_us, self.held.servos)
+                settings_fields = (self.settings_in_use.frame_us, self.settings_in_use.servos)
                 return msg.SettingsReadReply(Origin.UPLOADED, self.generation, *settings_fields)
             case msg.SettingsWriteRequest.TYPE:
                 self.repeats_until_stored -= 1
-                if self.repeats_until_stored == 0 and self.held != self.kept:
-                    self.held = self.kept
+                if self.repeats_until_stored == 0 and self.settings_in_use != self.settings_stored:
+                    self.settings_in_use = self.settings_stored
                     self.generation += 1
                 return msg.SettingsWriteReply(int(self.repeats_until_stored <= 0), 1)
         raise AssertionError(f"{frame.type:#x} was not to be asked")
@@ -160,7 +160,7 @@ def test_whether_it_was_there_already_is_told_by_the_generation() -> None:
     The board's `written` refers to its last request of that content, which may be of an earlier upload.
     """
     board = Sequencer()
-    board.held = WANTED
+    board.settings_in_use = WANTED
     assert sequencer(board)[0].write_settings(WANTED).written is False
 
 
@@ -176,7 +176,7 @@ OTHER_LIMIT = replace(WANTED.servos[2], max_cdeg=8999)
 )
 def test_settings_read_back_must_be_those_that_were_sent(stored_settings: ServoSettings) -> None:
     board = Sequencer()
-    board.kept = stored_settings
+    board.settings_stored = stored_settings
     with pytest.raises(VerifyError, match="was sent") as caught:
         sequencer(board)[0].write_settings(WANTED)
     assert "Do not arm" in caught.value.meaning

@@ -144,7 +144,7 @@ def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
 def test_a_write_that_timed_out_is_an_error_even_if_the_port_takes_bytes_again(
     port: SerialTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Which bytes went out before the time was over nobody knows: a part of a request is no request."""
+    """Fail a write that timed out: a part of a request may have gone out, which is no request."""
     away_s = 0.0
     write = os.write
 

@@ -24,16 +24,16 @@ PLACES = ("docs", "firmware", "host", "protocol", "robots", "tests", "tools")
 
 
 @cache
-def everything() -> list[PurePosixPath]:
+def repository_paths() -> list[PurePosixPath]:
     """Return all files and folders of the repository but what is made; a module also without its `.py`."""
     paths = [path for path in REPOSITORY.iterdir() if path.is_file()]
     paths += [REPOSITORY / place for place in PLACES]
     paths += [path for place in PLACES for path in (REPOSITORY / place).rglob("*")]
-    shown = [PurePosixPath(path.relative_to(REPOSITORY).as_posix()) for path in paths]
-    return shown + [path.with_suffix("") for path in shown if path.suffix == ".py"]
+    relative_paths = [PurePosixPath(path.relative_to(REPOSITORY).as_posix()) for path in paths]
+    return relative_paths + [path.with_suffix("") for path in relative_paths if path.suffix == ".py"]
 
 
 @pytest.mark.parametrize("path", [path for path in PATHS if path not in NOT_THERE])
 def test_a_path_of_the_page_exists(path: str) -> None:
     """Paths may begin at a folder that the sentence names."""
-    assert any(there.match(path.rstrip("/")) for there in everything())
+    assert any(there.match(path.rstrip("/")) for there in repository_paths())

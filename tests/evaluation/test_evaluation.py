@@ -32,7 +32,7 @@ def evaluate_drop(drop: Drop, log: DropLog, witnesses: ExternalObservations | No
 
 
 @cache
-def whole() -> Evaluation:
+def whole_evaluation() -> Evaluation:
     return evaluate_drop(fly_drop(1), fly_drop(1).log)
 
 
@@ -44,7 +44,7 @@ def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> 
         drop,
         replace(drop.log, events=tuple(e for e in drop.log.events if e is not first)),
     )
-    rate, expected = evaluation.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
+    rate, expected = evaluation.initial_rates[0].rate_rad_s, whole_evaluation().initial_rates[0].rate_rad_s
     assert np.rad2deg(rate) == pytest.approx(np.rad2deg(expected), abs=0.01)
 
 
@@ -55,7 +55,7 @@ def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
     early = replace(first, t_us=first.t_us - 650_000)
     evaluation = evaluate_drop(drop, replace(drop.log, events=(early, *drop.log.events)))
     assert evaluation.initial_rates[0].std_rad_s == pytest.approx(
-        whole().initial_rates[0].std_rad_s, rel=0.05
+        whole_evaluation().initial_rates[0].std_rad_s, rel=0.05
     )
 
 
@@ -96,7 +96,7 @@ def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> Non
     The last stroke of the schedule is left out, so that it was flown without a command.
     """
     drop = fly_drop(1)
-    assert all(standing.remark == "" for standing in whole().standing)
+    assert all(standing.remark == "" for standing in whole_evaluation().standing)
     shorter = replace(drop.schedule, strokes=drop.schedule.strokes[:3])
     evaluation = evaluate(drop.log, drop.model, certificate(drop, 1), shorter, recorded=DROPPED)
     assert any("where nothing commanded it" in reason for reason in verdict_of(evaluation).reasons)

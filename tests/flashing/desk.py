@@ -159,7 +159,7 @@ class Desk:
         self.wakes = True
         self.waits = False
         self.image_bytes: int | None = None
-        self.seen: list[str] = []
+        self.listed_devices: list[str] = []
 
     def _start(self, flash: bytes) -> None:
         if self.written is None and flash:
@@ -178,7 +178,7 @@ class Desk:
         if self.wakes and self.sketch_pty.touched:
             self.waits = True
         pty, pid = (self.bootloader_pty, 0x0037) if self.waits else (self.sketch_pty, 0x8037)
-        self.seen.append("bootloader" if self.waits else "sketch")
+        self.listed_devices.append("bootloader" if self.waits else "sketch")
         return [
             SimpleNamespace(device=pty.name, vid=0x2341, pid=pid, serial_number=None, description="Micro")
         ]

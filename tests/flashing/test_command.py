@@ -46,7 +46,11 @@ def test_the_real_avrdude_writes_what_the_hex_holds(
     flash("--hex", image)
     output = capsys.readouterr()
     assert desk.written == IMAGE
-    assert desk.seen[0] == "sketch" and "bootloader" in desk.seen and desk.seen[-1] == "sketch"
+    assert (
+        desk.listed_devices[0] == "sketch"
+        and "bootloader" in desk.listed_devices
+        and desk.listed_devices[-1] == "sketch"
+    )
     assert f"runs image {CRC}" in output.out
     for words in (
         "waking the bootloader",

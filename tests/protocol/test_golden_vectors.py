@@ -35,15 +35,15 @@ def payload_class(name: str) -> type[Payload]:
 def from_plain(record: type[Record], values: dict[str, Any]) -> Record:
     """Build a record from JSON's lists and numbers."""
 
-    def one(kind: Any, value: Any) -> Any:
+    def decode_value(kind: Any, value: Any) -> Any:
         if isinstance(kind, str):
             return value
         return from_plain(kind, value) if issubclass(kind, Record) else kind(value)
 
     def field(kind: Any, count: int | None, value: Any) -> Any:
         if count is None:
-            return one(kind, value)
-        items = [one(kind, item) for item in value]
+            return decode_value(kind, value)
+        items = [decode_value(kind, item) for item in value]
         return bytes(items) if kind == "B" else tuple(items)
 
     return record(*(field(kind, count, values[name]) for name, kind, count in record.LAYOUT))

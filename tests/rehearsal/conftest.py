@@ -22,14 +22,14 @@ def shared_rehearsal(once: Once) -> Rehearsing:
     """`rehearsed("59", "70", expect=0)`: the command, what it printed and its folder, which is not to be changed."""
 
     def get(*arguments: str, expect: int = 0) -> Rehearsed:
-        def made() -> Rehearsed:
+        def rehearse_once() -> Rehearsed:
             folder = once.folder / hashlib.sha256(repr(arguments).encode()).hexdigest()[:16]
             folder.mkdir()
             with contextlib.chdir(folder):
                 output = command("rehearse", *arguments, "--out", "run", expect=expect)
             return Rehearsed(folder / "run", output.out, output.err)
 
-        rehearsal: Rehearsed = once(repr((arguments, expect)), made)
+        rehearsal: Rehearsed = once(repr((arguments, expect)), rehearse_once)
         return rehearsal
 
     return get

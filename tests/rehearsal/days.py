@@ -65,7 +65,7 @@ class Day:
         turned_deg: (3,) joint angles at the end less those at the beginning.
         state: Of the sequencer after the landing.
         log: Of its recording; None: there is none.
-        said: Who gave sentences, and which.
+        screens: What each command printed, by who prints it.
         checks: Of the evaluation, by name, as in JSON.
         reasons: Of its verdict.
         verdict: Its level; empty without one.
@@ -78,7 +78,7 @@ class Day:
     turned_deg: NDArray[np.float64] | None
     state: SequencerState | None
     log: DropLog | None
-    said: dict[str, str]
+    screens: dict[str, str]
     checks: dict[str, Any]
     reasons: tuple[str, ...]
     verdict: str

@@ -70,7 +70,7 @@ def diagnosis(fault: Fault, day: Day) -> str:
 
 def row(fault: Fault, day: Day, no_go: Checks) -> str:
     """Format a fault's row of the table."""
-    where = ", ".join(who for who, words in day.said.items() if fault.noticed and fault.noticed in words)
+    where = ", ".join(who for who, words in day.screens.items() if fault.noticed and fault.noticed in words)
     own, all_of_it = fault.moment.typed, words_of(fault.outcomes)
     recording_note = ", no recording" if day.log is None else "" if fault.complete else ", recording cut off"
     cells = (

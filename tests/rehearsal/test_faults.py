@@ -105,7 +105,7 @@ def test_what_it_keeps_and_who_notices(day_of: Days, fault: Fault) -> None:
     if day.log is not None:
         assert day.log.samples_lost == 0
         assert (day.log.verdict != "truncated") == fault.complete
-    words = " ".join(day.said.values())
+    words = " ".join(day.screens.values())
     assert fault.noticed in words
     if not fault.noticed:
         assert "checks passed, no samples lost" in words
@@ -113,7 +113,7 @@ def test_what_it_keeps_and_who_notices(day_of: Days, fault: Fault) -> None:
 
 
 def test_words_of_a_fault_are_not_given_without_it(day_of: Days) -> None:
-    words = " ".join(day_of(SOUND).said.values())
+    words = " ".join(day_of(SOUND).screens.values())
     assert "checks passed, no samples lost" in words
     assert [fault.name for fault in FAULTS if fault.noticed and fault.noticed in words] == []
     assert day_of(SOUND).no_go == ()

@@ -313,7 +313,7 @@ def test_a_hidden_drop_repeats_to_the_byte_and_changes_with_what_is_wrong() -> N
 
 
 def test_every_fault_that_is_declared_does_something() -> None:
-    """Each is injected, or makes another robot; those of model and sensors have a size."""
+    """Declare for every fault an act or another robot, and a size for those of model and sensors."""
     nothing = Fault("", "", Moment.POWERED, {}).action
     assert [fault.name for fault in FAULTS if (fault.action is nothing) is (fault.hidden is None)] == []
     sized = {fault.name for group in ("model-mismatch", "sensor-mismatch") for fault in GROUPS[group]}

@@ -141,11 +141,11 @@ def kinds_drawn(drop: Any) -> dict[str, set[str]]:
 def test_curves_that_a_failed_check_withholds_are_not_drawn() -> None:
     withheld = dict.fromkeys(("rates", "attitudes", "strokes", "offsets"), CHECK)
     drop = drop_of(evaluate_run().with_withheld(withheld))
-    drawn = kinds_drawn(drop)
-    assert drawn.pop("joints") == {"commanded"}
-    assert set().union(*drawn.values()) == set()
+    kinds_by_plot = kinds_drawn(drop)
+    assert kinds_by_plot.pop("joints") == {"commanded"}
+    assert set().union(*kinds_by_plot.values()) == set()
     by_id = plots(drop)
-    for name in drawn:
+    for name in kinds_by_plot:
         assert by_id[name]["withheld"] == f"withheld: {CHECK} (check failed)"
         assert by_id[name]["caption"] == "", "its numbers are withheld, too"
     assert by_id["joints"]["withheld"] == f"measured withheld: {CHECK} (check failed)"
@@ -156,9 +156,9 @@ def test_curves_that_a_failed_check_withholds_are_not_drawn() -> None:
 
 def test_a_withheld_correction_withholds_the_fitted_model_only() -> None:
     drop = drop_of(evaluate_run().with_withheld({"offsets": "momentum throughout the fall"}))
-    drawn, by_id = kinds_drawn(drop), plots(drop)
-    assert drawn["euler"] == {"measured", "before"} and drawn["attitude_error"] == {"before"}
-    assert not any("after" in kinds for kinds in drawn.values())
+    kinds_by_plot, by_id = kinds_drawn(drop), plots(drop)
+    assert kinds_by_plot["euler"] == {"measured", "before"} and kinds_by_plot["attitude_error"] == {"before"}
+    assert not any("after" in kinds for kinds in kinds_by_plot.values())
     note = "fitted model withheld: momentum throughout the fall (check failed)"
     assert {by_id[name]["withheld"] for name in ("euler", "momentum", "rate_spectrum")} == {note}
     assert by_id["rates"]["withheld"] == ""

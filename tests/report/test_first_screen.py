@@ -104,14 +104,14 @@ def test_names_of_events_do_not_lie_over_each_other(open_document: Opener, width
     place = box(report.page.locator(".timeline .u-over"))
     for name in names:
         assert name["x"] >= place["x"] and name["right"] <= place["right"] + 1.0
-    for one, other in combinations(names, 2):
+    for first, second in combinations(names, 2):
         apart = (
-            one["right"] <= other["x"]
-            or other["right"] <= one["x"]
-            or one["bottom"] <= other["y"]
-            or other["bottom"] <= one["y"]
+            first["right"] <= second["x"]
+            or second["right"] <= first["x"]
+            or first["bottom"] <= second["y"]
+            or second["bottom"] <= first["y"]
         )
-        assert apart, (one, other)
+        assert apart, (first, second)
 
 
 @pytest.mark.parametrize(("width", "form"), [(1280, "1: joint 1, +59 deg"), (250, "1")])

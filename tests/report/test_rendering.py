@@ -134,13 +134,13 @@ def test_the_scripts_set_text_as_text_only() -> None:
 
 def test_rounding_is_finer_than_a_plot_can_show() -> None:
     for chart in charts_of(evaluate_run()).values():
-        for exact, shown in zip(chart.lines, plot_of(chart)["series"], strict=True):
-            values = np.array(shown["values"], dtype=np.float64)
-            known = np.isfinite(exact.values)
-            span = np.ptp(exact.values[known]) or np.abs(exact.values[known]).max()
+        for exact, series in zip(chart.lines, plot_of(chart)["series"], strict=True):
+            values = np.array(series["values"], dtype=np.float64)
+            finite = np.isfinite(exact.values)
+            span = np.ptp(exact.values[finite]) or np.abs(exact.values[finite]).max()
             allowed = 5.1e-5 * np.abs(exact.values) if chart.log_y else 1.0001e-5 * span
-            assert np.array_equal(known, np.isfinite(values)), chart.id
-            assert np.all((np.abs(values - exact.values) <= allowed)[known]), chart.id
+            assert np.array_equal(finite, np.isfinite(values)), chart.id
+            assert np.all((np.abs(values - exact.values) <= allowed)[finite]), chart.id
     exact_values = np.linspace(-3.0, 47.0, 999)
     values, _ = round_line(exact_values, None, log=False)
     assert np.abs(values - exact_values).max() <= 1e-5 * 50.0
@@ -154,11 +154,13 @@ def test_small_uncertainties_of_large_values_keep_their_digits() -> None:
 @pytest.mark.parametrize("rate_hz", [50, 320, 1000])
 def test_the_replay_is_thinned_but_keeps_ends_and_gaps(rate_hz: int) -> None:
     times = np.array([i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8])
-    kept = times[poses_to_keep(times)]
-    assert len(kept) <= 201
-    assert (kept[0], kept[-1]) == (times[0], times[-1])
-    assert np.sort(np.diff(kept))[-2] <= max(1 / rate_hz, 0.01) + 2e-4, "no gap but the one that was there"
-    assert {0.5, 0.8} <= {round(float(t), 2) for t in kept}
+    kept_times = times[poses_to_keep(times)]
+    assert len(kept_times) <= 201
+    assert (kept_times[0], kept_times[-1]) == (times[0], times[-1])
+    assert np.sort(np.diff(kept_times))[-2] <= max(1 / rate_hz, 0.01) + 2e-4, (
+        "no gap but the one that was there"
+    )
+    assert {0.5, 0.8} <= {round(float(t), 2) for t in kept_times}
 
 
 def test_numpy_numbers_are_numbers() -> None:

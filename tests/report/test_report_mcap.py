@@ -152,14 +152,14 @@ def test_verdict_and_strokes_are_told_in_words(topics: Topics) -> None:
 
 
 @pytest.mark.parametrize(
-    ("results", "left"),
+    ("results", "remaining_topics"),
     [
         (("rates", "attitudes", "strokes", "offsets"), {"/evaluated/log"}),
         (("offsets",), {"/evaluated/body_1/euler", "/model_filed/body_1/euler"}),
     ],
 )
 def test_what_a_failed_check_withholds_is_not_written(
-    results: tuple[str, ...], left: set[str], tmp_path: Path
+    results: tuple[str, ...], remaining_topics: set[str], tmp_path: Path
 ) -> None:
     withheld = dict.fromkeys(results, "momentum throughout the fall")
     write_evaluated_mcap(report_drop(evaluate_run().with_withheld(withheld)), tmp_path / "withheld.mcap")
@@ -168,8 +168,8 @@ def test_what_a_failed_check_withholds_is_not_written(
     assert summary is not None
     names = {channel.topic for channel in summary.channels.values()}
     written = {name for name in names if name.startswith(("/evaluated/", "/model_"))}
-    assert left <= written and not any(name.startswith("/model_corrected/") for name in written)
-    assert len(results) == 1 or written == left
+    assert remaining_topics <= written and not any(name.startswith("/model_corrected/") for name in written)
+    assert len(results) == 1 or written == remaining_topics
     assert "/body_1/imu" in names, "the recording itself is not withheld"
 
 

@@ -24,16 +24,16 @@ class Heard:
     """Keeps what is said on the way."""
 
     def __init__(self) -> None:
-        self.said: list[str] = []
+        self.messages: list[str] = []
 
     def note(self, text: str) -> None:
-        self.said.append(text)
+        self.messages.append(text)
 
     warn = note
 
     def progress(self, description: str, total: float | None = None) -> AbstractContextManager[Any]:
         del total
-        self.said.append(description)
+        self.messages.append(description)
         return nullcontext(lambda _: None)
 
 
@@ -51,8 +51,8 @@ def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFix
     evaluation = Run.open(run, EvaluationOptions(swarm=True)).evaluate(listener)
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert (
-        any("knows of the landing" in message for message in listener.said)
-        and "Evaluating run" in listener.said
+        any("knows of the landing" in message for message in listener.messages)
+        and "Evaluating run" in listener.messages
     )
     assert read_calibration(run / CERTIFICATE).landings
     result = command("evaluate", run, "--swarm").result

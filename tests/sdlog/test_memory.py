@@ -130,13 +130,13 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
     path = tmp_path / "SD.bin"
     chunk = long_recording(64)
     path.write_bytes(chunk)
-    seen = 0
+    block_number = 0
 
     def endless(source: LogSource) -> Iterator[tuple[int, memoryview]]:
-        nonlocal seen
-        for seen in range(0, 64 * 200, 64):
+        nonlocal block_number
+        for block_number in range(0, 64 * 200, 64):
             # The same 64 blocks again and again, without a file of that size.
-            yield seen, memoryview(bytearray(chunk))
+            yield block_number, memoryview(bytearray(chunk))
 
     with LogSource(path) as source:
         monkeypatch.setattr(LogSource, "chunks", endless)

@@ -35,7 +35,7 @@ def build(tmp_path: Path, *variables: str, path: str | None = None) -> subproces
 
 
 class Built(NamedTuple):
-    done: subprocess.CompletedProcess[str]
+    process: subprocess.CompletedProcess[str]
     folder: Path
 
 
@@ -46,10 +46,10 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
 
 
 def test_the_sketch_builds_without_a_warning_and_fits(built: Built) -> None:
-    assert built.done.returncode == 0, built.done.stdout + built.done.stderr
-    assert built.done.stderr == ""
+    assert built.process.returncode == 0, built.process.stdout + built.process.stderr
+    assert built.process.stderr == ""
     assert (built.folder / "build" / "teensy_logger.elf").is_file()
-    sizes = {name: int(size) for name, size in map(str.split, built.done.stdout.splitlines())}
+    sizes = {name: int(size) for name, size in map(str.split, built.process.stdout.splitlines())}
     assert sizes.pop(".dmabuffers") == RING_BYTES, "nothing but the ring in RAM2"
     assert sizes.keys() == BUDGETS.keys()
     over = {name: size for name, size in sizes.items() if size > BUDGETS[name]}

@@ -27,7 +27,7 @@ def _scalar(kind: str, state: int) -> int | float:
 
 
 def _draw(spec: Spec, item: Struct, state: list[int]) -> Values:
-    def one(field: Field) -> Any:
+    def draw_value(field: Field) -> Any:
         state[0] += 1
         if field.kind in SCALARS:
             return _scalar(field.kind, state[0])
@@ -36,7 +36,10 @@ def _draw(spec: Spec, item: Struct, state: list[int]) -> Values:
             return values[state[0] % len(values)].value
         return _draw(spec, spec.structs[field.kind], state)
 
-    return {f.name: one(f) if f.count is None else [one(f) for _ in range(f.count)] for f in item.fields}
+    return {
+        f.name: draw_value(f) if f.count is None else [draw_value(f) for _ in range(f.count)]
+        for f in item.fields
+    }
 
 
 def _pack(spec: Spec, item: Struct, values: Values) -> bytes:

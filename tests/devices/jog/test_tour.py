@@ -28,7 +28,7 @@ class Watch:
 
     def __init__(self, pause: Callable[[float], None]) -> None:
         self._pause = pause
-        self.told: list[tuple[int, int]] = []
+        self.reports: list[tuple[int, int]] = []
         self.rests: list[int] = []
         self.states: set[SequencerState] = set()
         self.rest_action: Callable[[int], None] = self.rests.append
@@ -37,7 +37,7 @@ class Watch:
         self._pause(duration_s)
 
     def on_angle(self, stop: int, angle_cdeg: int) -> None:
-        self.told.append((stop, angle_cdeg))
+        self.reports.append((stop, angle_cdeg))
 
     def on_rest(self, stop: int) -> None:
         self.rest_action(stop)
@@ -88,10 +88,10 @@ def test_it_rests_at_each_stop_and_is_let_go_only_at_the_end(
 def test_what_is_shown_goes_from_stop_to_stop(robot: EmulatedRobot, sequencer: JogClient) -> None:
     watch = Watch(sequencer.wait)
     sequencer.tour(TOUR, go_on, watch)
-    assert [stop for stop, _ in watch.told] == sorted(stop for stop, _ in watch.told)
+    assert [stop for stop, _ in watch.reports] == sorted(stop for stop, _ in watch.reports)
     # Angles go from stop to stop in one direction.
     for stop, (before, after) in enumerate(pairwise((0, *TOUR.stops_cdeg))):
-        angles = [angle_cdeg for reported_stop, angle_cdeg in watch.told if reported_stop == stop]
+        angles = [angle_cdeg for reported_stop, angle_cdeg in watch.reports if reported_stop == stop]
         assert angles[-1] == after
         assert min(before, after) <= min(angles) <= max(angles) <= max(before, after)
         assert angles == sorted(angles, reverse=after < before)
@@ -108,7 +108,7 @@ def test_whoever_watches_can_end_it(robot: EmulatedRobot, sequencer: JogClient, 
     watch.rest_action = fail
     with pytest.raises(ZeroDivisionError):
         sequencer.tour(TOUR, go_on, watch)
-    assert watch.told[-1] == (stop, TOUR.stops_cdeg[stop])
+    assert watch.reports[-1] == (stop, TOUR.stops_cdeg[stop])
     assert sequencer.status().state == SequencerState.SAFE
     assert is_limp(robot, 1)
 
@@ -116,7 +116,7 @@ def test_whoever_watches_can_end_it(robot: EmulatedRobot, sequencer: JogClient, 
 def test_a_wish_to_stop_lets_the_joint_go_between_stops(robot: EmulatedRobot, sequencer: JogClient) -> None:
     watch = Watch(sequencer.wait)
     # A wish to stop while the third stop is approached.
-    end = sequencer.tour(TOUR, lambda: bool(watch.told) and watch.told[-1][0] == 2, watch)
+    end = sequencer.tour(TOUR, lambda: bool(watch.reports) and watch.reports[-1][0] == 2, watch)
     assert not end.held
     assert watch.rests == [0, 1]
     assert is_limp(robot, 1)
@@ -125,7 +125,7 @@ def test_a_wish_to_stop_lets_the_joint_go_between_stops(robot: EmulatedRobot, se
 def test_an_impatient_ctrl_c_lets_it_go_too(robot: EmulatedRobot, sequencer: JogClient) -> None:
     def interrupt(duration_s: float) -> None:
         sequencer.wait(duration_s)
-        if len(watch.told) > 12:
+        if len(watch.reports) > 12:
             raise KeyboardInterrupt
 
     watch = Watch(interrupt)

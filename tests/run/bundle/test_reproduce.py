@@ -134,7 +134,7 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
 def test_a_bundle_of_an_older_program_is_computed_and_the_program_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The drop of tfsat 0.2.0, whose manifest has fewer entries and whose evaluation had other estimators."""
+    """Reproduce a drop of tfsat 0.2.0, whose manifest has fewer entries and whose estimators were others."""
     unpack_drop(tmp_path)
     monkeypatch.chdir(tmp_path)
     output = command("reproduce", "drop.tfsat.zip", expect=3)

@@ -28,7 +28,7 @@ ROBOTS = 20
 PROCESSES = 2
 
 
-def one(seed: int) -> tuple[int, Proof]:
+def prove_robot(seed: int) -> tuple[int, Proof]:
     """Proves one robot."""
     return seed, prove(seed)
 
@@ -58,7 +58,7 @@ def main() -> int:
         # Seeds are fixed by the row, so that a shorter campaign flies the first drops of a longer one.
         wrong = [(row.name, seed) for row in ROWS for seed in seeds_of(row, arguments.drops)]
         drops = list(track(pool.map(of_row, wrong), "mismatches", total=len(wrong), console=console))
-        proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=console))
+        proofs = dict(track(pool.map(prove_robot, seeds), "robots", total=len(seeds), console=console))
         causes = dict(
             track(
                 pool.map(partial(one_cause, drops=arguments.drops), CAUSES),

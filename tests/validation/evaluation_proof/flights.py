@@ -63,7 +63,7 @@ class Flight:
 def fly_drop(
     robot: Robot, true_model: RobotModel, number: int, dlpf_cfg: int, rate_rad_s: FloatArray | None = None
 ) -> Drop:
-    """One drop; `number` tells those of a robot apart.
+    """Fly one drop; `number` tells those of a robot apart.
 
     Args:
         robot: Whose sensors.
