@@ -33,6 +33,7 @@ class BoardOnPty:
 
     def __enter__(self) -> Self:
         self._master, self._slave = os.openpty()
+        # Raw: no terminal setting may change the bytes between board and command.
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
         self._thread.start()
@@ -48,6 +49,7 @@ class BoardOnPty:
 
     def _serve(self) -> None:
         while not self._ending.is_set():
+            # Bytes first, then a millisecond of virtual time, whether or not somebody writes.
             if select.select([self._master], [], [], 0.001)[0]:
                 self._pass_on(os.read(self._master, 1000))
             self._board.run(STEP_US)
@@ -57,9 +59,11 @@ class BoardOnPty:
     def _pass_on(self, data: bytes) -> None:
         unsent_bytes = data
         while unsent_bytes:
+            # The board takes as much as its buffer has room for: the rest is offered again.
             unsent_bytes = unsent_bytes[self._board.write(unsent_bytes) :]
             self._board.run(STEP_US)
             if answer := self._board.read():
                 os.write(self._master, answer)
+        # What happens to the board comes after its answer has gone out.
         for frame in self._receiver.feed(data):
             self._after.get(frame.type, lambda: None)()

@@ -21,8 +21,10 @@ from tfsat_host.cli.main import main
 def clean_environment(home: Path) -> dict[str, str]:
     """Variables that keep a command inside `home` and out of the terminal."""
     return {
+        # State and cache go below the test's own home.
         "HOME": str(home),
         "XDG_STATE_HOME": str(home / "state"),
+        # The cache holds the built robot: every test would build it anew.
         "XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME") or str(Path("~/.cache").expanduser()),
         "NO_COLOR": "1",
     }
@@ -57,6 +59,7 @@ class RunCli:
         result = (
             self._process(argv, environ, timeout_s) if process else self._here(argv, environ, without_ports)
         )
+        # No command may end in a traceback, whatever a test expects of it.
         assert "Traceback" not in result.stderr, result.stderr
         if expect is not None:
             assert result.returncode == expect, (result.args, result.returncode, result.stdout, result.stderr)
@@ -85,7 +88,9 @@ class RunCli:
             for name, value in (environ or {}).items():
                 patch.setenv(name, value)
             if without_ports:
+                # As on a computer without serial ports.
                 patch.setattr("serial.tools.list_ports.comports", lambda *_args, **_options: [])
+            # No terminal and no input: a question would be a usage error.
             patch.setattr("sys.stdin", stack.enter_context(Path(os.devnull).open(encoding="utf-8")))
             patch.setattr("sys.argv", ["tfsat-host", *argv])
             stack.enter_context(contextlib.chdir(self.folder))

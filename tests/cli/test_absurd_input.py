@@ -22,11 +22,13 @@ CONTROLS = ("\x1b[2J", "\a", "\u202e", "\u2066")
 @pytest.mark.parametrize("key", ["name", "source"])
 @pytest.mark.parametrize("control", CONTROLS)
 def test_a_robot_file_with_control_characters_is_refused(tfsat_host: RunCli, key: str, control: str) -> None:
+    # TOML escapes: the file's text itself holds no control character.
     escaped = "".join(f"\\u{ord(sign):04x}" for sign in control)
     text = re.sub(rf'^{key} = "', lambda match: match[0] + escaped, ROBOT, count=1, flags=re.MULTILINE)
     (tfsat_host.folder / "robot.toml").write_text(text, encoding="utf-8")
     process = tfsat_host("robot", "robot.toml", expect=1)
     assert f"{key}: holds U+{ord(control[0]):04X}, a character that cannot be seen" in process.stderr
+    # Not one control character reaches the terminal.
     assert not any(sign in process.stdout + process.stderr for sign in control if not sign.isprintable())
 
 
@@ -66,6 +68,7 @@ def test_it_is_refused_by_name(tfsat_host: RunCli, command_line: str, words: str
     run_folder(folder / "run")
     change_headers(folder / "run" / "SD.bin", dlpf_cfg=77)
     process = tfsat_host(*command_line.split(), expect=None)
+    # Refused as a usage error or as a failure, never as a bug.
     assert process.returncode in (1, 2)
     assert words in process.stderr
 
@@ -112,10 +115,12 @@ SLIPS = {
 
 @pytest.mark.parametrize("slip", SLIPS)
 def test_units_that_slipped_are_refused(tfsat_host: RunCli, slip: str) -> None:
+    # The slip is in the text: a replacement that found nothing would prove nothing.
     assert SLIPS[slip] != ROBOT
     (tfsat_host.folder / "slip.toml").write_text(SLIPS[slip], encoding="utf-8")
     for command in (["robot"], ["simulate", "59", "70", "--robot"]):
         process = tfsat_host(*command, "slip.toml", expect=1)
+        # File and line stand at the head of the message.
         assert re.search(r"slip\.toml:\d+: ", process.stderr)
         assert re.search(r"Check the units|in mm|above 0", process.stderr)
 
@@ -147,6 +152,7 @@ def test_ctrl_c_ends_it_without_a_traceback_at_any_time(module: str, tmp_path: P
         text=True,
         timeout=60,
         check=False,
+        # A shell may have ignored SIGINT for its children: the default handler is set again.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     assert "Traceback" not in process.stderr

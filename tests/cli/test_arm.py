@@ -28,7 +28,16 @@ __all__ = ["board", "board_library", "fresh_board", "new_board"]
 def test_joints_at_their_start_pose_are_reported(board: Board, tfsat_host: RunCli) -> None:
     with BoardOnPty(board) as served:
         armed = tfsat_host.json(
-            "arm", "--yes", "--joints", "-6.2", "9.999", 0, "--port", served.port, without_ports=True
+            # Within 10 deg of the start pose: the tolerance of the protocol.
+            "arm",
+            "--yes",
+            "--joints",
+            "-6.2",
+            "9.999",
+            0,
+            "--port",
+            served.port,
+            without_ports=True,
         )
     assert (armed["state"], armed["at_start_pose"]) == ("armed", True)
     assert connect(board).status().state == SequencerState.ARMED
@@ -49,6 +58,7 @@ def test_a_joint_off_its_start_pose_is_not_armed(board: Board, tfsat_host: RunCl
         assert "tfsat-host jog" in error["next_step"]
     assert connect(board).status().state == SequencerState.SAFE
     # Told by somebody else, the board itself refuses.
+    # Another program has told the board of a joint beyond the tolerance.
     connect(board).report_joints((0, 0, 1001))
     with BoardOnPty(board) as served:
         error = tfsat_host.json("arm", "--yes", "--port", served.port, expect=4)["error"]
@@ -90,6 +100,7 @@ def test_the_state_afterwards_is_read_back(
 
 def test_a_latched_fault_is_named(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
+    # A switch opens, and the supply dips: the board cannot know whether it was released.
     board.switch(0, closed=False)
     board.reset(ResetCause.BROWN_OUT)
     board.run(50_000)
@@ -112,6 +123,7 @@ def test_a_board_with_the_factory_maneuver_is_not_armed(fresh_board: Board, tfsa
     with BoardOnPty(fresh_board) as served:
         where = ("--port", served.port)
         error = tfsat_host.json("arm", "--yes", *where, expect=4)["error"]
+        # The number is the protocol's.
         assert (error["code"], error["number"]) == ("no_maneuver", 16)
         assert error["next_step"].startswith(f"tfsat-host upload-sequence 59 70 --port {served.port}")
         assert "(refusal 16, no_maneuver)\n" in tfsat_host("arm", "--yes", *where, expect=4).stderr
@@ -154,6 +166,7 @@ def test_the_question_names_what_will_fly_and_what_will_move(
         assert main(["arm", "--port", served.port]) == 4
     error_text = capsys.readouterr().err
     for words in (
+        # The stored maneuver is named by its CRC: what flies is what was uploaded.
         f"This maneuver will fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
         "\n  0.70 s joint 1 +59°\n  1.05 s joint 2 +70°\n  1.47 s joint 1 -59°\n  1.82 s joint 2 -70°\n",
         "The servos are limp now.",
@@ -188,6 +201,7 @@ def test_after_a_run_the_servos_hold_its_end_pose(
     connect(board).arm()
     board.run(10_000)
     release(board)
+    # The whole maneuver, and half a second more.
     board.run(3_000_000)
     for switch in (0, 1):
         board.switch(switch, closed=True)

@@ -20,6 +20,7 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 @pytest.fixture
 def both(robot: Served) -> dict[str, str]:
+    # Both boards by the environment, as on the day of a drop.
     return {
         "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
         "TFSAT_LOGGER_PORT": robot.announced["logger"],
@@ -29,6 +30,7 @@ def both(robot: Served) -> dict[str, str]:
 def test_a_drop_is_recorded_by_hand(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
     tfsat_host("upload-sequence", 59, 70, environ=both)
     silent = tfsat_host("arm", "--yes", "--json", environ=both)
+    # Armed without a recording: possible, but said.
     assert "is not recording" in silent.stderr
     assert '"recording": false' in silent.stdout
     tfsat_host("disarm", environ=both)
@@ -43,10 +45,12 @@ def test_a_drop_is_recorded_by_hand(robot: Served, both: dict[str, str], tfsat_h
     robot.control("drop", "wait still", "wait 500ms")
     stopped = tfsat_host.json("record", "stop", environ=both)
     assert (stopped["state"], stopped["session"]) == ("stopped", started["session"])
+    # A drop of 2.5 s at 280 Hz at the least.
     assert stopped["samples"] > 2.5 * 280
     assert stopped["samples_dropped"] == 0
     robot.control("card drop.bin")
     decoded = tfsat_host.json("decode", "drop.bin")
+    # The file has exactly the samples that the logger counted.
     assert (decoded["verdict"], decoded["samples"]) == ("complete", stopped["samples"])
 
 
@@ -82,9 +86,11 @@ def test_arming_is_refused_before_anybody_is_asked(robot: Served, tfsat_host: Ru
     """Without --yes and without a terminal the question itself would be a usage error, exit code 2."""
     port = ("--port", robot.sequencer)
     tfsat_host("upload-sequence", 59, 70, *port)
+    # Without a terminal nobody can be asked: a usage error.
     assert tfsat_host("arm", *port, expect=2).stderr
     robot.control("release 2")
     error = tfsat_host.json("arm", *port, expect=4)["error"]
+    # The open switch is told before the question.
     assert (error["code"], error["number"]) == ("switch_open", 15)
     assert error["what"] == "A release switch is open (switch 2)."
     robot.control("seat")
@@ -117,9 +123,11 @@ def test_status_goes_on_when_a_board_does_not_speak(
 ) -> None:
     robot.control("power sequencer off")
     status = tfsat_host.json("status", environ=both)
+    # One board is missing: the other one is shown all the same.
     assert status["sequencer"]["error"]["code"] == "missing"
     assert status["logger"]["state"] == "idle"
     robot.control("power logger off")
+    # With neither board there is nothing to show.
     assert tfsat_host.json("status", environ=both, expect=1)["error"]["code"] == "missing"
 
 
@@ -131,6 +139,7 @@ def test_status_of_swapped_and_of_equal_variables(
     process = tfsat_host("status", "--json", environ=swapped)
     assert f"TFSAT_SEQUENCER_PORT={logger} is the logger's port, not the sequencer's" in process.stderr
     assert f"TFSAT_LOGGER_PORT={sequencer} is the sequencer's port, not the logger's" in process.stderr
+    # Swapped variables are said, and both boards are asked nevertheless.
     status = tfsat_host.json("status", environ=swapped)
     assert (status["sequencer"]["state"], status["logger"]["state"]) == ("safe", "idle")
     equal = {"TFSAT_SEQUENCER_PORT": logger, "TFSAT_LOGGER_PORT": str(robot.logger)}
@@ -143,6 +152,7 @@ def test_status_and_upload_agree_when_the_maneuver_ends(tfsat_host: RunCli) -> N
     uploaded = tfsat_host.json("upload-sequence", 59, 70, "--emulated")
     maneuver = tfsat_host.json("status", "--emulated")["sequencer"]["maneuver"]
     assert maneuver["end_s"] == uploaded["end_s"] == 2.23
+    # Both round the same microseconds.
     assert maneuver["end_us"] == 2_231_765
 
 

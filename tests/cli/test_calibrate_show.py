@@ -40,6 +40,7 @@ def test_show_names_the_certificate_of_the_other_robot(
     tfsat_host: RunCli, requested_suffix: str, there: str
 ) -> None:
     """Next to it: a rehearsal leaves an emulated robot's where its person then looks for it."""
+    # The other robot's certificate, so that its name can be told.
     certificate(tfsat_host.folder, whole_calibration(), f"calibration{there}.toml")
     option, other = ((f"--{name[1:]}",) if name else () for name in (requested_suffix, there))
     error = tfsat_host.json("calibrate", "show", *option, expect=1)["error"]
@@ -50,12 +51,14 @@ def test_show_names_the_certificate_of_the_other_robot(
 
 
 def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
+    # Half an hour more than three hours: "3 h ago" whenever the test runs.
     calibration = whole_calibration(measured_at=datetime.now(UTC) - 3 * HOUR - HOUR / 2)
     certificate(tfsat_host.folder, calibration)
     report = tfsat_host.json("calibrate", "show")
     assert report["ready"] is True
     assert report["commands"] == []
     rows = {row["quantity"]: row for row in report["quantities"]}
+    # Three biases, misalignments and scale factors a gyro, and the joints' own.
     assert len(rows) == 30
     bias = rows["bias of body 2"]
     assert bias["value"] == pytest.approx(np.degrees(calibration.gyros[1].bias_rad_s))
@@ -78,11 +81,13 @@ def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
 
 def test_the_first_screen_is_the_verdict_what_it_rests_on_and_what_to_type(tfsat_host: RunCli) -> None:
     calibration = whole_calibration(measured_at=datetime.now(UTC) - 3 * HOUR)
+    # Body 1 as designed: its six quantities are missing.
     bare = replace(calibration, gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]))
     certificate(tfsat_host.folder, with_landing(bare, Landing(datetime.now(UTC) - HOUR, "a test")))
     lines = tfsat_host("calibrate", "show", environ={"COLUMNS": "80"}).stdout.splitlines()
     verdict = "NOT READY: 6 calibrations missing, 15 calibrations older than the last landing"
     assert (lines[0], lines[-1]) == (verdict, verdict)
+    # One screen of 80 columns.
     assert len(lines) <= 40 and max(map(len, lines)) <= 80
     text = "\n".join(lines)
     for words in ("3 of 4", "1 missing, 3 stale", "tfsat-host calibrate bias\n", "show --full"):
@@ -98,6 +103,7 @@ def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> No
     gyro = calibration.gyros[0]
     turned = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # x of the body is z of the sensor
     doubtful = gyro.covariance.copy()
+    # The z axis of the sensor that the body's z lies along was never measured well.
     doubtful[7, 7] = 0.017**2
     scale_times = {axis: gyro.scaled[axis] for axis in "xy"}
     mounted = replace(gyro, rotation=turned, covariance=doubtful, scaled=scale_times)
@@ -105,6 +111,7 @@ def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> No
     report = tfsat_host.json("calibrate", "show")
     rows = {row["quantity"]: row for row in report["quantities"]}
     for axis, sensor in (("x", 2), ("y", 0)):
+        # By the body's axes, not the sensor's.
         row = rows[f"scale factor {axis} of body 1"]
         assert (row["value"], row["std"]) == pytest.approx((gyro.scale[sensor], np.radians(0.05)))
     assert rows["scale factor z of body 1"]["state"] == "missing"
@@ -116,6 +123,7 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
     folder = tfsat_host.folder / "mine-recordings"
     folder.mkdir()
     (folder / "rest-1.npz").write_bytes(b"as it was")
+    # A recording that was changed, and one that is gone.
     (folder / "zero-1.npz").write_bytes(b"changed")
     recordings = tuple(
         Recording(step, MEASURED, f"{step}-1.npz", sha256(b"as it was"))
@@ -128,6 +136,7 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
         tfsat_host.folder, with_landing(bare, Landing(MEASURED + HOUR, "recording 1a2b3c4d")), "mine.toml"
     )
     report = tfsat_host.json("calibrate", "show", "--out", file.name)
+    # As it was, changed, and not there.
     assert [recording["state"] for recording in report["recordings"]] == ["matches", "changed", "gone"]
     assert report["landings"] == [{"at": "2026-07-01T10:30:00+00:00", "told_by": "recording 1a2b3c4d"}]
     missing = [row for row in report["quantities"] if row["state"] == "missing"]
@@ -164,6 +173,7 @@ def test_ages(age: timedelta, words: str) -> None:
 
 
 def test_show_is_not_ready_while_a_recording_or_the_clock_is_doubtful(tfsat_host: RunCli) -> None:
+    # A hash that no file can have.
     recording = Recording("rest", MEASURED, "rest.npz", "00" * 32)
     now = datetime.now(UTC)
     certificate(
@@ -171,6 +181,7 @@ def test_show_is_not_ready_while_a_recording_or_the_clock_is_doubtful(tfsat_host
     )
     assert tfsat_host.json("calibrate", "show")["ready"] is False
     assert "NOT READY: 1 recording altered or missing" in tfsat_host("calibrate", "show").stdout
+    # Dated in the future: the clock was wrong then or is now.
     certificate(tfsat_host.folder, replace(whole_calibration(measured_at=now + HOUR), recordings=()))
     assert tfsat_host.json("calibrate", "show")["ready"] is False
     assert "30 calibrations dated in the future" in tfsat_host("calibrate", "show").stdout

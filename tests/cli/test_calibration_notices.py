@@ -54,6 +54,7 @@ def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: Run
         "sentences": [],
     }
     assert "knows of the landing" not in again.stderr
+    # Decoded twice, it landed once.
     assert len(read_calibration(file).landings) == 1
     report = tfsat_host.json("calibrate", "show")
     assert report["ready"] is False
@@ -66,6 +67,7 @@ def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
     assert result["warnings"] == []
     assert result["calibration"]["usable"] is False
+    # Everything that a landing may change: biases, misalignments and zero points.
     assert len(result["calibration"]["shortcomings"]) == 18
     assert result["calibration"]["shortcomings"][0] == {
         "quantity": "bias of body 1",
@@ -112,6 +114,7 @@ def test_of_other_sensors(tfsat_host: RunCli, change: dict[str, Any], words: str
     result = tfsat_host.json("decode", write_drop(tfsat_host.folder), "--calibration", file)
     assert words in join_sentences(result)
     assert result["calibration"]["usable"] is False
+    # Its landing is not noted in the certificate of another robot.
     assert read_calibration(file).landings == (), "another robot did not land"
 
 
@@ -121,6 +124,7 @@ def test_an_imu_that_was_exchanged_is_named_and_the_robot_landed_all_the_same(tf
     result = tfsat_host.json("decode", write_drop(tfsat_host.folder))
     assert join_sentences(result).startswith("The IMU of body 3 is another than the one that was calibrated")
     assert result["calibration"]["usable"] is False
+    # The robot landed, whichever IMU it has.
     assert len(read_calibration(file).landings) == 1
 
 
@@ -163,6 +167,7 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -
 
     Its name is so long that no new file next to it can be named after it.
     """
+    # 245 characters: the name is allowed, a temporary file's is not.
     file = certificate(tfsat_host.folder, whole_calibration()).rename(tfsat_host.folder / f"{'c' * 245}.toml")
     process = tfsat_host("decode", write_drop(tfsat_host.folder), "--calibration", file)
     assert "could not be written into" in process.stderr
@@ -175,11 +180,13 @@ def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
     log = tfsat_host.folder / "QUIET.BIN"
     log.write_bytes(data)
     process = tfsat_host("decode", log, "--json")
+    # 14 s of quiet, less the time of the release itself.
     assert 12.0 < json.loads(process.stdout)["quiet_s"] < 13.5
     (line,) = (line for line in process.stderr.splitlines() if "rested" in line)
     assert re.search(r"The gyros rested for 1[23] s before the release: bias body 1 [+-]", line)
     assert line.endswith(f"tfsat-host calibrate bias --log {log}")
     biases_deg_s = [float(word) for word in re.findall(r"[+-]\d+\.\d{3}", line)]
+    # Four bodies and three axes, as the truth has them.
     assert biases_deg_s == pytest.approx(np.degrees(bias_rad_s).ravel().tolist(), abs=0.02)
     certificate(tfsat_host.folder, whole_calibration(), "my own.toml")
     process = tfsat_host("decode", log, "--calibration", "my own.toml")
@@ -208,6 +215,7 @@ def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_ho
     serial = tfsat_host.json("status", environ=ports)["logger"]["device"]["serial"]
     mine = replace(SUBJECT, logger_serial=serial, emulated=True)
     file = certificate(tfsat_host.folder, whole_calibration(subject=mine), "calibration-emulated.toml")
+    # Emulated, and of this very logger.
     armed = tfsat_host("arm", "--yes", "--json", environ=ports)
     assert "calibration-emulated.toml (valid for this drop)" in armed.stderr
     assert json.loads(armed.stdout)["calibration"]["usable"] is True
@@ -220,6 +228,7 @@ def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_ho
     armed = tfsat_host("arm", "--yes", "--json", environ=ports)
     assert json.loads(armed.stdout)["state"] == "armed"
     assert f"Calibration {file.name}: Measured before the last landing" in armed.stderr
+    # The same 18 as after any landing.
     assert len(json.loads(armed.stdout)["calibration"]["shortcomings"]) == 18
     tfsat_host("disarm", environ=ports)
     real = certificate(tfsat_host.folder, whole_calibration(), "real.toml")

@@ -26,6 +26,7 @@ from tfsat_host.cli.parser import module_of, parser_with
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 from tfsat_host.robot import default_robot_path
 
+# What takes longest to import, and what not every computer has.
 HEAVY = ("numpy", "scipy", "rich", "serial", "matplotlib", "hypothesis")
 _HELP_THEN_MODULES = """
 import sys
@@ -42,6 +43,7 @@ def _modules_after(*args: str) -> set[str]:
     process = subprocess.run(
         [sys.executable, "-c", _HELP_THEN_MODULES, *args], capture_output=True, text=True, check=True
     )
+    # The help was really printed.
     assert "usage: tfsat-host" in process.stdout
     return set(process.stderr.split())
 
@@ -65,6 +67,7 @@ def test_help_on_a_terminal_does_not_wait_for_rich() -> None:
 
 
 def test_the_help_of_a_command_on_a_terminal_is_coloured() -> None:
+    # A terminal of its own: colours are for people.
     master, slave = pty.openpty()
     environ = {name: value for name, value in os.environ.items() if name != "NO_COLOR"} | {"TERM": "xterm"}
     subprocess.run(
@@ -117,6 +120,7 @@ def test_the_helps_groups_are_the_readmes() -> None:
 @pytest.mark.parametrize("command", HELPS)
 def test_a_commands_help_ends_with_an_example_that_can_be_typed(command: str, tfsat_host: RunCli) -> None:
     words = shlex.split(EXAMPLES[command])
+    # The example is parsed by the parser that the command has.
     assert parser_with((command,))[0].parse_args(words).command == command
     assert tfsat_host(command, "--help").stdout.endswith(f"Example: tfsat-host {EXAMPLES[command]}\n")
 
@@ -156,6 +160,7 @@ def test_usage_errors(tfsat_host: RunCli, args: tuple[str, ...]) -> None:
     assert plain.stdout == ""
     assert plain.stderr.startswith("Error: ")
     error = tfsat_host.json(*args, expect=2)["error"]
+    # The plain text and the JSON say the same.
     assert error["what"].replace(" --json", "") in plain.stderr
     assert "tfsat-host" in error["next_step"]
 
@@ -182,6 +187,7 @@ def test_an_error_of_a_command_ends_with_its_code_and_its_words(
 ) -> None:
     _ports_raise(monkeypatch, kind(what="A.", meaning="B.", next_step="C."))
     assert main(["ports"]) == code
+    # Three lines: what happened, what it means, what to do.
     assert capsys.readouterr() == ("", "Error: A.\n  B.\n  C.\n")
     assert main(["ports", "--json"]) == code
     output = capsys.readouterr()
@@ -204,6 +210,7 @@ def test_a_bug_is_kept_in_a_file_and_shown_without_a_traceback(
     assert "Traceback" not in error_text
     assert "ZeroDivisionError: by zero\n" in error_text
     path = Path(error_text.strip().rpartition("the file ")[2])
+    # Below the user's home, where a report is looked for.
     assert path.is_relative_to(os.environ["HOME"])
     text = path.read_text()
     assert "Traceback" in text
@@ -215,6 +222,7 @@ def test_a_bug_is_kept_elsewhere_when_the_state_folder_cannot_be_made(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    # Neither state folder nor home can be made: the temporary folder is left.
     monkeypatch.setenv("HOME", str(tmp_path / "file"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     _ports_raise(monkeypatch, ZeroDivisionError())
@@ -260,6 +268,7 @@ def test_a_reader_that_has_gone_is_no_error_message() -> None:
         ("ports", "<&-"),
         ("ports --json", ">&-"),
         ("ports --help", ">&-"),
+        # All three streams closed: nothing can be said, and nothing may break.
         ("upload-sequence 59 70 --emulated", "<&- >&- 2>&-"),
         ("fly", "2>&-"),
     ],
@@ -279,6 +288,7 @@ def test_closed_streams_are_no_bug(args: str, closed: str, tmp_path: Path) -> No
 
 def test_help_takes_less_than_a_tenth_of_a_second() -> None:
     """Best of five, in processor time of the child: what else the machine does is not counted."""
+    # The best of five: what else the computer does only makes it slower.
     assert min(_processor_seconds("--help") for _ in range(5)) < 0.1
 
 
@@ -357,6 +367,7 @@ def test_names_in_files_and_of_files_do_not_steer_the_terminal(
     evil = "\x1b]0;owned\x07\u202e"
     text = default_robot_path().read_text(encoding="utf-8")
     file = tmp_path / f"robot{evil}.toml"
+    # The name in the file, and the file's own name.
     named = re.sub("^name = .*$", r'name = "\\u001b[31mred\\u202e"', text, count=1, flags=re.MULTILINE)
     file.write_text(named, encoding="utf-8")
     for argv in (
@@ -372,4 +383,5 @@ def test_names_in_files_and_of_files_do_not_steer_the_terminal(
         main(argv)
         output = "".join(capsys.readouterr())
         assert "\\x1b" in output, argv
+        # Everything that reaches the terminal can be seen.
         assert all(map(str.isprintable, output.split("\n"))), argv

@@ -38,6 +38,7 @@ def test_the_environment_switches_it_on_and_json_stays_one_object(tfsat_host: Ru
 
 def test_a_crash_report_has_the_last_lines(tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch) -> None:
     def break_down(*_: object) -> None:
+        # More lines than a report keeps.
         for number in range(MAX_RECENT_LINES + 50):
             logging.getLogger("tfsat_host.test").debug("line %d", number)
         raise ZeroDivisionError("a bug")
@@ -47,4 +48,5 @@ def test_a_crash_report_has_the_last_lines(tfsat_host: RunCli, monkeypatch: pyte
     report = Path(error.rpartition("with the file ")[2].strip()).read_text(encoding="utf-8")
     assert "met a bug of its own: ZeroDivisionError: a bug" in error and "Traceback" in report
     lines = [line for line in report.splitlines() if "tfsat_host.test: line " in line]
+    # The newest lines are kept, not the first ones.
     assert len(lines) == MAX_RECENT_LINES and lines[-1].endswith(f"line {MAX_RECENT_LINES + 49}")

@@ -34,6 +34,7 @@ COPIED = DROPPED + 2 * HOUR
 def timeless(folder: Path, copied: datetime = COPIED) -> Path:
     """Write a drop whose recording has no time of day, in a file of that date."""
     log = write_drop(folder, at=None)
+    # The date of the file is all that tells when it was recorded.
     os.utime(log, (copied.timestamp(),) * 2)
     return log
 
@@ -60,6 +61,7 @@ def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfs
     assert tfsat_host.json("calibrate", "show")["ready"] is False
     os.utime(log, (COPIED.timestamp() + 86400,) * 2)
     again = tfsat_host.json("decode", log)
+    # Copied a day later: it is the same landing.
     assert read_calibration(file).landings == (landing,), "it landed once, however often it is decoded"
     assert again["calibration"]["usable"] is False
     (sentence,) = again["calibration"]["sentences"]
@@ -82,6 +84,7 @@ def test_a_file_whose_date_says_nothing_landed_by_now(tfsat_host: RunCli, copied
     file = certificate(tfsat_host.folder, whole_calibration())
     tfsat_host("decode", timeless(tfsat_host.folder, copied))
     (landing,) = read_calibration(file).landings
+    # The date of the file is absurd: the landing is put to now, at the latest.
     assert began - timedelta(seconds=1) <= landing.at <= datetime.now(UTC)
     assert landing.told_by.endswith("by the clock")
 
@@ -92,8 +95,12 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
     archive_certificate(here, whole_calibration(), MEASURED)
     mine = archive_certificate(here, whole_calibration(), MEASURED + HOUR / 2)
     archive_certificate(
-        here, whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")), DROPPED - HOUR / 4
+        # Of another logger, and written later: it must not be taken.
+        here,
+        whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")),
+        DROPPED - HOUR / 4,
     )
+    # Measured after the drop: it did not hold then.
     archive_certificate(here, whole_calibration(measured_at=DROPPED + HOUR), DROPPED + HOUR)
     (here / "calibration-recordings" / "certificate-of-mine.toml").write_text("")
     present = certificate(here, whole_calibration(measured_at=DROPPED + HOUR))
@@ -103,6 +110,7 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
     assert f"{present} was measured again after this fall: {mine} is the certificate" in process.stderr
     assert f"{mine} (valid for this recording)" in process.stderr
     assert len(read_calibration(present).landings) == 1
+    # A kept certificate stays as it was written.
     assert read_calibration(mine).landings == (), "what was written once stays as it was"
 
 
@@ -146,6 +154,7 @@ def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_you
     scaled = whole_calibration()
     scaled = replace(scaled, gyros=tuple(replace(gyro, scaled={"x": landed + HOUR}) for gyro in scaled.gyros))
     certificate(tmp_path, scaled)
+    # Scale factors are of silicon: no landing changes them.
     assert certificate_for(present, DROPPED, landed).path == present, "no landing changes a scale factor"
     certificate(tmp_path, young)
     first = certificate_for(present, MEASURED - HOUR, MEASURED - HOUR)
@@ -173,6 +182,7 @@ def test_one_quantity_of_the_future() -> None:
     (sentence,) = check_certificate(early, None, FILE, now=MEASURED + HOUR / 2).objections
     assert sentence.startswith("zero point of joint 1 was measured in the future (2024-07-01 10:30 UTC): ")
     assert sentence.endswith(": tfsat-host calibrate zero --joint 1 --out calibration-anew.toml")
+    # Half a minute before: clocks may differ by as much.
     state = check_certificate(early, None, FILE, now=DROPPED - timedelta(seconds=30))
     assert state.objections == (), "clocks differ by seconds"
 

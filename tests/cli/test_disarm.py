@@ -30,6 +30,7 @@ class PtyBoard:
         self.master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
+        # Another protocol's hash: such a board must still be disarmed.
         self.identity = hello(protocol_hash=bytes(range(8)))
         self.disarms = True
         self.requests: list[int] = []
@@ -39,6 +40,7 @@ class PtyBoard:
     def _serve(self) -> None:
         receiver = FrameReceiver()
         while data := os.read(self.master, 1000):
+            # The test's own end mark, not a frame.
             if data == b"\xffend":
                 return
             for frame in receiver.feed(data):
@@ -70,6 +72,7 @@ def test_another_protocol_is_disarmed_all_the_same(board: PtyBoard, tfsat_host: 
     process = tfsat_host("disarm", "--port", board.port)
     assert "Disarmed" in process.stdout
     assert "speaks another protocol" in process.stderr
+    # HELLO and DISARM alone: nothing else is asked of a board that speaks otherwise.
     assert board.requests == [HelloRequest.TYPE, DisarmRequest.TYPE]
     result = tfsat_host.json("disarm", "--port", board.port)
     assert (result["state"], result["same_protocol"]) == ("safe", False)
@@ -91,6 +94,7 @@ def test_the_logger_is_not_disarmed(board: PtyBoard, tfsat_host: RunCli) -> None
     error = tfsat_host.json("disarm", "--port", board.port, expect=1)["error"]
     assert error["code"] == "other-board"
     assert error["next_step"].endswith(CUT)
+    # The logger never got the order.
     assert board.requests == [HelloRequest.TYPE]
 
 
@@ -113,6 +117,7 @@ def test_ctrl_c_recommends_status_only_where_a_board_was_connected(
 
     monkeypatch.setattr(ports, "system_ports", interrupt)
     assert main(["ports"]) == 130
+    # Where no board was connected there is nothing to look at.
     assert "status" not in capsys.readouterr().err
 
 
@@ -120,6 +125,7 @@ def test_ctrl_c_recommends_status_only_where_a_board_was_connected(
 def test_who_looks_for_the_robot_is_not_sent_to_an_emulated_one(tfsat_host: RunCli, command: str) -> None:
     error = tfsat_host.json(*command.split(), expect=1, without_ports=True)["error"]
     assert error["code"] == "none-found"
+    # Somebody stands at the robot: an emulated one would not help.
     assert "emulate" not in error["next_step"]
 
 

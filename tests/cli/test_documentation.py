@@ -32,6 +32,7 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
         tfsat_host(*arguments)
     run = tfsat_host.folder / "run"
     names = (path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith("."))
+    # The session differs from run to run.
     file_names = {re.sub(r"-[0-9a-f]{8}\.", "-SESSION.", name) for name in names}
     rows = re.findall(
         r"^\| (`.*?) \|", (REPOSITORY / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE
@@ -52,6 +53,7 @@ def test_links_lead_somewhere(document: Path) -> None:
         if not path.startswith(("http:", "https:", "mailto:")):
             target = document.parent / path if path else document
             assert target.exists(), path
+            # The anchor must be a heading of the page that it leads to.
             assert not anchor or target.suffix != ".md" or anchor in anchors(target), f"{path}#{anchor}"
 
 

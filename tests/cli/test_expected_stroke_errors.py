@@ -31,7 +31,7 @@ def calibration_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Calibra
     """Puts a calibration with these servo maps into the current folder."""
     monkeypatch.chdir(tmp_path)
 
-    def put(name: str, maps: Sequence[ServoMap] = MAPS) -> Path:
+    def place_calibration(name: str, maps: Sequence[ServoMap] = MAPS) -> Path:
         (tmp_path / name).touch()
 
         def read(path: Path) -> tuple[ServoMap, ...]:
@@ -41,7 +41,7 @@ def calibration_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Calibra
         monkeypatch.setattr(stroke_errors, "read_servo_maps", read)
         return Path(name)
 
-    return put
+    return place_calibration
 
 
 def _upload(capsys: pytest.CaptureFixture[str], *options: str, expect: int = 0) -> Any:

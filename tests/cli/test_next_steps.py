@@ -60,7 +60,7 @@ def option_names(parser: ArgumentParser, words: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("given", "step", "typed"),
+    ("options", "step", "command"),
     [
         ({"command": "jog", "port": "/dev/a b"}, "disarm", "tfsat-host disarm --port '/dev/a b'"),
         ({"command": "jog", "port": "/dev/a"}, "log fetch ram", "tfsat-host log fetch ram"),
@@ -110,13 +110,13 @@ def option_names(parser: ArgumentParser, words: list[str]) -> list[str]:
     ],
 )
 def test_a_command_gets_what_the_running_one_was_given(
-    given: dict[str, object], step: str, typed: str
+    options: dict[str, object], step: str, command: str
 ) -> None:
     words = shlex.split(step)
     actions = 2 if words[0] in ("log", "flash", "calibrate") else 1
     advice = Advice("Then: ", NextStep(" ".join(words[:actions]), tuple(words[actions:])), ".")
-    args = Namespace(**{"emulated": False, "port": None, **given})
-    assert advice.with_commands(partial(complete_command, args=args)) == f"Then: {typed}."
+    args = Namespace(**{"emulated": False, "port": None, **options})
+    assert advice.with_commands(partial(complete_command, args=args)) == f"Then: {command}."
 
 
 def test_a_calibration_goes_on_with_the_words_that_began_it() -> None:

@@ -199,7 +199,7 @@ def test_no_ports_is_a_result_with_advice(tfsat_host: RunCli) -> None:
 
 
 def test_a_missing_port_is_said_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only a port that an emulated robot is about to serve is waited for."""
+    """Wait for a port only where an emulated robot is about to serve it."""
 
     def refuse_to_wait(_seconds: float) -> None:
         raise AssertionError("waited")
