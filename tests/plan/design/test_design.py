@@ -42,14 +42,17 @@ def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotMod
     solution = design(drop_tower, DesignSettings(time_limit_s=PAPERS_TIME_S))
     best = solution.optimum
     assert best.sequence == (1, 2, -1, -2)
+    # What the design finds in the paper's time, and how near the paper's own displacements are to it.
     assert best.alpha_deg == pytest.approx([60.06, 68.98, 0.0], abs=0.01)
     assert best.reorientation_deg == pytest.approx(26.126, abs=0.001)
     assert best.rotation_vector_deg[2] == pytest.approx(-26.12, abs=0.01)
     assert best.duration_s == pytest.approx(PAPERS_TIME_S, abs=1e-9)
     assert best.efficiency == pytest.approx(0.1012, abs=0.0001)
+    # A residual of zero: the climb ended on the summit.
     assert solution.summit.residual < 1e-6
     papers = candidate(solution.problem, np.radians([58.75, 70.29, 0.0]), (1, 2, 3, -1, -2, -3))
     assert papers.reorientation_deg == pytest.approx(26.112, abs=0.001)
+    # The paper's point lies below the summit by less than its digits show.
     assert 0.0 < best.reorientation_deg - papers.reorientation_deg < 0.015
 
 
@@ -57,6 +60,7 @@ def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotMod
 def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: float) -> None:
     """Share a short time nearly evenly between two joints, and leave no joint to move alone."""
     solution = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    # Even the shortest time has an optimum to climb to.
     assert solution.gap_deg is not None
     assert solution.gap_deg >= -1e-9
     even = solution.problem.farthest_rad(0.25 * time_limit_s) * [1, 1, 0]
@@ -72,19 +76,24 @@ def test_strokes_take_what_the_servos_need(
 ) -> None:
     """Strokes take the time that `simulate` needs with the robot file's own acceleration."""
     problem = Problem.of(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    # Displacements up to the joints' limits.
     size = np.array(share) * np.radians(90.0)
     taken_s = problem.stroke_s(size)
     moves = [
-        TimedMove(j, size[j], 10.0 * j, 10.0 * j + max(size[j] / np.radians(170.0), 1e-9)) for j in range(3)
+        # Strokes ten seconds apart, so that none waits for another.
+        TimedMove(j, size[j], 10.0 * j, 10.0 * j + max(size[j] / np.radians(170.0), 1e-9))
+        for j in range(3)
     ]
     flown_s = [move.end_s - move.start_s for move in servo_moves(drop_tower, moves)]
     assert taken_s == pytest.approx(flown_s, abs=2e-9)
+    # The inverse of the time: as far as a servo gets in it.
     back = np.array([problem.farthest_rad(s)[j] for j, s in enumerate(taken_s)])
     assert back == pytest.approx(size, abs=1e-9)
     limited_size = problem.within_time(size)
     assert problem.keeps_time(limited_size) and (limited_size <= size).all()
     if not problem.keeps_time(size):
         assert problem.duration_s(limited_size) == pytest.approx(time_limit_s, rel=1e-9)
+        # A little more would not fit: nothing is given away.
         assert not problem.keeps_time(1.0001 * limited_size)
     step = 1e-7
     slope = (problem.stroke_s(size + step) - problem.stroke_s(size)) / step
@@ -102,6 +111,7 @@ def test_every_stroke_has_ended_when_the_next_begins(drop_tower: RobotModel, tim
     starts_s = [stroke.t_s for stroke in schedule.strokes]
     assert all(end_s <= start_s + 1e-9 for end_s, start_s in zip(ends_s, starts_s[1:], strict=False))
     # Four starts on the grid of 10 ms, of which the first is exact.
+    # Rounded up to the grid of 10 ms, three times.
     assert ends_s[-1] - starts_s[0] <= time_limit_s + 3 * 0.01
 
 
@@ -109,6 +119,7 @@ def test_the_swarms_point_is_climbed_from_as_well(five_bodies: RobotModel) -> No
     """Whatever a coarse grid misses, the optimum is never below the swarm."""
     solution = design(five_bodies, DesignSettings(joints=(0, 1, 3)))
     assert solution.gap_deg is not None
+    # Not below the swarm, which must not find what the climb misses.
     assert solution.gap_deg >= -1e-6
     assert solution.optimum.reorientation_deg > 0.0
 
@@ -122,7 +133,9 @@ def test_the_swarm_comes_near_and_never_beats_the_optimum(
     assert solution.gap_deg is not None
     assert 0.0 <= solution.gap_deg < 1.0
     assert solution.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
+    # The penalty lets the swarm stay within the time.
     assert solution.swarm.duration_s < 1.5 + 1e-4
+    # Flat: the swarm ends some degrees beside the optimum and loses little.
     assert solution.swarm.alpha_deg[:2] == pytest.approx([59.4, 68.1], abs=6.0)
 
 
@@ -137,6 +150,7 @@ def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> No
     triples = np.column_stack([pairs, rest])[(spent_s <= 0.75) & (rest <= 90.0)]
     points = np.radians(np.concatenate([triples, np.roll(triples, 1, axis=1), np.roll(triples, 2, axis=1)]).T)
     best, _ = best_sequence(problem.loops().angles_rad(points))
+    # No point of the grid is above the summit.
     assert best.max() <= summit.reorientation_rad + 1e-9
     assert np.degrees(summit.reorientation_rad - best.max()) < 0.05  # and the grid comes near it
 
@@ -187,6 +201,7 @@ def test_more_time_gives_what_the_optimum_says_it_gives(drop_tower: RobotModel) 
     problems = [Problem.of(drop_tower, DesignSettings(time_limit_s=time_s)) for time_s in (1.49, 1.5, 1.51)]
     start = np.radians([59.0, 68.0, 0.0])
     shorter, middle, longer = (climb(problem, (1, 2, 3, -1, -2, -3), start) for problem in problems)
+    # The time's worth is the slope between two designs.
     gain = (longer.reorientation_rad - shorter.reorientation_rad) / 0.02
     assert middle.gain_rad_s == pytest.approx(gain, rel=1e-3)
 
@@ -198,6 +213,7 @@ def test_the_gradient_is_that_of_the_angle(drop_tower: RobotModel) -> None:
     for i, h in itertools.product(range(3), (1e-4,)):
         step = h * np.eye(3)[i]
         ahead, behind = (value_and_gradient(loops, x + s * step)[0] for s in (1, -1))
+        # Central differences of the angle itself.
         assert gradient[i] == pytest.approx((ahead - behind) / (2 * h), abs=1e-7)
     assert value == pytest.approx(float(loops.angles_rad(x[:, None])[0, 0]))
 
@@ -214,6 +230,7 @@ def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: Rob
     maneuver = solution.maneuver(solution.optimum, "designed")
     assert sum(abs(stroke.angle_deg) for stroke in maneuver.strokes) / maneuver.speed_deg_s <= 1.5
     for stroke, exact in zip(maneuver.strokes, solution.optimum.alpha_deg[[0, 1, 0, 1]], strict=True):
+        # Rounded down to hundredths of a degree.
         assert abs(exact - abs(stroke.angle_deg)) < 0.0101
     schedule = schedule_maneuver(maneuver)
     assert [s.joint for s in schedule.strokes] == [1, 2, 1, 2]
@@ -241,6 +258,7 @@ def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> N
         pose[stroke.joint - 1] += stroke.angle_deg
         assert (pose >= low - 1e-9).all()
         assert (pose <= high + 1e-9).all()
+    # Back where it began: the path is closed.
     assert pose == pytest.approx(start)
     joints, deltas = [s.joint - 1 for s in strokes], np.radians([s.angle_deg for s in strokes])
     rotation = path_rotation(Multibody.of(five_bodies), joints, deltas, start_rad=np.radians(start), steps=16)
@@ -271,6 +289,7 @@ def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> N
         np.radians([s.angle_deg for s in maneuver.strokes]),
     )
     rotation = path_rotation(solution.problem.body, joints, deltas, steps=16)
+    # The written angles, not the exact ones, are judged.
     assert candidate.reorientation_deg == pytest.approx(
         float(np.degrees(rotation_angle_rad(rotation))), abs=1e-9
     )
@@ -291,6 +310,7 @@ def test_what_is_commanded_is_near_and_keeps_time_and_limits(
     desired_deg = np.degrees(problem.within_time(np.radians(90.0) * np.array(shares)))
     commanded = problem.commanded_deg(desired_deg)
     assert commanded * 100 == pytest.approx(np.rint(commanded * 100), abs=1e-6)
+    # Rounded to hundredths: off by one and a half of them at the most.
     assert np.abs(commanded - desired_deg).max() <= 0.0151
     assert problem.duration_s(np.radians(commanded)) <= time_limit_s + 1e-8
     assert (commanded >= 0.0).all()
@@ -305,6 +325,7 @@ def test_turns_end_with_the_best_of_their_rounds(
 
     def worsen_optimum(*args: Any) -> SwarmOptimum:
         swarm_optimum = minimize(*args)
+        # Worse in every round: the first one must be kept.
         rounds.append(swarm_optimum.value + 0.01 * len(rounds))
         return replace(swarm_optimum, value=rounds[-1])
 
@@ -320,6 +341,7 @@ def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:
     loops = problem.loops()
     inside, outside = np.radians([[59.0], [68.0], [0.0]]), np.radians([[59.0], [68.5 + 0.17], [0.0]])
     assert problem.objective(loops, inside)[0] == -loops.angles_rad(inside).max()
+    # The overtime of 68.67 instead of 68.5 deg, as the paper's objective charges it.
     overtime = 2 * (59.0 + 68.67) / 170.0 - 1.5
     paid = np.degrees(problem.objective(loops, outside)[0] + loops.angles_rad(outside).max())
     assert paid == pytest.approx(1e11 * overtime**2, rel=1e-9)

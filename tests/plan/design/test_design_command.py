@@ -40,11 +40,13 @@ def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
     assert designed["optimum"]["duration_s"] == pytest.approx(1.5)
     assert designed["duration_s"] == pytest.approx(1.5)
     assert [abs(s["angle_deg"]) for s in designed["schedule"]] == [59.4, 68.1, 59.4, 68.1]
+    # Every check of the precheck passes at the default settings.
     assert all(check["passed"] for check in designed["checks"])
     simulation = tfsat_host.json("simulate", "--file", "maneuver.toml")
     assert simulation["reorientation_deg"] == pytest.approx(designed["reorientation_deg"], abs=1e-6)
     assert f"{simulation['reorientation_deg']:.3f} deg" in (tfsat_host.folder / "maneuver.toml").read_text()
     upload = tfsat_host.json("upload-sequence", "--file", "maneuver.toml", "--dry-run")
+    # The file is the maneuver: what is uploaded is what was designed.
     assert upload["schedule"] == designed["schedule"]
     assert upload["end_s"] == designed["end_s"]
 
@@ -57,6 +59,7 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
     assert results[0]["reorientation_deg"] == pytest.approx(
         results[0]["swarm"]["reorientation_deg"], abs=0.01
     )
+    # The swarm ends behind the optimum.
     assert results[0]["swarm_behind_optimum_deg"] > 0.0
 
 
@@ -93,6 +96,7 @@ def test_everything_can_be_set(tfsat_host: RunCli) -> None:
     assert len(result["swarm"]["best_objective_deg"]) == 4
     assert result["swarm"]["evaluations"] == 5 * 4
     assert result["optimum"]["alpha_deg"][0] <= 50.0
+    # 75 deg in 1.5 s at 100 deg/s, for two joints.
     assert sum(result["optimum"]["alpha_deg"]) == pytest.approx(75.0)
     assert tomllib.loads((tfsat_host.folder / "maneuver.toml").read_text())["speed_deg_s"] == 100.0
 
@@ -122,6 +126,7 @@ def test_what_the_sequencer_refuses_is_said(tfsat_host: RunCli) -> None:
     [(("--time-limit", "1.6"), "stroke-time"), (("--joints", "1,3"), "transversal-velocity")],
 )
 def test_what_fails_a_check_is_not_recommended(tfsat_host: RunCli, args: tuple[str, ...], check: str) -> None:
+    # Exit code 3: the maneuver was made, and must not be flown.
     process = tfsat_host("design", *args, expect=3)
     assert f"The check {check} failed" in process.stderr
     assert "Do not fly it" in process.stdout
@@ -138,6 +143,7 @@ def test_a_penalty_too_small_for_the_time_is_said(tfsat_host: RunCli) -> None:
     process = tfsat_host("design", "--penalty", 1)
     assert "longer than the time limit" in process.stderr
     assert "behind the optimum" not in process.stdout
+    # The swarm left the time: what it lacks cannot be told.
     assert tfsat_host.json("design", "--penalty", 1)["swarm_behind_optimum_deg"] is None
 
 
@@ -175,6 +181,7 @@ def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
     ],
 )
 def test_what_cannot_be_designed_is_said(tfsat_host: RunCli, args: tuple[str, ...], words: str) -> None:
+    # A robot's name is looked up after the usage was checked.
     expected = 1 if "--robot" in args else 2
     process = tfsat_host("design", *args, expect=expected)
     assert words in process.stderr

@@ -28,6 +28,7 @@ def test_every_sequence_is_walked_as_its_strokes_say(
         deltas = (np.sign(sequence)[:, None] * alpha[joints]).T
         walked = path_rotation(body, joints, deltas, start_rad=np.broadcast_to(start, (3, 3)), steps=STEPS)
         between = Rotation.from_quat(rotations[:, s].T).inv() * Rotation.from_quat(walked)
+        # Each sequence walked stroke by stroke, to 1e-10 deg.
         assert np.degrees(between.magnitude()).max() < 1e-10
 
 
@@ -40,6 +41,7 @@ def test_some_joints_of_a_robot_in_another_order(drop_tower: RobotModel) -> None
 
 
 def test_the_best_sequence_is_chosen_for_every_candidate() -> None:
+    # Column by column: which sequence a candidate flies best.
     best, which = best_sequence(np.array([[1.0, 2.0], [3.0, 0.5]]))
     assert best.tolist() == [3.0, 2.0]
     assert which.tolist() == [1, 0]
@@ -59,6 +61,7 @@ def test_how_many_sequences_there_are(joints: int, count: int) -> None:
     """Count the sequences: the paper's figure shows 30 for three joints."""
     assert len(sequences(joints)) == count
     assert len(set(sequences(joints))) == count
+    # A class is a sequence and the one that undoes it.
     assert 2 * len(classes(joints)) == count
 
 
@@ -73,6 +76,7 @@ def test_every_joint_opens_once_and_closes_later_but_not_at_once() -> None:
 def test_backwards_is_a_sequence_too_and_its_own_inverse() -> None:
     for sequence in sequences(3):
         assert backwards(sequence) in sequences(3)
+        # No sequence undoes itself.
         assert backwards(sequence) != sequence
         assert backwards(backwards(sequence)) == sequence
 

@@ -34,6 +34,7 @@ def test_the_spread_is_that_of_drawn_robots(
     uncertain: Uncertain, sequence: tuple[int, ...], displacements_deg: tuple[float, ...]
 ) -> None:
     robot = uncertain.robot
+    # Enough time for all strokes of both sequences.
     problem = Problem.of(robot, DesignSettings(time_limit_s=4.0))
     spread = uncertain.spread(problem, sequence, np.radians(displacements_deg))
     size = dict(enumerate(np.radians(displacements_deg), start=1))
@@ -42,6 +43,7 @@ def test_the_spread_is_that_of_drawn_robots(
         for k, signed_joint in enumerate(sequence)
     ]
     parameters = Parameters.of(robot, Plan.of(robot, strokes, problem.speed_rad_s))
+    # Four thousand robots drawn from the same uncertainties.
     outcomes = run_locally(Study(parameters, error_sources(parameters, uncertain.stated), 4000, 1), workers=1)
     assert math.degrees(spread.mean_rad) == pytest.approx(outcomes.reorientation_deg.mean(), abs=0.15)
     assert math.degrees(spread.std_rad) == pytest.approx(outcomes.reorientation_deg.std(), rel=0.06)
@@ -49,6 +51,7 @@ def test_the_spread_is_that_of_drawn_robots(
 
 def test_a_robot_that_is_exactly_as_filed_has_no_spread(drop_tower: RobotModel) -> None:
     problem = Problem.of(drop_tower, DesignSettings())
+    # Speed alone is uncertain: displacements are not.
     exact = Uncertain(drop_tower, Uncertainty(servo_speed_relative=0.1))
     spread = exact.spread(problem, FOUR, np.radians([59.0, 70.0, 0.0]))
     assert spread.std_rad == 0.0
@@ -62,6 +65,7 @@ def test_no_point_of_a_grid_is_better(uncertain: Uncertain, k: float) -> None:
     Where play alone is uncertain, fewer and longer strokes pay; here the sequences of displacements that
     lead to a turn are compared.
     """
+    # Play is uncertain, so that few and long strokes pay.
     stated = Uncertainty(stroke_rad=math.radians(4.0), com_m=0.002)
     robot = replace(uncertain.robot, uncertainty=stated)
     robust_design = design(robot, DesignSettings(joints=(0, 1), time_limit_s=1.6, robust=k)).robust
@@ -71,6 +75,7 @@ def test_no_point_of_a_grid_is_better(uncertain: Uncertain, k: float) -> None:
     assert problem.keeps_time(np.radians(np.abs(robust_design.maneuver.alpha_deg)))
     best = max(
         Uncertain(robot, stated).spread(problem, FOUR, np.radians(pair)).less(k)
+        # A grid of 5 deg, coarse enough that the optimum must not lie on it.
         for pair in itertools.product(np.arange(10.0, 91.0, 5.0), repeat=2)
         if problem.keeps_time(np.radians(pair))
     )

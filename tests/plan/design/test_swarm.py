@@ -21,6 +21,7 @@ def test_the_coefficients_are_the_papers() -> None:
     swarm = SwarmSettings()
     assert (swarm.particles, swarm.iterations) == (48, 50)
     for k in (0, 10, 50):
+        # The paper's coefficients over the fifty iterations.
         assert at(swarm.inertia, k / 50) == pytest.approx(0.9 - k / 100)
         assert at(swarm.own_best, k / 50) == pytest.approx(3.5 - k / 50)
         assert at(swarm.best_of_all, k / 50) == pytest.approx(0.5 + 3 * k / 50)
@@ -30,6 +31,7 @@ def test_it_finds_the_bottom_of_a_bowl() -> None:
     optimum = minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(3))
     assert optimum.position == pytest.approx([0.3, 1.1], abs=0.02)
     assert optimum.value == pytest.approx(float(bowl(optimum.position)))
+    # Forty-eight particles, fifty iterations and the first one.
     assert optimum.evaluations == 48 * 51
 
 
@@ -84,11 +86,11 @@ def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None
 def _watch_positions(settings: SwarmSettings, low: float, high: float) -> list[FloatArray]:
     positions: list[FloatArray] = []
 
-    def watched(x: FloatArray) -> FloatArray:
+    def record_position(x: FloatArray) -> FloatArray:
         positions.append(x.copy())
         return bowl(x)
 
-    minimize(watched, np.full(2, low), np.full(2, high), settings, np.random.default_rng(8))
+    minimize(record_position, np.full(2, low), np.full(2, high), settings, np.random.default_rng(8))
     return positions
 
 
@@ -97,6 +99,7 @@ def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> 
     none = (0.0, 0.0)
     settings = SwarmSettings(40, 5, inertia=(1.0, 0.5), own_best=none, best_of_all=none)
     steps = np.diff(np.array(_watch_positions(settings, -1.0, 1.0)), axis=0)
+    # Particles that no wall has stopped.
     free = (np.abs(np.array(_watch_positions(settings, -1.0, 1.0))) < 1.0).all(axis=0)
     assert free.any()
     for k in range(1, 5):
@@ -111,6 +114,7 @@ def test_a_wall_stops_a_particle() -> None:
     best = np.where(bowl(first) < bowl(start), bowl(first), bowl(start))
     where = np.where(bowl(first) < bowl(start), first, start)
     leader = where[:, [int(np.argmin(best))]]
+    # Stopped at a wall, with the leader inside of it.
     stopped = (np.abs(first) == 1.0) & (np.abs(leader) < 1.0)
     assert stopped.any()
     assert (np.abs(second[stopped]) < 1.0).all()

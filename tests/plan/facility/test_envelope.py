@@ -40,6 +40,7 @@ def test_scissors_reach_as_far_as_symmetry_says(angle_deg: float, base: int) -> 
     half_rad = math.radians(angle_deg) / 2
     envelope = envelope_of(robot, schedule_of((1, angle_deg)), until_s=FALL_S)
     assert envelope.folded_radius_mm == pytest.approx(0.0, abs=1e-9)
+    # Half a rod's reach, by symmetry.
     assert envelope.max_radius_mm == pytest.approx(50.0 * math.sin(half_rad), abs=1e-3)
     assert envelope.top_mm[0] == pytest.approx(100.0)
     assert envelope.top_mm[-1] == pytest.approx(100.0 * math.cos(half_rad), abs=1e-3)
@@ -65,6 +66,7 @@ def _offset(start_deg: float, angle_deg: float) -> float:
     half, middle = math.radians(angle_deg) / 2, math.radians(start_deg) / 2
     lower, upper = -math.sin(middle - half), math.sin(middle + half)
     center = (lower + upper) / 4
+    # From the center of mass to the farthest of three ends.
     return max(abs(x - center) for x in (lower, 0.0, upper))
 
 
@@ -73,6 +75,7 @@ def test_the_robot_of_the_paper_reaches_further_from_an_open_start_pose() -> Non
     schedule = schedule_of(*strokes)
     folded = envelope_of(ROBOT, schedule, until_s=FALL_S)
     opened = envelope_of(starting_at(ROBOT, 45.0, 45.0, 45.0), schedule, until_s=FALL_S)
+    # Folded and opened: the start pose decides the reach.
     assert folded.max_radius_mm == pytest.approx(129.4, abs=0.5)
     assert opened.max_radius_mm == pytest.approx(219.4, abs=0.5)
 
@@ -81,6 +84,7 @@ def test_what_happens_after_the_landing_does_not_count() -> None:
     strokes = schedule_of((1, 60.0), (1, -60.0))
     landing_s = strokes.strokes[0].t_s + 0.1
     envelope = envelope_of(scissors(), strokes, until_s=landing_s)
+    # Nothing behind the landing counts.
     assert landing_s - 0.005 <= envelope.t_s[-1] <= landing_s
     assert 0.0 < envelope.max_radius_mm < 50.0 * math.sin(math.radians(30.0))
 
@@ -88,6 +92,7 @@ def test_what_happens_after_the_landing_does_not_count() -> None:
 def test_a_tumbling_rod_reaches_as_far_as_it_is_tilted() -> None:
     rate = np.array([0.0, 0.2, 0.0])
     envelope = envelope_of(scissors(), schedule_of((1, 0.01)), until_s=FALL_S, initial_rate_rad_s=rate)
+    # A rod that turns in the whole fall reaches by the sine of its tilt.
     assert envelope.max_radius_mm == pytest.approx(100.0 * math.sin(0.2 * FALL_S), abs=0.05)
     assert envelope.max_radius_t_s == FALL_S
 
@@ -106,6 +111,7 @@ def test_it_is_counted_from_release_to_landing(paper: Envelope) -> None:
     assert np.diff(paper.t_s).max() <= 0.005 + 1e-12
     assert paper.radius_mm.shape == (len(paper.t_s), 4)
     still = paper.t_s <= 0.70
+    # Until the first stroke nothing moves.
     assert np.ptp(paper.radius_mm[still], axis=0).max() < 1e-9
 
 
@@ -128,6 +134,7 @@ def test_neither_a_turn_about_the_vertical_nor_a_shift_changes_the_reach(
         )
         return np.concatenate([envelope.radius_mm[0], envelope.top_mm, envelope.bottom_mm])
 
+    # Neither a shift of the drawing nor a turn about the vertical changes a reach.
     still = reach(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
     turned = reach(np.array(shift), Rotation.from_rotvec([0.0, 0.0, yaw]).as_quat())
     np.testing.assert_allclose(turned, still, atol=1e-8)
@@ -145,6 +152,7 @@ def test_the_reach_does_not_depend_on_the_speed() -> None:
         envelope_of(ROBOT, schedule_of(*strokes, speed_deg_s=speed), until_s=FALL_S).max_radius_mm
         for speed in (120.0, 155.0)  # the servos keep up with both
     ]
+    # Both speeds fit the time: only when they are reached differs.
     assert reaches[0] == pytest.approx(reaches[1], abs=0.05)
 
 
@@ -164,6 +172,7 @@ def test_at_the_velocity_of_each_moment_the_robot_touches_once(
 ) -> None:
     permissible = permissible_transversal_velocities(paper, wall_mm, fall_s)
     falling = (paper.t_s > 0.0) & (paper.t_s <= fall_s)
+    # The wall is touched exactly once, at the worst moment.
     reach = paper.radius_mm.max(axis=1)[falling] + permissible.moment_by_moment * paper.t_s[falling]
     assert reach.max() == pytest.approx(wall_mm)
 
@@ -171,6 +180,7 @@ def test_at_the_velocity_of_each_moment_the_robot_touches_once(
 @given(st.floats(150.0, 500.0))
 def test_the_rule_of_the_paper_is_the_stricter_one(paper: Envelope, wall_mm: float) -> None:
     permissible = permissible_transversal_velocities(paper, wall_mm, FALL_S)
+    # The paper's rule is of the whole fall, ours of each moment.
     assert permissible.paper <= permissible.moment_by_moment
 
 

@@ -15,6 +15,7 @@ def test_the_maneuver_of_the_paper_fits(tfsat_host: RunCli) -> None:
     assert result["facility"] == "COSMOTORRE"
     assert result["end_s"] == 2.23
     assert 100.0 < result["max_radius_mm"] < 165.0
+    # What is left of the radius, over the fall's seconds.
     assert result["permissible_transversal_velocity_mm_s"] * 2.5 == 165.0 - result["max_radius_mm"]
 
 
@@ -35,6 +36,7 @@ def test_a_maneuver_that_does_not_fit_ends_with_3_and_says_why(tfsat_host: RunCl
     assert result["fits"] is False
     assert [check["name"] for check in result["checks"] if not check["passed"]] == ["stroke-time"]
     text = tfsat_host("envelope", 66, 67, expect=3).stdout
+    # The check that failed is named in the verdict.
     assert text.splitlines()[-1] == "DOES NOT FIT COSMOTORRE: 1 of 11 checks failed (stroke-time)"
     assert "The strokes take 1.565 s together" in text and "tfsat-host design" in text
 
@@ -50,6 +52,7 @@ def test_another_facility_has_other_walls(tfsat_host: RunCli) -> None:
     (tfsat_host.folder / "narrow.toml").write_text(narrow, encoding="utf-8")
     result = tfsat_host.json("envelope", 59, 70, "--facility", "narrow.toml", expect=3)
     assert [c["name"] for c in result["checks"] if not c["passed"]] == ["envelope", "transversal-velocity"]
+    # A radius beyond the wall leaves no velocity at all.
     assert result["permissible_transversal_velocity_mm_s"] < 0.0
 
 
@@ -87,6 +90,7 @@ def test_the_robot_starts_from_its_own_pose(tfsat_host: RunCli) -> None:
     assert tfsat_host.json("envelope", "--file", "maneuver.toml")["fits"] is True
     result = tfsat_host.json("envelope", "--file", "maneuver.toml", "--robot", "open.toml", expect=3)
     assert [c["name"] for c in result["checks"] if not c["passed"]] == ["envelope", "transversal-velocity"]
+    # The same maneuver from an open start pose reaches twice as far.
     assert result["max_radius_mm"] > 200.0
 
 
@@ -141,4 +145,5 @@ def test_a_spring_that_only_balances_the_magnet_does_not_detach(tfsat_host: RunC
     (tfsat_host.folder / "weak.toml").write_text(weak, encoding="utf-8")
     result = tfsat_host.json("envelope", 59, 70, "--facility", "weak.toml", expect=3)
     assert [c["name"] for c in result["checks"] if not c["passed"]] == ["detaching-force"]
+    # Exactly as strong as the magnet: nothing detaches.
     assert "more than 10.0 N" in tfsat_host("envelope", 59, 70, "--facility", "weak.toml", expect=3).stdout

@@ -44,6 +44,7 @@ def test_robots_and_facilities_are_not_taken_for_one_another() -> None:
 
 @pytest.mark.parametrize("key", tomllib.loads(TEXT))
 def test_every_entry_is_needed(tmp_path: Path, key: str) -> None:
+    # Every key of the file is needed: none has a silent default.
     with pytest.raises(FacilityFileError, match=rf"tower.toml(:\d+)?: {key}: is missing"):
         load(tmp_path, TEXT.replace(f"\n{key} = ", "\n# "))
 
@@ -69,6 +70,7 @@ def test_every_entry_is_needed(tmp_path: Path, key: str) -> None:
 def test_a_mistake_is_named_with_its_line_and_cure(
     tmp_path: Path, entry: str, wrong: str, problem: str
 ) -> None:
+    # The entry stands once in the file, so that the line can be named.
     assert TEXT.count(entry) == 1
     with pytest.raises(FacilityFileError, match=problem) as caught:
         load(tmp_path, TEXT.replace(entry, wrong))

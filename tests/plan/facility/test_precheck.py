@@ -35,6 +35,7 @@ def checks(schedule: Schedule = PAPER, *, mass_factor: float = 1.0, **changes: A
     """Return the checks of a maneuver at COSMOTORRE, by name, with some of the tower's facts changed."""
     tower = dataclasses.replace(load_tower(), **changes)
     robot = dataclasses.replace(ROBOT, mass_kg=mass_factor * ROBOT.mass_kg)
+    # The reach is computed with the same masses as the checks.
     envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
     return {check.name: check for check in check_maneuver(schedule, robot, tower, envelope)}
 
@@ -108,6 +109,7 @@ def test_a_robot_that_lands_open_reaches_the_bottom_earlier() -> None:
 def test_a_heavier_robot_leaves_more_slowly_than_any_before() -> None:
     assert release_velocities_mm_s(load_tower(), 2.847) == (30.0, 50.0)
     slowest, fastest = release_velocities_mm_s(load_tower(), 4 * 2.847)
+    # Four times the mass leaves half as fast: energies are the same.
     assert slowest == pytest.approx(40.67 / 2, abs=0.01)
     assert fastest == 50.0
     assert failed_names(checks(mass_factor=4.0)) == {"pause", "clearance"}

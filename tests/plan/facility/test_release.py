@@ -20,6 +20,7 @@ def test_the_way_down_the_test_space() -> None:
 
     The other numbers of the paper are in docs/paper-numbers.md, which a test computes again.
     """
+    # Two and a half seconds at 100 mm/s: the whole test space.
     assert vertical_travel_mm(100.0, 2.5) == pytest.approx(250.0)  # the fastest release that is permitted
     assert vertical_travel_mm(0.0, 2.5, 1e-3) == pytest.approx(30.6, abs=0.1)  # a thousandth of gravity
 
@@ -32,6 +33,7 @@ def test_the_energy_is_the_area_under_the_force_of_the_returning_lever(op_mm: fl
     kink_mm = SS_5GL.overtravel_mm + SS_5GL.movement_differential_mm
     area = 0.0
     for k in range(strips):
+        # The middle of each strip, as a rule of quadrature.
         x_mm = (k + 0.5) * total_mm / strips
         falling_n = 0.49 + (0.06 - 0.49) * x_mm / kink_mm
         pressing_n = 0.49 * (total_mm - x_mm) / pre_mm

@@ -27,6 +27,7 @@ def worst_deg(
     for index in np.random.default_rng(1).integers(0, len(loop_grid.joints), samples):
         (i, j), (a, b) = loop_grid.joints[index], loop_grid.displacement_rad[index]
         exact = path_rotation(body, [i, j, i, j], np.array([a, b, -a, -b]), start_rad=start, steps=40)
+        # The angle of the rotation between them.
         difference = quaternion.product(quaternion.inverse(exact), loop_grid.quaternion_xyzw[index])
         worst = max(worst, float(np.degrees(rotation_angle_rad(difference))))
     return worst
@@ -48,6 +49,7 @@ def test_a_tree_of_five_bodies_starts_anywhere_and_turns_both_ways(tmp_path: Pat
     reached = np.degrees(start[loop_grid.joints] + loop_grid.displacement_rad)
     assert reached.min() >= -90.0 - 1e-9 and reached.max() <= 90.0 + 1e-9
     # 60 up and 120 down, 140 and 40, 90 and 90 (80 of them), 0 and 180.
+    # For each joint: steps of 20 deg up and down that fit from its start pose.
     counts = np.array([3 + 6, 7 + 2, 4 + 4, 0 + 9])
     assert len(loop_grid.joints) == counts.sum() ** 2 - (counts**2).sum()
     assert worst_deg(body, loop_grid, start) < 1e-6
@@ -64,6 +66,7 @@ def test_a_pair_the_other_way_round_is_the_inverse(cubesat: RobotModel) -> None:
     body = Multibody.of(cubesat)
     for (i, j, a, b), turned in by_loop.items():
         other = by_loop[j, i, b, a]
+        # Backwards is the inverse, to rounding.
         assert rotation_angle_rad(quaternion.product(turned, other)) < 1e-12
     rotation = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 75.0, -30.0, -75.0]), steps=4)
     assert np.abs(rotation - by_loop[2, 0, 30, 75]).max() < 1e-8
@@ -79,6 +82,7 @@ def test_the_paper_s_best_maneuver(cubesat: RobotModel) -> None:
     best = loop_grid.maneuver(loop_grid.best_by_efficiency)
     assert best.efficiency == pytest.approx(0.1092, abs=0.001)
     assert best.efficiency == loop_grid.efficiency.max() >= farthest.efficiency
+    # Efficiency is the angle over twice both displacements.
     assert best.efficiency == pytest.approx(best.reorientation_deg / (2 * (best.alpha_deg + best.beta_deg)))
 
 
@@ -95,6 +99,7 @@ def test_every_ordered_pair_has_its_best(cubesat: RobotModel) -> None:
 def test_a_limit_that_is_no_multiple_of_the_step_is_not_on_the_grid(cubesat: RobotModel) -> None:
     loop_grid = of(cubesat, 7.0)
     assert np.degrees(loop_grid.displacement_rad).max() == pytest.approx(84.0)
+    # 84 deg is the last of the grid's twelve steps.
     assert len(loop_grid.joints) == 6 * 12**2
 
 
@@ -116,4 +121,5 @@ def test_the_step_that_a_refusal_names_works(cubesat: RobotModel, monkeypatch: p
     with pytest.raises(OrbitError) as refusal:
         of(cubesat, 1.0)
     named = float(refusal.value.next_step.split("at least ")[1].split(" ")[0])
+    # The step that the refusal names stays within the limit.
     assert 8_000 < len(of(cubesat, named).joints) <= 10_000

@@ -34,8 +34,10 @@ def test_greedy_lookup_never_loses_ground_when_the_model_is_right(
     for primitive_table in (nimble_table, table):
         flight = fly(Planner.of(primitive_table, "greedy", 2.0 * DEG, trim=False, most=60), target)
         assert flight.steps
+        # Every step brings the error down.
         assert (np.diff(errors(flight)) < 0.0).all()
         for step in flight.steps:
+            # Without noise the measured error is the true one.
             assert np.degrees(step.error_rad) == pytest.approx(np.degrees(step.measured_error_rad))
 
 
@@ -66,6 +68,7 @@ def test_the_steps_are_what_was_flown(cubesat: RobotModel, table: PrimitiveTable
     attitude = np.array([0.0, 0.0, 0.0, 1.0])
     for step in flight.steps:
         joints, deltas = zip(*step.primitive.strokes, strict=True)
+        # The attitude is the product of the strokes that were flown.
         attitude = quaternion.product(attitude, path_rotation(plant, joints, np.array(deltas)))
         assert np.abs(attitude - step.attitude_xyzw).max() < 1e-12
     expected = (Rotation.from_quat(attitude).inv() * Rotation.from_quat(target)).magnitude()
@@ -83,6 +86,7 @@ def test_feedback_beats_open_loop_when_the_model_is_wrong(
     flight = fly(planner, target, plant=plant)
     blind = open_loop_error_rad(planner, target, plant=plant)
     assert flight.reached
+    # Blind, it ends outside of the tolerance; with feedback, inside of it.
     assert blind > 2.0 * flight.tolerance_rad > flight.error_rad
 
 
@@ -100,6 +104,7 @@ def test_when_nothing_helps_any_more_it_says_what_is_possible(table: PrimitiveTa
     possible = fly(Planner.of(table, "greedy", 1.05 * flight.least_error_rad, trim=False), target)
     assert possible.reached
     trimmed = fly(Planner.of(table, "greedy", 1e-4 * DEG), target)
+    # A trim of the last loop reaches what the grid alone does not.
     assert trimmed.reached
 
 
@@ -115,9 +120,11 @@ def test_noise_above_the_tolerance_does_not_pass_for_success(table: PrimitiveTab
     for seed in range(6):
         planner = Planner.of(table, "greedy", 0.5 * DEG, trim=False, most=25)
         flight = fly(planner, target, sensing=AttitudeSensor(0.5 * DEG, seed))
+        # What is reached is judged by the truth, not by the noisy measurement.
         assert flight.reached == (flight.error_rad <= 0.5 * DEG)
         believed += flight.outcome == "within tolerance" and not flight.reached
         assert (flight.outcome == "within tolerance") == (flight.steps[-1].measured_error_rad <= 0.5 * DEG)
+    # At least one flight believed to be there and was not.
     assert believed
 
 
@@ -133,6 +140,7 @@ def test_a_drawn_robot_differs_as_its_file_says(cubesat: RobotModel, table: Prim
     assert shifts_mm.std() == pytest.approx(1.5, rel=0.1)
     assert abs(shifts_mm.mean()) < 0.2
     twice_mm = 1e3 * (drawn_robot(cubesat, 2.0, 0).com_m - table.body.com_m)
+    # Twice the uncertainty is twice the shift, drawn from the same numbers.
     assert twice_mm == pytest.approx(2.0 * shifts_mm[0])
 
 
@@ -142,4 +150,5 @@ def test_backwards_undoes_a_primitive_on_any_robot(cubesat: RobotModel, table: P
         primitive = table.primitive(index)
         there = fly_primitive(plant, table.start_rad, primitive)
         back = fly_primitive(plant, table.start_rad, primitive.backwards)
+        # There and back: the rotation itself, not just its angle.
         assert quaternion.angle(quaternion.product(there, back)) < 1e-9

@@ -40,6 +40,7 @@ def test_every_loop_is_in_the_csv(tfsat_host: RunCli) -> None:
     assert float(best["efficiency"]) == pytest.approx(summary["most_efficient"]["efficiency"], abs=1e-8)
     for row in rows:
         travel = 2.0 * (float(row["alpha_deg"]) + float(row["beta_deg"]))
+        # Twice both displacements is what the joints travel.
         assert float(row["efficiency"]) == pytest.approx(float(row["reorientation_deg"]) / travel, abs=1e-7)
     assert summary["most_efficient"]["euler_zyx_deg"] == pytest.approx(
         [float(best[f"euler_{axis}_deg"]) for axis in "zyx"], abs=1e-7
@@ -118,5 +119,6 @@ def test_both_of_the_most_efficient_are_stars_before_all_points(tfsat_host: RunC
     gold = np.isclose(picture, to_rgb("gold"), atol=0.01).all(axis=2)
     # One star is in the legend, at the upper left; the plot has two whole ones.
     legend = gold[: len(gold) // 7].sum()
+    # The legend has one star, the plot two.
     assert legend > 100
     assert gold[len(gold) // 7 :].sum() > 1.5 * legend
