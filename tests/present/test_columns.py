@@ -52,6 +52,7 @@ COLUMNS = (
     Column("moved", "moved"),
     Column("", "words", words=lambda stroke: f"of {stroke.joint}"),
     Column("file", "file"),
+    # Without a label: for JSON only.
     *fields("number=joint axes_deg"),
 )
 TABLE = Table("Strokes", COLUMNS, [Stroke(), Stroke(size_rad=float("nan"))], "A caption.", 1, "1 folded")
@@ -69,6 +70,7 @@ def test_json_has_values_in_the_unit_of_their_key() -> None:
         "number": 2,
         "axes_deg": pytest.approx([0.0, 180.0]),
     }
+    # Minus zero would be read as a direction.
     assert math.copysign(1.0, record(COLUMNS, Stroke(size_rad=-0.0))["size_deg"]) == 1.0
 
 
@@ -86,6 +88,7 @@ def test_json_has_rows_in_rows() -> None:
         json.dumps(record(fields("axes_rad file"), axes)) == '{"axes_rad": [0.0, 0.0], "file": "recording"}'
     )
     assert record(fields("joint=first.joint"), drop) == {"joint": 2}
+    # Nothing measured is null, measured without rows an empty list.
     assert json_objects(inner, None) is None and records(inner, ()) == []
 
 
@@ -93,6 +96,7 @@ def test_page_shows_what_has_a_label() -> None:
     table = page.table(TABLE)
     assert table["columns"] == ["joint", "flown (deg)", "dead time (ms)", "moved", "words", "file"]
     assert table["rows"][0] == ["2", "−30.000 ± 0.012", "2.1", "yes", "of 2", "a-b"]
+    # Not a number.
     assert table["rows"][1][1] == "–"
     assert table["fold"] == {"first": 1, "words": "1 folded"} and table["caption"] == "A caption."
 
@@ -104,6 +108,7 @@ def test_a_row_of_json_is_shown_as_the_object_was() -> None:
         page.table(Table("", columns, [stroke]))["rows"]
         == page.table(Table("", columns, [record(columns, stroke)]))["rows"]
     )
+    # JSON writes null for what is not a number.
     nothing = {**record(columns, stroke), "size_deg": None}
     assert page.table(Table("", columns, [nothing]))["rows"][0][1] == "–"
 
@@ -119,6 +124,7 @@ def test_a_share_is_shown_in_percent_from_an_object_and_from_json() -> None:
 
 def test_terminal_says_once_what_the_quantities_of_a_group_share() -> None:
     stream = io.StringIO()
+    # Two axes of one group with the same first words.
     rates = [
         Quantity(1.0, 0.1, "deg/s", label=f"Initial rate {axis}", group="Initial rates") for axis in "xy"
     ]
@@ -142,6 +148,7 @@ def test_terminal_shows_the_same() -> None:
     terminal.show_table(TABLE, Output(stdout=stream))
     words = " ".join(stream.getvalue().split())
     assert "flown / deg" in words and "2 -30.000 ± 0.012 2.1 yes of 2 a-b" in words
+    # A hyphen in a name stays, a sign becomes a minus.
     assert page.table(Table("", (Column("v", "v", words=lambda _: "RAM-1 -2.0 (-3)"),), [0]))["rows"] == [
         ["RAM-1 −2.0 (−3)"]
     ]
@@ -169,11 +176,13 @@ def test_key_numbers_of_a_group_share_a_line() -> None:
     ("value", "std", "text"),
     [
         (27.9779, 0.01394, "27.978 ± 0.014"),
+        # Rounded to zero, it loses its sign.
         (-0.0004, 0.25, "0.00 ± 0.25"),
         (123.4, 17.0, "123 ± 17"),
         (5.0, 0.0, "5.00 ± 0.00"),
         (5.0, float("nan"), "5.00 ± unknown"),
         (float("nan"), 1.0, "unknown"),
+        # Six decimals at the most.
         (1.0, 1e-12, "1.000000 ± 0.000000"),
     ],
 )
@@ -204,6 +213,7 @@ def test_the_unit_is_the_end_of_a_name() -> None:
 FACTS = (
     Column("size_deg", "stroke", of="size_rad", form="+.1f"),
     Column("joint", "moved joint"),
+    # Empty, so no line is printed.
     Column("", "remark", words=lambda _stroke: ""),
 )
 

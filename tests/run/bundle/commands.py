@@ -77,6 +77,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> Evaluation:
         certificate = None if calibration is None else format_calibration(_of_no_robot(calibration))
         options = (others["recorded"], others["swarm"], others["witnesses"])
+        # Board and image identify a robot, yet nothing is computed from them.
         header = replace(log.header, board_serial=bytes(8), image_crc=0)
         samples = _sha256_of_samples(log.path)
         key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))
@@ -115,6 +116,7 @@ def command(*args: object, expect: int = 0) -> Done:
     show = Output.result
 
     def keep(self: Output, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
+        # The object is kept before it is printed, so `--json` is not needed to see it.
         results.append(jsonable(data))
         show(self, data, text)
 
@@ -126,6 +128,7 @@ def command(*args: object, expect: int = 0) -> Done:
         patch.setattr(Output, "result", keep)
         code = main(list(map(str, args)))
     output = Done(code, out.getvalue(), err.getvalue(), results[0] if results else None)
+    # An error of the person's is said in words, one of the program's never looks like it.
     assert "Traceback" not in output.err and "a bug of its own" not in output.out + output.err, output
     assert code == expect, (code, output.out[:3000], output.err)
     return output

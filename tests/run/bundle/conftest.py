@@ -74,8 +74,10 @@ def quick(run: Path, fixed_evaluation: Callable[[str | None], None]) -> Path:
 @pytest.fixture
 def calibrated_run(quick: Path) -> Path:
     """Return a run with a certificate based on recordings and an evaluation that takes no time."""
+    # The ready certificate is based on no recordings: a campaign writes another.
     (quick / CERTIFICATE).unlink()
     origin = record_good_step(REST).origin
+    # The drop and the certificate's recordings come from the same logger.
     change_headers(quick / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
     subject = Subject(MODEL.name, origin.logger_serial, origin.who_am_i, origin.emulated)
     campaign = Campaign(quick / CERTIFICATE, MODEL, subject)

@@ -49,6 +49,7 @@ def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
     }
     assert manifest["images"]["sequencer"]["image_crc"] == "1a2b3c4d"
     assert manifest["images"]["logger"]["firmware"] == "0.2.0"
+    # The decoded table follows from the recording, so it stays out.
     assert manifest["left_out"].keys() == {"SD.csv"}
     environment = json.loads(contents["environment.json"])
     assert environment["tfsat"] == __version__ and environment["packages"]["numpy"]
@@ -62,6 +63,7 @@ def test_the_same_run_gives_the_same_bytes(run: Path, tmp_path: Path) -> None:
     command("bundle", "run", "--out", "one.zip")
     elsewhere = tmp_path / "else where's" / "run"
     elsewhere.parent.mkdir()
+    # Blanks and a quotation mark in the path, other times and other rights: none of it may reach the archive.
     run.rename(elsewhere)
     for number, path in enumerate(sorted(elsewhere.iterdir())):
         os.utime(path, (10**9 + number, 10**9 + number))
@@ -98,7 +100,9 @@ def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
     summary = result("bundle", "run")
     assert "run/photos/hook.jpg" in summary["files"] and summary["left_out"].keys() == {"SD.csv"}
     (quick / "photos/gone.jpg").rename(tmp_path / "gone.jpg")
+    # What leads out of the folder stays out, although it was signed.
     (quick / "photos/gone.jpg").symlink_to(tmp_path / "gone.jpg")
+    # The signed check itself is changed afterwards.
     (quick / "preflight.json").write_text("{}")
     summary = result("bundle", "run", expect=3)
     assert "run/photos/gone.jpg" not in summary["files"] and len(summary["record"]) == 1
@@ -114,6 +118,7 @@ def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(undecodabl
     summary = result("bundle", "run", expect=3)
     assert "report.html" in {entry["what"] for entry in summary["missing"] if entry["lost"]}
     assert {"run/SD.bin", f"run/{CERTIFICATE}", "evaluation.json"} <= summary["files"].keys()
+    # Failing in the same way counts as the same, but a bundle without a report is not complete.
     again = result("reproduce", "run.tfsat.zip", expect=3)
     assert (again["same"], again["complete"]) == (True, False)
     assert again["compared"][0]["sentence"].startswith("The drop cannot be evaluated")
@@ -145,6 +150,7 @@ def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
 
 def test_one_drop_at_a_time_and_nothing_of_others_is_overwritten(quick: Path) -> None:
     assert "holds one" in command("bundle", "run", "run", expect=2).err
+    # Only --force overwrites a file that is no bundle; a bundle is replaced without it.
     Path("run.tfsat.zip").write_text("something else")
     assert "was not made by this command" in command("bundle", "run", expect=1).err
     assert Path("run.tfsat.zip").read_text() == "something else"
@@ -161,6 +167,7 @@ def test_one_drop_at_a_time_and_nothing_of_others_is_overwritten(quick: Path) ->
 
 def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
     serial = bytes(8).hex()
+    # The signatures would name the exchanged check as well.
     (quick / "record.json").unlink()
     (quick / "preflight.json").write_text(json.dumps({"boards": {"logger": {"serial": serial}}}))
     change_headers(quick / "SD.bin", board_serial=list(OTHER))
@@ -174,6 +181,7 @@ def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
 
 def test_samples_that_were_lost_are_named(quick: Path) -> None:
     output = command("bundle", "run", "--full")
+    # The undamaged recording first.
     assert "Recording: run/SD.bin, complete:" in output.words and " 0 lost" in output.words
     remove_blocks(quick / "SD.bin", 3.0, 3.5)
     output = command("bundle", "run", expect=3)
@@ -185,6 +193,7 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
         (quick / name).write_text("{}")
     names = ("truth.json", "truth.csv", "summary.json", "report.html", "SD.bin")
     lines = [f"{sha256_of(quick / name)}  {name}" for name in names]
+    # What a rehearsal leaves: a list of its files with their hashes.
     (quick / ".tfsat-rehearsal").write_text("\n".join(["made by tfsat-host rehearse", *lines]) + "\n")
     assert result("bundle", "run")["doubts"] == []
     uncomputed_files = ["run/report.html", "run/summary.json", "run/truth.json"]
@@ -197,6 +206,7 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
     assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
     (quick / "truth.json").write_text('{"edited": true}')
     (quick / "summary.json").unlink()
+    # Only this file may be made again without a doubt.
     (quick / "report.html").write_text("made again by report")
     truth, summary = result("bundle", "run", expect=3)["doubts"]
     assert truth == "truth.json was changed since the rehearsal left it."
@@ -208,6 +218,7 @@ def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_pa
     (quick / "outside.txt").symlink_to(tmp_path / "secret.txt")
     (quick / "inside.txt").symlink_to("notes.txt")
     (quick / "nowhere.txt").symlink_to("gone.txt")
+    # A link to itself.
     (quick / "round.txt").symlink_to("round.txt")
     (quick / "loop").symlink_to(".")
     (quick / "note\u202etxt.md").write_text("which way?")  # else no `reproduce` would take the archive
@@ -242,6 +253,7 @@ def test_a_file_that_counts_and_lies_elsewhere_has_to_be_named(
 
 
 def test_a_folder_with_a_long_name_makes_a_bundle_that_reproduces(quick: Path) -> None:
+    # A file system takes 255 bytes: suffixes have to fit behind the name.
     quick.rename("n" * 240)
     assert result("bundle", "n" * 240, "--out", "a.zip")["name"] == "n" * 200
     command("reproduce", "a.zip")

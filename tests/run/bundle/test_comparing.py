@@ -36,8 +36,10 @@ def test_whatever_it_is_it_is_the_same_as_itself(value: object) -> None:
 
 def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> None:
     assert keys({"a": 1.0}, {"a": 1.0 + 0.9e-6}) == []
+    # Just beyond the relative tolerance of 1e-6.
     assert keys({"a": 1.0}, {"a": 1.0 + 1.2e-6}) == ["a"]
     assert keys({"a": 1e-7}, {"a": 1.02e-7}) == ["a"], "beyond the absolute one"
+    # Opposite signs, but both below the absolute tolerance of 1e-9.
     assert keys({"a": 1e-10}, {"a": -1e-10}) == []
     assert keys([1000.0, 1e-4], [1000.0, 5e-4]) == [], "next to 1000, 1e-4 is nothing"
     assert keys([[1000.0, 1e-4], [0.0, 2e-3]], [[1000.0, 1e-4], [0.0, 4e-3]]) == ["[1][1]"]
