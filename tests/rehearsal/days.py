@@ -104,6 +104,7 @@ def no_go(fault: Fault) -> tuple[str, ...]:
     """Checks that stand against the drop when the fault is there before the preflight."""
     drop = fly_day(fault.at(Moment.POWERED), despite=False)
     assert drop.preflight is not None
+    # Without `despite`, the preflight alone decides whether the robot is dropped.
     assert isinstance(drop.refused, NoGo) == (not drop.preflight.go)
     return tuple(check.name for check in drop.preflight.blocking)
 
@@ -114,10 +115,11 @@ def turned_deg(drop: Drop) -> NDArray[np.float64] | None:
 
 
 def judge_day(fault: Fault) -> Day:
-    """Flown, decoded, evaluated."""
+    """Rehearse, decode and evaluate a day with that fault."""
     drop = fly_day(fault, despite=True)
     assert drop.preflight is not None
     judged, checks = JudgedDay(drop), {}
+    # A robot that was not dropped left nothing to decode.
     if drop.refused is None:
         log = decode_drop(drop)
         try:
@@ -125,6 +127,7 @@ def judge_day(fault: Fault) -> Day:
             judged = JudgedDay(drop, log, evaluation, verdict_of(evaluation))
             checks = {check["name"]: check for check in records(CHECKS, evaluation.checks)}
         except TfsatError as error:
+            # Some faults leave a recording that cannot be evaluated: the refusal is what a person reads.
             judged = JudgedDay(drop, log, refusal=error)
     return Day(
         tuple(check.name for check in drop.preflight.blocking),
