@@ -22,10 +22,12 @@ def test_a_folder_with_a_flown_drop_is_refused(
     run.mkdir()
     (run / "preflight.json").write_text("GO of that day")
     if file_name == "record.json":
+        # An entry needs its file, so the recording is deleted only after it was signed.
         (run / "SD.bin").write_bytes(b"")
         sign(run, [run / "SD.bin"], "tfsat-host campaign add", datetime(2026, 1, 5, tzinfo=UTC))
         (run / "SD.bin").unlink()
     else:
+        # The first four bytes suffice: a recording is known by its magic number, not by its name.
         (run / file_name).write_bytes(BLOCK_MAGIC.to_bytes(4, "little"))
     output = command("preflight", "--emulated", "run", expect=2)
     assert "drop that was flown" in output.err and "Make a folder for the next drop" in output.err

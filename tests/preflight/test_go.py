@@ -23,6 +23,7 @@ DOCUMENT = DOCS / "preflight.md"
 def test_a_healthy_robot_is_go_and_its_result_is_signed(
     ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # As long as with a real robot; the fixture makes it shorter.
     monkeypatch.setattr("tfsat_host.preflight.logger_queries.WATCH_S", 6.0)
     result = ready.preflight(expect=0)
     assert (result["verdict"], result["reasons"], found_wrong(result), not_made(result)) == (
@@ -40,6 +41,7 @@ def test_a_healthy_robot_is_go_and_its_result_is_signed(
     assert "not wired" in battery["sentence"].lower(), "never a GO that no one measured"
 
     pause, envelope = (check(result, name)["evidence"] for name in ("pause", "envelope"))
+    # A pause may be too short, an envelope too wide.
     assert {quantity["at_most"] for quantity in pause.values()} == {False}
     assert envelope["envelope"]["at_most"] is True
     keys = ("value", "limit", "at_most", "beyond", "unit")
@@ -47,6 +49,7 @@ def test_a_healthy_robot_is_go_and_its_result_is_signed(
         "those of tfsat-host envelope --json"
     )
 
+    # The handbook has a row for every check and no check that there is not.
     lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
     rows = {line.split("|")[1].strip().strip("`") for line in lines if line.startswith("| `")}
     assert rows == {entry["name"] for entry in result["checks"]}
@@ -56,6 +59,7 @@ def test_a_healthy_robot_is_go_and_its_result_is_signed(
     assert written["checks"] == result["checks"] and written["verdict"] == "go"
     assert written["files"]["calibration"]["sha256"] == sha256_of(ready.folder / CERTIFICATE)
     assert written["files"]["maneuver"]["sha256"] == sha256_of(ready.folder / "maneuver.toml")
+    # The signature stands for the file as it is: one word changed, and it is found.
     entry = entries_of(ready.folder)[-1]
     assert entry.by.startswith("tfsat-host preflight ") and entry.by.endswith(": GO")
     assert (entry.files[0].name, entry.files[0].sha256) == ("preflight.json", result["signed"])
@@ -66,6 +70,7 @@ def test_a_healthy_robot_is_go_and_its_result_is_signed(
 
 def test_another_preflight_replaces_the_result_and_goes_on_in_the_record(ready: ReadyRobot) -> None:
     ready.preflight(expect=0)
+    # The robot loosens in its releaser: a switch opens.
     ready.robot.set_switch(1, False)
     ready.preflight(expect=4)
     assert [entry.by.rsplit(" ", 1)[1] for entry in entries_of(ready.folder)] == ["GO", "NO-GO"]
@@ -73,6 +78,7 @@ def test_another_preflight_replaces_the_result_and_goes_on_in_the_record(ready: 
 
 
 def test_both_boards_are_left_as_they_were(ready: ReadyRobot) -> None:
+    # A recording of before, which the trial must neither overwrite nor delete.
     ready.robot.card_slot.put(7, bytes(512 * 20))
     eeprom, memory = ready.robot.eeprom(), ready.robot.logger_memory()
     angles = ready.robot.joint_angles_deg()
@@ -82,8 +88,10 @@ def test_both_boards_are_left_as_they_were(ready: ReadyRobot) -> None:
     assert (after.state, after.arm_token) == (before.state, before.arm_token)
     assert (ready.robot.eeprom(), ready.robot.logger_memory()) == (eeprom, memory)
     assert ready.robot.card_slot.files() == files
+    # No servo moved.
     assert ready.robot.joint_angles_deg() == pytest.approx(angles, abs=1e-9)
     assert logger.state == LoggerState.STOPPED
+    # The next recording takes the number after the old one's.
     ready.robot.advance(2_000_000)
     ready.logger().start_recording(number=1)
     ready.logger().wait_for_card()
@@ -111,6 +119,7 @@ def test_an_interrupted_preflight_leaves_no_recording_behind(
     def interrupt_call(self: LoggerClient, *args: Any, **kwargs: Any) -> Any:
         result = original(self, *args, **kwargs)
         calls.append(moment)
+        # Only the first call is interrupted: tidying up calls some of them again.
         if len(calls) == 1:
             signal.raise_signal(number)
         return result
@@ -134,6 +143,7 @@ def test_an_armed_robot_is_refused_and_stays_armed(ready: ReadyRobot) -> None:
 
 def test_a_recording_that_runs_goes_on_and_is_said(ready: ReadyRobot) -> None:
     logger = ready.logger()
+    # The person started it, so the preflight must not stop it.
     session = logger.start_recording().session
     logger.wait_for_card()
     result = ready.preflight(expect=0)
@@ -143,6 +153,7 @@ def test_a_recording_that_runs_goes_on_and_is_said(ready: ReadyRobot) -> None:
 
 
 def test_a_file_of_somebody_else_is_not_overwritten(ready: ReadyRobot) -> None:
+    # Without the marks of a preflight, it may be anything.
     (ready.folder / "preflight.json").write_text("{}", encoding="utf-8")
     assert "was not made by this command" in ready.preflight(expect=1)["error"]["what"]
     assert (ready.folder / "preflight.json").read_text(encoding="utf-8") == "{}"
@@ -156,6 +167,7 @@ def test_a_damaged_record_is_an_error_and_the_result_is_shown_all_the_same(ready
 
 @pytest.mark.parametrize(
     ("apart_s", "words"),
+    # A clock beside the computer's is said, but 1.2 s do not stand against a drop.
     [(-0.02, "within 0.1 s of it"), (1.2, "+1.2 s off it")],
 )
 def test_the_loggers_clock_beside_the_computers(
@@ -172,6 +184,7 @@ def test_a_person_reads_every_check_and_go(ready: ReadyRobot) -> None:
     assert main(["preflight", str(ready.folder)]) == 0
     text = ready.capture.readouterr().out
     verdict = text.splitlines()[0]
+    # The verdict is the first line and the last: whichever a person sees, it is the same.
     assert verdict.startswith("GO: 26 of 27 checks passed") and text.splitlines()[-1] == verdict
     assert "Not checked by design: battery" in text and len(text.splitlines()) <= 30
     assert "card-writing" not in text
@@ -181,6 +194,7 @@ def test_a_person_reads_every_check_and_go(ready: ReadyRobot) -> None:
 
 
 def test_a_person_reads_why_not_and_what_to_type(ready: ReadyRobot) -> None:
+    # The fixture would set the clock first.
     ready.set_clock = None
     assert main(["preflight", str(ready.folder)]) == 4
     text = ready.capture.readouterr().out

@@ -22,6 +22,7 @@ from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.servo_settings import FACTORY as SERVOS
 
+# Without a usable card these cannot be made.
 AFTER_CARD = {"card-room", "card-writing"}
 OLDER_SLOT = 1
 FREE_BLOCKS = 2048 * 100
@@ -96,6 +97,7 @@ def latched_fault(ready: ReadyRobot) -> None:
 def damaged_store(ready: ReadyRobot) -> None:
     """Flip a bit of the older of the maneuver's two slots (128 bytes each, from 512) during a power-off."""
     robot = ready.robot
+    # The second upload fills the other slot, so the damaged one is the older.
     for maneuver in (four_stroke(40.0, 50.0), MANEUVER):
         ready.sequencer().upload(schedule_maneuver(maneuver))
     robot.set_power(BoardIndex.SEQUENCER, False)
@@ -104,6 +106,7 @@ def damaged_store(ready: ReadyRobot) -> None:
     robot._library.tfsat_eeprom_set(robot._robot, bytes(image), len(image))
     robot.set_power(BoardIndex.SEQUENCER, True)
     robot.advance(3_000_000)
+    # Bit 0: the maneuver's store.
     assert ready.sequencer().status().stores_damaged & 1
 
 
@@ -150,6 +153,7 @@ def future_certificate(ready: ReadyRobot) -> None:
 
 
 FAULTS: dict[str, tuple[Break, str, set[str]]] = {
+    # Each fault: what breaks, which check finds it, which checks cannot be made then.
     "store damaged": (damaged_store, "sequencer-state", set()),
     "flown": (fly_unrecorded, "sequencer-state", set()),
     "fault latched": (latched_fault, "sequencer-state", set()),

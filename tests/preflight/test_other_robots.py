@@ -21,12 +21,14 @@ BY_CERTIFICATE = {"gyros-agree", "joint-sensors", "start-pose"}
 
 def _more_bias(body: int, axis: int, deg_s: float) -> Imperfections:
     bias = TRUTH.gyro_bias_rad_s.copy()
+    # Of one axis only.
     bias[body, axis] += np.deg2rad(deg_s)
     return replace(TRUTH, gyro_bias_rad_s=bias)
 
 
 def _turned_imu() -> Imperfections:
     mounting = TRUTH.mounting.copy()
+    # Loose on its body: turned by 20 deg about the first axis.
     mounting[3] = Rotation.from_rotvec([np.deg2rad(20.0), 0.0, 0.0]).as_matrix() @ mounting[3]
     return replace(TRUTH, mounting=mounting)
 
@@ -43,6 +45,7 @@ ABSURD = _more_bias(2, 1, 27.0)
             TREMBLING, TREMBLING, "gyros-still", "rate scatter 2.4 deg/s (limit 1 deg/s)", id="trembles"
         ),
         pytest.param(ABSURD, ABSURD, "gyro-biases", "body 3", id="absurd bias"),
+        # Calibrated as it was before.
         pytest.param(_more_bias(1, 0, 0.8), TRUTH, "gyros-agree", "body 2", id="other bias"),
         pytest.param(_turned_imu(), TRUTH, "gyros-agree", "body 4", id="turned"),
     ],
@@ -73,6 +76,7 @@ def test_a_certificate_of_another_robot(ready: ReadyRobot) -> None:
 @pytest.mark.parametrize("text", [None, "nonsense"])
 def test_no_certificate_that_could_be_read(ready: ReadyRobot, text: str | None) -> None:
     file = ready.folder / "calibration-emulated.toml"
+    # Gone, or something else.
     file.unlink() if text is None else file.write_text(text, encoding="utf-8")
     result = ready.preflight(expect=4)
     assert (found_wrong(result), not_made(result)) == ({"calibration"}, BY_CERTIFICATE)
@@ -81,6 +85,7 @@ def test_no_certificate_that_could_be_read(ready: ReadyRobot, text: str | None) 
 def test_a_landing_that_only_the_logger_knows_of(ready: ReadyRobot) -> None:
     """And it goes on knowing: a recording of the preflight's own would make it forget."""
     logger = ready.logger()
+    # Recorded ten minutes after the certificate was written.
     logger.set_clock(round(1e6 * ready.calibration.written.timestamp()) + 600_000_000)
     logger.start_recording()
     logger.wait_for_card()
@@ -93,11 +98,13 @@ def test_a_landing_that_only_the_logger_knows_of(ready: ReadyRobot) -> None:
     ready.sequencer().disarm()
     ready.robot.seat()
     ready.robot.advance(3_000_000)
+    # Twice: the first preflight must not use up what the second needs.
     for _ in range(2):
         result = ready.preflight(expect=4)
         assert (found_wrong(result), not_made(result)) == ({"calibration"}, {"card-writing"})
     assert ready.logger().status().phase == DropPhase.LANDED
     landed = ready.calibration.written + timedelta(minutes=11)
+    # A certificate that names the landing, but whose measurements were made before it.
     again = landed + timedelta(minutes=10)
     fresh = replace(ready.calibration, landings=(Landing(landed, "recording"),), written=again)
     ready.certify(fresh)
@@ -111,6 +118,7 @@ def test_a_drop_that_only_ram_has(ready: ReadyRobot) -> None:
     ready.sequencer().arm()
     ready.robot.drop()
     ready.robot.advance(1_000_000)
+    # In the fall: what came until then is on the card, the rest in RAM.
     ready.robot.card_slot.remove()
     while ready.robot.falling:
         ready.robot.advance(10_000)

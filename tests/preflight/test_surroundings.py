@@ -23,6 +23,7 @@ from tfsat_host.protocol.enums import Board
 @pytest.mark.parametrize(
     ("entry", "value", "red"),
     [
+        # Each limit is made stricter than the maneuver bears.
         ("clearance_mm = 21.0", "clearance_mm = 24.0", "pause"),
         ("margin_s = 1.0", "margin_s = 1.2", "duration"),
         ("envelope_radius_mm = 165.0", "envelope_radius_mm = 120.0", "envelope"),
@@ -31,6 +32,7 @@ from tfsat_host.protocol.enums import Board
 )
 def test_a_maneuver_beyond_the_facility(ready: ReadyRobot, entry: str, value: str, red: str) -> None:
     text = default_facility_path().read_text(encoding="utf-8")
+    # Else nothing would be replaced and the facility be the default one.
     assert f"\n{entry}" in text
     facility = ready.folder / "tower.toml"
     facility.write_text(text.replace(f"\n{entry}", f"\n{value}"), encoding="utf-8")
@@ -43,6 +45,7 @@ def test_a_card_that_is_pulled_during_the_trial(ready: ReadyRobot, monkeypatch: 
 
     def pull_card(self: LoggerClient) -> Any:
         status = wait_for_card(self)
+        # The trial recording has begun, its blocks are not read back yet.
         ready.robot.card_slot.remove()
         return status
 
@@ -56,6 +59,7 @@ def test_samples_that_come_unevenly(ready: ReadyRobot, monkeypatch: pytest.Monke
 
     def uneven(*args: Any) -> Counts:
         counts = from_live(*args)
+        # 0.3 ms of scatter: the rate stays the same, the intervals do not.
         noise = np.random.default_rng(1).normal(0.0, 300.0, len(counts.t_us)).astype(np.int64)
         return replace(counts, t_us=counts.t_us + noise)
 
@@ -66,6 +70,7 @@ def test_samples_that_come_unevenly(ready: ReadyRobot, monkeypatch: pytest.Monke
 
 def test_a_host_of_another_release(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     ready.set_clock = None
+    # A hash of the same length as the protocol's.
     monkeypatch.setattr("tfsat_host.devices.client.PROTOCOL_HASH", b"another!")
     result = ready.preflight(expect=4)
     assert found_wrong(result) == {"protocol"}
@@ -94,6 +99,7 @@ def flashed_robot(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRo
         ("5e0e0ce2", "10660001", set(), set()),
         ("5e0e0ce3", "10660001", {"sequencer-image"}, set()),
         ("5E0E0CE2", "10660002", {"logger-image"}, set()),
+        # No image named, and the certificate names none either.
         ("5e0e0ce2", None, set(), {"logger-image"}),
     ],
 )
