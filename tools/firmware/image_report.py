@@ -36,10 +36,12 @@ class OverBudgetError(ValueError):
 def ram_bytes(path: Path) -> int:
     """Static RAM of a 32-bit little endian ELF file (System V ABI, section headers)."""
     elf = path.read_bytes()
+    # ELF magic number, 32-bit class, little endian.
     if elf[:6] != b"\x7fELF\x01\x01":
         raise ValueError(f"{path}: not a 32-bit little endian ELF file")
     (table,) = struct.unpack_from("<I", elf, 32)
     entry_size, count, names_index = struct.unpack_from("<HHH", elf, 46)
+    # Of each section: 0 is its name's offset, 4 its place in the file, 5 its size.
     sections = [struct.unpack_from("<10I", elf, table + i * entry_size) for i in range(count)]
     names = sections[names_index][4]
     total = 0
@@ -95,6 +97,7 @@ def main(hex_path: str, elf_path: str, report_path: str) -> int:
     except (ValueError, OSError) as error:
         print(f"{error}. Nothing must be flashed; delete the build folder and build again.", file=sys.stderr)
         return 1
+    # Only an image within its budgets gets a report.
     Path(report_path).write_text(json.dumps(report, indent=2) + "\n")
     print(
         f"{hex_path}: flash {report['flash_bytes']} of {FLASH_BYTES} bytes ({report['flash_percent']}%, "

@@ -33,6 +33,7 @@ def generate(spec: Spec) -> str:
 def _error_codes(spec: Spec) -> str:
     """List the errors that events carry: those of sensors and of the card."""
     about = ("sensor_", "bus_", "card_", "no_card")
+    # By the beginning of the name: errors of requests never come as events.
     codes = [code for code in spec.enums["ErrorCode"].values if code.name.startswith(about)]
     return ", ".join(f"{code.value} {code.name}" for code in codes) + "."
 

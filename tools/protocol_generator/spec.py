@@ -134,6 +134,7 @@ class Spec:
         if item.kind in SCALARS:
             return SCALARS[item.kind][0] * count
         if item.kind in self.enums:
+            # An enumeration takes one byte.
             return count
         return self.size_of(self.structs[item.kind]) * count
 
@@ -147,6 +148,7 @@ def load_spec(path: Path) -> Spec:
     """Read, check and return the specification. Raises SpecError."""
     raw = tomllib.loads(path.read_text(encoding="utf-8"))
     enums = {name: _enum(name, body) for name, body in raw["enum"].items()}
+    # A struct may hold only those before it, so there is no circle.
     type_names = set(SCALARS) | set(enums)
     structs: dict[str, Struct] = {}
     for name, body in raw["struct"].items():
@@ -177,6 +179,7 @@ def _fields(raw: list[dict[str, str]], type_names: set[str]) -> tuple[Field, ...
         match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", entry["type"])
         if match is None or match[1] not in type_names:
             raise SpecError(f"field {entry['name']}: unknown type {entry['type']}")
+        # Fields become attributes of Python classes.
         if keyword.iskeyword(entry["name"]):
             raise SpecError(f"field {entry['name']}: a word of Python's own")
         count = int(match[2]) if match[2] else None
@@ -190,6 +193,7 @@ def _enum(name: str, body: dict[str, Any]) -> Enum:
         for key, value in body.items()
         if key != "doc"
     )
+    # On the wire only the value counts.
     if len({value.value for value in values}) != len(values):
         raise SpecError(f"enum {name}: two names share a value")
     return Enum(name, body["doc"], values)
@@ -216,6 +220,7 @@ def _message(name: str, body: dict[str, Any], reply_bit: int, type_names: set[st
 
 def _check(spec: Spec) -> None:
     ids = [message.id for message in spec.messages]
+    # The highest bit marks a reply.
     if len(set(ids)) != len(ids) or any(not 0 < number < 0x80 for number in ids):
         raise SpecError("message ids must be different and within 0x01 to 0x7F")
     for message in spec.messages:
@@ -230,6 +235,7 @@ def _check(spec: Spec) -> None:
     for name in ("LogHeader", "LogFooter"):
         if layout.header_bytes + spec.size_of(spec.structs[name]) > layout.crc_offset:
             raise SpecError(f"{name} does not fit a block")
+    # Value 0 is no error.
     for value in spec.enums["ErrorCode"].values:
         if value.value and not (value.meaning and value.remedy):
             raise SpecError(f"error {value.name}: meaning and remedy are missing")
@@ -257,6 +263,7 @@ class BlockLayout:
             sample_bytes=sample,
             event_bytes=spec.size_of(spec.structs["Event"]),
             events_offset=header + spec.limit("samples_per_block") * sample,
+            # The CRC-32 is the last word.
             crc_offset=block - 4,
         )
 
@@ -266,6 +273,7 @@ def _hash(raw: dict[str, Any]) -> bytes:
 
     def bones(value: Any) -> Any:
         if isinstance(value, dict):
+            # Sides that differ in words or release only still understand each other.
             prose = ("doc", "meaning", "remedy", "idempotent", "firmware_version")
             return {key: bones(item) for key, item in value.items() if key not in prose}
         if isinstance(value, list):

@@ -65,6 +65,7 @@ def opening_s(
     supply_v: float, own_ohm: float, pullup_ohm: float, series_ohm: float, farad: float, threshold_v: float
 ) -> float:
     """Compute the time from an opening to the pin's threshold: the capacitor charges through all pull-ups."""
+    # As long as the contact is closed, only the pin's own pull-up works against the series resistor.
     start_v = closed_v(supply_v, own_ohm, series_ohm)
     tau_s = parallel(own_ohm, pullup_ohm + series_ohm) * farad
     return tau_s * math.log((supply_v - start_v) / (supply_v - threshold_v))
@@ -76,6 +77,7 @@ def closing_s(supply_v: float, own_ohm: float, series_ohm: float, farad: float, 
     Infinite where it never gets there.
     """
     end_v = closed_v(supply_v, own_ohm, series_ohm)
+    # The capacitor empties towards this voltage; a threshold below is never crossed.
     if end_v >= threshold_v:
         return math.inf
     tau_s = parallel(own_ohm, series_ohm) * farad
@@ -103,6 +105,7 @@ class Levels:
     def edge_delays_s(self) -> tuple[Span, Span]:
         """Compute how late D4 and D13 read an opening and a closing, s."""
 
+        # The threshold lies anywhere between the two guaranteed levels.
         def delay_open(supply: float, own: float, pullup: float, series: float, farad: float) -> Span:
             return extremes(
                 lambda threshold: opening_s(supply, own, pullup, series, farad, threshold),
@@ -115,6 +118,7 @@ class Levels:
                 (avr_low_v(supply), avr_high_v(supply)),
             )
 
+        # Least of the least and most of the most: each bound has its own worst corner.
         open_spans = self.spans("micro_5v", "avr_pullup", "R1", "R3", "C1")
         close_spans = self.spans("micro_5v", "avr_pullup", "R3", "C1")
         return (
@@ -196,6 +200,7 @@ class Levels:
     def _switch_at_teensy(self) -> list[Check]:
         limit = self._wiring.limit
         closed = extremes(
+            # The i.MX RT reads low up to 0.3 of its supply, high from 0.7.
             lambda supply, drop, own, series: 0.3 * supply - divider_v(supply, drop, own, series),
             *self.spans("teensy_3v3", "diode_drop", "teensy_pullup", "R18"),
         )
@@ -238,7 +243,9 @@ class Levels:
     def _other_lines(self) -> list[Check]:
         limit = self._wiring.limit
         stroke_top = extremes(
-            lambda v, top, bottom: divider_v(v, 0.0, top, bottom), *self.spans("micro_5v", "R11", "R12")
+            # In reset the Teensy has no pull-down yet: the most that its pin sees.
+            lambda v, top, bottom: divider_v(v, 0.0, top, bottom),
+            *self.spans("micro_5v", "R11", "R12"),
         )
         stroke = extremes(
             lambda v, top, bottom, down, supply: (
@@ -319,6 +326,7 @@ def bus_pullups(wiring: Wiring) -> list[BusPullup]:
     """Choose for each module that is sold: the external resistor is fitted where the bus would be too slow without."""
     rows = []
     for module_ohm in wiring.i2c["modules_ohm"]:
+        # Two modules share a bus; some are sold without pull-ups (0).
         own = [wiring.i2c["teensy_ohm"]] + ([module_ohm] * 2 if module_ohm else [])
         bare = parallel(*own)
         fit = _max_farad(wiring, bare) < wiring.limit["i2c_cable_f"]
@@ -329,4 +337,5 @@ def bus_pullups(wiring: Wiring) -> list[BusPullup]:
 
 def _max_farad(wiring: Wiring, ohm: float) -> float:
     """Compute the greatest capacitance of a bus with this pull-up, F (UM10204 7.1, equation 1)."""
+    # A rise is measured from 0.3 to 0.7 of the supply: ln(7/3) time constants.
     return wiring.limit["i2c_rise_s"] / (math.log(7 / 3) * ohm)
