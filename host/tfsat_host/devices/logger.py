@@ -13,7 +13,6 @@ from tfsat_host.devices.log_transfer import (
     Outcome,
     Put,
     Span,
-    erase_log,
     fetch_blocks,
     list_logs,
 )
@@ -231,8 +230,19 @@ class LoggerClient(BoardClient):
         return b"".join(blocks[index] for index in range(entry.blocks))
 
     def erase_log(self, entry: msg.LogEntry) -> None:
-        """Removes a recording from the card; of RAM: gives up what it holds. Raises BoardError."""
-        erase_log(self._client, entry)
+        """Removes a recording from the card; of RAM: gives up what it holds.
+
+        One that is gone already is no error: the answer to a first request may have been lost.
+
+        Raises:
+            BoardError: another recording has its number now, or the card refuses.
+        """
+        try:
+            self._client.request(msg.LogEraseRequest(entry.number, entry.session), msg.LogEraseReply)
+        except BoardError as error:
+            # A repeated request finds the recording gone: that is what was asked for.
+            if error.code != ErrorCode.NO_SUCH_LOG:
+                raise
 
     @contextmanager
     def live(self) -> Iterator[msg.LiveReply]:
