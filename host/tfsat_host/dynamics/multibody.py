@@ -103,6 +103,12 @@ class Multibody:
                 moved.append(step.child)
         return tuple(moved)
 
+    def broadcast(self, *values: FloatArray) -> tuple[tuple[int, ...], list[FloatArray]]:
+        """Return the common batch shape of the samples and of values (..., m), and these components first."""
+        arrays = [np.asarray(value, dtype=np.float64) for value in values]
+        shape = np.broadcast_shapes(self.batch_shape, *(array.shape[:-1] for array in arrays))
+        return shape, [pad(batch_last(array), 1, len(shape)) for array in arrays]
+
     def columns(self, batch_ndim: int) -> Columns:
         """Return the arrays components first, ready to be combined with batches of `batch_ndim` axes."""
         return Columns(
