@@ -130,7 +130,9 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
     robot = load_robot(args.robot)
     with out.progress("Flying and evaluating maneuvers", total=1.0) as advance:
         search = learn(robot, args.learn, advance)
-    best, other = search.lessons[0], _find_other(search)
+    best = search.lessons[0]
+    # The member of the best pair that is not the best single maneuver.
+    other = next((lesson for lesson in search.pair if lesson is not best), best)
     files = [OutputFile(path, _MARKER, lambda place: write_maneuver(best.maneuver, place))]
     if other is not best:
         files.append(OutputFile(second, _MARKER, lambda place: write_maneuver(other.maneuver, place)))
@@ -144,11 +146,6 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
 
     out.result(record(_LEARNING, result), show_result)
     return 0
-
-
-def _find_other(search: Learnt) -> Lesson:
-    """Return the member of the best pair that is not the best single maneuver."""
-    return next((lesson for lesson in search.pair if lesson is not search.lessons[0]), search.lessons[0])
 
 
 @dataclass(frozen=True)

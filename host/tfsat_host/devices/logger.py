@@ -346,7 +346,8 @@ def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
     Where nothing is recorded at all, that is another matter: see `state`.
     """
     if status.state == LoggerState.FAILED:
-        what = f"The recording has failed: {_lower_first_letter(REMEDIES[status.error][0])}"
+        reason = REMEDIES[status.error][0]
+        what = f"The recording has failed: {reason[:1].lower()}{reason[1:]}"
         ready = Advice(
             "Put in a card that ", NextStep("status"), " calls ready, then: ", NextStep("record start")
         )
@@ -404,11 +405,3 @@ def _not_on_card(what: str, status: msg.LoggerStatusReply, next_step: str) -> No
 
 def _card(status: msg.LoggerStatusReply) -> str:
     return status.card.name.lower().replace("_", " ")
-
-
-def _lower_first_letter(sentence: str) -> str:
-    """Lower the first letter of a sentence such as `No SD card answers.` for use after a colon.
-
-    Names stay as they are.
-    """
-    return sentence[:1].lower() + sentence[1:]
