@@ -46,7 +46,7 @@ def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
                 logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
                 yield Bench(logger, person, origin_of(logger))
 
-            monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
+            monkeypatch.setattr("tfsat_host.cli.calibrate.flow.open_bench", open_bench)
             monkeypatch.setattr("sys.stdin", Terminal(stdin_text))
             return main(arguments), person.requested_steps
 

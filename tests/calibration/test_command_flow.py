@@ -159,7 +159,7 @@ def test_with_yes_a_board_is_read_after_a_stated_lead(
     def open_logger(_args: argparse.Namespace, _out: Output) -> Iterator[LoggerClient]:
         yield LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
 
-    monkeypatch.setattr("tfsat_host.cli.boards.open_logger", open_logger)
+    monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_logger", open_logger)
     monkeypatch.setattr("sys.stdin", Terminal("\n"))
     before_us = robot.now_us
     assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0

@@ -31,9 +31,9 @@ from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_p
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
-from tfsat_host.cli.calibrate.jogged_joint import TourInterrupted, sweep
+from tfsat_host.cli.calibrate.jogged_joint import sweep
 from tfsat_host.cli.main import main
-from tfsat_host.devices.jogging import JogError
+from tfsat_host.devices.jogging import JogError, JogInterrupted
 from tfsat_host.emulated.emulated_robot import BoardIndex, Reset
 from tfsat_host.emulated.imperfections import draw_as_built, ideal
 from tfsat_host.emulated.manual_motion import Leg, Motion, Operator
@@ -137,7 +137,7 @@ def test_the_joint_must_be_where_the_first_pulse_takes_it(monkeypatch: pytest.Mo
 def test_ctrl_c_lets_the_joint_go(monkeypatch: pytest.MonkeyPatch) -> None:
     with rig(ideal()) as here:
         befall(here, monkeypatch, 80, lambda: signal.raise_signal(signal.SIGINT))
-        with pytest.raises(TourInterrupted) as caught:
+        with pytest.raises(JogInterrupted) as caught:
             here.measure_joint(1)
         assert 5 < here.robot.joint_angles_deg()[0] < 60
         assert caught.value.details["last_angle_deg"] == pytest.approx(

@@ -67,7 +67,7 @@ def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> No
 
     from contextlib import ExitStack
 
-    monkeypatch.setattr("tfsat_host.cli.boards.open_port", no_port)
+    monkeypatch.setattr("tfsat_host.cli.preflight_report.open_port", no_port)
     for options, expected in (
         ({}, [("sequencer", None), ("logger", None)]),
         ({"port": "/dev/s"}, [("sequencer", "/dev/s")]),

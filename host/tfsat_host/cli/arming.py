@@ -9,6 +9,9 @@ from tfsat_host.cli.usage import add_options, device, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.present.stored_settings import maneuver_as_dict
+from tfsat_host.quantity import json_objects
+from tfsat_host.run.robot_arming import arm
 
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
 _EMULATED_DISARMED = (
@@ -44,10 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _arm(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.present.stored_settings import maneuver_as_dict
-    from tfsat_host.quantity import json_objects
     from tfsat_host.run.certificate_check import CERTIFICATE_STATE
-    from tfsat_host.run.robot_arming import arm
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:

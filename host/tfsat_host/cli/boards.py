@@ -313,5 +313,4 @@ def _same(transport: Transport) -> Transport:
 
 
 def _find_and_open(board: BoardName) -> Transport:
-
     return SerialTransport(find_port(board))

@@ -15,10 +15,10 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import list_facts, sentences
 from tfsat_host.quantity import record
+from tfsat_host.run.bundle.manifest import MANIFEST_COLUMNS, Manifest
 
 if TYPE_CHECKING:
     from tfsat_host.run.bundle.making import WrittenBundle
-    from tfsat_host.run.bundle.manifest import Manifest
 
 
 _USAGE = f"""
@@ -42,7 +42,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Collects, evaluates, writes."""
     from tfsat_host.run.bundle.making import BUNDLE, bundle
-    from tfsat_host.run.bundle.manifest import MANIFEST_COLUMNS
 
     if len(args.runs) > 1:
         raise UsageError(

@@ -12,6 +12,7 @@ from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import list_facts, sentences, show_rows
 from tfsat_host.quantity import record
+from tfsat_host.run.campaign.entries import ENTRY
 
 if TYPE_CHECKING:
     from tfsat_host.run.campaign.campaign_folder import CampaignList
@@ -48,7 +49,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Does what was typed."""
     from tfsat_host.run.campaign import campaign_folder
-    from tfsat_host.run.campaign.entries import ENTRY
 
     match args.action:
         case "init":

@@ -74,24 +74,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def completion_script(shell: str) -> str:
     """Build the completion script for one of `SHELLS` from the parsers of all commands."""
+    from tfsat_host.rehearsal.faults.fault_catalog import FAULTS
+
     parser, _ = parser_with(HELPS)
     for action in _actions(parser):
         if isinstance(action, argparse._SubParsersAction):
             _describe_briefly(action)
         if _FAULT in action.option_strings:
             # For the script alone: the command also takes NAME@MOMENT, and must not import them to show its help.
-            action.choices = _faults()
+            action.choices = [fault.name for fault in FAULTS]
         if action.choices is None and (words := _completion_of(action.metavar)) is not None:
             setattr(action, "complete", words)  # noqa: B010  the attribute is shtab's, not argparse's
     script: str = shtab.complete(parser, shell, preamble=_PREAMBLE[shell])
     return script.rstrip("\n")
-
-
-def _faults() -> list[str]:
-    """Return the names of all faults of a rehearsal."""
-    from tfsat_host.rehearsal.faults.fault_catalog import FAULTS
-
-    return [fault.name for fault in FAULTS]
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.exit_code import ExitCode
+from tfsat_host.notices import recordings_lines
+from tfsat_host.output_files import UnwritableError
 from tfsat_host.present.output import Output
-from tfsat_host.run.exports import FORMATS
+from tfsat_host.run.exports import FORMATS, Written, held_calibration, write_decoded
 
 if TYPE_CHECKING:
-    from tfsat_host.run.exports import Written
     from tfsat_host.sdlog import DropLog
 
 
@@ -51,9 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
-    from tfsat_host.notices import recordings_lines
     from tfsat_host.present.recording_text import show_recording
-    from tfsat_host.run.exports import held_calibration
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.log_summary import summary
 
@@ -82,9 +81,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
     """Raises TfsatError also where the system refuses: the recording itself was decoded."""
-    from tfsat_host.output_files import UnwritableError
-    from tfsat_host.run.exports import write_decoded
-
     stem = _stem(args)
     folder = stem.parent
     try:

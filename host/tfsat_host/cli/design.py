@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.design_studies import show_grid, show_learning
 from tfsat_host.cli.usage import OUTPUT, ROBOT, add_options, number, seed, whole_number
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
+from tfsat_host.maneuver import write_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -64,12 +66,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Designs, checks against the drop tower, writes and shows."""
-    from tfsat_host.maneuver import write_maneuver
     from tfsat_host.robot import load_robot
 
     if args.grid is not None:
-        from tfsat_host.cli.design_studies import show_grid
-
         return show_grid(args, load_robot(args.robot), out)
     if args.figure is not None:
         raise UsageError(
@@ -79,8 +78,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         )
     path = args.out or _DEFAULT_FILE
     if args.learn is not None:
-        from tfsat_host.cli.design_studies import show_learning
-
         return show_learning(args, path, out)
     check_may_write(path, marker=_MARKER, force=args.force)
     robot = load_robot(args.robot)
@@ -93,8 +90,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     proposal = propose(best_design, robot, path, swarm=args.swarm)
     file = OutputFile(path, _MARKER, lambda place: write_maneuver(proposal.maneuver, place))
     write_all([file], force=args.force)
-    for warning in () if args.json else warnings(proposal):
-        out.warn(warning)
+    out.warn_each(() if args.json else warnings(proposal))
 
     def show_proposal() -> None:
         show_facts(PROPOSAL, proposal, out)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.errors import UsageError
+from tfsat_host.maneuver import write_maneuver
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
@@ -21,11 +22,10 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 
-# Options of `design` that a grid has no use for; all but the last two have None where they are not given.
+# Options of `design` that a grid has no use for.
 _SEARCH_ONLY = (
     "time-limit robust penalty seed particles iterations inertia own-best best-of-all alternating swarm"
 )
-_DEFAULT_SEED = 1
 _SLOW_BELOW_DEG = 1.0  # finer grids take longer than a moment
 
 
@@ -67,13 +67,17 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     return 0
 
 
-def _check_options(args: argparse.Namespace) -> None:
-    options = [
+def _given(options: str, args: argparse.Namespace) -> list[str]:
+    """Return those of the options, by spaces, that were typed."""
+    return [
         f"--{option}"
-        for option in _SEARCH_ONLY.split()
-        if (value := getattr(args, option.replace("-", "_"))) not in (None, False)
-        and not (option == "seed" and value == _DEFAULT_SEED)
+        for option in options.split()
+        if getattr(args, option.replace("-", "_")) not in (None, False)
     ]
+
+
+def _check_options(args: argparse.Namespace) -> None:
+    options = _given(_SEARCH_ONLY, args)
     what = cure = ""
     if options:
         unused = "it" if len(options) == 1 else "them"
@@ -99,7 +103,7 @@ def _check_options(args: argparse.Namespace) -> None:
 
 _MARKER = b'name = "to learn: '
 _USELESS = (
-    "joints time_limit speed limit robust penalty seed particles iterations inertia own_best best_of_all"
+    "joints time-limit speed limit robust penalty seed particles iterations inertia own-best best-of-all"
 )
 _MAX_SHOWN_LESSONS = 3
 
@@ -110,13 +114,10 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
     Raises:
         UsageError: an option does not fit, or the robot is none that the boards fly.
     """
-    from tfsat_host.maneuver import write_maneuver
     from tfsat_host.rehearsal.learning import learn
     from tfsat_host.robot import load_robot
 
-    options = [
-        f"--{option.replace('_', '-')}" for option in _USELESS.split() if getattr(args, option) is not None
-    ]
+    options = _given(_USELESS, args)
     if options:
         raise UsageError(
             what=f"{', '.join(options)}: --learn compares maneuvers that use the whole fall.",
@@ -129,7 +130,9 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
     robot = load_robot(args.robot)
     with out.progress("Flying and evaluating maneuvers", total=1.0) as advance:
         search = learn(robot, args.learn, advance)
-    best, other = search.lessons[0], _find_other(search)
+    best = search.lessons[0]
+    # The member of the best pair that is not the best single maneuver.
+    other = next((lesson for lesson in search.pair if lesson is not best), best)
     files = [OutputFile(path, _MARKER, lambda place: write_maneuver(best.maneuver, place))]
     if other is not best:
         files.append(OutputFile(second, _MARKER, lambda place: write_maneuver(other.maneuver, place)))
@@ -143,11 +146,6 @@ def show_learning(args: argparse.Namespace, path: Path, out: Output) -> int:
 
     out.result(record(_LEARNING, result), show_result)
     return 0
-
-
-def _find_other(search: Learnt) -> Lesson:
-    """Return the member of the best pair that is not the best single maneuver."""
-    return next((lesson for lesson in search.pair if lesson is not search.lessons[0]), search.lessons[0])
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.usage import INITIAL_RATE, OUTPUT, ROBOT
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, sentences, show_facts, show_rows
 from tfsat_host.quantity import record
@@ -36,7 +37,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Computes the reach of the maneuver and compares everything with the facility."""
     from tfsat_host.dynamics.simulation import robot_limits
-    from tfsat_host.plan.facility import load_tower
     from tfsat_host.plan.reach_envelope import envelope_of
     from tfsat_host.plan.tower_checks import REPORT, TowerReport, check_maneuver
     from tfsat_host.robot import load_robot
@@ -47,8 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     schedule = given.schedule_from(args, maneuver, robot_limits(robot, strokes_min=1))
     if robot.has_sequencer:
         given.schedule_from(args, maneuver)  # by the sequencer's limits, too
-    for notice in schedule.notices:
-        out.warn(notice)
+    out.warn_each(schedule.notices)
     tower = load_tower(args.facility)
     envelope = envelope_of(robot, schedule, until_s=tower.fall_s, initial_rate_rad_s=rate)
     checks = check_maneuver(schedule, robot, tower, envelope)

@@ -8,6 +8,7 @@ from tfsat_host.cli.usage import add_actions, add_options, device
 from tfsat_host.errors import RefusedError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import Narration
 
 _BOARDS = """
 sequencer  flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards
@@ -38,7 +39,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
     from tfsat_host.flashing.flasher import BOOTLOADER, FLASHERS
     from tfsat_host.flashing.loader import MARKS, Computer
-    from tfsat_host.present.terminal import Narration
 
     if args.emulated:
         raise RefusedError(

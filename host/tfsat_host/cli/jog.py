@@ -5,17 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import open_jog_client
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.cli.usage import JOINT, add_options, device, joint_angle_cdeg, number
-from tfsat_host.errors import Interrupted
+from tfsat_host.devices.jogging import Jog, JogClient, JogInterrupted, from_here
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.jogging import Jog, JogClient
 
 MAX_HOLD_S = 3600.0
 """Beyond it `--hold` is a slip of the fingers."""
@@ -40,8 +36,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, asks, moves, holds, lets go."""
-    from tfsat_host.devices.jogging import Jog, from_here, jog_details, last_commanded
-
     jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
     with open_jog_client(args, out) as sequencer:
         sequencer.check(jog)
@@ -60,13 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.note(f"Ctrl-Z: joint {jog.joint} was let go at {end.angle_cdeg / 100:g} deg; the jog has ended.")
         suspend_now()
         what = "The jog has ended: Ctrl-Z let the joint go before the program stopped."
-    interrupted = Interrupted(
-        what=what,
-        meaning=f"{last_commanded(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
-        next_step=from_here(end.angle_cdeg).capitalize(),
-    )
-    interrupted.details = jog_details(jog.joint, end.angle_cdeg)
-    raise interrupted
+    raise JogInterrupted(jog.joint, end, what, from_here)
 
 
 def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output) -> None:

@@ -6,9 +6,12 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.boards import open_logger
 from tfsat_host.cli.usage import add_actions, device, file_name
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import record, records
+from tfsat_host.run.held_maneuver import ask_sequencer
 
 if TYPE_CHECKING:
     from tfsat_host.run.fetched_log import Copy
@@ -40,8 +43,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.boards import open_logger
-    from tfsat_host.quantity import record
     from tfsat_host.run.logger_recordings import RAM_WARNING, RECORDINGS, LoggerRecordings
 
     with open_logger(args, out) as logger:
@@ -56,8 +57,6 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
-    from tfsat_host.cli.boards import open_logger
-    from tfsat_host.quantity import records
     from tfsat_host.run.fetched_log import (
         COPY,
         fetch,
@@ -67,7 +66,6 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
         select_logs,
         target_of,
     )
-    from tfsat_host.run.held_maneuver import ask_sequencer
     from tfsat_host.run.logger_recordings import RAM_WARNING
 
     with open_logger(args, out) as logger:
@@ -108,8 +106,6 @@ def _show(copies: list[Copy], released: bool, out: Output) -> None:
 
 
 def _erase(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.boards import open_logger
-    from tfsat_host.quantity import record
     from tfsat_host.run.logger_recordings import ERASED, erase
 
     with open_logger(args, out) as logger:

@@ -5,17 +5,23 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from tfsat_host.cli.boards import offering_emulated, open_logger
 from tfsat_host.cli.usage import add_actions, add_options, device
+from tfsat_host.devices.logger_configuration import (
+    DLPF_HZ,
+    FACTORY,
+    StoredLoggerSettings,
+    bus_arithmetic,
+    check,
+)
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
+from tfsat_host.protocol.enums import Origin
+from tfsat_host.protocol.messages import LoggerSettings
 from tfsat_host.quantity import Column, Columns, fields, record
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.logger_configuration import StoredLoggerSettings
-    from tfsat_host.protocol.messages import LoggerSettings
 
 _SETTINGS = (
     ("rate", "rate_hz", "sampling rate", "Hz"),
@@ -62,9 +68,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows or sets."""
-    from tfsat_host.cli.boards import offering_emulated, open_logger
-    from tfsat_host.devices.logger_configuration import check
-
     sets = args.action == "set"
     changes = _wanted_settings(args) if sets else {}
     with offering_emulated(), open_logger(args, out) as logger:
@@ -92,7 +95,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
-    from tfsat_host.devices.logger_configuration import FACTORY
 
     named = {name: value for _, name, *_ in _SETTINGS if (value := getattr(args, name)) is not None}
     if not named and not args.factory and not args.clock:
@@ -105,8 +107,6 @@ def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _show(stored: StoredLoggerSettings, before: LoggerSettings, out: Output) -> None:
-    from tfsat_host.devices.logger_configuration import DLPF_HZ, bus_arithmetic
-    from tfsat_host.protocol.enums import Origin
 
     now = stored.settings
     columns = ["setting", "value", "unit", *(["before"] if before != now else [])]

@@ -133,8 +133,7 @@ def _dispatch(argv: Sequence[str], out: Output, *, heed_interrupts: bool) -> int
 def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
     """Fills `args` and does the command, which is the first word that is no option."""
     from tfsat_host.cli.next_steps import complete_command
-    from tfsat_host.cli.parser import parser_with
-    from tfsat_host.cli.suggestions import refuse_command, refuse_unknown_options
+    from tfsat_host.cli.parser import parser_with, refuse_command, refuse_unknown_options
 
     chosen = next((word for word in argv if not word.startswith("-")), None)
     if chosen is not None and chosen not in HELPS:

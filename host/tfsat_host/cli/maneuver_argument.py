@@ -10,11 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.usage import add_options
 from tfsat_host.errors import UsageError
+from tfsat_host.maneuver import (
+    SEQUENCER,
+    Defect,
+    Limits,
+    Maneuver,
+    ManeuverError,
+    Schedule,
+    four_stroke,
+    read_maneuver,
+    schedule_maneuver,
+)
+from tfsat_host.maneuver.maneuver import DEFAULT_SPEED_DEG_S
 from tfsat_host.next_step import Advice, NextStep
 
 if TYPE_CHECKING:
     from tfsat_host.arrays import FloatArray
-    from tfsat_host.maneuver import Limits, Maneuver, Schedule
     from tfsat_host.robot import RobotModel
 
 WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
@@ -81,9 +92,6 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
         UsageError: both, or neither.
         ManeuverError: the file cannot be understood.
     """
-    from tfsat_host.maneuver import four_stroke, read_maneuver
-    from tfsat_host.maneuver.maneuver import DEFAULT_SPEED_DEG_S
-
     if args.file is not None:
         if args.a_deg is not None or args.speed is not None:
             raise UsageError(
@@ -114,8 +122,6 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
     Raises:
         ManeuverError: the maneuver cannot be flown.
     """
-    from tfsat_host.maneuver import SEQUENCER, ManeuverError, schedule_maneuver
-
     with _refusals(args):
         try:
             return schedule_maneuver(maneuver, limits or SEQUENCER)
@@ -126,8 +132,6 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
 @contextmanager
 def _refusals(args: argparse.Namespace) -> Iterator[None]:
     """Reword a ManeuverError raised in the block for the command that was typed."""
-    from tfsat_host.maneuver import Defect, ManeuverError
-
     try:
         yield
     except ManeuverError as error:

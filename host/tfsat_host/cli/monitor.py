@@ -5,20 +5,20 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import PLACE, absent, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.cli.usage import add_options
+from tfsat_host.devices.client import Client
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.monitor_view import UNCALIBRATED, Picture, as_json, one_line
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from tfsat_host.devices.monitoring import WatchedBoards
     from tfsat_host.robot import AngleSensor
 
@@ -66,7 +66,6 @@ def _open(
     args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack
 ) -> WatchedBoards:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
-    from tfsat_host.devices.client import Client
     from tfsat_host.devices.monitoring import WatchedBoards
 
     watched = WatchedBoards(time.monotonic)
@@ -93,8 +92,6 @@ def _open(
 @contextmanager
 def _open_view(out: Output) -> Iterator[Callable[[float, WatchedBoards], None]]:
     """Yield the function that shows a reading: as JSON lines, a picture in place, or one line per second."""
-    from tfsat_host.present.monitor_view import UNCALIBRATED, Picture, as_json, one_line
-
     if out.json_mode:
         yield lambda t_s, watched: out.stream(as_json(t_s, watched))
         return

@@ -8,6 +8,7 @@ from pathlib import Path
 from tfsat_host.cli.usage import add_options, device, whole_number
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
+from tfsat_host.quantity import record
 
 DROPS = 10
 """A day's, with rehearsals in the releaser."""
@@ -47,7 +48,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.preflight_report import complete_steps, evidence_of
     from tfsat_host.preflight import judge, may_drop
     from tfsat_host.preflight.preflight_result import PRINTED, PreflightResult
-    from tfsat_host.quantity import record
     from tfsat_host.run.prepared_run import PreparedRun, write_result
 
     files = PreparedRun.open(

@@ -11,22 +11,22 @@ from contextlib import ExitStack, closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from tfsat_host.cli.boards import emulated_transports, open_port
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.cli.stopping import SIGNALS, handle_signals
-from tfsat_host.devices.serial_ports import BoardName, port_variable
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.serial_ports import BoardName, PortError, PortProblem, port_variable
+from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight import PreflightCheck
+from tfsat_host.preflight.board_queries import ask_boards
+from tfsat_host.preflight.logger_queries import WATCH_S, Trace
+from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence
 from tfsat_host.present.output import Output
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.transport import Transport
-    from tfsat_host.preflight.preflight_evidence import Evidence
-    from tfsat_host.run.prepared_run import PreparedRun
-
+from tfsat_host.run.prepared_run import PreparedRun
 
 _NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
 
@@ -38,11 +38,7 @@ def transports(
 
     Raises BuildError.
     """
-    from tfsat_host.cli.boards import emulated_transports, open_port
-
     if args.emulated:
-        from tfsat_host.devices.logger import LoggerClient
-
         links = emulated_transports(out, stack, model=files.robot, as_built=True)
         # It came to power with this command: no one could have set its clock.
         LoggerClient.connect(links["logger"]).set_clock(time.time_ns() // 1000)
@@ -64,8 +60,6 @@ def _require_named_logger() -> None:
 
     With an explicit `--port` no other ports are scanned.
     """
-    from tfsat_host.devices.serial_ports import PortError, PortProblem
-
     variable = port_variable("logger")
     if not os.environ.get(variable):
         raise PortError(
@@ -80,10 +74,6 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
 
     Raises NotNow, Interrupted, TfsatError.
     """
-    from tfsat_host.preflight.board_queries import ask_boards
-    from tfsat_host.preflight.logger_queries import WATCH_S, Trace
-    from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence
-
     trace = Trace()
     try:
         # A closed terminal or a `kill` is a Ctrl-C: a recording that was begun is ended and removed.

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import argparse
 import time
-from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import open_logger, refuse_emulated
 from tfsat_host.cli.usage import add_actions, device
+from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.logger import LoggerClient, recording_in_danger
 from tfsat_host.errors import RefusedError
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
+from tfsat_host.protocol.messages import RecordStartReply
 from tfsat_host.quantity import Column, Columns, fields, record
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.protocol.messages import RecordStartReply
+from tfsat_host.run.held_maneuver import ask_sequencer, note_held
 
 _STARTED: Columns = fields("state blocks_written rate_hz unix_s=unix_us")
 """Of the logger's status once its card takes the recording, for JSON."""
@@ -45,7 +44,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _start(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.held_maneuver import ask_sequencer, note_held
 
     with open_logger(args, out) as logger:
         started = _begin(logger)
@@ -84,9 +82,6 @@ def _begin(logger: LoggerClient) -> RecordStartReply:
 
     Raises BoardError, and RefusedError if one is running already: a good recording is not to be ended.
     """
-    from tfsat_host.devices.client import BoardError
-    from tfsat_host.devices.logger import recording_in_danger
-
     try:
         return logger.start_recording(unix_us=time.time_ns() // 1000)
     except BoardError as error:

@@ -69,16 +69,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
         return 0
     maneuver = maneuver_from(args)
     schedule = schedule_from(args, maneuver)
-    for notice in schedule_notices(schedule):
-        out.warn(notice)
+    out.warn_each(schedule_notices(schedule))
     options = RehearsalOptions(args.sequencer, args.robot, args.as_filed, args.imu, args.despite_preflight)
     rehearsal = Rehearsal.of(maneuver, options, args.fault, schedule)
     if args.runs > 1:
         return _series(rehearsal, args, out)
     result = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
     out.result(result.as_dict(), lambda: show_drop(result, out, full=args.full))
-    for warning in result.warnings:
-        out.warn(warning)
+    out.warn_each(result.warnings)
     return result.exit_code
 
 

@@ -45,8 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     drop_report = report(args.runs, options_of(args), report_options, out)
     out.result(record(REPORT, drop_report), lambda: _show(drop_report, out))
     doubts = () if drop_report.compared is None else drop_report.compared.doubts
-    for sentence in doubts:
-        out.warn(sentence)
+    out.warn_each(doubts)
     if drop_report.refused:
         return ExitCode.FAILED
     doubtful = doubts or any(evaluated_run.verdict.level != "good" for evaluated_run in drop_report.runs)

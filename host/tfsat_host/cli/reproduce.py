@@ -11,9 +11,9 @@ from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import list_facts, sentences, show_rows
 from tfsat_host.quantity import record
+from tfsat_host.run.bundle.json_comparison import DIFFERENCES, ComparedPart
 
 if TYPE_CHECKING:
-    from tfsat_host.run.bundle.json_comparison import ComparedPart
     from tfsat_host.run.bundle.reproducing import Reproduction
 
 _MAX_ROWS, _MAX_ROWS_FULL = 8, 100
@@ -112,8 +112,6 @@ def _show_verdict(reproduction: Reproduction, out: Output) -> None:
 
 def _show_differences(part: ComparedPart, out: Output, limit: int) -> None:
     """Write how many numbers, names and keys differ, with the limit, and the first `limit` of them."""
-    from tfsat_host.run.bundle.json_comparison import DIFFERENCES
-
     differs = part.differs or ()
     of = f" ({part.extent} compared)" if part.extent else ""
     tolerance = part.tolerance

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import time
 
 from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.usage import FORCE, FULL, INITIAL_RATE, OUTPUT, ROBOT, number, seed, whole_number
+from tfsat_host.maneuver.schedule import servo_speed_notices
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show, show_facts
 from tfsat_host.quantity import record
@@ -44,12 +47,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Differentiates, draws, and shows what spreads and why."""
-    import time
-
     from tfsat_host.dynamics.simulation import robot_limits
-    from tfsat_host.maneuver.schedule import servo_speed_notices
     from tfsat_host.plan.cluster import run_study
-    from tfsat_host.plan.facility import load_tower
     from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
     from tfsat_host.plan.samples_file import check_samples_file, write_samples
     from tfsat_host.plan.spread import derivatives, linear_spread, summary, time_limits
@@ -70,8 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         check_samples_file(args.out, force=args.force)
     linearization = derivatives(parameters)
     study = Study(parameters, error_sources(parameters, stated), args.samples, args.seed)
-    for notice in notices:
-        out.warn(notice)
+    out.warn_each(notices)
     begun_s = time.perf_counter()
     outcomes = run_study(study, out, workers=args.workers, address=args.dask)
     result = StudyResult(
@@ -88,8 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         notices,
         args.out,
     )
-    for notice in result.doubts:
-        out.warn(notice)
+    out.warn_each(result.doubts)
     if args.out is not None:
         write_samples(study, outcomes, linearization.quaternion_xyzw, args.out, force=args.force)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.usage import FORCE, INITIAL_RATE, OUTPUT, ROBOT, duration_s
 from tfsat_host.errors import UsageError
+from tfsat_host.maneuver import Maneuver, Schedule
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show, show_facts
@@ -17,7 +18,6 @@ from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics import JointHistory
-    from tfsat_host.maneuver import Maneuver, Schedule
     from tfsat_host.robot import RobotModel
 
 _SLOW_STEPS = 5_000  # about a second
@@ -72,8 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         simulation = fly(robot, motion, until_s=until_s, base=base, initial_rate_rad_s=rate, **how)
     doubts = notices(simulation, maneuver, step_s=args.step)
     result = SimulationResult(simulation, args.initial_rate, doubts, file)
-    for notice in result.notices:
-        out.warn(notice)
+    out.warn_each(result.notices)
     document = record(RESULT, result)
     if file is not None:
         write_flight(simulation.flight, file, document, force=args.force)
@@ -92,7 +91,6 @@ def _motion(
     """Return the maneuver, if there is one, the joints' motion, and the time in s at which to end."""
     from tfsat_host.dynamics.motion_files import read_history
     from tfsat_host.dynamics.simulation import arrivals_s, end_of_flight_s, robot_limits
-    from tfsat_host.maneuver import Maneuver
 
     if args.history is not None:
         if any(option is not None for option in (args.a_deg, args.file, args.speed)):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack, closing
-from typing import TYPE_CHECKING
 
 from tfsat_host.cli.boards import PLACE, Place, absent, interruptible, most_telling, places
 from tfsat_host.cli.usage import add_options
+from tfsat_host.devices.client import Client
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.serial_ports import BoardName
 from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.present.boards_status import BoardsStatus
+from tfsat_host.present.logger_state import LoggerReport, attention
 from tfsat_host.present.output import Output
-
-if TYPE_CHECKING:
-    from tfsat_host.present.logger_state import LoggerReport
-    from tfsat_host.present.sequencer_state import SequencerReport
+from tfsat_host.present.sequencer_state import SequencerReport
+from tfsat_host.protocol.enums import Board
 
 _USAGE = f"""
 --full  for people: also ports, servo settings, strokes of the last run, and counters
@@ -28,9 +30,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Ask every board that can be reached; one that is missing is a note, not a failure, if another answers."""
-    from tfsat_host.present.boards_status import BoardsStatus
-    from tfsat_host.present.sequencer_state import SequencerReport
-
     sequencer: SequencerReport | None = None
     logger: LoggerReport | None = None
     errors: list[tuple[BoardName | None, TfsatError]] = []
@@ -65,24 +64,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _warn(logger: LoggerReport, out: Output) -> None:
-    from tfsat_host.present.logger_state import attention
     from tfsat_host.run.logger_recordings import RAM_WARNING
 
-    for text in attention(logger.status):
-        out.warn(text)
+    out.warn_each(attention(logger.status))
     if logger.status.ram_holds_drop:
         out.warn(RAM_WARNING)
 
 
 def _ask(place: Place) -> SequencerReport | LoggerReport:
     """Ask the board at the other end for its report."""
-    from tfsat_host.devices.client import Client
-    from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.devices.sequencer import SequencerClient
-    from tfsat_host.present.logger_state import LoggerReport
-    from tfsat_host.present.sequencer_state import SequencerReport
-    from tfsat_host.protocol.enums import Board
-
     with closing(place.connect()) as transport, interruptible(transport.name):
         client = Client(transport)
         identity = client.hello()

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.present.stored_settings import servo_words
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
+from tfsat_host.servo_settings import ServoSettings
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.servos.servo_map import ServoMap
-    from tfsat_host.maneuver import Schedule
-    from tfsat_host.servo_settings import ServoSettings
 
 COLUMNS = ("misses by / deg", "std / deg")
 
@@ -132,7 +133,6 @@ def _without_map(joints: Sequence[int], servo_maps: ServoMaps) -> list[str]:
 def _off(joints: Sequence[int], servo_maps: ServoMaps, settings: ServoSettings) -> list[str]:
     """Return a notice for each joint whose settings on the board differ from its servo map's."""
     from tfsat_host.calibration.servos.servo_map import matching_setting, setting_error_rad
-    from tfsat_host.present.stored_settings import servo_words
 
     notices = []
     for servo_map in servo_maps.maps:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument, stroke_errors
-from tfsat_host.cli.boards import offering_emulated
+from tfsat_host.cli.boards import offering_emulated, open_sequencer
 from tfsat_host.cli.usage import device, refuse_existing
+from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, write_maneuver
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.run.files import MANEUVER, schedule_in
+from tfsat_host.run.held_maneuver import keep_upload
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
-
-if TYPE_CHECKING:
-    from tfsat_host.maneuver import Maneuver, Schedule
-
 
 _USAGE = f"""
 Put a maneuver on the sequencer: checked whole, sent, read back and compared. {maneuver_argument.WHAT_A_B_MEANS}
@@ -38,16 +36,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, shows and uploads; everything is checked before a port is opened."""
-    from tfsat_host.maneuver import write_maneuver
-    from tfsat_host.maneuver.schedule import servo_speed_notices
-
     maneuver = maneuver_argument.maneuver_from(args)
     schedule = maneuver_argument.schedule_from(args, maneuver)
     too_fast = servo_speed_notices(schedule)
     servos, unknown = stroke_errors.find_servo_maps(args)
     notices = [*schedule.notices, *too_fast, *unknown]
-    for notice in notices:
-        out.warn(notice)
+    out.warn_each(notices)
     if args.out is not None:
         refuse_existing(args.out, force=args.force)
         write_maneuver(maneuver, args.out)
@@ -60,8 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         uploaded, settings = _upload(maneuver, schedule, args, out)
         _warn_of_other_file(schedule, args, out)
         expected = stroke_errors.expect(schedule, servos, settings)
-        for notice in expected.notices:
-            out.warn(notice)
+        out.warn_each(expected.notices)
         result |= {**uploaded, "expected": expected.rows}
     result["notices"] = [*notices, *expected.notices]
     out.result(result, lambda: _show(schedule, expected, result, out, doubtful=bool(too_fast)))
@@ -72,9 +65,6 @@ def _upload(
     maneuver: Maneuver, schedule: Schedule, args: argparse.Namespace, out: Output
 ) -> tuple[dict[str, object], ServoSettings]:
     """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
-    from tfsat_host.cli.boards import open_sequencer
-    from tfsat_host.run.held_maneuver import keep_upload
-
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
         insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
@@ -97,8 +87,6 @@ def _warn_of_other_file(schedule: Schedule, args: argparse.Namespace, out: Outpu
 
     It would be taken for what is on the board now.
     """
-    from tfsat_host.maneuver import ManeuverError
-
     here = Path(MANEUVER)
     try:
         if not here.is_file() or schedule_in(here).is_same_motion(schedule):

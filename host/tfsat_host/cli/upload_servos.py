@@ -48,8 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     settings, notices = servo_settings.FACTORY, list[str]()
     if args.file is not None:
         settings, notices = servo_settings.read_settings_file(args.file)
-    for notice in notices:
-        out.warn(notice)
+    out.warn_each(notices)
     if not args.dry_run:
         return _upload(settings, notices, args, out)
 

@@ -39,7 +39,7 @@ def arm_refusal(
     """
     # The board's own order of checks, so that host and board give the same reason.
     if status.state == SequencerState.FAULT:
-        return _fault_latched(status.fault)
+        return fault_latched(status.fault)
     if status.state not in (SequencerState.SAFE, SequencerState.DONE):
         return _refusal(ErrorCode.WRONG_STATE)
     if status.stores_damaged:
@@ -94,7 +94,8 @@ def _not_at_start_pose(
     return _refusal(ErrorCode.NOT_AT_START_POSE, f"The start pose is {allowed}, but {where}.", next_step)
 
 
-def _fault_latched(fault: ErrorCode) -> BoardError:
+def fault_latched(fault: ErrorCode) -> BoardError:
+    """Build the board's refusal while it has latched a fault."""
     what, _, cure = REMEDIES[fault]
     return _refusal(
         ErrorCode.FAULT_LATCHED,

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from tfsat_host.devices.client import BoardRefusal, NoAnswer
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.errors import Interrupted, RefusedError, TfsatError
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
@@ -116,6 +116,32 @@ class JogEnd:
 
 class JogError(TfsatError):
     """A jog did not go as ordered; `details` has the joint, and the last commanded angle in deg."""
+
+
+class JogInterrupted(Interrupted):
+    """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
+
+    Args:
+        joint: 1 to 3.
+        end: How the jog ended.
+        what: Ended it.
+        again: How to go on, from the angle that was commanded last.
+        lost: A sentence of what the end costs, with a space before it.
+
+    Attributes:
+        details: For `--json`: the joint, and the angle in deg that was commanded last.
+    """
+
+    def __init__(
+        self, joint: int, end: JogEnd, what: str, again: Callable[[int], str], lost: str = ""
+    ) -> None:
+        let_go = f"{last_commanded(joint, end.angle_cdeg)} and was let go on its way"
+        super().__init__(
+            what=what,
+            meaning=f"{let_go}; the sequencer is safe.{lost}",
+            next_step=again(end.angle_cdeg).capitalize(),
+        )
+        self.details = jog_details(joint, end.angle_cdeg)
 
 
 class JogRefused(RefusedError):

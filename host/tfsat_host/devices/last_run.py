@@ -103,9 +103,11 @@ def last_run(
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
     # Scheduled times belong to the report only where the maneuver on the board is the one that flew.
     has_flown = holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
+    # The report outlives resets, after which the board is neither RUNNING nor DONE.
+    in_this_start = status.reset_cause == ResetCause.POWER_ON or status.state in _OF_THIS_START
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
-        since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
+        since_release_s=(status.uptime_ms - report.release_ms) / 1000 if in_this_start else None,
         bounces=report.bounces,
         earlier_us=report.earlier_us,
         later_us=report.later_us,
@@ -155,11 +157,3 @@ def _began_on_schedule(reported_us: Sequence[int], scheduled_us: Sequence[int]) 
         if start_us not in (STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US)
     ]
     return len(reported_us) == len(scheduled_us) and bool(timed) and all(timed)
-
-
-def _in_this_start(status: SequencerStatusReply) -> bool:
-    """Return whether the reported run happened since the board's last reset.
-
-    The report outlives resets, after which the board is neither RUNNING nor DONE.
-    """
-    return status.reset_cause == ResetCause.POWER_ON or status.state in _OF_THIS_START

@@ -123,21 +123,6 @@ def _walk(client: Client) -> Iterator[msg.LogEntry]:
         number = reply.entry.number + 1
 
 
-def erase_log(client: Client, entry: msg.LogEntry) -> None:
-    """Removes a recording from the card, or gives up what RAM holds. One that is gone already is no error:
-    the answer to a first request may have been lost.
-
-    Raises:
-        BoardError: another recording has its number now, or the card refuses.
-    """
-    try:
-        client.request(msg.LogEraseRequest(entry.number, entry.session), msg.LogEraseReply)
-    except BoardError as error:
-        # A repeated request finds the recording gone: that is what was asked for.
-        if error.code != ErrorCode.NO_SUCH_LOG:
-            raise
-
-
 def is_whole(block: bytes) -> bool:
     """It begins with the magic number and its CRC-32 matches."""
     magic, _ = _MAGIC_VERSION_SESSION.unpack_from(block)

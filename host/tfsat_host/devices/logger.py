@@ -13,7 +13,6 @@ from tfsat_host.devices.log_transfer import (
     Outcome,
     Put,
     Span,
-    erase_log,
     fetch_blocks,
     list_logs,
 )
@@ -231,8 +230,19 @@ class LoggerClient(BoardClient):
         return b"".join(blocks[index] for index in range(entry.blocks))
 
     def erase_log(self, entry: msg.LogEntry) -> None:
-        """Removes a recording from the card; of RAM: gives up what it holds. Raises BoardError."""
-        erase_log(self._client, entry)
+        """Removes a recording from the card; of RAM: gives up what it holds.
+
+        One that is gone already is no error: the answer to a first request may have been lost.
+
+        Raises:
+            BoardError: another recording has its number now, or the card refuses.
+        """
+        try:
+            self._client.request(msg.LogEraseRequest(entry.number, entry.session), msg.LogEraseReply)
+        except BoardError as error:
+            # A repeated request finds the recording gone: that is what was asked for.
+            if error.code != ErrorCode.NO_SUCH_LOG:
+                raise
 
     @contextmanager
     def live(self) -> Iterator[msg.LiveReply]:
@@ -336,7 +346,8 @@ def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
     Where nothing is recorded at all, that is another matter: see `state`.
     """
     if status.state == LoggerState.FAILED:
-        what = f"The recording has failed: {_lower_first_letter(REMEDIES[status.error][0])}"
+        reason = REMEDIES[status.error][0]
+        what = f"The recording has failed: {reason[:1].lower()}{reason[1:]}"
         ready = Advice(
             "Put in a card that ", NextStep("status"), " calls ready, then: ", NextStep("record start")
         )
@@ -394,11 +405,3 @@ def _not_on_card(what: str, status: msg.LoggerStatusReply, next_step: str) -> No
 
 def _card(status: msg.LoggerStatusReply) -> str:
     return status.card.name.lower().replace("_", " ")
-
-
-def _lower_first_letter(sentence: str) -> str:
-    """Lower the first letter of a sentence such as `No SD card answers.` for use after a colon.
-
-    Names stay as they are.
-    """
-    return sentence[:1].lower() + sentence[1:]

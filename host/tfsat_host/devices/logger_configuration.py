@@ -58,10 +58,9 @@ def rate_max_hz(bus_khz: int) -> int:
 def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
     """Compute the least file size for a drop, what follows it, and its second copy (file_budget.h)."""
     # From the release to the recording's own end, and the ring, from which a drop is written again.
-    blocks = (
-        _blocks_per_s(rate_hz) * (limits.LANDING_LATEST_US // 1_000_000 + after_landing_s + 1)
-        + limits.RING_BLOCKS
-    )
+    # Filled by samples or closed by the time limit, and the header now and then.
+    blocks_per_s = max(-(-rate_hz // limits.SAMPLES_PER_BLOCK), 1000 // limits.PARTIAL_BLOCK_MS) + 1
+    blocks = blocks_per_s * (limits.LANDING_LATEST_US // 1_000_000 + after_landing_s + 1) + limits.RING_BLOCKS
     return -(-blocks * limits.BLOCK_BYTES // (1 << 20))
 
 
@@ -113,11 +112,6 @@ def check(settings: LoggerSettings) -> None:
             next_step=f"Ask for --rate {rate_max_hz(settings.bus_khz)}"
             + (f", or add --bus-khz {faster[0]}." if faster else "."),
         )
-
-
-def _blocks_per_s(rate_hz: int) -> int:
-    # Filled by samples or closed by the time limit, and the header now and then.
-    return max(-(-rate_hz // limits.SAMPLES_PER_BLOCK), 1000 // limits.PARTIAL_BLOCK_MS) + 1
 
 
 def _needed_us(bus_khz: int) -> int:

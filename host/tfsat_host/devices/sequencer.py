@@ -5,18 +5,16 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from tfsat_host.devices.client import BoardClient, VerifyError, board_error
+from tfsat_host.maneuver import Maneuver, Schedule, Stroke
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.record import Payload
 from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.units import deg_from_cdeg, s_from_us
-
-if TYPE_CHECKING:
-    from tfsat_host.maneuver import Maneuver, Schedule
 
 Stored = TypeVar("Stored")
 
@@ -210,8 +208,6 @@ def maneuver_crc(schedule: Schedule) -> int:
 
 def maneuver_from_board(stored: StoredManeuver, *, name: str = "") -> Maneuver:
     """Convert the maneuver that a board stores, each stroke with its time."""
-    from tfsat_host.maneuver import Maneuver, Stroke
-
     strokes = tuple(
         Stroke(joint, deg_from_cdeg(angle_cdeg), float(s_from_us(start_us)))
         for joint, angle_cdeg, start_us in stored.strokes

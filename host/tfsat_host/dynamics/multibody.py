@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -48,9 +49,11 @@ class Multibody:
     def of(cls, robot: RobotModel, base: int | None = None) -> Multibody:
         """Build the robot as seen from body `base` (its own base body if None)."""
         root = robot.base if base is None else base
+        ends = enumerate(zip(robot.joint_inner, robot.joint_outer, strict=True))
+        joints = [Step(joint, int(inner), int(outer), 1.0) for joint, (inner, outer) in ends]
         return cls(
             base=root,
-            steps=_steps(robot, root),
+            steps=walk_outwards(joints, root),
             mass_kg=robot.mass_kg,
             com_m=robot.origin_m + robot.com_m,
             inertia_kg_m2=robot.inertia_kg_m2,
@@ -100,6 +103,12 @@ class Multibody:
                 moved.append(step.child)
         return tuple(moved)
 
+    def broadcast(self, *values: FloatArray) -> tuple[tuple[int, ...], list[FloatArray]]:
+        """Return the common batch shape of the samples and of values (..., m), and these components first."""
+        arrays = [np.asarray(value, dtype=np.float64) for value in values]
+        shape = np.broadcast_shapes(self.batch_shape, *(array.shape[:-1] for array in arrays))
+        return shape, [pad(batch_last(array), 1, len(shape)) for array in arrays]
+
     def columns(self, batch_ndim: int) -> Columns:
         """Return the arrays components first, ready to be combined with batches of `batch_ndim` axes."""
         return Columns(
@@ -121,17 +130,19 @@ class Columns(NamedTuple):
     point: FloatArray
 
 
-def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:
-    reached, steps = [base], list[Step]()
-    # Outwards from the base; a joint crossed from outer to inner turns the other way.
-    while len(reached) < robot.n_bodies:
-        for joint, (inner, outer) in enumerate(zip(robot.joint_inner, robot.joint_outer, strict=True)):
-            if inner in reached and outer not in reached:
-                steps.append(Step(joint, int(inner), int(outer), 1.0))
-                reached.append(int(outer))
-            elif outer in reached and inner not in reached:
-                steps.append(Step(joint, int(outer), int(inner), -1.0))
-                reached.append(int(inner))
+def walk_outwards(joints: Sequence[Step], root: int) -> tuple[Step, ...]:
+    """Return the joints that are reached from body `root`, in order outwards."""
+    reached, steps = [root], list[Step]()
+    grown = True
+    # Until no joint leads to a new body; a joint crossed from outside in turns the other way.
+    while grown:
+        grown = False
+        for step in joints:
+            for way in (step, Step(step.joint, step.child, step.parent, -step.sign)):
+                if way.parent in reached and way.child not in reached:
+                    reached.append(way.child)
+                    steps.append(way)
+                    grown = True
     return tuple(steps)
 
 

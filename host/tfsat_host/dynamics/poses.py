@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.dynamics.components import batch_first, batch_last, matmul, matvec, pad, rotation_about
+from tfsat_host.dynamics.components import batch_first, matmul, matvec, rotation_about
 from tfsat_host.dynamics.multibody import Columns, Multibody
 
 
@@ -33,9 +33,8 @@ def poses(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArr
         Rotations (..., n, 3, 3) and translations (..., n, 3): the point of body i that lies at x, global, at
         zero angles lies at `rotation[i] @ x + translation[i]` in the base frame.
     """
-    angles = np.asarray(angles_rad, dtype=np.float64)
-    shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
-    placed = place(body, body.columns(len(shape)), pad(batch_last(angles), 1, len(shape)))
+    shape, (angles,) = body.broadcast(angles_rad)
+    placed = place(body, body.columns(len(shape)), angles)
     rotation = np.stack([np.broadcast_to(p.rotation, (3, 3, *shape)) for p in placed])
     translation = np.stack([np.broadcast_to(p.translation, (3, *shape)) for p in placed])
     return batch_first(rotation, 3), batch_first(translation, 2)

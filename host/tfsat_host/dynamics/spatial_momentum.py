@@ -16,11 +16,9 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.components import (
     batch_first,
-    batch_last,
     cross,
     dot,
     matvec,
-    pad,
     point_tensor,
     rotated_tensor,
     rotation_about,
@@ -56,7 +54,7 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    shape, posed = _split_batch(body, angles_rad)
+    shape, (posed,) = body.broadcast(angles_rad)
     composite = compose_bodies(body.columns(len(shape)), body.base, body.steps, posed)
     return batch_first(np.broadcast_to(composite.inertia, (3, 3, *shape)), 2)
 
@@ -92,9 +90,7 @@ def angular_momentum(
 
     The batch axes of all arguments are broadcast against each other.
     """
-    arrays = [np.asarray(v, dtype=np.float64) for v in (angles_rad, base_rate_rad_s, rates_rad_s)]
-    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in arrays))
-    angles, base_rate, rates = (pad(batch_last(v), 1, len(shape)) for v in arrays)
+    shape, (angles, base_rate, rates) = body.broadcast(angles_rad, base_rate_rad_s, rates_rad_s)
     composite = compose_bodies(body.columns(len(shape)), body.base, body.steps, angles, list(rates))
     momentum = matvec(composite.inertia, base_rate) + _or_zero(composite.momentum)
     return batch_first(np.broadcast_to(momentum, (3, *shape)), 1)
@@ -124,10 +120,8 @@ def kinetic_energy_j(
 
     The batch axes of all arguments are broadcast against each other.
     """
-    arrays = [np.asarray(v, dtype=np.float64) for v in (angles_rad, rates_rad_s, base_rate_rad_s)]
-    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in arrays))
+    shape, (angles, joint_rates, base_rate) = body.broadcast(angles_rad, rates_rad_s, base_rate_rad_s)
     columns = body.columns(len(shape))
-    angles, joint_rates, base_rate = (pad(batch_last(v), 1, len(shape)) for v in arrays)
     placed = place(body, columns, angles)
     com = [p.at(columns.com[i]) for i, p in enumerate(placed)]
     # Every body turns as the base; each joint then adds its turn to the bodies that it moves.
@@ -217,16 +211,9 @@ def _hinge(step: Step, columns: Columns, placed: list[BodyPlacement]) -> tuple[F
     return matvec(parent.rotation, step.sign * columns.axis[step.joint]), parent.at(columns.point[step.joint])
 
 
-def _split_batch(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], FloatArray]:
-    """Return the batch shape of robots and angles, and the angles with components first."""
-    angles = np.asarray(angles_rad, dtype=np.float64)
-    shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
-    return shape, pad(batch_last(angles), 1, len(shape))
-
-
 def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
     """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
-    shape, posed = _split_batch(body, angles_rad)
+    shape, (posed,) = body.broadcast(angles_rad)
     # Along the added axis joint k alone turns in sample k: one pass gives all columns of A.
     rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
     composite = compose_bodies(

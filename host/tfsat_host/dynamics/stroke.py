@@ -30,7 +30,7 @@ from tfsat_host.dynamics.components import (
     solve_symmetric,
     transpose,
 )
-from tfsat_host.dynamics.multibody import Columns, Multibody, Step
+from tfsat_host.dynamics.multibody import Columns, Multibody, Step, walk_outwards
 from tfsat_host.dynamics.spatial_momentum import Composite, compose_bodies
 
 _SIDEWAYS = np.eye(3)
@@ -66,6 +66,7 @@ class Hinge(NamedTuple):
         if not 0 <= joint < body.n_joints:
             raise ValueError(f"there is no joint {joint}: the robot has {body.n_joints}, counted from 0")
         step = next(step for step in body.steps if step.joint == joint)
+        others = [other for other in body.steps if other.joint != joint]
         columns = body.columns(batch_ndim)
         # With the joint's axis along x a turn of the hinge mixes y and z alone.
         to_global = _align_with_x(step.sign * columns.axis[joint])
@@ -80,8 +81,8 @@ class Hinge(NamedTuple):
                 point=np.stack([matvec(back, p) for p in columns.point]),
             ),
             to_global,
-            fixed=_outwards(body, step.parent, joint),
-            moving=_outwards(body, step.child, joint),
+            fixed=walk_outwards(others, step.parent),
+            moving=walk_outwards(others, step.child),
             path=_path(body, step.parent),
         )
 
@@ -156,23 +157,6 @@ def base_rate(halves: Halves, angle: FloatArray) -> FloatArray:
         ),
         (-own[0, 0] - my * lever_y - mz * lever_z, mx * lever_y - xy, mx * lever_z - xz),
     )
-
-
-def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:
-    """Find the joints reachable from body `root` without crossing joint `without`, outwards."""
-    reached, steps = [root], list[Step]()
-    joints = [step for step in body.steps if step.joint != without]
-    grown = True
-    # Until no joint leads to a new body; a joint crossed from outside in turns the other way.
-    while grown:
-        grown = False
-        for step in joints:
-            for way in (step, Step(step.joint, step.child, step.parent, -step.sign)):
-                if way.parent in reached and way.child not in reached:
-                    reached.append(way.child)
-                    steps.append(way)
-                    grown = True
-    return tuple(steps)
 
 
 def _path(body: Multibody, target: int) -> tuple[Step, ...]:

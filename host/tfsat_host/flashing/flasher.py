@@ -29,14 +29,12 @@ from tfsat_host.flashing.image import Image, default_hex, load_image, load_teens
 from tfsat_host.flashing.loader import (
     AGAIN,
     AVRDUDE,
+    MISSING_PROGRAMS,
     TEENSY_LOADER,
     Computer,
     FlashError,
-    avrdude_command,
-    find_loader,
     run_avrdude,
     run_teensy_loader,
-    teensy_command,
 )
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol import messages as msg
@@ -149,8 +147,17 @@ class Flasher(ABC):
             ) from None
 
     def find_loader(self) -> str:
-        """Return the path of the loader program. Raises FlashError."""
-        return find_loader(self._computer, self.program)
+        """Return the path of the loader program. Raises FlashError with how to install it."""
+        path = self._computer.find_program(self.program)
+        if path is None:
+            code, use, install = MISSING_PROGRAMS[self.program]
+            raise FlashError(
+                what=f"{self.program} is not installed, or not on the PATH.",
+                meaning=f"Nothing was flashed: {use}. The board was not touched.",
+                next_step=install,
+                code=code,
+            )
+        return path
 
     def find_port(self, explicit: str | None, *, force: bool) -> str | None:
         """Return the board's port, or one at which its bootloader waits.
@@ -317,7 +324,9 @@ class SequencerFlasher(Flasher):
         return load_image(path or default_hex())
 
     def command(self, loader: str, image: Image, port: str) -> list[str]:
-        return avrdude_command(loader, port, image.path)
+        # Write the image and read it back, as the Arduino IDE does (boards.txt, micro: avr109 at 57600).
+        options = ["-p", "atmega32u4", "-c", "avr109", "-P", port, "-b", "57600", "-D"]
+        return [loader, *options, "-U", f"flash:w:{image.path}:i"]
 
     def _insist_on_idle(self, client: Client) -> None:
         state = client.request(msg.SequencerStatusRequest(), msg.SequencerStatusReply).state
@@ -370,7 +379,8 @@ class LoggerFlasher(Flasher):
         return load_teensy_image(path)
 
     def command(self, loader: str, image: Image, port: str) -> list[str]:  # noqa: ARG002  the loader finds the board
-        return teensy_command(loader, image.path)
+        # Wait for a Teensy 4.1 in its bootloader, write the image, and start it.
+        return [loader, "--mcu=TEENSY41", "-w", "-v", str(image.path)]
 
     def _insist_on_idle(self, client: Client) -> None:
         status, port = client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply), client.transport.name

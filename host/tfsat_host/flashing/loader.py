@@ -11,7 +11,6 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from tfsat_host.devices.serial_ports import PortInfo, open_error, open_serial, system_ports
 from tfsat_host.devices.transport import SerialTransport, Transport
@@ -116,7 +115,7 @@ _LAST_LINES = 6
 _BAR = re.compile(r"(Reading|Writing|Verifying)\s*\|")
 _REPLUG = "Unplug the board and plug it in."
 _INTACT = "The board's bootloader is intact and waits for the next try; the sketch may be incomplete."
-_MISSING = {
+MISSING_PROGRAMS = {
     AVRDUDE: (
         "avrdude-missing",
         "avrdude is what writes to an Arduino",
@@ -130,6 +129,7 @@ _MISSING = {
         "Then the same command again; or upload the sketch by the Arduino IDE.",
     ),
 }
+"""A missing program's error code, what the program is for, and how to install it."""
 # The first that fits counts: a port that cannot be opened may be denied, which has its own cure.
 _COMPLAINTS = (
     (
@@ -163,37 +163,12 @@ class FlashError(TfsatError):
     """Flashing failed; `code` names the step."""
 
 
-def find_loader(computer: Computer, program: str) -> str:
-    """Return the program's path. Raises FlashError with how to install it."""
-    path = computer.find_program(program)
-    if path is None:
-        code, use, install = _MISSING[program]
-        raise FlashError(
-            what=f"{program} is not installed, or not on the PATH.",
-            meaning=f"Nothing was flashed: {use}. The board was not touched.",
-            next_step=install,
-            code=code,
-        )
-    return path
-
-
-def avrdude_command(program: str, port: str, hex_path: Path) -> list[str]:
-    """Writes the image and reads it back, as the Arduino IDE does (boards.txt, micro: avr109 at 57600)."""
-    options = ["-p", "atmega32u4", "-c", "avr109", "-P", port, "-b", "57600", "-D"]
-    return [program, *options, "-U", f"flash:w:{hex_path}:i"]
-
-
-def teensy_command(program: str, hex_path: Path) -> list[str]:
-    """Waits for a Teensy 4.1 in its bootloader, writes the image, and starts it."""
-    return [program, "--mcu=TEENSY41", "-w", "-v", str(hex_path)]
-
-
 def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str, int], None]) -> None:
     """Runs it.
 
     Args:
         computer: Runs programs.
-        command: As `avrdude_command` gives it.
+        command: avrdude's command line.
         progress: Gets the name of the present bar and how many of its MARKS were added.
 
     Raises:

@@ -195,16 +195,6 @@ class DropTower:
         """T_max: what the strokes may take together."""
         return self.fall_s - self.margin_s
 
-    @property
-    def slowest_release_mm_s(self) -> float:
-        """Slowest release of earlier drops; fixes the pause."""
-        return self.observed_release_velocity_mm_s[0]
-
-    @property
-    def fastest_release_mm_s(self) -> float:
-        """Fastest release of earlier drops; fixes the vertical travel."""
-        return self.observed_release_velocity_mm_s[1]
-
 
 def default_facility_path() -> Path:
     """`cosmotorre.toml` in the folder of the default robot."""

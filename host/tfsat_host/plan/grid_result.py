@@ -220,7 +220,8 @@ def _draw(distribution: Distribution, title: str, path: Path, file_format: str) 
     points = axes.scatter(
         *angles.T,
         c=distribution.efficiency,
-        s=_area(len(angles)),
+        # The area of a point, in square points, shrinks as their count grows.
+        s=max(min(5.0, 10_000.0 / len(angles)), 0.5),
         cmap="viridis",
         linewidths=0.0,
         rasterized=True,
@@ -242,8 +243,3 @@ def _draw(distribution: Distribution, title: str, path: Path, file_format: str) 
     axes.legend(loc="upper left")
     figure.colorbar(points, ax=axes, shrink=0.7, label="efficiency")
     figure.savefig(path, format=file_format, dpi=150)
-
-
-def _area(count: int) -> float:
-    """Return the area of a plotted point in square points; it shrinks as their count grows."""
-    return max(min(5.0, 10_000.0 / count), 0.5)

@@ -207,9 +207,7 @@ def rank_correlation(output: FloatArray, deviates: FloatArray) -> FloatArray:
 def _correlation(output: FloatArray, deviates: FloatArray) -> FloatArray:
     if _is_level(output):
         return np.zeros(deviates.shape[1])
-    centered, others = output - output.mean(), deviates - deviates.mean(axis=0)
-    scale = np.sqrt((centered**2).sum() * (others**2).sum(axis=0))
-    return np.asarray((centered[:, None] * others).sum(axis=0) / scale)
+    return np.asarray(np.corrcoef(output, deviates, rowvar=False)[0, 1:])
 
 
 def _is_level(values: FloatArray) -> bool:

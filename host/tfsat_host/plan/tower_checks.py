@@ -82,7 +82,8 @@ def release_velocities_mm_s(tower: DropTower, mass_kg: float) -> tuple[float, fl
         release_velocity_mm_s(e, mass_kg) for e in push_off_energy_mj(tower.switch, tower.switch_count)
     ]
     # Trust neither datasheet nor earlier drops alone: the wider range of both.
-    return min(*expected, tower.slowest_release_mm_s), max(*expected, tower.fastest_release_mm_s)
+    velocities = (*expected, *tower.observed_release_velocity_mm_s)
+    return min(velocities), max(velocities)
 
 
 def _check(name: str, value: float, needed: str, limit: float, unit: str, sentence: str) -> Check:

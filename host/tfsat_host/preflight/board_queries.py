@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import TypeVar
 
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -67,18 +66,24 @@ def ask_boards(
     at_sequencer = _identify_board(SequencerClient, opened["sequencer"])
     begun = _ask_board("sequencer", at_sequencer, _begin)
     at_logger = _identify_board(LoggerClient, opened["logger"])
-    who = {"sequencer": _identity(at_sequencer), "logger": _identity(at_logger)}
-    emulated = any(not isinstance(identity, Missing) and identity.runs_natively for identity in who.values())
+    logger_board = replace(expected.logger_board, identity=_identity(at_logger))
+    evidence = replace(
+        expected,
+        sequencer_board=replace(expected.sequencer_board, identity=_identity(at_sequencer)),
+        logger_board=logger_board,
+    )
     # Real and emulated robots have different certificates, and only HELLO tells which this is.
-    calibration, name = certificate(emulated)
+    calibration, name = certificate(evidence.runs_natively)
     logger = _ask_board(
         "logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance)
     )
     # Once more after the logger's seconds, so that both statuses span the whole preflight.
     sequencer = begun
     if not isinstance(begun, Missing):
-        sequencer = _ask_board("sequencer", at_sequencer, partial(_end_answers, begun))
-    logger_board = replace(expected.logger_board, identity=who["logger"])
+        # The first status stood in for the last until now.
+        sequencer = _ask_board(
+            "sequencer", at_sequencer, lambda board: replace(begun, last=Moment.of(board.status, board.now_s))
+        )
     origin = None
     if not isinstance(at_logger, Missing):
         logger_board = replace(
@@ -87,8 +92,7 @@ def ask_boards(
         if not isinstance(logger, Missing):
             origin = origin_of_logger(at_logger.identity, logger.later.who_am_i)
     return replace(
-        expected,
-        sequencer_board=replace(expected.sequencer_board, identity=who["sequencer"]),
+        evidence,
         logger_board=logger_board,
         sequencer=sequencer,
         logger=logger,
@@ -118,13 +122,8 @@ def _begin(sequencer: SequencerClient) -> SequencerAnswers:
     except VerifyError as error:
         # A read-back that contradicts its own CRC is a finding, and does not end the preflight.
         maneuver = Missing(f"{error.what} {error.meaning}", error.next_step)
-    # The first status stands in for the last until _end_answers() puts that in.
+    # The first status stands in for the last until `ask_boards` puts that in.
     return SequencerAnswers(first, first, maneuver, sequencer.settings())
-
-
-def _end_answers(begun: SequencerAnswers, sequencer: SequencerClient) -> SequencerAnswers:
-    """Complete the answers with the sequencer's present status. Raises as the request does."""
-    return replace(begun, last=Moment.of(sequencer.status, sequencer.now_s))
 
 
 def _identify_board(kind: type[Board], transport: Transport | TfsatError) -> Board | Missing:

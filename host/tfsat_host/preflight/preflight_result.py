@@ -13,14 +13,13 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.checks import may_drop
 from tfsat_host.preflight.preflight_check import CHECK, SEE, GoNoGo, PreflightCheck
 from tfsat_host.preflight.preflight_evidence import Evidence, Missing, RunningRecording
-from tfsat_host.present.output import GREEN, RED
+from tfsat_host.present.output import GREEN, RED, Output
 from tfsat_host.present.terminal import bullets, sentences, write_verdict
 from tfsat_host.quantity import Column, Columns, fields
 
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from tfsat_host.present.output import Output
 
 _WORDS = {GoNoGo.GO: "GO", GoNoGo.NO_GO: "NO-GO", GoNoGo.NOT_MADE: "NOT MADE"}
 
@@ -59,11 +58,6 @@ class PreflightResult:
         }
 
     @property
-    def emulated(self) -> bool:
-        """Whether some board is no board: the robot is an emulated one."""
-        return self.evidence.runs_natively
-
-    @property
     def failed(self) -> list[PreflightCheck]:
         """Checks that block the drop by themselves, what was found wrong first."""
         failed = [check for check in self.checks if check.blocks and not check.follows]
@@ -74,7 +68,7 @@ class PreflightResult:
         """GO or NO-GO, the checks that failed, and how many passed."""
         passed = sum(check.verdict == GoNoGo.GO for check in self.checks)
         count = f"{passed} of {len(self.checks)} checks passed"
-        emulated = "; emulated robot: this says nothing of a real one" if self.emulated else ""
+        emulated = "; emulated robot: this says nothing of a real one" if self.evidence.runs_natively else ""
         if may_drop(self.checks):
             return f"GO: {count}{emulated}"
         return f"NO-GO: {', '.join(check.name for check in self.failed)} ({count}{emulated})"
@@ -156,7 +150,7 @@ RESULT: Columns = (
     Column("verdict"),
     Column("at", of=lambda result: result.evidence.now.astimezone(UTC).isoformat()),
     Column("tfsat_version", of=lambda _result: __version__),
-    Column("emulated"),
+    Column("emulated", of="evidence.runs_natively"),
     Column("reasons", of=lambda result: [check.name for check in result.checks if check.blocks]),
     Column("checks", columns=CHECK),
     *fields("boards"),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tfsat_host.devices.logger import drop_in_danger
+from tfsat_host.devices.serial_ports import BoardName
+from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.logger_state import (
@@ -16,7 +19,7 @@ from tfsat_host.present.logger_state import (
     LoggerReport,
     attention,
 )
-from tfsat_host.present.output import GREEN, RED, YELLOW, refusal_name
+from tfsat_host.present.output import GREEN, RED, YELLOW, Output, refusal_name
 from tfsat_host.present.sequencer_state import (
     SEQUENCER_DETAILS,
     SEQUENCER_FACTS,
@@ -26,13 +29,6 @@ from tfsat_host.present.sequencer_state import (
 from tfsat_host.present.terminal import bullets, sentences, show_facts, write_verdict
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.quantity import Columns, record
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from tfsat_host.devices.serial_ports import BoardName
-    from tfsat_host.errors import TfsatError
-    from tfsat_host.present.output import Output
 
 _MOVING = {
     SequencerState.ARMED: "ARMED: the release starts the maneuver",

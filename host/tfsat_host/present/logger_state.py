@@ -5,21 +5,23 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
 
-from tfsat_host.devices.logger import drop_in_danger, file_was_full, recording_in_danger, state_words
+from tfsat_host.devices.logger import (
+    LoggerClient,
+    NotOnCard,
+    drop_in_danger,
+    file_was_full,
+    recording_in_danger,
+    state_words,
+)
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.sequencer_state import switch_words, switches_closed
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
+from tfsat_host.protocol.messages import LoggerStatusReply
 from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.logger import LoggerClient, NotOnCard
-    from tfsat_host.protocol.messages import LoggerStatusReply
-
 
 _PHASES = {
     DropPhase.WAITING: "not released",

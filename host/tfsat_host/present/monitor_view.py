@@ -16,6 +16,7 @@ from tfsat_host.next_step import Advice
 from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
 from tfsat_host.present.sequencer_state import SEQUENCER, explain_code, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, record
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
         SequencerWatch,
         WatchedBoards,
     )
-    from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
 
 UNCALIBRATED = (
     "Rates as the gyros read them, bias and misalignment included. "

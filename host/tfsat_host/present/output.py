@@ -183,7 +183,9 @@ class Output:
 
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
-        self._tell(f"{error.what}{_code_text(error)}", "Error: ", "1;31")
+        code = getattr(error, "code", None)
+        code_text = f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
+        self._tell(f"{error.what}{code_text}", "Error: ", "1;31")
         for text in filter(None, (error.meaning, self.complete(error.next_step))):
             self._tell("  " + text.replace("\n", "\n  "))
         return error.exit_code
@@ -299,11 +301,6 @@ def _rows(text: str, columns: int | None) -> list[str]:
 def refusal_name(code: IntEnum) -> str:
     """Format a board's refusal by number and name, as people quote it."""
     return f"refusal {int(code)}, {code.name.lower()}"
-
-
-def _code_text(error: TfsatError) -> str:
-    code = getattr(error, "code", None)
-    return f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
 
 
 def _has_color(stream: TextIO) -> bool:

@@ -64,25 +64,21 @@ def _sampling(log: DropLog) -> str:
 
 
 def _timing(log: DropLog) -> str:
-    footer = log.footer
+    if (footer := log.footer) is None:
+        return ""
     return (
-        footer
-        and (
-            f"jitter {footer.jitter_rms_us:.1f} µs rms, steps {footer.interval_min_us / 1e3:.3f} to "
-            f"{footer.interval_max_us / 1e3:.3f} ms, {footer.late_ticks} late ticks"
-        )
-    ) or ""
+        f"jitter {footer.jitter_rms_us:.1f} µs rms, steps {footer.interval_min_us / 1e3:.3f} to "
+        f"{footer.interval_max_us / 1e3:.3f} ms, {footer.late_ticks} late ticks"
+    )
 
 
 def _card(log: DropLog) -> str:
-    footer = log.footer
+    if (footer := log.footer) is None:
+        return ""
     return (
-        footer
-        and (
-            f"longest stall {footer.card_stall_max_ms} ms, max. {footer.ring_peak_blocks} of {footer.ring_blocks} "
-            f"blocks buffered, {footer.blocks_rewritten} rewritten"
-        )
-    ) or ""
+        f"longest stall {footer.card_stall_max_ms} ms, max. {footer.ring_peak_blocks} of {footer.ring_blocks} "
+        f"blocks buffered, {footer.blocks_rewritten} rewritten"
+    )
 
 
 def _ignored_blocks(log: DropLog) -> str:

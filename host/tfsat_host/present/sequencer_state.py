@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
+from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.last_run import LastRun, Onset, StrokeStatus, last_run
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import refusal_name
@@ -21,14 +23,10 @@ from tfsat_host.present.stored_settings import (
 )
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT, MAX_STROKES, SWITCH_COUNT
+from tfsat_host.protocol.messages import SequencerStatusReply
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.client import BoardError
-    from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
-    from tfsat_host.protocol.messages import SequencerStatusReply
 
 MAX_RESETS = 255
 """As many as the board counts."""

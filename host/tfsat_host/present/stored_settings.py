@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.servo_settings import ServoSettings, limits_text
 from tfsat_host.units import US_PER_S
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 
 _STROKES: Columns = (
     Column("t_s", of=lambda stroke: stroke[2] / US_PER_S),

@@ -6,15 +6,13 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from itertools import groupby, takewhile
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from tfsat_host.next_step import Advice
 from tfsat_host.notices import printable as printable
+from tfsat_host.present.output import Output
 from tfsat_host.present.wrapping import fill_lines, stream_columns
 from tfsat_host.quantity import Column, Columns, Quantity, Table
-
-if TYPE_CHECKING:
-    from tfsat_host.present.output import Output
 
 WIDEST = 80
 _LABEL = 12

@@ -15,6 +15,7 @@ _ARGUMENT = re.compile(r"(-|'|\"|[A-Z]+\b|\d|\S*[/=\\]|\S*\.\w|run\d*\b)")
 """How an argument begins that is no word of the sentence around it."""
 _ACTION = re.compile(r"[a-z]+(-[a-z]+)*$")
 _ENDS_COMMAND = (",", ";", ":", ".", ")")
+_TAKE_ACTIONS = ("log", "record", "calibrate", "campaign", "logger-settings", "completion", "install")
 _LABEL = re.compile(r"\s*(?:- |\S[^.]{0,28}?\s{2,})?")
 """What a line begins with that its continuation is indented by."""
 _MIN_TEXT_COLUMNS = 24
@@ -100,12 +101,8 @@ def _continues_command(command: str, word: str, following: str) -> bool:
     before = command.split()
     is_action = len(before) <= 2 and _ACTION.match(word.rstrip(".,;:)")) is not None
     # `tfsat-host status` is whole, `tfsat-host log` wants another word.
-    if len(before) == 2 and not _takes_action(before[1]):
+    if len(before) == 2 and before[1] not in _TAKE_ACTIONS:
         is_action = False
     return (
         is_action or before[-1].startswith("--") or following.startswith("--") or bool(_ARGUMENT.match(word))
     )
-
-
-def _takes_action(command: str) -> bool:
-    return command in ("log", "record", "calibrate", "campaign", "logger-settings", "completion", "install")

@@ -28,7 +28,7 @@ def test_the_table_of_cosmotorre() -> None:
     assert tower.envelope_radius_mm == 165.0
     assert tower.maneuver_time_max_s == 1.5
     assert tower.release_velocity_window_mm_s == (20.0, 100.0)
-    assert (tower.slowest_release_mm_s, tower.fastest_release_mm_s) == (30.0, 50.0)
+    assert tower.observed_release_velocity_mm_s == (30.0, 50.0)
     assert tower.observed_transversal_velocity_mm_s == 7.0
     switch = tower.switch
     assert (switch.operating_force_n, switch.releasing_force_n) == (0.49, 0.06)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.calibration.steps.step import Step, StepKind, task, title, zero
+from tfsat_host.cli.boards import explain_wrong_state, offering_emulated, open_jog_client, open_logger
+from tfsat_host.devices.jogging import JogClient
+from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin
-    from tfsat_host.devices.jogging import JogClient
-    from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.emulated.emulated_operator import EmulatedOperator
     from tfsat_host.robot import RobotModel
 
@@ -125,10 +126,6 @@ def open_bench(
     Raises:
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
-    from tfsat_host.cli.boards import explain_wrong_state, offering_emulated, open_jog_client, open_logger
-    from tfsat_host.devices.jogging import JogClient
-    from tfsat_host.devices.logger import LoggerClient
-
     if not args.emulated:
         at_sequencer = argparse.Namespace(emulated=False, port=getattr(args, "sequencer_port", None))
         with (

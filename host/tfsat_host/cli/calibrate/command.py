@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from tfsat_host.cli.calibrate import flow
 from tfsat_host.cli.calibrate.arguments import read_turn
 from tfsat_host.cli.usage import JOINT, OUTPUT, add_actions, add_options, device
 from tfsat_host.present.output import Output
@@ -85,7 +86,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         from tfsat_host.cli.calibrate import show
 
         return show.run(args, out)
-    from tfsat_host.cli.calibrate import flow
 
     if args.quantity == "bias" and args.log is not None:
         return flow.take_from_log(args, out)

@@ -9,17 +9,20 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
+from tfsat_host.calibration.steps.step import Axis, Step, StepKind
+from tfsat_host.cli.calibrate import jogged_joint
 from tfsat_host.cli.calibrate.arguments import certificate_path, commands_as_typed
+from tfsat_host.cli.calibrate.bench import open_bench
 from tfsat_host.cli.calibrate.person import Terminal, give_result, record_step
 from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
+from tfsat_host.output_files import check_may_write
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.calibration_campaign import Campaign
     from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence, Origin
-    from tfsat_host.calibration.steps.step import Axis, Step
     from tfsat_host.robot import RobotModel
 
     Reader = Callable[[Step, SensorKnowledge], Evidence]
@@ -31,9 +34,6 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
     `turned` is a turn by hand: its axis and its angle in deg.
     """
     from tfsat_host.calibration.session import Session, steps_of, with_rest
-    from tfsat_host.calibration.steps.step import StepKind
-    from tfsat_host.cli.calibrate import jogged_joint
-    from tfsat_host.cli.calibrate.bench import open_bench
     from tfsat_host.robot import load_robot
 
     model = load_robot(args.robot)
@@ -108,7 +108,6 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     """
     from tfsat_host.calibration.certificate.calibration_campaign import Campaign
     from tfsat_host.calibration.certificate.certificate import Subject
-    from tfsat_host.output_files import check_may_write
 
     path = certificate_path(args, emulated=origin.emulated)
     check_may_write(path, marker=b"", force=True)  # whether what is there may be replaced, the campaign knows

@@ -7,46 +7,27 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+from tfsat_host.calibration.steps.step import Step
+from tfsat_host.calibration.steps.step import servo as servo_step
+from tfsat_host.cli.calibrate.bench import Bench
 from tfsat_host.cli.calibrate.person import drawn_or_lines, warn_of_losses
 from tfsat_host.cli.stopping import stop_wish, suspend_now
-from tfsat_host.errors import Interrupted, RefusedError
+from tfsat_host.devices.jogging import JogInterrupted, JogTour, from_the_start
+from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import NotConfirmed, Output
+from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.units import CDEG_PER_DEG
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.sensors.joint_sensors import JointSensors
     from tfsat_host.calibration.steps.counts import Counts
     from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.step import Step
-    from tfsat_host.cli.calibrate.bench import Bench
-    from tfsat_host.devices.jogging import JogEnd, JogTour
     from tfsat_host.robot import RobotModel
-    from tfsat_host.servo_settings import ServoSettings
-
-
-class TourInterrupted(Interrupted):
-    """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
-
-    Attributes:
-        details: For `--json`: the joint, and the angle in deg that was commanded last.
-    """
-
-    def __init__(self, tour: JogTour, end: JogEnd, how: str) -> None:
-        from tfsat_host.devices.jogging import from_the_start, jog_details, last_commanded
-
-        super().__init__(
-            what=how,
-            meaning=f"{last_commanded(tour.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe. "
-            "Nothing of this step was kept.",
-            next_step=from_the_start(tour.stops_cdeg[0])(end.angle_cdeg).capitalize(),
-        )
-        self.details = jog_details(tour.joint, end.angle_cdeg)
 
 
 def sweep(step: Step, bench: Bench, out: Output) -> Evidence:
     """Sweep a joint by its servo instead of by hand. Raises as `drive` does."""
     from tfsat_host.calibration.servos.tour import SWEEP_HOLD_S, sweep_stops_cdeg
-    from tfsat_host.devices.jogging import JogTour
 
     stops_cdeg = sweep_stops_cdeg(bench.jog.settings().settings.of(step.moving_joint))
     return drive(JogTour(step.moving_joint, stops_cdeg, SWEEP_HOLD_S), step, bench, out)
@@ -77,8 +58,6 @@ def measure_servo(
     """
     from tfsat_host.calibration.servos.servo_map import HOLD_S, servo_plan
     from tfsat_host.calibration.servos.tour import Visits
-    from tfsat_host.calibration.steps.step import servo as servo_step
-    from tfsat_host.devices.jogging import JogTour
 
     servo, plan = settings.of(joint), servo_plan(settings.of(joint))
     tour = JogTour(joint, (plan[0], *plan), HOLD_S)  # at first the servo only takes hold of the joint
@@ -109,7 +88,7 @@ def drive(
     Raises:
         RefusedError, UsageError: it was not confirmed.
         BoardRefusal, JogError: see `JogClient.tour`.
-        TourInterrupted: Ctrl-C or Ctrl-Z; the joint was let go.
+        JogInterrupted: Ctrl-C or Ctrl-Z; the joint was let go.
         TfsatError: the logger fell silent; the joint was let go.
     """
     from tfsat_host.calibration.servos.tour import LOOK_S, LoggedTour, latest
@@ -139,11 +118,13 @@ def drive(
         evidence = Evidence(step, Counts.from_live(watch.samples, scales), recorded_at, bench.origin)
         warn_of_losses(evidence, out)
         return evidence
+    what = "Interrupted."
     if stopped.suspend:
         out.note(f"Ctrl-Z: joint {tour.joint} was let go at {end.angle_cdeg / CDEG_PER_DEG:g} deg.")
         suspend_now()
-        raise TourInterrupted(tour, end, "Ctrl-Z let the joint go before the program stopped.")
-    raise TourInterrupted(tour, end, "Interrupted.")
+        what = "Ctrl-Z let the joint go before the program stopped."
+    again = from_the_start(tour.stops_cdeg[0])
+    raise JogInterrupted(tour.joint, end, what, again, " Nothing of this step was kept.")
 
 
 def _ask_to_move(step: Step, tour: JogTour, bench: Bench, out: Output) -> None:

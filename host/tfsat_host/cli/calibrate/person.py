@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
+from tfsat_host.cli.calibrate.bench import Bench
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import sentences, show_facts, show_table
 from tfsat_host.quantity import record
 
 if TYPE_CHECKING:
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.progress import BodyLevel, StepProgress
     from tfsat_host.calibration.solution import SensorKnowledge
     from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.step import Step
-    from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.robot import RobotModel
 
     Reader = Callable[[Step, SensorKnowledge], Evidence]
@@ -222,7 +222,6 @@ def give_result(
     """Print the command's result, from the steps kept and the calibration before it began."""
     from tfsat_host.calibration.findings import StepsResult
     from tfsat_host.calibration.review import CERTIFICATE
-    from tfsat_host.present.terminal import sentences, show_facts, show_table
 
     calibration = campaign.calibration
     if calibration is None:

@@ -16,8 +16,7 @@ from scipy import optimize
 
 from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.loops import Loops
-from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable, Shape
+from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 
 # Central differences: truncation near 1e-10 and rounding near 1e-11 are far below any tolerance.
 _DIFFERENCE_RAD = 1e-5
@@ -118,7 +117,7 @@ class _Chain:
         flight_counts = np.repeat(np.bincount(order), np.diff(edges))
         # The tiny number gives a displacement of zero the sign of its bounds.
         self.seconds = 2.0 * np.sign(start + 1e-300) * flight_counts / table.joint_rate_rad_s[joints]
-        self._loops = {shape: _loops(table, shape) for shape in self._shapes}
+        self._loops = {shape: table.loops(shape) for shape in self._shapes}
         self._known: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
 
     @classmethod
@@ -177,12 +176,6 @@ class _Chain:
             moves = np.count_nonzero(displacement) > 1
             primitives.append(Primitive(shape, displacement, rotation, duration) if moves else None)
         return tuple(p for p in (primitives[number] for number in self._order) if p is not None)
-
-
-def _loops(table: PrimitiveTable, shape: Shape) -> Loops:
-    return Loops(
-        table.body, list(shape.joints), (shape.sequence,), start_rad=table.start_rad, steps=table.steps
-    )
 
 
 # A loop of the grid slower than this share of the fastest is not climbed from; nor are more than so many.
@@ -274,7 +267,7 @@ def _climbed_rate(
 ) -> float:
     """Compute the rate of the measure at the local maximum reached from a primitive."""
     shape, start = primitive.shape, primitive.displacement_rad
-    loops, joints = _loops(table, shape), list(shape.joints)
+    loops, joints = table.loops(shape), list(shape.joints)
     # Signed, so that the product with the displacements is the loop's duration.
     seconds = 2.0 * np.where(start < 0.0, -1.0, 1.0) / table.joint_rate_rad_s[joints]
     room = table.limits_rad[joints] - table.start_rad[joints, None]

@@ -37,7 +37,7 @@ class Route(NamedTuple):
 
 def nearest(table: PrimitiveTable, needed: FloatArray, count: int) -> IntArray:
     """Indices of the `count` primitives that leave least of the rotation `needed` (4,), the best first."""
-    remaining = _remaining_rotation(table, needed)
+    remaining = quaternion.angle(quaternion.product(table.undone, needed[:, None]))
     # Partition first: only the few need sorting, not the whole table.
     few = np.argpartition(remaining, min(count, len(table)) - 1)[:count]
     return np.asarray(few[np.argsort(remaining[few], kind="stable")])
@@ -140,7 +140,3 @@ def _select_promising(after: FloatArray, worth: FloatArray, limit: float, width:
     _, first = np.unique(cells, axis=1, return_index=True)
     # `unique` orders by cell; sorting its indices restores the order of worth.
     return np.asarray(few[np.sort(first)][:width])
-
-
-def _remaining_rotation(table: PrimitiveTable, needed: FloatArray) -> FloatArray:
-    return quaternion.angle(quaternion.product(table.undone, needed[:, None]))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.plan.loops import Loops
 from tfsat_host.plan.orbit.chain_search import nearest
 from tfsat_host.plan.orbit.primitives import Primitive, PrimitiveTable
 
@@ -49,11 +49,9 @@ def _solve_primitive(
     table: PrimitiveTable, primitive: Primitive, needed: FloatArray
 ) -> tuple[Primitive, float]:
     """Solve for one primitive's displacements by least squares, within the joints' limits."""
-    from scipy.optimize import least_squares
-
     shape = primitive.shape
     joints = list(shape.joints)
-    loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=table.steps)
+    loops = table.loops(shape)
     low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
 
     # One batch of 2 d + 1 columns gives the residual and both sides of its central differences.

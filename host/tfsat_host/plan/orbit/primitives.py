@@ -135,6 +135,10 @@ class PrimitiveTable:
         rates = vector @ quaternion.logarithm(self.rotation) / (angle * self.duration_s)
         return max(float(rates.max()), 0.0)
 
+    def loops(self, shape: Shape) -> Loops:
+        """Return the loops of one shape, whatever their displacements."""
+        return Loops(self.body, shape.joints, (shape.sequence,), start_rad=self.start_rad, steps=self.steps)
+
     def duration_of(self, shape: Shape, displacement_rad: FloatArray) -> float:
         """Time in s of a loop with displacements (d,)."""
         return float(_durations(shape, displacement_rad[:, None], self.joint_rate_rad_s)[0])

@@ -44,7 +44,7 @@ class TimeToGo:
         second, middle = _fastest(across, repaid)
         # Where no loop turns about any other axis, take some perpendicular one with a nominal rate.
         if middle < _SLOWEST_RAD_S:
-            second, middle = _perpendicular(first), _SLOWEST_RAD_S
+            second, middle = np.cross(first, np.eye(3)[np.argmin(np.abs(first))]), _SLOWEST_RAD_S
         second = second / np.linalg.norm(second)
         # The third axis completes a right-handed triad; its loops must pay for both other components.
         third = np.cross(first, second)
@@ -80,8 +80,3 @@ def _fastest(vectors: FloatArray, duration: FloatArray) -> tuple[FloatArray, flo
     rates = np.sqrt((vectors * vectors).sum(axis=0)) / duration
     best = int(np.argmax(rates))
     return vectors[:, best], float(rates[best])
-
-
-def _perpendicular(axis: FloatArray) -> FloatArray:
-    """Some vector (3,) perpendicular to `axis` (3,)."""
-    return np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 from tfsat_host.preflight.checks import board_checks, calibration, card, flight_checks, sensor_checks, timing
 from tfsat_host.preflight.preflight_check import PreflightCheck, not_made
@@ -21,9 +22,9 @@ _CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
     "battery": board_checks.check_battery,
     "maneuver": flight_checks.check_maneuver,
     "servo-limits": flight_checks.check_servos,
-    "pause": flight_checks.check_pause,
-    "duration": flight_checks.check_duration,
-    "envelope": flight_checks.check_envelope,
+    "pause": partial(flight_checks.check_facility, names=flight_checks.PAUSE),
+    "duration": partial(flight_checks.check_facility, names=flight_checks.DURATION),
+    "envelope": flight_checks.check_facility,
     "switches": board_checks.check_switches,
     "gyros-present": sensor_checks.check_imus,
     "gyros-still": sensor_checks.check_stillness,

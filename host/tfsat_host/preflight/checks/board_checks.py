@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfsat_host.devices.arm_refusal import describe_defects, first_defect
+from tfsat_host.devices.arm_refusal import describe_defects, fault_latched, first_defect
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import GoNoGo, PreflightCheck, go, join_steps, no_go, not_made
 from tfsat_host.preflight.preflight_evidence import BoardEvidence, Evidence, Missing, require
@@ -103,13 +103,8 @@ def check_state(evidence: Evidence) -> PreflightCheck:
     for status in (answers.status, answers.later):
         state = status.state.name.lower()
         if status.fault != ErrorCode.NONE:
-            what, _, cure = REMEDIES[status.fault]
-            return no_go(
-                f"A fault is latched: {what[:1].lower()}{what[1:]}",
-                Advice(cure, " Only ", NextStep("disarm"), " clears the fault."),
-                state=state,
-                fault=status.fault.name.lower(),
-            )
+            latched = fault_latched(status.fault)
+            return no_go(latched.what, latched.next_step, state=state, fault=status.fault.name.lower())
         if status.state != SequencerState.SAFE:
             return no_go(f"Sequencer: {state}, not safe.", Advice(NextStep("disarm")), state=state)
         if status.stores_damaged:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from tfsat_host.maneuver import Schedule
 from tfsat_host.next_step import Advice, NextStep
@@ -12,7 +12,7 @@ from tfsat_host.preflight.preflight_evidence import Evidence, Missing, require
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.servo_settings import find_misfit
 
-_PAUSE, _DURATION = ("pause", "clearance"), ("stroke-time", "landing")
+PAUSE, DURATION = ("pause", "clearance"), ("stroke-time", "landing")
 """Checks of the facility in `pause` and in `duration`; all others are in `envelope`."""
 _NUMBERS = ("value", "limit", "at_most", "beyond", "unit")
 """Of a facility's check: the keys of `tfsat-host envelope --json`, which show which way the limit goes."""
@@ -93,27 +93,14 @@ def check_servos(evidence: Evidence) -> PreflightCheck:
     )
 
 
-def check_pause(evidence: Evidence) -> PreflightCheck:
-    """Check the facility's limits on the time before the first stroke."""
-    return _of_facility(evidence, lambda check: check.name in _PAUSE)
-
-
-def check_duration(evidence: Evidence) -> PreflightCheck:
-    """Check the facility's limits on the end of the maneuver."""
-    return _of_facility(evidence, lambda check: check.name in _DURATION)
-
-
-def check_envelope(evidence: Evidence) -> PreflightCheck:
-    """Envelope, release and drift within the facility."""
-    return _of_facility(evidence, lambda check: check.name not in (*_PAUSE, *_DURATION), _reach)
-
-
-def _of_facility(
-    evidence: Evidence,
-    mine: Callable[[FacilityCheck], bool],
-    words: Callable[[Sequence[FacilityCheck]], str] = lambda checks: checks[0].sentence,
-) -> PreflightCheck:
-    checks = [check for check in require(evidence.facility) if mine(check)]
+def check_facility(evidence: Evidence, names: tuple[str, ...] = ()) -> PreflightCheck:
+    """Check the facility's limits of these names; without names envelope, release and drift: all the rest."""
+    every = require(evidence.facility)
+    checks = [check for check in every if check.name in names]
+    words = checks[0].sentence if checks else ""
+    if not names:
+        checks = [check for check in every if check.name not in (*PAUSE, *DURATION)]
+        words = _reach(checks)
     failed = [f"{check.name}: {check.sentence}" for check in checks if not check.passed]
     return judge(
         [" ".join(failed)] if failed else [],
@@ -124,7 +111,7 @@ def _of_facility(
             NextStep("design"),
             " makes one that fits.",
         ),
-        words(checks),
+        words,
         **{check.name: {key: getattr(check, key) for key in _NUMBERS} for check in checks},
     )
 
