@@ -8,12 +8,11 @@ floating-point numbers.
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,11 +47,6 @@ def header_line(log: DropLog) -> bytes:
     return _line([*_INDEX_COLUMNS, *(column.name for column in physical_columns(log)), *flag_columns(log)])
 
 
-def events_header_line() -> bytes:
-    """Format the first line of the events' file."""
-    return _line(EVENT_COLUMNS)
-
-
 def first_row(log: DropLog) -> bytes:
     """Format the first sample's row of the samples' file."""
     physical = [_texts(column) for column in physical_columns(log)]
@@ -70,20 +64,22 @@ def write_csv(log: DropLog, path: Path) -> None:
             file.write(_rows(log, rows, physical, flags))
 
 
-def write_events_csv(log: DropLog, to: Path | TextIO) -> None:
+def write_events_csv(log: DropLog, path: Path) -> None:
     """Write one row an event, by time; index, arg and value as in the protocol's EventCode."""
-    if isinstance(to, Path):
-        with to.open("w", newline="", encoding="ascii") as file:
-            write_events_csv(log, file)
-        return
-    to.write(events_header_line().decode())
-    writer = csv.writer(to)
+    path.write_bytes(EVENTS_HEADER_LINE + b"".join(event_lines(log)))
+
+
+def event_lines(log: DropLog) -> Iterator[bytes]:
+    """Yield the rows of the events' file."""
     for t_us, t_s, *event in log.event_rows():
-        writer.writerow((t_us, f"{t_s:.6f}", *event))
+        yield _line((t_us, f"{t_s:.6f}", *event))
 
 
-def _line(names: Iterable[str]) -> bytes:
-    return ",".join(names).encode() + b"\r\n"
+def _line(cells: Iterable[object]) -> bytes:
+    return ",".join(map(str, cells)).encode("ascii") + b"\r\n"
+
+
+EVENTS_HEADER_LINE = _line(EVENT_COLUMNS)
 
 
 def _rows(
