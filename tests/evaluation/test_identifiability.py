@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MODEL, fit_drop
+from tests.evaluation.drops import MODEL, com_offsets, fit_drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.identifiability import identifiability
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
-from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
 
 SEEDS = (1, 2, 3, 4)
 PRIOR_MM = 10.0 / 3.0**0.5

@@ -17,9 +17,7 @@ from tfsat_host.evaluation.com_fit.identifiability import Identifiability
 from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
 from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit
 from tfsat_host.evaluation.fall_instants import FallInstants
-from tfsat_host.evaluation.laser_velocity import (
-    ReleaseVelocity,
-)
+from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, derivatives, flown_of
@@ -103,7 +103,7 @@ class ModelRows:
         # Joint angles follow the rates and change them: the same fixed point as in the fusion.
         for _ in range(_CARRIED):
             angles = own + turned_from(t, by_angles[:, 3:] @ angles)
-        rates, settled = direct + by_angles @ angles, self._settled[fall]
+        rates, settled = direct + by_angles @ angles, t >= SETTLED_S
         # The derivatives are linear in the errors' columns: put these in their place.
         kinematics = replace(
             self.flown,
@@ -123,10 +123,6 @@ class ModelRows:
     @cached_property
     def _root(self) -> FloatArray:
         return root_of(self.motion.solved.jacobians.covariance)
-
-    @cached_property
-    def _settled(self) -> BoolArray:
-        return self.motion.t_s >= SETTLED_S
 
     @cached_property
     def _blocks(self) -> Blocks:

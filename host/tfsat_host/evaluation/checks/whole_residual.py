@@ -54,13 +54,7 @@ class WholeResidual:
 
     def stack(self, of_sensors: FloatArray | None, of_model: FloatArray | None = None) -> FloatArray:
         """(size, q) of columns of either part; None: zeros."""
-        q = (
-            of_sensors.shape[1]
-            if of_sensors is not None
-            else of_model.shape[1]
-            if of_model is not None
-            else 0
-        )
+        q = next(part.shape[1] for part in (of_sensors, of_model) if part is not None)
         out = np.zeros((self.size, q))
         if of_sensors is not None:
             out[: self.data.size] = of_sensors

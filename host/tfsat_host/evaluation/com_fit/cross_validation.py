@@ -32,7 +32,7 @@ from scipy.special import chdtrc, chdtri
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.joint_fit import JointFit, fit_jointly
-from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import averaged_momentum
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
@@ -211,14 +211,13 @@ def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
     )
 
 
-def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tuple[LeftOut, ...]:
+def cross_validate(drops: Sequence[FittedDrop]) -> tuple[LeftOut, ...]:
     """Leaves out each drop in turn.
 
     Only the drops of `find_trusted_drops` correct others; a drop that has none is not judged.
 
     Args:
         drops: Two or more, of one robot.
-        size: N of the moving average in J.
 
     Raises:
         ValueError: there are fewer than two drops, or their fits are not of the same offsets.
@@ -235,9 +234,7 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
         others = combine(fits)
         offsets, none = drop.fit.offsets, np.zeros(len(others.values))
         # A batch of two robots: J of the model as filed, and with the others' offsets.
-        objective = averaged_momentum(
-            offsets.apply(np.stack([none, others.values])), drop.flown, size
-        ).objective
+        objective = averaged_momentum(offsets.apply(np.stack([none, others.values])), drop.flown).objective
         validations.append(
             LeftOut(
                 name=drop.name,

@@ -208,7 +208,8 @@ class SensorFusion:
                 covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
             )
             parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), posterior))
-        return Squares.total(parts)
+        # The errors of different sensors are independent: their squares add up.
+        return Squares(*map(sum, zip(*parts, strict=True)))
 
     def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
         """Return the solution with further lasting errors (r,) subtracted."""
