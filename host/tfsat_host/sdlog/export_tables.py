@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.arrays import BoolArray, IntArray
+from tfsat_host.arrays import IntArray
 
 from .droplog import EVENT_COLUMNS, CountColumn, DropLog, flag_columns, physical_columns
 from .log_errors import check_extra
@@ -49,19 +49,16 @@ def header_line(log: DropLog) -> bytes:
 
 def first_row(log: DropLog) -> bytes:
     """Format the first sample's row of the samples' file."""
-    physical = [_texts(column) for column in physical_columns(log)]
-    return _rows(log, slice(0, 1), physical, list(flag_columns(log).values()))
+    return _row_texts(log)(slice(0, 1))
 
 
 def write_csv(log: DropLog, path: Path) -> None:
     """Write one row a sample (RFC 4180); a reading that was not valid is an empty field."""
-    physical = [_texts(column) for column in physical_columns(log)]
-    flags = list(flag_columns(log).values())
+    texts = _row_texts(log)
     with path.open("wb") as file:
         file.write(header_line(log))
         for start in range(0, len(log), _CHUNK_ROWS):
-            rows = slice(start, start + _CHUNK_ROWS)
-            file.write(_rows(log, rows, physical, flags))
+            file.write(texts(slice(start, start + _CHUNK_ROWS)))
 
 
 def write_events_csv(log: DropLog, path: Path) -> None:
@@ -82,27 +79,32 @@ def _line(cells: Iterable[object]) -> bytes:
 EVENTS_HEADER_LINE = _line(EVENT_COLUMNS)
 
 
-def _rows(
-    log: DropLog, rows: slice, physical: list[Callable[[slice], Text]], flags: list[BoolArray]
-) -> bytes:
-    fields = [
-        _integers(log.sample_index[rows]),
-        _integers(log.t_us[rows]),
-        _seconds(log.t_us[rows] - log.origin_us),
-        *(texts(rows) for texts in physical),
-        *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
-    ]
-    # One row of fixed width a sample, (m, width) bytes, with commas set between the fields beforehand.
-    width = sum(field.shape[1] + 1 for field in fields) + 1
-    text = np.full((len(fields[0]), width), ord(","), np.uint8)
-    at = 0
-    for field in fields:
-        text[:, at : at + field.shape[1]] = field
-        at += field.shape[1] + 1
-    # The comma behind the last field and the spare byte become the line's end.
-    text[:, -2:] = (ord("\r"), ord("\n"))
-    # Take the padding out of all rows in one pass: fields get their natural width.
-    return text.tobytes().translate(None, bytes((_PAD,)))
+def _row_texts(log: DropLog) -> Callable[[slice], bytes]:
+    """Return a function that gives the lines of a slice of rows."""
+    physical = [_texts(column) for column in physical_columns(log)]
+    flags = list(flag_columns(log).values())
+
+    def of(rows: slice) -> bytes:
+        fields = [
+            _integers(log.sample_index[rows]),
+            _integers(log.t_us[rows]),
+            _seconds(log.t_us[rows] - log.origin_us),
+            *(texts(rows) for texts in physical),
+            *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
+        ]
+        # One row of fixed width a sample, (m, width) bytes, with commas set between the fields beforehand.
+        width = sum(field.shape[1] + 1 for field in fields) + 1
+        text = np.full((len(fields[0]), width), ord(","), np.uint8)
+        at = 0
+        for field in fields:
+            text[:, at : at + field.shape[1]] = field
+            at += field.shape[1] + 1
+        # The comma behind the last field and the spare byte become the line's end.
+        text[:, -2:] = (ord("\r"), ord("\n"))
+        # Take the padding out of all rows in one pass: fields get their natural width.
+        return text.tobytes().translate(None, bytes((_PAD,)))
+
+    return of
 
 
 def _texts(column: CountColumn) -> Callable[[slice], Text]:

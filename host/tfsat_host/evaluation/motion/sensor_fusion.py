@@ -139,11 +139,8 @@ class SensorFusion:
         low_pass: LowPass,
     ) -> SensorFusion:
         """Build the fusion of one drop; arguments as in `motion_of`."""
-        body, sheet, readings = (
-            Multibody.of(model),
-            sheet_lag(low_pass),
-            Readings.of(samples, calibration.gyros),
-        )
+        body, sheet = Multibody.of(model), sheet_lag(low_pass)
+        readings = Readings.of(samples, calibration.gyros)
         t, measured_rates = samples.t_s, readings.rates(calibration.gyros)
         noise = sample_covariance(densities, t, measured_rates, samples.rate_hz, low_pass)
         slopes = sensed_slopes(t, joints, samples.rate_hz)
