@@ -17,6 +17,7 @@ from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.stated_errors import ByGyros, StatedErrors, axis_std_rad
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, derivatives, flown_of
+from tfsat_host.evaluation.motion.error_model import carry_angles
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, derivative
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles
@@ -152,8 +153,6 @@ class WholeResidual:
 BLOCK_RATE_STD_RAD_S = np.deg2rad(0.005)
 """Of a mean over 0.1 s by all gyros: frames that ring after a stroke."""
 _MOMENTUM_STD_RAD_S = np.deg2rad(100.0)
-_CARRIED = 3
-"""Rounds for the errors that wrong angles make in rates, and these in angles; as in `motion/error_model.py`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,11 +229,8 @@ class ModelRows:
         # What gyros show more moves base and joint rates through the fusion's gains, (n, 6, q).
         direct = fused.gains[fall] @ np.moveaxis(rates_rad_s, 0, -1).reshape(n, -1, q)
         by_angles, t = self._rates_by_angles[fall], self.motion.t_s[fall]
-        own = turned_from(t, direct[:, 3:])
-        angles = own
         # Joint angles follow the rates and change them: the same fixed point as in the fusion.
-        for _ in range(_CARRIED):
-            angles = own + turned_from(t, by_angles[:, 3:] @ angles)
+        angles = carry_angles(t, turned_from(t, direct[:, 3:]), by_angles)
         rates, settled = direct + by_angles @ angles, t >= SETTLED_S
         # The derivatives are linear in the errors' columns: put these in their place.
         kinematics = replace(
