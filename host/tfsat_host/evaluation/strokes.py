@@ -138,11 +138,9 @@ def _classify_stroke(
         return replace(
             flown_stroke, remark="Not recorded: it was due after the end of what can be evaluated."
         )
-    remarks = (
-        []
-        if np.isfinite(flown_stroke.logged_s)
-        else ["The stroke line did not rise: its time is the schedule's."]
-    )
+    remarks = []
+    if not np.isfinite(flown_stroke.logged_s):
+        remarks.append("The stroke line did not rise: its time is the schedule's.")
 
     def with_remark(stroke: FlownStroke, *extra_remarks: str) -> FlownStroke:
         return replace(stroke, remark=" ".join([*remarks, *extra_remarks]))

@@ -103,11 +103,9 @@ class SwarmFit:
     @property
     def spread(self) -> FloatArray:
         """(p,) standard deviation over the swarms."""
-        return (
-            np.asarray(self.each.std(axis=0, ddof=1))
-            if len(self.each) > 1
-            else np.full(len(self.values), np.nan)
-        )
+        if len(self.each) < 2:
+            return np.full(len(self.values), np.nan)
+        return np.asarray(self.each.std(axis=0, ddof=1))
 
 
 def powers(vectors: FloatArray) -> FloatArray:
