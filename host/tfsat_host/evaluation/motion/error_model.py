@@ -99,14 +99,8 @@ class Prior:
 
     @property
     def moments(self) -> slice:
-        """Of the lag."""
+        """Of the lag's two moments, which angle sensors measure and neighbours do not."""
         return slice(self.gyro.stop, self.gyro.stop + len(self.lag))
-
-    @property
-    def is_lag(self) -> BoolArray:
-        """(r,) the two moments of the lag, which angle sensors measure and neighbours do not."""
-        places = np.arange(len(self))
-        return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
     @property
     def slower(self) -> slice:

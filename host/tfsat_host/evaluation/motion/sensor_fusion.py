@@ -232,7 +232,8 @@ class SensorFusion:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
         covariance, sensors = np.eye(len(errors)), NONE_DETERMINED
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
-        no_lag = free & ~self.prior.is_lag
+        no_lag = free.copy()
+        no_lag[self.prior.moments] = False
         last_rad = np.inf
         for _ in range(_MAX_STEPS):
             # Take off the errors found so far, fuse, and integrate the joints.
