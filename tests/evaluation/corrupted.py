@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import MODEL, certificate, estimate_motion, fly_drop
+from tests.evaluation.drops import MODEL, certificate, com_offsets, estimate_motion, fly_drop
 from tests.fixtures.emulated_drop import Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -17,7 +17,6 @@ from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.com_fit.com_fit import fit_model
 from tfsat_host.evaluation.com_fit.momentum_residual import flown_of
-from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 

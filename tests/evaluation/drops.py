@@ -19,7 +19,7 @@ from tfsat_host.emulated.emulated_certificate import careful_certificate
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, flown_of
-from tfsat_host.evaluation.com_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.offsets import Offsets, model_offsets
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
 from tfsat_host.evaluation.rest import rest_before_release
@@ -44,6 +44,11 @@ def few_of(first: object, *others: object, least: int = 1) -> list[ParameterSet]
         () if at < least else (pytest.mark.prove,) for at in range(len(rows))
     ]
     return [pytest.param(*row, marks=mark) for row, mark in zip(rows, marks, strict=True)]
+
+
+def com_offsets(model: RobotModel) -> Offsets:
+    """Return the paper's nine offsets alone, all else taken for exact."""
+    return model_offsets(model).alone
 
 
 def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:

@@ -25,8 +25,7 @@ from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.checks.diagnosis import AS_FILED
-from tfsat_host.evaluation.checks.drop_checks import checks_of
+from tfsat_host.evaluation.checks.drop_checks import AS_FILED, checks_of
 from tfsat_host.evaluation.checks.rest_checks import across_std
 from tfsat_host.evaluation.micro_gravity import AtRest
 from tfsat_host.sdlog import DropLog

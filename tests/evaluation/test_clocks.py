@@ -31,7 +31,7 @@ def align_strokes(folder: Path, strokes_s: list[float], **log_options: float) ->
 def test_equal_clocks(tmp_path: Path) -> None:
     clocks = align_strokes(tmp_path, PLANNED_S.tolist())
     fit = clocks.sequencer
-    assert fit is not None and fit.fits
+    assert fit is not None and not fit.findings
     assert [residual.pair.event for residual in fit.residuals] == [
         "release",
         *(f"stroke {n}" for n in range(1, 5)),
@@ -138,13 +138,13 @@ def test_a_release_that_is_only_known_to_some_ms_weighs_as_much(tmp_path: Path) 
     # The release lies anywhere between -5 and +25 ms: strokes 3 ms late do not contradict it.
     release = Release(at_us, at_us - 5_000, at_us + 25_000, (at_us, at_us), touches_gap=True)
     fit = align_clocks(replace(log, release=release), SCHEDULE).sequencer
-    assert fit is not None and fit.fits
+    assert fit is not None and not fit.findings
     assert fit.offset_s == pytest.approx(0.003, abs=1e-4)
 
 
 def test_edges_from_before_the_drop_are_none_of_its_strokes(tmp_path: Path) -> None:
     fit = align_strokes(tmp_path, [-2.5, -1.0, *PLANNED_S]).sequencer
-    assert fit is not None and fit.fits
+    assert fit is not None and not fit.findings
 
 
 def test_nothing_known_is_said(tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_the_emulated_boards_clocks(sequencer_ppm: float, logger_ppm: float) -> 
     assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
     assert all(residual.used and abs(residual.residual_s) < 5e-6 for residual in fit.residuals)
     # Beyond 300 ppm, more than two crystals differ, the fit must flag the clock.
-    assert fit.fits == (abs(expected_ppm) < 300)
+    assert (not fit.findings) == (abs(expected_ppm) < 300)
 
 
 def record_drop(wrong_by: Imperfections) -> DropLog:
@@ -224,12 +224,12 @@ def video(offset_s: float, rate: float, *, landing_s: float = 2.5) -> list[Mark]
 def test_a_video_of_another_frame_rate(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
     fit = align_clocks(log, SCHEDULE, video(-12.4, 0.001)).video
-    assert fit is not None and fit.fits
+    assert fit is not None and not fit.findings
     # The release stands at 12.4 s of the logger's clock since the video began; the video's own is 0.1 % fast.
     assert fit.to_logger_s(12.4 * 1.001) == pytest.approx(0.0, abs=1e-3)
     assert fit.rate_ppm == pytest.approx(1000.0, abs=1e-3) and 1000 < fit.rate_ppm_std < 4000
     stated = align_clocks(log, SCHEDULE, video(-12.4, 0.001), 1.0).video
-    assert stated is not None and stated.fits
+    assert stated is not None and not stated.findings
     # Half a frame in 2.5 s tells a rate no better than what was said of it, and is pulled towards that.
     assert 0 < stated.rate_ppm < 1000 < stated.rate_ppm + stated.rate_ppm_std
 
@@ -241,7 +241,7 @@ def test_slow_motion_is_measured_and_a_wrong_event_among_six_is_the_one_that_is_
     log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
     marks = video(-3.0, times - 1.0)
     fit = align_clocks(log, SCHEDULE, marks).video
-    assert fit is not None and fit.fits and 1.0 / fit.slope == pytest.approx(times, rel=1e-9)
+    assert fit is not None and not fit.findings and 1.0 / fit.slope == pytest.approx(times, rel=1e-9)
     # 0.2 s by the logger's clock, in slow motion so many times longer.
     marks[3] = replace(marks[3], t_s=marks[3].t_s + 0.2 * times)
     fit = align_clocks(log, SCHEDULE, marks).video
@@ -303,7 +303,7 @@ def test_a_landing_that_the_logger_only_counted_off_is_none(tmp_path: Path) -> N
     # arg 0: the logger stopped by its time limit, no shock was felt.
     counted = [replace(event, arg=0) if event.name == "landing" else event for event in log.events]
     clocks = align_clocks(replace(log, events=tuple(counted)), SCHEDULE, video(-3.0, 0.0))
-    assert clocks.video is not None and clocks.video.fits
+    assert clocks.video is not None and not clocks.video.findings
     assert "landing could not be used" in clocks.notes[0]
 
 

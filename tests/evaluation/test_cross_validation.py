@@ -14,6 +14,7 @@ from tests.evaluation.drops import (
     RATE_RAD_S,
     Fitted,
     certificate,
+    com_offsets,
     estimate_motion,
     fit_drop,
     moved_centers,
@@ -30,7 +31,7 @@ from tfsat_host.evaluation.com_fit.momentum_residual import (
     inertial_momentum,
     residual_rate,
 )
-from tfsat_host.evaluation.com_fit.offsets import com_offsets, model_offsets
+from tfsat_host.evaluation.com_fit.offsets import model_offsets
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.hidden import draw_hidden, hidden_drop

@@ -17,10 +17,9 @@ from tests.cli.process import RunCli
 from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tests.paths import DOCS
-from tfsat_host.evaluation.arms import com_in_bodies_m
 from tfsat_host.evaluation.camera import LaserTracks
-from tfsat_host.evaluation.laser_identity import AS_FILED, Reading
-from tfsat_host.evaluation.laser_spots import LASERS, BodyRotation, equations_of
+from tfsat_host.evaluation.laser_spots import AS_FILED, LASERS, BodyRotation, Reading, equations_of
+from tfsat_host.evaluation.stages import com_in_bodies_m
 from tfsat_host.maneuver import format_maneuver, four_stroke
 from tfsat_host.present.terminal import printable
 from tfsat_host.robot import load_robot

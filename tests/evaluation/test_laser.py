@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.arms import com_in_bodies_m, sensor_arms_m
 from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, read_tracks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.laser_spots import BodyRotation
@@ -24,6 +23,7 @@ from tfsat_host.evaluation.laser_velocity import (
     release_velocity,
     windows_of,
 )
+from tfsat_host.evaluation.stages import com_in_bodies_m, sensor_arms_m
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 

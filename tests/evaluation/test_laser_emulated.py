@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from tests.fixtures.emulated_drop import OF_THE_PAPER, releaser
 from tfsat_host.emulated.emulated_robot import SETTLE_US, US_PER_S
-from tfsat_host.evaluation.arms import com_in_bodies_m
 from tfsat_host.evaluation.camera import LaserTracks, read_tracks
-from tfsat_host.evaluation.laser_identity import Reading, possible_readings
-from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyRotation
+from tfsat_host.evaluation.laser_spots import LASERS, UP, BodyRotation, Reading, possible_readings
 from tfsat_host.evaluation.laser_velocity import LaserError, ReleaseVelocity, release_velocity, windows_of
 from tfsat_host.evaluation.motion.attitude import integrate_rates
+from tfsat_host.evaluation.stages import com_in_bodies_m
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

@@ -21,7 +21,6 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.arms import sensor_arms_m
 from tfsat_host.evaluation.fall_instants import fall_instants, landing_felt, release_felt
 from tfsat_host.evaluation.micro_gravity import (
     MicroGravity,
@@ -30,6 +29,7 @@ from tfsat_host.evaluation.micro_gravity import (
     micro_gravity,
     quiet_windows,
 )
+from tfsat_host.evaluation.stages import sensor_arms_m
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import DROPPED, certificate, estimate_motion, few_of, fly_drop, motion
+from tests.evaluation.drops import (
+    DROPPED,
+    certificate,
+    com_offsets,
+    estimate_motion,
+    few_of,
+    fly_drop,
+    motion,
+)
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.dynamics.history import history_from_samples
 from tfsat_host.dynamics.multibody import Multibody
@@ -23,7 +31,7 @@ from tfsat_host.evaluation.com_fit.model_comparison import (
     compare_model,
 )
 from tfsat_host.evaluation.com_fit.momentum_residual import Derivatives, FallSamples, derivatives, flown_of
-from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, com_offsets, model_offsets
+from tfsat_host.evaluation.com_fit.offsets import COM_BOUND_M, Offsets, model_offsets
 from tfsat_host.evaluation.com_fit.prediction import predict
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.rest import rest_before_release
@@ -114,7 +122,9 @@ def within(offsets: Offsets, bound_mm: float, std_mm: float = COM_BOUND_MM / 3.0
 
 def gradient(fit: ModelFit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """(p,) where the data and the prior together would still pull the offsets, in what the prior allows."""
-    pull = fit.right_hand_side - (fit.information + np.diag(fit.offsets.prior_std**-2.0)) @ fit.values
+    pull = (
+        fit.equations.right_hand_side - (fit.information + np.diag(fit.offsets.prior_std**-2.0)) @ fit.values
+    )
     return np.asarray(fit.offsets.prior_std * pull)
 
 

@@ -43,7 +43,7 @@ def test_a_sine_shows_its_amplitude(window: Window, n: int) -> None:
     others = np.abs(np.arange(len(spectrum.frequency_hz)) - 12) > 1
     others[0] = False
     assert spectrum.amplitude[others, 0].max() < 1e-9
-    assert spectrum.norm[80] == pytest.approx(np.hypot(2.0, spectrum.amplitude[80, 0]))
+    assert np.linalg.norm(spectrum.amplitude[80]) == pytest.approx(np.hypot(2.0, spectrum.amplitude[80, 0]))
 
 
 def test_half_the_sampling_rate_shows_its_amplitude_too() -> None:
@@ -55,12 +55,10 @@ def test_half_the_sampling_rate_shows_its_amplitude_too() -> None:
 
 
 @pytest.mark.parametrize("n", [640, 641])
-def test_all_bands_together_are_the_standard_deviation(n: int) -> None:
+def test_the_whole_band_has_the_standard_deviation(n: int) -> None:
     values = np.random.default_rng(0).standard_normal((n, 3)) + 7.0
     spectrum = amplitude_spectrum(times(n), values)
     np.testing.assert_allclose(spectrum.band_rms(200.0), values.std(axis=0))
-    parts = np.hypot(spectrum.band_rms(20.0), spectrum.band_rms(200.0, 20.0))
-    np.testing.assert_allclose(parts, values.std(axis=0))
 
 
 @pytest.mark.parametrize("window", WINDOWS)
@@ -68,7 +66,7 @@ def test_a_band_holds_the_sines_that_are_in_it(window: Window) -> None:
     t = times(700)  # lines 0.4 Hz apart
     before = np.column_stack([sine(t, 5, 2.0) + sine(t, 40, 9.0), sine(t, 7, 1.0)])
     after = np.column_stack([sine(t, 5, 0.2) + sine(t, 40, 9.0), 3.0 + 0.0 * t])
-    comparison = compare_spectra(t, before, after, window=window, cutoff_hz=5.0)
+    comparison = compare_spectra(t, before, after, window=window)
     assert comparison.rms_before == pytest.approx(np.sqrt(2.0**2 / 2 + 1.0 / 2))
     assert comparison.rms_after == pytest.approx(0.2 / np.sqrt(2.0))
     assert comparison.left == pytest.approx(0.2 / np.sqrt(5.0))

@@ -14,9 +14,8 @@ from tests.evaluation.drops import few_of
 from tests.fixtures.emulated_drop import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.motion_edges import falling_edge, rising_edge
 from tfsat_host.evaluation.standing_joints import JointRest, standing_joints
-from tfsat_host.evaluation.strokes import FlownStroke, strokes_flown
+from tfsat_host.evaluation.strokes import FlownStroke, falling_edge, rising_edge, strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.maneuver.schedule import TimedStroke
 

@@ -111,11 +111,6 @@ class ClockFit:
         """Standard deviation of `rate_ppm`."""
         return float(1e6 * np.sqrt(self.covariance[1, 1]) / self.slope**2)
 
-    @property
-    def fits(self) -> bool:
-        """Nothing contradicts it."""
-        return not self.findings
-
     def to_logger_s(self, t_s: FloatArray | float) -> FloatArray:
         """Times of this clock on the scale of `DropLog.t_s`, of the shape of `t_s`."""
         return self.offset_s + np.asarray(t_s, dtype=np.float64) * self.slope
@@ -205,8 +200,7 @@ def _solve(
 
 def _line_variance(clock: FloatArray, covariance: FloatArray) -> FloatArray:
     variance = covariance[0, 0] + 2.0 * clock * covariance[0, 1] + clock**2 * covariance[1, 1]
-    above: FloatArray = np.maximum(variance, 0.0)
-    return above
+    return np.asarray(np.maximum(variance, 0.0))
 
 
 def _find_inliers(
@@ -244,8 +238,7 @@ def _within(
 ) -> BoolArray:
     """(n,) whether each event is explained by a line that is known so well."""
     spread = np.sqrt(std**2 + _line_variance(clock, covariance))
-    near: BoolArray = np.abs(logger - line[0] - line[1] * clock) <= GATE_STDS * spread
-    return near
+    return np.asarray(np.abs(logger - line[0] - line[1] * clock) <= GATE_STDS * spread)
 
 
 def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:

@@ -242,7 +242,7 @@ def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float 
     """
     # Exhaustive consensus: try each line through two events and count what else lies on it.
     lines = _lines(scheduled_s, edge_s, release_s)
-    assignments = [_near(slope, start, scheduled_s, edge_s, NEAR_S) for start, slope in lines]
+    assignments = [_near(slope, start, scheduled_s, edge_s) for start, slope in lines]
     if not assignments:
         return MatchedEdges({}, tuple(range(len(scheduled_s))), tuple(range(len(edge_s))))
 
@@ -284,17 +284,15 @@ def _lines(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None)
     return lines
 
 
-def _near(
-    slope: float, start: float, scheduled_s: FloatArray, edge_s: FloatArray, reach_s: float
-) -> dict[int, int]:
-    """Find the nearest edge of each stroke within `reach_s`; no edge is used twice."""
+def _near(slope: float, start: float, scheduled_s: FloatArray, edge_s: FloatArray) -> dict[int, int]:
+    """Find the nearest edge of each stroke within `NEAR_S`; no edge is used twice."""
     if not len(edge_s):
         return {}
     apart = np.abs(start + slope * scheduled_s[:, None] - edge_s[None, :])
     nearest = apart.argmin(axis=1)
     edge_of_stroke: dict[int, int] = {}
     for stroke, edge in enumerate(nearest.tolist()):
-        if apart[stroke, edge] <= reach_s and edge not in edge_of_stroke.values():
+        if apart[stroke, edge] <= NEAR_S and edge not in edge_of_stroke.values():
             edge_of_stroke[stroke] = edge
     return edge_of_stroke
 

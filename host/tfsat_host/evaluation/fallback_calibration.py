@@ -56,11 +56,9 @@ def with_fallbacks(
     """
     initial_calibration = calibration or _design_calibration(log, model)
     lacking = {gap.name: gap for gap in initial_calibration.shortcomings(recorded)}
-    notes = (
-        []
-        if calibration
-        else ["There is no calibration: misalignments, scale factors and bends are by design."]
-    )
+    notes = []
+    if not calibration:
+        notes.append("There is no calibration: misalignments, scale factors and bends are by design.")
     gyros, rested = [], np.zeros(len(initial_calibration.gyros), bool)
     for index, gyro in enumerate(initial_calibration.gyros):
         why = lacking.get(f"bias of body {gyro.body}")

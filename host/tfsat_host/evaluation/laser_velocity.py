@@ -20,15 +20,16 @@ from scipy.special import stdtrit
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.camera import LaserTracks
-from tfsat_host.evaluation.laser_identity import Identity, identity_of
 from tfsat_host.evaluation.laser_spots import (
     ACCELERATION_STD_M_S2,
     LASERS,
     UP,
     BodyRotation,
     Equations,
+    Identity,
     Laser,
     equations_of,
+    identity_of,
 )
 from tfsat_host.plan.facility import DropTower, permissible_transversal_velocity_mm_s
 

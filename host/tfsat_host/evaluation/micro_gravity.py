@@ -119,8 +119,7 @@ def expected_specific_force(
     """
     # In free fall gravity is not felt: only the centripetal and the tangential term are left.
     centripetal = np.cross(rate_rad_s, np.cross(rate_rad_s, arm_m))
-    force: FloatArray = np.cross(acceleration_rad_s2, arm_m) + centripetal
-    return force
+    return np.asarray(np.cross(acceleration_rad_s2, arm_m) + centripetal)
 
 
 def quiet_windows(
@@ -222,8 +221,7 @@ def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> Fl
     slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[is_finite], 1)[::-1]
     # The centripetal term is quadratic in the rate: average the force, not the rate.
     force = expected_specific_force(mean + np.outer(since, slope), slope, arm_m)
-    rotation_g: FloatArray = force.mean(axis=0) / STANDARD_GRAVITY_M_S2
-    return rotation_g
+    return np.asarray(force.mean(axis=0) / STANDARD_GRAVITY_M_S2)
 
 
 def _independent(force: FloatArray) -> float:

@@ -32,14 +32,12 @@ class QuickLook:
         stroke_s: (m,) times of the stroke line's edges after release.
         joint_change_deg: (3,) largest change of each joint angle from its value before release.
         reorientation_deg: Rotation of body 1 from release to `until_s`.
-        bias_std_deg_s: (3,) standard error of body 1's bias.
         until_s: End of the integration, after release.
     """
 
     stroke_s: FloatArray
     joint_change_deg: FloatArray
     reorientation_deg: float
-    bias_std_deg_s: FloatArray
     until_s: float
 
 
@@ -86,7 +84,6 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
         stroke_s=np.array([log.seconds(event.t_us) for event in log.events if event.name == "stroke"]),
         joint_change_deg=_joint_changes(log, model, rest, fall),
         reorientation_deg=reorientation_deg(attitude[0], attitude[-1]),
-        bias_std_deg_s=np.rad2deg(rates[rest].std(axis=0) / np.sqrt(rest.sum())),
         until_s=until_s,
     )
 

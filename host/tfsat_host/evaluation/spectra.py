@@ -48,17 +48,12 @@ class Spectrum:
     noise_bandwidth: float
     even: bool
 
-    @property
-    def norm(self) -> FloatArray:
-        """(k,) of all components together."""
-        return np.asarray(np.linalg.norm(self.amplitude, axis=1))
-
-    def band_rms(self, until_hz: float, from_hz: float = 0.0) -> FloatArray:
-        """(d,) root mean square of what varies above `from_hz` and up to `until_hz`; the mean is not in it.
+    def band_rms(self, until_hz: float) -> FloatArray:
+        """(d,) root mean square of what varies up to `until_hz`; the mean is not in it.
 
         With the rectangular window exact: over all frequencies it is the standard deviation (Parseval).
         """
-        inside = (self.frequency_hz > from_hz) & (self.frequency_hz <= until_hz)
+        inside = (self.frequency_hz > 0.0) & (self.frequency_hz <= until_hz)
         # A sine of amplitude a has the mean square a^2 / 2; the Nyquist line alternates and has all of a^2.
         power = 0.5 * self.amplitude**2
         if self.even:
@@ -166,7 +161,6 @@ def compare_spectra(
     after: FloatArray,
     *,
     window: Window = "rectangular",
-    cutoff_hz: float = PAPER_CUTOFF_HZ,
 ) -> ComparedSpectra:
     """Compare two spectra of momentum, rate error or attitude error.
 
@@ -175,14 +169,13 @@ def compare_spectra(
         before: (m, d).
         after: (m, d).
         window: Of both.
-        cutoff_hz: The upper limit of the comparison; the paper's 5 Hz by default.
 
     Raises:
         ValueError: see `evenly`.
     """
     first, second = (amplitude_spectrum(t_s, values, window) for values in (before, after))
-    rms = [float(np.linalg.norm(spectrum.band_rms(cutoff_hz))) for spectrum in (first, second)]
-    return ComparedSpectra(first, second, cutoff_hz, rms[0], rms[1])
+    rms = [float(np.linalg.norm(spectrum.band_rms(PAPER_CUTOFF_HZ))) for spectrum in (first, second)]
+    return ComparedSpectra(first, second, PAPER_CUTOFF_HZ, rms[0], rms[1])
 
 
 def _weights(n: int, window: Window) -> FloatArray:

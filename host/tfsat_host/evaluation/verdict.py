@@ -15,7 +15,7 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.com_fit.model_comparison import ModelComparison
-from tfsat_host.evaluation.evaluated_drop import CERTIFICATE, Evaluation
+from tfsat_host.evaluation.evaluation import CERTIFICATE, Evaluation
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.next_step import Advice, NextStep
@@ -105,22 +105,17 @@ def _withheld(evaluation: Evaluation) -> Iterator[str]:
     # Several results may fall to one check: name each check once.
     worst = (by_name[name] for name in dict.fromkeys(evaluation.withheld[name] for name in names))
     checks = ", ".join(f"{check.name} ({check.excess:.2g} times its limit)" for check in worst)
-    why = (
-        f"errors {evaluation.widest:.3g} times the stated ones do not explain it"
-        if evaluation.widest > 1.0
-        else "no greater errors of the certificate describe such a fault"
-    )
+    why = "no greater errors of the certificate describe such a fault"
+    if evaluation.widest > 1.0:
+        why = f"errors {evaluation.widest:.3g} times the stated ones do not explain it"
     yield f"Withheld, with derived results: {', '.join(names)}. Failed: {checks}; {why}."
 
 
 def _widening_reasons(evaluation: Evaluation) -> Iterator[str]:
     if evaluation.widening > 1.0:
-        certified = evaluation.widened == CERTIFICATE
-        next_step = (
-            Advice("Calibrate again: ", NextStep("calibrate show"), ".")
-            if certified
-            else "Measure the hinges."
-        )
+        next_step = "Measure the hinges."
+        if evaluation.widened == CERTIFICATE:
+            next_step = Advice("Calibrate again: ", NextStep("calibrate show"), ".")
         yield Advice(
             f"The sensors contradict each other with the ± of the {evaluation.widened}, and with "
             f"{evaluation.widening:.1f} times as great ones they do not: all standard deviations hold those. ",

@@ -130,7 +130,7 @@ def learn(
 def _fit_of(robot: RobotModel, schedule: Schedule) -> ModelFit:
     drop = hidden_drop(schedule, robot, truth_as_filed(robot, _SEED))
     fit = evaluate(drop.log, robot, drop.calibration, schedule).explained.fit
-    # Drops that are added up are linearized at the same offsets: see `joint_fit`.
+    # Drops that are added up are linearized at the same offsets: see `fit_jointly`.
     as_filed = fit.equations.place_at(np.zeros(len(fit.offsets)))
     return replace(fit, equations=linearize(fit.offsets, fit.flown, as_filed, fit.widening))
 

@@ -85,7 +85,7 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
         from tfsat_host.sdlog import export_tables as tables
 
         add("csv", ".csv", tables.header_line(log), tables.write_csv)
-        add("events_csv", ".events.csv", tables.events_header_line(), tables.write_events_csv)
+        add("events_csv", ".events.csv", tables.EVENTS_HEADER_LINE, tables.write_events_csv)
     if "npz" in formats:
         from tfsat_host.sdlog.export_arrays import NPZ_MARKER, write_npz
 

@@ -103,8 +103,7 @@ def _crc_is_right(data: memoryview) -> BoolArray:
     """(n,) bool. Over a block and the CRC at its end, the CRC of every sound block is the same number."""
     count = len(data) // BLOCK_BYTES
     crcs = np.fromiter(starmap(crc32, _WHOLE_BLOCK.iter_unpack(data)), np.uint32, count)
-    right: BoolArray = crcs == _RESIDUE
-    return right
+    return np.asarray(crcs == _RESIDUE)
 
 
 def _count_zero(data: memoryview) -> int:
@@ -118,8 +117,7 @@ def _possible(heads: RecordArray) -> BoolArray:
     # or a time that no clock reaches, would index or date out of range.
     kinds = (heads["kind"] >= _FIRST_KIND) & (heads["kind"] <= _LAST_KIND)
     counts = (heads["sample_count"] <= SAMPLES_PER_BLOCK) & (heads["event_count"] <= EVENTS_PER_BLOCK)
-    possible: BoolArray = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
-    return possible
+    return np.asarray(kinds & counts & (heads["time_us"] < LATEST_TIME_US))
 
 
 class PieceList:
@@ -178,9 +176,8 @@ def merge_pieces(pieces: RecordArray) -> RecordArray:
 
 
 def _continues(before: RecordArray, after: RecordArray) -> BoolArray:
-    follows: BoolArray = (
+    return np.asarray(
         (before["session"] == after["session"])
         & (before["position"] + before["count"] == after["position"])
         & (before["number"] + before["count"] == after["number"])
     )
-    return follows

@@ -158,8 +158,7 @@ class DropLog:
     def t_s(self) -> FloatArray:
         """(n,) time after release, s; after the first sample if no release was recorded."""
         # Subtract as integers first: a long uptime then costs a short time none of its digits.
-        since: FloatArray = (self.t_us - self.origin_us) / np.float64(1e6)
-        return since
+        return np.asarray((self.t_us - self.origin_us) / np.float64(1e6))
 
     @cached_property
     def rate_rad_s(self) -> FloatArray:

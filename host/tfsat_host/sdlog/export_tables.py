@@ -8,17 +8,16 @@ floating-point numbers.
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.arrays import BoolArray, IntArray
+from tfsat_host.arrays import IntArray
 
 from .droplog import EVENT_COLUMNS, CountColumn, DropLog, flag_columns, physical_columns
 from .log_errors import check_extra
@@ -48,65 +47,64 @@ def header_line(log: DropLog) -> bytes:
     return _line([*_INDEX_COLUMNS, *(column.name for column in physical_columns(log)), *flag_columns(log)])
 
 
-def events_header_line() -> bytes:
-    """Format the first line of the events' file."""
-    return _line(EVENT_COLUMNS)
-
-
 def first_row(log: DropLog) -> bytes:
     """Format the first sample's row of the samples' file."""
-    physical = [_texts(column) for column in physical_columns(log)]
-    return _rows(log, slice(0, 1), physical, list(flag_columns(log).values()))
+    return _row_texts(log)(slice(0, 1))
 
 
 def write_csv(log: DropLog, path: Path) -> None:
     """Write one row a sample (RFC 4180); a reading that was not valid is an empty field."""
-    physical = [_texts(column) for column in physical_columns(log)]
-    flags = list(flag_columns(log).values())
+    texts = _row_texts(log)
     with path.open("wb") as file:
         file.write(header_line(log))
         for start in range(0, len(log), _CHUNK_ROWS):
-            rows = slice(start, start + _CHUNK_ROWS)
-            file.write(_rows(log, rows, physical, flags))
+            file.write(texts(slice(start, start + _CHUNK_ROWS)))
 
 
-def write_events_csv(log: DropLog, to: Path | TextIO) -> None:
+def write_events_csv(log: DropLog, path: Path) -> None:
     """Write one row an event, by time; index, arg and value as in the protocol's EventCode."""
-    if isinstance(to, Path):
-        with to.open("w", newline="", encoding="ascii") as file:
-            write_events_csv(log, file)
-        return
-    to.write(events_header_line().decode())
-    writer = csv.writer(to)
+    path.write_bytes(EVENTS_HEADER_LINE + b"".join(event_lines(log)))
+
+
+def event_lines(log: DropLog) -> Iterator[bytes]:
+    """Yield the rows of the events' file."""
     for t_us, t_s, *event in log.event_rows():
-        writer.writerow((t_us, f"{t_s:.6f}", *event))
+        yield _line((t_us, f"{t_s:.6f}", *event))
 
 
-def _line(names: Iterable[str]) -> bytes:
-    return ",".join(names).encode() + b"\r\n"
+def _line(cells: Iterable[object]) -> bytes:
+    return ",".join(map(str, cells)).encode("ascii") + b"\r\n"
 
 
-def _rows(
-    log: DropLog, rows: slice, physical: list[Callable[[slice], Text]], flags: list[BoolArray]
-) -> bytes:
-    fields = [
-        _integers(log.sample_index[rows]),
-        _integers(log.t_us[rows]),
-        _seconds(log.t_us[rows] - log.origin_us),
-        *(texts(rows) for texts in physical),
-        *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
-    ]
-    # One row of fixed width a sample, (m, width) bytes, with commas set between the fields beforehand.
-    width = sum(field.shape[1] + 1 for field in fields) + 1
-    text = np.full((len(fields[0]), width), ord(","), np.uint8)
-    at = 0
-    for field in fields:
-        text[:, at : at + field.shape[1]] = field
-        at += field.shape[1] + 1
-    # The comma behind the last field and the spare byte become the line's end.
-    text[:, -2:] = (ord("\r"), ord("\n"))
-    # Take the padding out of all rows in one pass: fields get their natural width.
-    return text.tobytes().translate(None, bytes((_PAD,)))
+EVENTS_HEADER_LINE = _line(EVENT_COLUMNS)
+
+
+def _row_texts(log: DropLog) -> Callable[[slice], bytes]:
+    """Return a function that gives the lines of a slice of rows."""
+    physical = [_texts(column) for column in physical_columns(log)]
+    flags = list(flag_columns(log).values())
+
+    def of(rows: slice) -> bytes:
+        fields = [
+            _integers(log.sample_index[rows]),
+            _integers(log.t_us[rows]),
+            _seconds(log.t_us[rows] - log.origin_us),
+            *(texts(rows) for texts in physical),
+            *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
+        ]
+        # One row of fixed width a sample, (m, width) bytes, with commas set between the fields beforehand.
+        width = sum(field.shape[1] + 1 for field in fields) + 1
+        text = np.full((len(fields[0]), width), ord(","), np.uint8)
+        at = 0
+        for field in fields:
+            text[:, at : at + field.shape[1]] = field
+            at += field.shape[1] + 1
+        # The comma behind the last field and the spare byte become the line's end.
+        text[:, -2:] = (ord("\r"), ord("\n"))
+        # Take the padding out of all rows in one pass: fields get their natural width.
+        return text.tobytes().translate(None, bytes((_PAD,)))
+
+    return of
 
 
 def _texts(column: CountColumn) -> Callable[[slice], Text]:

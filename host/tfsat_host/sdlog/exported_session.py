@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 
 import numpy as np
 
 from .droplog import DropLog
-from .export_tables import METADATA_KEY, first_row, write_events_csv
+from .export_tables import METADATA_KEY, event_lines, first_row
 from .log_errors import MissingExtraError, check_extra
 
 
@@ -41,12 +40,7 @@ def _second_line(path: Path) -> bytes:
 
 def _expected_line(path: Path, log: DropLog) -> bytes:
     """CSV has no metadata: its first row has the time and all readings of one sample, or of one event."""
-    if not path.name.endswith(".events.csv"):
-        return first_row(log)
-    text = io.StringIO(newline="")
-    write_events_csv(log, text)
-    lines = text.getvalue().encode("ascii").splitlines(keepends=True)
-    return lines[1] if len(lines) > 1 else b""
+    return next(event_lines(log), b"") if path.name.endswith(".events.csv") else first_row(log)
 
 
 def _session_of_npz(path: Path) -> str:

@@ -132,12 +132,8 @@ def _chunks(pieces: RecordArray) -> Iterator[list[tuple[int, int, int]]]:
             # Cut a piece where the buffer is full; the rest of it opens the next list.
             count = min(blocks_left, room)
             parts.append((position, number, count))
-            position, number, blocks_left, room = (
-                position + count,
-                number + count,
-                blocks_left - count,
-                room - count,
-            )
+            position, number = position + count, number + count
+            blocks_left, room = blocks_left - count, room - count
             if not room:
                 yield parts
                 parts, room = [], CHUNK_BLOCKS

@@ -76,10 +76,6 @@ def _field_values(protocol_record: LogHeader | LogFooter) -> dict[str, Any]:
     }
 
 
-def _event_facts(log: DropLog) -> list[dict[str, Any]]:
-    return [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events]
-
-
 def count_late_samples(log: DropLog) -> LateSamples:
     """Count the late samples and the sampling timer's ticks missed, and find the longest step."""
     rows = log.late_rows
@@ -257,7 +253,9 @@ METADATA: Columns = (
     Column("set_aside", columns=_columns_of(SetAside)),
     Column("gaps", columns=_columns_of(Gap)),
     Column("late_samples", of=count_late_samples, columns=_columns_of(LateSamples)),
-    Column("events", of=_event_facts),
+    Column(
+        "events", of=lambda log: [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events]
+    ),
 )
 """All that `DropLog` holds besides its columns; bytes as hexadecimal text, except the schema."""
 SUMMARY: Columns = (

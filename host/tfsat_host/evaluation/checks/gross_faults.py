@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, permutations, product
+from itertools import chain, combinations, permutations, product
 
 import numpy as np
 
@@ -34,7 +34,10 @@ def gross_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Yield all gross faults that can be tried on one drop."""
     data = residuals.data
     none = np.zeros((residuals.size, 0))
-    for kind, sensor_residual, cause, next_step in _put_right(data):
+    put_right = chain(
+        _exchanged_axes(data), _changed_misalignments(data), _wrong_orders(data), _exchanged_sensors(data)
+    )
+    for kind, sensor_residual, cause, next_step in put_right:
         yield Hypothesis(kind, none, fixed_words(cause), next_step, residuals.with_sensors(sensor_residual))
     for corrected_residual, cause, next_step in _other_low_passes(residuals):
         yield Hypothesis("low-pass", none, fixed_words(cause), next_step, corrected_residual)
@@ -45,14 +48,6 @@ def gross_faults(residuals: WholeResidual) -> Iterator[Hypothesis]:
 
 Right = tuple[str, FloatArray, str, str]
 """Kind, the sensors' residual with the fault put right, the cause in words, what to do."""
-
-
-def _put_right(data: Consistency) -> Iterator[Right]:
-    """Faults without unknown numbers."""
-    yield from _exchanged_axes(data)
-    yield from _changed_misalignments(data)
-    yield from _wrong_orders(data)
-    yield from _exchanged_sensors(data)
 
 
 def signed_exchanges() -> FloatArray:

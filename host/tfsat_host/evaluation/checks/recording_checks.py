@@ -40,11 +40,11 @@ def completeness_checks(log: DropLog, motion: Motion, model: RobotModel) -> Iter
 def _check_full_scale(log: DropLog, fall: BoolArray) -> Check:
     count = (log.clipped & log.imu_valid)[fall].sum(axis=0)
     bodies = _numbers(count > 0)
-    sentence = (
-        f"{int(count.sum())} readings of the IMU of body {bodies} were at full scale and were not used."
-        if count.any()
-        else "No IMU was at full scale in the fall."
-    )
+    sentence = "No IMU was at full scale in the fall."
+    if count.any():
+        sentence = (
+            f"{int(count.sum())} readings of the IMU of body {bodies} were at full scale and were not used."
+        )
     return _FULL_SCALE.judge(float(count.sum()), 0.0, sentence).caused_by(
         f"a knock, or a range that is too small, at the IMU of body {bodies}",
         Advice("Compare the ranges with the strokes' rates: ", NextStep("logger-settings")),
@@ -68,11 +68,9 @@ def _check_answers(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
             bridged = f"in {100.0 * silent.mean():.1f} % neither of the joint's did, and its gyros alone tell its angle"
     others = int((missing > 100.0 * MISSING_SHARE).sum()) - 1
     others_text = f" {others} more did not answer in over {100.0 * MISSING_SHARE:g} %." if others > 0 else ""
-    sentence = (
-        f"The {name} did not answer in {missing[worst]:.1f} % of the fall; {bridged}.{others_text}"
-        if missing[worst] > 0.0
-        else "All sensors answered throughout the fall."
-    )
+    sentence = "All sensors answered throughout the fall."
+    if missing[worst] > 0.0:
+        sentence = f"The {name} did not answer in {missing[worst]:.1f} % of the fall; {bridged}.{others_text}"
     check = _ANSWERS.judge(float(missing[worst]), 100.0 * MISSING_SHARE, sentence)
     watch = Advice("Watch the sensor live: ", NextStep("monitor"))
     return check.caused_by(f"{name}: cable, connector or bus", watch)

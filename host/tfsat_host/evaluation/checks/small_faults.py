@@ -113,10 +113,8 @@ def _changed_gyros(residuals: WholeResidual) -> Iterator[Hypothesis]:
     """Another bias, mounting or scale: three numbers each."""
     for body, calibrated in enumerate(residuals.data.calibration.gyros):
         bias_time, columns = calibrated.bias_recorded_at, residuals.by_gyros.parameters[:, body]
-        gyro, since = (
-            f"gyro of body {body + 1}:",
-            f" since {bias_time:%Y-%m-%d %H:%M} UTC" if bias_time else "",
-        )
+        gyro = f"gyro of body {body + 1}:"
+        since = f" since {bias_time:%Y-%m-%d %H:%M} UTC" if bias_time else ""
 
         def bias(numbers: FloatArray, gyro: str = gyro, since: str = since) -> str:
             off = list_numbers(np.rad2deg(_BIAS_RAD_S * numbers))

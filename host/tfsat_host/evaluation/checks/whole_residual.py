@@ -6,16 +6,22 @@ nothing that a model makes of them means anything: the vector is then theirs alo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.model_rows import ModelRows
 from tfsat_host.evaluation.checks.stated_errors import ByGyros, StatedErrors, axis_std_rad
-from tfsat_host.evaluation.motion.gyro_signal import derivative
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples, derivatives, flown_of
+from tfsat_host.evaluation.motion.error_model import carry_angles
+from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, derivative
+from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
+from tfsat_host.evaluation.motion.rate_fusion import rates_by_angles
+from tfsat_host.evaluation.motion.samples import Blocks, turned_from
 
 _AS_CERTIFIED = np.zeros(9)
 
@@ -54,13 +60,7 @@ class WholeResidual:
 
     def stack(self, of_sensors: FloatArray | None, of_model: FloatArray | None = None) -> FloatArray:
         """(size, q) of columns of either part; None: zeros."""
-        q = (
-            of_sensors.shape[1]
-            if of_sensors is not None
-            else of_model.shape[1]
-            if of_model is not None
-            else 0
-        )
+        q = next(part.shape[1] for part in (of_sensors, of_model) if part is not None)
         out = np.zeros((self.size, q))
         if of_sensors is not None:
             out[: self.data.size] = of_sensors
@@ -148,3 +148,114 @@ class WholeResidual:
     def whiten(self, rows: FloatArray) -> FloatArray:
         """(k, ...) of vectors (size, ...)."""
         return np.asarray(self.whitening @ rows[self.known])
+
+
+BLOCK_RATE_STD_RAD_S = np.deg2rad(0.005)
+"""Of a mean over 0.1 s by all gyros: frames that ring after a stroke."""
+_MOMENTUM_STD_RAD_S = np.deg2rad(100.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ModelRows:
+    """The base's rate that the robot model leaves unexplained, and how errors of sensors and model move it; all linear.
+
+    What the fit of the model gave offsets, momentum and sensors' errors a share in is put back: the rows are those of
+    the robot as its file has it and of the sensors as they are certified. 3 k rows: three axes in each of k blocks.
+
+    Attributes:
+        motion: Of the drop.
+        fit: Of the model to it.
+        flown: What drives it, the sensors' errors taken off as the fit found them.
+    """
+
+    motion: Motion
+    fit: ModelFit
+    flown: FallSamples
+
+    @classmethod
+    def of(cls, motion: Motion, fit: ModelFit) -> ModelRows:
+        """Build the model's rows of one drop."""
+        return cls(motion, fit, flown_of(motion).correct(fit.errors))
+
+    @cached_property
+    def t_s(self) -> FloatArray:
+        """(k,) where each block begins."""
+        return self.flown.t_s[self._blocks.edges]
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """(3 k,) without offsets and without errors of the sensors."""
+        fit, solved, root = self.fit, self.motion.solved, self._root
+        # Put back what the fusion and the fit took off, both in the fit's independent errors.
+        total_errors = np.linalg.solve(root, solved.errors) + fit.errors
+        linearization = fit.derivatives
+        return self._rows(
+            linearization.residual_rad_s
+            - linearization.by_errors @ total_errors
+            - linearization.by_offsets @ fit.values
+        )
+
+    @cached_property
+    def noise(self) -> FloatArray:
+        """(3 k, 3 k)."""
+        # A mean's noise falls with the number of samples; that of ringing frames does not.
+        per_sample = self._blocks.mean(self.fit.derivatives.noise) / self._blocks.counts[:, None, None]
+        each = per_sample + BLOCK_RATE_STD_RAD_S**2 * np.eye(3)
+        # Block diagonal: (k, 3, k, 3) folded into (3 k, 3 k).
+        return np.asarray(
+            np.einsum("kij,kl->kilj", each, np.eye(len(each))).reshape(3 * len(each), 3 * len(each))
+        )
+
+    @cached_property
+    def by_offsets(self) -> FloatArray:
+        """(3 k, p) by the model's offsets in their prior's standard deviations."""
+        return self._rows(self.fit.derivatives.by_offsets) * self.fit.offsets.prior_std
+
+    @cached_property
+    def by_momentum(self) -> FloatArray:
+        """(k, 3, 3) by the momentum, whose unit turns the base by 100 deg/s at most."""
+        by_momentum = self._blocks.mean(self.fit.derivatives.by_momentum)
+        return np.asarray(_MOMENTUM_STD_RAD_S / np.abs(by_momentum).max() * by_momentum)
+
+    @cached_property
+    def by_errors(self) -> FloatArray:
+        """(3 k, r) by the sensors' errors before the fusion, see `motion/error_model.py`."""
+        return self._rows(self.fit.derivatives.by_errors) @ np.linalg.inv(self._root)
+
+    def by_gyros(self, rates_rad_s: FloatArray) -> FloatArray:
+        """(3 k, q) by what the gyros show more, (q, n, 4, 3) body axes, at the n samples of the fall."""
+        fused, fall = self.motion.fused, self.motion.samples.fall
+        n, q = len(rates_rad_s[0]), len(rates_rad_s)
+        # What gyros show more moves base and joint rates through the fusion's gains, (n, 6, q).
+        direct = fused.gains[fall] @ np.moveaxis(rates_rad_s, 0, -1).reshape(n, -1, q)
+        by_angles, t = self._rates_by_angles[fall], self.motion.t_s[fall]
+        # Joint angles follow the rates and change them: the same fixed point as in the fusion.
+        angles = carry_angles(t, turned_from(t, direct[:, 3:]), by_angles)
+        rates, settled = direct + by_angles @ angles, t >= SETTLED_S
+        # The derivatives are linear in the errors' columns: put these in their place.
+        kinematics = replace(
+            self.flown,
+            rate_errors=rates[settled],
+            angle_errors=angles[settled],
+            tilt_errors=np.zeros((*self.flown.tilt_rad.shape, q)),
+        )
+        fit = self.fit
+        return self._rows(derivatives(fit.offsets, fit.values, kinematics, fit.momentum_kg_m2_s).by_errors)
+
+    @cached_property
+    def _rates_by_angles(self) -> FloatArray:
+        solved, fusion = self.motion.solved, self.motion.fusion
+        body = fusion.body.tilt_hinges(fusion.prior.tilt_of(solved.errors))
+        return rates_by_angles(body, solved.angles_rad, solved.fused, self.motion.fusion.noise)[0]
+
+    @cached_property
+    def _root(self) -> FloatArray:
+        return root_of(self.motion.solved.jacobians.covariance)
+
+    @cached_property
+    def _blocks(self) -> Blocks:
+        return Blocks.of(self.flown.t_s, BLOCK_S)
+
+    def _rows(self, values: FloatArray) -> FloatArray:
+        """(3 k, ...) means over blocks of values (m, 3, ...)."""
+        return np.asarray(self._blocks.mean(values).reshape(3 * len(self._blocks.edges), *values.shape[2:]))

@@ -91,11 +91,6 @@ class ModelFit:
         return self.equations.information
 
     @property
-    def right_hand_side(self) -> FloatArray:
-        """(p,) to go with it: without a bound the offsets are (information + prior)^-1 right_hand_side."""
-        return self.equations.right_hand_side
-
-    @property
     def sought_information(self) -> FloatArray:
         """(s, s) of the data on the offsets that are sought, the nuisance parameters held by their priors."""
         s, prior = self.offsets.sought, np.diag(self.offsets.prior_std**-2.0)
@@ -260,7 +255,6 @@ class _System(NamedTuple):
     normal: FloatArray
     target: FloatArray
     prior: FloatArray
-    whitening: FloatArray
     momentum_unit: float
     derivatives: Derivatives
 
@@ -287,7 +281,6 @@ class _System(NamedTuple):
             design.T @ design,
             -np.einsum("nij,nj->ni", whitening, linearization.residual_rad_s).reshape(-1),
             prior,
-            whitening,
             unit,
             linearization,
         )

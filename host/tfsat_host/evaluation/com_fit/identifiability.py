@@ -80,15 +80,10 @@ class Identifiability:
     rank: int
 
     @property
-    def singular_values(self) -> FloatArray:
-        """(p,) descending, 1 / unit."""
-        return np.array([direction.singular_value for direction in reversed(self.directions)])
-
-    @property
     def condition(self) -> float:
         """Greatest singular value over the least; infinite if the data say nothing of a direction."""
-        values = self.singular_values
-        return float(values[0] / values[-1]) if self.rank == len(values) else float("inf")
+        least, greatest = self.directions[0].singular_value, self.directions[-1].singular_value
+        return greatest / least if self.rank == len(self.directions) else float("inf")
 
     @property
     def undetermined(self) -> tuple[Direction, ...]:

@@ -188,35 +188,22 @@ def _inertia(moments: FloatArray) -> FloatArray:
     return np.asarray(np.trace(moments, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - moments)
 
 
-def model_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
+def model_offsets(model: RobotModel) -> Offsets:
     """Build the paper's nine offsets and the nuisance parameters whose uncertainty the robot file states.
 
     A stated uncertainty of 0 takes the parameters for exact; a file that states none is taken to be as
-    uncertain as `ASSUMED`.
+    uncertain as `ASSUMED`. The priors of the centers of mass are as wide as a uniform spread over their bounds and
+    decide nothing that the data determine.
     """
-    sought = _centers(model, bound_m)
-    return Offsets(
-        (*sought, *_uncertain(model, model.uncertainty or ASSUMED)), Multibody.of(model), len(sought)
-    )
-
-
-def com_offsets(model: RobotModel, bound_m: float = COM_BOUND_M) -> Offsets:
-    """Build the paper's nine offsets alone, all else taken for exact."""
-    sought = _centers(model, bound_m)
-    return Offsets(sought, Multibody.of(model), len(sought))
-
-
-def _centers(model: RobotModel, bound_m: float) -> tuple[Parameter, ...]:
-    """Build the centers of mass as parameters with priors as wide as a uniform spread over the bounds.
-
-    Priors so wide decide nothing that the data determine.
-    """
-    bound_mm = 1e3 * bound_m
+    bound_mm = 1e3 * COM_BOUND_M
     # A uniform spread over plus and minus d has the standard deviation d / sqrt(3).
-    return tuple(
+    sought = tuple(
         parameter._replace(bound=bound_mm)
         for body in COM_BODIES
         for parameter in _center(model, body - 1, bound_mm / 3.0**0.5)
+    )
+    return Offsets(
+        (*sought, *_uncertain(model, model.uncertainty or ASSUMED)), Multibody.of(model), len(sought)
     )
 
 

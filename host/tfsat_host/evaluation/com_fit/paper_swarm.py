@@ -20,7 +20,7 @@ from scipy.optimize import minimize as descend
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
-from tfsat_host.evaluation.com_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.com_fit.momentum_average import averaged_momentum
 from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.plan.swarm import SwarmSettings, minimize
@@ -103,11 +103,9 @@ class SwarmFit:
     @property
     def spread(self) -> FloatArray:
         """(p,) standard deviation over the swarms."""
-        return (
-            np.asarray(self.each.std(axis=0, ddof=1))
-            if len(self.each) > 1
-            else np.full(len(self.values), np.nan)
-        )
+        if len(self.each) < 2:
+            return np.full(len(self.values), np.nan)
+        return np.asarray(self.each.std(axis=0, ddof=1))
 
 
 def powers(vectors: FloatArray) -> FloatArray:
@@ -119,15 +117,12 @@ def powers(vectors: FloatArray) -> FloatArray:
     )
 
 
-def momentum_polynomial(
-    offsets: Offsets, kinematics: FallSamples, size: int = PAPER_SIZE
-) -> MomentumPolynomial:
+def momentum_polynomial(offsets: Offsets, kinematics: FallSamples) -> MomentumPolynomial:
     """Fit the momentum polynomial to as many robots as it has coefficients.
 
     Args:
         offsets: Of centers of mass alone.
         kinematics: One drop.
-        size: N of the moving average.
     """
     p = len(offsets)
     # As far out as the bounds, where rounding matters least.
@@ -135,7 +130,7 @@ def momentum_polynomial(
     rows, columns = np.triu_indices(p, 1)
     # The origin, both ways along each axis, and each pair: as many robots as coefficients.
     places = np.concatenate([np.zeros((1, p)), unit, -unit, unit[rows] + unit[columns]])
-    averages = averaged_momentum(offsets.apply(places), kinematics, size).values
+    averages = averaged_momentum(offsets.apply(places), kinematics).values
     # From the first window, as J counts it; components before samples: (places, 3, k).
     strayed = (averages - averages[:, :1]).swapaxes(1, 2)
     coefficients = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
@@ -146,7 +141,6 @@ def swarm_fit(
     fit: ModelFit,
     kinematics: FallSamples,
     *,
-    size: int = PAPER_SIZE,
     settings: SwarmSettings | None = None,
     seeds: Sequence[int] = SEEDS,
 ) -> SwarmFit:
@@ -155,13 +149,12 @@ def swarm_fit(
     Args:
         fit: With all that it held uncertain; the paper took all but the centers of mass for exact.
         kinematics: The same drop.
-        size: N of the moving average.
         settings: Of the swarm; the paper's by default.
         seeds: One or more, a swarm each.
     """
     offsets, settings = fit.offsets.alone, settings or SwarmSettings()
     # One polynomial for all swarms: J then costs a matrix product a particle, and no dynamics.
-    polynomial = momentum_polynomial(offsets, kinematics, size)
+    polynomial = momentum_polynomial(offsets, kinematics)
     minima = [
         minimize(
             lambda columns: polynomial.objective(columns.T),
@@ -178,7 +171,7 @@ def swarm_fit(
         best.position,
         best.value,
         float(before),
-        float(averaged_momentum(fit.offsets.correct(fit.values), kinematics, size).objective),
+        float(averaged_momentum(fit.offsets.correct(fit.values), kinematics).objective),
         _bottom(polynomial, best.position, offsets.bounds),
         np.stack([minimum.position for minimum in minima]),
         settings.particles,

@@ -139,10 +139,8 @@ def attitude_error(
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
     # Delay the model's rates by the gyros' low-pass, so that both sides have the same lag.
     predicted_rates = lag.apply(kinematics.t_s, exact)
-    ours, theirs = (
-        integrate_rates(kinematics.t_s, measured_rates),
-        integrate_rates(kinematics.t_s, predicted_rates),
-    )
+    ours = integrate_rates(kinematics.t_s, measured_rates)
+    theirs = integrate_rates(kinematics.t_s, predicted_rates)
     # Carry the covariance of a small rotation over to the Euler angles, at the predicted attitude.
     by_turn = euler_zyx_by_turn(theirs.as_matrix())
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)

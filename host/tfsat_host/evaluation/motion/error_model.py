@@ -99,14 +99,8 @@ class Prior:
 
     @property
     def moments(self) -> slice:
-        """Of the lag."""
+        """Of the lag's two moments, which angle sensors measure and neighbours do not."""
         return slice(self.gyro.stop, self.gyro.stop + len(self.lag))
-
-    @property
-    def is_lag(self) -> BoolArray:
-        """(r,) the two moments of the lag, which angle sensors measure and neighbours do not."""
-        places = np.arange(len(self))
-        return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
     @property
     def slower(self) -> slice:
@@ -223,16 +217,22 @@ def error_jacobians(
         walked[:, joint, prior.walk(joint)] -= prior.walks[joint].rate
     own += turned_from(t_s, walked)
     both_by_angles, bodies_by_angles = by_angles
-    angles = own
-    # Fixed point: angles follow from rates, and the fused rates from angles.
-    for _ in range(_CARRIED):
-        angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
+    angles = carry_angles(t_s, own, both_by_angles)
     rates = direct + both_by_angles @ angles
     # The pose's columns hold the fused rates' own change: `direct` goes with them, not `rates`.
     by_both = np.concatenate([fused.gyro_map, bodies_by_angles], axis=-1).reshape(n, -1, 6 + len(prior.start))
     bodies = (by_both @ np.concatenate([direct, angles], axis=1)).reshape(gyros.shape)
     bodies[..., prior.tilts] += by_tilts * prior.tilt
     return ErrorJacobians(prior.gyro_root, gyros, rates, bodies, angles, covariance)
+
+
+def carry_angles(t_s: FloatArray, own: FloatArray, by_angles: FloatArray) -> FloatArray:
+    """(n, joints, r) joint angles with own parts (n, joints, r) and fused rates by angles (n, 3 + joints, joints)."""
+    angles = own
+    # Fixed point: angles follow from rates, and the fused rates from angles.
+    for _ in range(_CARRIED):
+        angles = own + turned_from(t_s, by_angles[:, 3:] @ angles)
+    return angles
 
 
 KNOT_S = 0.2

@@ -41,13 +41,7 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
         t_s: (n,) samples of a rest.
         rate_rad_s: (n, 4, 3); NaN where a gyro did not answer.
     """
-    if len(t_s) < 2:
-        return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
-    blocks = Blocks.of(t_s - t_s[0], _DENSITY_BLOCK_S)
-    # Too short a rest tells less of the noise than the data sheet.
-    if len(blocks.edges) < MIN_BLOCKS:
-        return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
-    means = blocks.mean(rate_rad_s)
+    means = Blocks.of(t_s - t_s[:1], _DENSITY_BLOCK_S).mean(rate_rad_s)
     # Two-sample variance: half the squared difference of neighbouring means, as in an Allan variance.
     squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
     return np.array([_density(squares[:, gyro]) for gyro in range(rate_rad_s.shape[1])])
@@ -59,7 +53,7 @@ def _density(squares: FloatArray) -> float:
     They are NaN where the gyro did not answer.
     """
     finite_squares = squares[np.isfinite(squares)]
-    # Too few blocks, or readings that never change: neither shows the noise.
+    # Too short a rest, or readings that never change: neither shows the noise.
     if len(finite_squares) < 3 * MIN_BLOCKS or not finite_squares.any():
         return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.

@@ -10,7 +10,7 @@ each by its uncertainty:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -130,11 +130,6 @@ class Squares(NamedTuple):
     def of(cls, errors: FloatArray, stated: FloatArray, covariance: FloatArray) -> Squares:
         """Compute from errors (k,), their information (k, k) before the drop and covariance (k, k) after it."""
         return cls(float(errors @ stated @ errors), float(len(errors) - (stated * covariance).sum()))
-
-    @classmethod
-    def total(cls, parts: Iterable[Squares]) -> Squares:
-        """Sum the squares of independent errors."""
-        return cls(*map(sum, zip(*parts, strict=True)))
 
 
 NONE_DETERMINED = Squares(0.0, 0.0)

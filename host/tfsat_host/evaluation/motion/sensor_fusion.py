@@ -139,11 +139,8 @@ class SensorFusion:
         low_pass: LowPass,
     ) -> SensorFusion:
         """Build the fusion of one drop; arguments as in `motion_of`."""
-        body, sheet, readings = (
-            Multibody.of(model),
-            sheet_lag(low_pass),
-            Readings.of(samples, calibration.gyros),
-        )
+        body, sheet = Multibody.of(model), sheet_lag(low_pass)
+        readings = Readings.of(samples, calibration.gyros)
         t, measured_rates = samples.t_s, readings.rates(calibration.gyros)
         noise = sample_covariance(densities, t, measured_rates, samples.rate_hz, low_pass)
         slopes = sensed_slopes(t, joints, samples.rate_hz)
@@ -208,7 +205,8 @@ class SensorFusion:
                 covariance[mounting_and_scale, mounting_and_scale] for covariance in (before, after)
             )
             parts.append(Squares.of(off[3:], np.asarray(np.linalg.pinv(stated), dtype=np.float64), posterior))
-        return Squares.total(parts)
+        # The errors of different sensors are independent: their squares add up.
+        return Squares(*map(sum, zip(*parts, strict=True)))
 
     def without(self, solved: FusionSolution, errors: FloatArray) -> FusionSolution:
         """Return the solution with further lasting errors (r,) subtracted."""
@@ -234,7 +232,8 @@ class SensorFusion:
         errors, angles = np.zeros(len(self.prior)), self.geometry_rad
         covariance, sensors = np.eye(len(errors)), NONE_DETERMINED
         # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
-        no_lag = free & ~self.prior.is_lag
+        no_lag = free.copy()
+        no_lag[self.prior.moments] = False
         last_rad = np.inf
         for _ in range(_MAX_STEPS):
             # Take off the errors found so far, fuse, and integrate the joints.

@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.clocks import Clocks
 from tfsat_host.evaluation.evaluation import Evaluation, Turn
-from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import InitialRate
@@ -50,28 +49,19 @@ STROKES: Columns = (
 )
 
 
-def _joint(row: JointRest | JointEnds) -> str:
-    return f"joint {row.joint}"
-
-
-def _state(rest: JointRest) -> str:
-    return "moved" if rest.unexpected else "crept" if rest.crept else "steady"
-
-
 def _farthest(rest: JointRest) -> str:
     return f"{number(float(np.rad2deg(rest.greatest_rad)), '+.3f')} at {number(rest.greatest_at_s, '.2f')} s"
 
 
-def _time(rest: JointRest) -> str:
-    return f"{rest.from_s:.2f} to {rest.until_s:.2f}"
-
-
+_JOINT = Column("joint", "joint", words=lambda row: f"joint {row.joint}")
 STANDING: Columns = (
-    Column("joint", "joint", words=_joint),
-    Column("from_s", "time", words=_time),
+    _JOINT,
+    Column("from_s", "time", words=lambda rest: f"{rest.from_s:.2f} to {rest.until_s:.2f}"),
     Column("drift_deg", "drift", std="drift_std_rad", form="+.2f"),
     Column("greatest_deg", "max. deviation", words=_farthest),
-    Column("", "state", words=_state),
+    Column(
+        "", "state", words=lambda rest: "moved" if rest.unexpected else "crept" if rest.crept else "steady"
+    ),
     *fields("until_s greatest_at_s unexpected crept remark"),
 )
 
@@ -99,7 +89,7 @@ class JointEnds(NamedTuple):
 
 
 JOINTS: Columns = (
-    Column("joint", "joint", words=_joint),
+    _JOINT,
     Column("initial_deg", "at the release", std="initial_std_rad", form="+.2f"),
     Column("final_deg", "at the end", std="final_std_rad", form="+.2f"),
     Column("", "sensor 1 (deg)", words=lambda joint: joint.off(0)),
@@ -231,14 +221,10 @@ _MICRO_GRAVITY: Columns = (
 )
 
 
-def _interval(velocity: Velocity) -> list[float]:
-    return [velocity.low_mm_s, velocity.high_mm_s]
-
-
 _VELOCITY: Columns = (
     Column("mm_s", of="value_mm_s"),
     Column("mm_s_std", of="std_mm_s"),
-    Column("interval_mm_s", of=_interval),
+    Column("interval_mm_s", of=lambda velocity: [velocity.low_mm_s, velocity.high_mm_s]),
 )
 _RELEASE_VELOCITY: Columns = (
     *(

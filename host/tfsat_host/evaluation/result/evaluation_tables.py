@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from math import isfinite
@@ -191,17 +191,7 @@ def _name_causes_once(reasons: Iterable[str], failed: Mapping[str, Check]) -> It
             yield Advice(f"{check.name}: ", _explain_check(check))
 
 
-@dataclass(frozen=True, slots=True)
-class _CalibrationRow:
-    """One calibrated quantity as people read it, and when it was measured."""
-
-    quantity: str
-    value: str
-    unit: str
-    measured: str
-
-
-_CALIBRATION: Columns = tuple(Column(name, name) for name in ("quantity", "value", "unit", "measured"))
+_CALIBRATION = ("quantity", "value", "unit", "measured")
 
 
 def release_time(log: DropLog) -> datetime | None:
@@ -223,23 +213,23 @@ def calibration_table(evaluation: Evaluation) -> Table:
     for gyro in calibration.gyros:
         name = f"bias of body {gyro.body}"
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
-        rows.append(_CalibrationRow(name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)))
+        rows.append((name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", date_of(name)))
     for gyro in calibration.gyros:
         name = f"misalignment of body {gyro.body}"
-        rows.append(_CalibrationRow(name, _misalignment_deg(gyro, evaluation), "deg", date_of(name)))
+        rows.append((name, _misalignment_deg(gyro, evaluation), "deg", date_of(name)))
     for gyro in calibration.gyros:
         values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
         measured = date_of("scale factor", f"of body {gyro.body}")
-        rows.append(_CalibrationRow(f"scale factors of body {gyro.body}", vector(values, std), "1", measured))
+        rows.append((f"scale factors of body {gyro.body}", vector(values, std), "1", measured))
     for joint in calibration.joints:
         name = f"zero point of joint {joint.joint}"
         std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
         zeros = vector(np.rad2deg(joint.zero_rad) % 360.0, std)
-        rows.append(_CalibrationRow(name, zeros, "deg", date_of(name)))
+        rows.append((name, zeros, "deg", date_of(name)))
     return Table(
         "Calibration",
-        _CALIBRATION,
-        rows,
+        tuple(Column(name, name) for name in _CALIBRATION),
+        [dict(zip(_CALIBRATION, row, strict=True)) for row in rows],
         "±: greatest standard deviation of a row. Default values for what was never measured, or not since a landing: "
         "see the reasons of the verdict.",
     )

@@ -77,12 +77,10 @@ def _largest_correction(evaluation: Evaluation) -> Quantity:
     if np.isnan(withholding_factor(evaluation)):
         return Quantity(_NONE, unit="mm", label=_CORRECTION, note=f"{_WITHHELD}: change nothing by it")
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
-    if worth != "to be made":
-        note += (
-            "; no correction is called for"
-            if worth == "not called for"
-            else "; withheld: change nothing by it"
-        )
+    if worth == "not called for":
+        note += "; no correction is called for"
+    if worth == "withheld":
+        note += "; withheld: change nothing by it"
     value, std = (float(column[greatest]) for column in (fit.values, fit.std))
     return Quantity(value, std, "mm", "+.2f", _CORRECTION, note)
 

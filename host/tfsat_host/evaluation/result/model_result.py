@@ -117,6 +117,7 @@ ERROR: Columns = (
     ERROR_NORM,
     *fields("rms_deg z_scores mahalanobis"),
 )
+_NO_ERROR: dict[str, None] = dict.fromkeys(column.key for column in ERROR)
 _DIRECTION = "composition components told=determined std std_by_data prior_std"
 _IDENTIFIABILITY: Columns = (
     *fields("unit condition rank"),
@@ -147,20 +148,14 @@ _SWARM: Columns = (
 )
 
 
-def _error(nominal_or_fitted: AttitudeError, *, is_given: bool) -> AttitudeError | dict[str, None]:
-    return nominal_or_fitted if is_given else dict.fromkeys(column.key for column in ERROR)
-
-
 def _nominal_error(evaluation: Evaluation) -> AttitudeError | dict[str, None]:
     """Return the nominal model's error; unknown where the sensors are not trusted."""
-    return _error(evaluation.explained.nominal.error, is_given=evaluation.is_given())
+    return evaluation.explained.nominal.error if evaluation.is_given() else _NO_ERROR
 
 
 def _fitted_error(evaluation: Evaluation) -> AttitudeError | dict[str, None]:
     """Return the fitted model's error; unknown where the sensors or the correction are not trusted."""
-    return _error(
-        evaluation.explained.fitted.error, is_given=bool(np.isfinite(withholding_factor(evaluation)))
-    )
+    return evaluation.explained.fitted.error if np.isfinite(withholding_factor(evaluation)) else _NO_ERROR
 
 
 def _if_given(value: Callable[[Evaluation], Any]) -> Callable[[Evaluation], Any]:
@@ -309,16 +304,12 @@ def _angle(index: int) -> Column:
     )
 
 
-def _z_scores(side: _Side) -> str:
-    return ", ".join(number(score, "+.1f") for score in side.error.z_scores)
-
-
 _ERRORS: Columns = (
     Column("name", "model"),
     *map(_angle, range(3)),
     Column("norm_deg", "norm", of="error.final_norm_rad"),
     Column("rms_deg", "rms over time", of="error.rms_rad"),
-    Column("", "z-scores", words=_z_scores),
+    Column("", "z-scores", words=lambda side: ", ".join(number(z, "+.1f") for z in side.error.z_scores)),
 )
 
 

@@ -52,11 +52,9 @@ def _strokes(evaluation: Evaluation) -> Iterator[Event]:
     for stroke in evaluation.strokes:
         # The best start that is known: as measured, as logged, as scheduled.
         begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
-        turned = (
-            f", {number(np.rad2deg(stroke.size_rad), '+.1f').replace('-', '−')} deg"
-            if stroke.moved
-            else ", did not move"
-        )
+        turned = ", did not move"
+        if stroke.moved:
+            turned = f", {number(np.rad2deg(stroke.size_rad), '+.1f').replace('-', '−')} deg"
         label = f"{stroke.number}: joint {stroke.joint}{turned if evaluation.is_given() else ''}"
         yield _event(begin, "stroke", label, stroke.end_s if np.isfinite(stroke.end_s) else None)
     # Without a schedule the stroke line's edges are all that tells of strokes.
