@@ -50,12 +50,14 @@ def test_recordings_are_listed_and_fetched_without_a_home_folder(
     monkeypatch.chdir(tmp_path)
     with Served() as robot:
         port = ("--port", robot.announced["logger"])
+        # The IMUs wake in a tenth of a second after power-up: a recording from then on lacks none of their values.
+        robot.control("wait 500ms")
         tfsat_host("record", "start", *port)
         robot.control("wait 500ms")
         tfsat_host("record", "stop", *port)
         request.getfixturevalue("without_home")
         listed = tfsat_host.json("log", "list", *port)
-        fetched = tfsat_host("log", "fetch", 1, *port, expect=3)  # it ends without a release
+        fetched = tfsat_host("log", "fetch", 1, *port)
         refused = tfsat_host("log", "erase", 1, "--yes", *port, expect=4)
     assert listed["logs"][0]["fetched_to"] is None
     assert (tmp_path / "DROP0001.BIN").is_file()
