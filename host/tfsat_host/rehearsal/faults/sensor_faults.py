@@ -23,37 +23,23 @@ def _take_foreign_calibration(day: Day) -> None:
     )
 
 
+def _servo_fault(how: str, what: str, noticed: str) -> Fault:
+    return Fault(
+        f"servo-{how}",
+        f"The servo of joint 1 {what}.",
+        Moment.LIFTED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        action=break_part("servo", 1, how),
+        noticed=noticed,
+        preflight=(),
+        part="servo of joint 1",
+    )
+
+
 FAULTS = (
-    Fault(
-        "servo-dead",
-        "The servo of joint 1 does not turn.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "dead"),
-        noticed="did not move",
-        preflight=(),
-        part="servo of joint 1",
-    ),
-    Fault(
-        "servo-slow",
-        "The servo of joint 1 reaches a quarter of its rate.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "slow"),
-        noticed="had not come to rest",
-        preflight=(),
-        part="servo of joint 1",
-    ),
-    Fault(
-        "servo-reversed",
-        "The servo of joint 1 turns the other way.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "reversed"),
-        noticed="wrong way",
-        preflight=(),
-        part="servo of joint 1",
-    ),
+    _servo_fault("dead", "does not turn", "did not move"),
+    _servo_fault("slow", "reaches a quarter of its rate", "had not come to rest"),
+    _servo_fault("reversed", "turns the other way", "wrong way"),
     Fault(
         "gyro-dead",
         "The IMU of body 4 does not respond.",
