@@ -187,7 +187,7 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         truth.seed,
         truth.imu,
         drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
-        () if drop.preflight is None else tuple(check.name for check in drop.preflight.blocking),
+        tuple(check.name for check in drop.blocking),
         "none" if judged.verdict is None else judged.verdict.level,
         -1 if judged.log is None else judged.log.samples_lost,
         ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_facts, show_rows
 from tfsat_host.quantity import Column, Columns
-from tfsat_host.rehearsal.drop_screen import DETECTORS
+from tfsat_host.rehearsal.judgement import DETECTORS
 from tfsat_host.rehearsal.series_result import DISTRIBUTION, DetectionCount, SeriesResult
 
 _MAX_REFUSALS = 3
