@@ -17,6 +17,7 @@ from tfsat_host.evaluation.result.drop_result import JOINTS, STROKES, joints
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
 from tfsat_host.preflight.preflight_check import CHECK
@@ -211,7 +212,7 @@ class RehearsalResult:
     def compared(self) -> tuple[EstimateAndTruth, ...]:
         """Each number of the evaluation that has a truth."""
         evaluation = self.judged.evaluation
-        return () if evaluation is None else compare_with_truth(evaluation, self.drop, self.truth, self.filed)
+        return () if evaluation is None else compare_with_truth(evaluation, self.drop)
 
     @cached_property
     def warnings(self) -> list[str]:
@@ -247,20 +248,12 @@ class RehearsalResult:
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
     """List the notices about a schedule that a person should read before it flies."""
-    from tfsat_host.maneuver.schedule import servo_speed_notices
-
     return (*schedule.notices, *servo_speed_notices(schedule))
 
 
 def _refusal_text(result: RehearsalResult) -> str | None:
-    refused = result.drop.refused
-    return None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}"
-
-
-def _refused_by(result: RehearsalResult) -> str | None:
-    if result.drop.refused is None:
-        return None
-    return "preflight" if result.refused_by_preflight else "board"
+    error = result.drop.refused
+    return None if error is None else f"{error.what} {error.meaning} {error.next_step}"
 
 
 def _preflight_text(result: RehearsalResult) -> str | None:
@@ -308,7 +301,7 @@ REHEARSAL: Columns = (
     *fields("sequencer as_filed"),
     Column("schedule", of=lambda result: result.schedule.as_rows()),
     *fields("end_s=schedule.end_s seed=truth.seed"),
-    Column("robot", of="filed", columns=(Column("name"), Column("file", of=lambda robot: str(robot.path)))),
+    Column("robot", of="filed", columns=fields("name file=path")),
     Column("imu", of=lambda result: result.truth.imu or None),
     Column("faults", of="judged.faults", columns=JUDGED_FAULT),
     Column("notices", of=lambda result: schedule_notices(result.schedule)),
@@ -317,12 +310,15 @@ REHEARSAL: Columns = (
     Column("preflight", of=_preflight_text),
     Column(
         "preflight_file",
-        of=lambda result: None if result.preflight_go is None else str(result.folder / PREFLIGHT),
+        of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT,
     ),
     Column("no_go", of=lambda result: [check.name for check in result.drop.blocking]),
     Column("no_go_checks", of="drop.blocking", columns=CHECK),
     Column("refused", of=_refusal_text),
-    Column("refused_by", of=_refused_by),
+    Column(
+        "refused_by",
+        of=lambda result: result.drop.refused and ("preflight" if result.refused_by_preflight else "board"),
+    ),
     *fields("setbacks=drop.setbacks"),
     Column("sequencer_state", of=lambda result: result.drop.sequencer and result.drop.sequencer.state),
     *map(_of_sequencer, ("knocks", "false_releases")),
@@ -344,8 +340,7 @@ REHEARSAL: Columns = (
     ),
     Column("compared", columns=COMPARED),
     Column("quick_look", columns=_QUICK_LOOK),
-    *fields("warnings"),
-    Column("files", of=lambda result: [str(path) for path in result.files]),
+    *fields("warnings files"),
 )
 """The object of `rehearse --json`, of a `RehearsalResult`."""
 

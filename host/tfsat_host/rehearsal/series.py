@@ -193,7 +193,7 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         ()
         if evaluation is None
         else tuple(1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in evaluation.strokes),
-        () if evaluation is None else compare_with_truth(evaluation, drop, drop.robot, series.filed),
+        () if evaluation is None else compare_with_truth(evaluation, drop),
         # Each who detected it once, in the order of the day; a dict keeps that, a set would not.
         {
             fault.fault.name: tuple(dict.fromkeys(detection.who for detection in fault.detections))

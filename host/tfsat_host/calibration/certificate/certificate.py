@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-
-if TYPE_CHECKING:
-    from tfsat_host.calibration.steps.evidence import Origin
 
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 """Two orthogonal axes on every body (paper, tab. misal)."""
