@@ -36,30 +36,25 @@ def _servo_fault(how: str, what: str, noticed: str) -> Fault:
     )
 
 
+def _gyro_fault(how: str, what: str, *preflight: str) -> Fault:
+    return Fault(
+        f"gyro-{how}",
+        what,
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        action=break_part("imu", 4, how),
+        noticed="body 4",
+        preflight=preflight,
+        part="IMU of body 4",
+    )
+
+
 FAULTS = (
     _servo_fault("dead", "does not turn", "did not move"),
     _servo_fault("slow", "reaches a quarter of its rate", "had not come to rest"),
     _servo_fault("reversed", "turns the other way", "wrong way"),
-    Fault(
-        "gyro-dead",
-        "The IMU of body 4 does not respond.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "dead"),
-        noticed="body 4",
-        preflight=("gyros-present",),
-        part="IMU of body 4",
-    ),
-    Fault(
-        "gyro-frozen",
-        "The IMU of body 4 repeats one reading.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "frozen"),
-        noticed="body 4",
-        preflight=("gyros-present",),
-        part="IMU of body 4",
-    ),
+    _gyro_fault("dead", "The IMU of body 4 does not respond.", "gyros-present"),
+    _gyro_fault("frozen", "The IMU of body 4 repeats one reading.", "gyros-present"),
     Fault(
         "gyro-swapped",
         "The plugs of the IMUs of bodies 3 and 4 were exchanged after the calibration.",
@@ -70,15 +65,8 @@ FAULTS = (
         preflight=("gyros-agree",),
         part="IMU of body 4",
     ),
-    Fault(
-        "gyro-saturated",
-        "The gyro of body 4 shows ten times its rate, and clips.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "saturated"),
-        noticed="body 4",
-        preflight=("gyro-biases", "gyros-agree"),
-        part="IMU of body 4",
+    _gyro_fault(
+        "saturated", "The gyro of body 4 shows ten times its rate, and clips.", "gyro-biases", "gyros-agree"
     ),
     Fault(
         "bus-glitch",
