@@ -168,18 +168,14 @@ def careful_servo_maps(
     """
     return tuple(
         fit_servo_map(
-            _visits(pulses, truth, index, np.random.default_rng([seed, 7, index])),
+            _visits(servo.pulses, truth, index, np.random.default_rng([seed, 7, index])),
             index + 1,
             FACTORY.of(index + 1),
             measured,
         )
-        for index, pulses in enumerate(_pulses(model))
+        for index, servo in enumerate(model.servos[:JOINT_COUNT])
+        if servo.pulses is not None
     )
-
-
-def _pulses(model: RobotModel) -> list[PulseMap]:
-    pulse_maps = [servo.pulses for servo in model.servos[:JOINT_COUNT]]
-    return [pulses for pulses in pulse_maps if pulses is not None]
 
 
 def _visits(
