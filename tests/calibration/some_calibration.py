@@ -80,8 +80,7 @@ def drawn_calibration(seed: int) -> Calibration:
         Subject('robot "1" µ\\', f"{rng.integers(2**32):08x}", WHO_AM_I, bool(rng.random() < 0.5)),
         tuple(gyros),
         tuple(joints),
-        tuple(servo_map(rng, joint) for joint in measured),
-        tuple(when() for _ in measured),
+        tuple(servo_map(rng, joint, when()) for joint in measured),
         tuple(Recording(f"step-{n}", when(), f"step-{n}.npz", f"{n:064x}") for n in range(rng.integers(4))),
         tuple(
             sorted(
@@ -94,7 +93,7 @@ def drawn_calibration(seed: int) -> Calibration:
     )
 
 
-def servo_map(rng: np.random.Generator, joint: int) -> ServoMap:
+def servo_map(rng: np.random.Generator, joint: int, measured_at: datetime) -> ServoMap:
     """Draw the map of a servo that opens its joint with longer or with shorter pulses."""
     return ServoMap(
         joint,
@@ -109,6 +108,7 @@ def servo_map(rng: np.random.Generator, joint: int) -> ServoMap:
         int(rng.integers(3, 9)),
         (float(rng.uniform(900, 1000)), float(rng.uniform(1900, 2000))),
         ServoSetting(1000, 11111, int(rng.integers(2)), 0, 9000),
+        measured_at,
     )
 
 
@@ -140,8 +140,7 @@ def whole_calibration(measured_at: datetime = MEASURED, subject: Subject = SUBJE
             replace(joint, zero_recorded_at=measured_at, bend_recorded_at=measured_at)
             for joint in random_calibration.joints
         ),
-        servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
-        servo_recorded_at=(measured_at,) * 3,
+        servo_maps=tuple(servo_map(rng, joint, measured_at) for joint in (1, 2, 3)),
         recordings=(),
         landings=(),
         written=measured_at,

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tests.arduino_sequencer.servo_model import TICK_NS, pulse_centi_ns
 from tests.calibration.simulated_servo import FACTORY_SERVO, SimulatedServo
+from tests.calibration.some_calibration import MEASURED
 from tests.servo_settings.values import valid_settings
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
@@ -35,7 +36,7 @@ TRUE = SimulatedServo(gain=0.95, offset_deg=2.0, backlash_deg=1.2, repeatability
 
 
 def _measure_servo_map(servo: SimulatedServo) -> ServoMap:
-    return fit_servo_map(servo.visit_plan(), 1, FACTORY_SERVO)
+    return fit_servo_map(servo.visit_plan(), 1, FACTORY_SERVO, MEASURED)
 
 
 def _with(setting: ServoSetting) -> ServoSettings:
@@ -81,7 +82,7 @@ def test_a_servo_without_scatter_is_found_exactly(
     servo = SimulatedServo(gain, offset_deg, backlash_deg)
     points = servo.visit_plan()
     order.shuffle(points)
-    servo_map = fit_servo_map(points, 1, FACTORY_SERVO)
+    servo_map = fit_servo_map(points, 1, FACTORY_SERVO, MEASURED)
     assert np.rad2deg(servo_map.backlash_rad) == pytest.approx(backlash_deg, abs=1e-6)
     for pulse_us in (1000.0, 1500.0, 2000.0):
         for direction in (-1, 1):
@@ -147,7 +148,7 @@ def test_intervals_of_a_crooked_servo_hold_the_line_that_it_strays_from() -> Non
             for pulse in sorted({p.pulse_us for p in points})
         }
         strayed = [replace(p, reached_rad=p.reached_rad + stray_rad[p.pulse_us]) for p in points]
-        servo_map = fit_servo_map(strayed, 1, FACTORY_SERVO)
+        servo_map = fit_servo_map(strayed, 1, FACTORY_SERVO, MEASURED)
         truth = [
             np.deg2rad(TRUE.mean_deg(servo_map.middle_us, 0)),
             np.deg2rad(TRUE.gain / FACTORY_SERVO.ns_per_deg * 1000),
@@ -247,7 +248,7 @@ def test_with_the_new_settings_the_joint_reaches_what_is_commanded(
 def test_a_servo_that_opens_by_shorter_pulses() -> None:
     turned = replace(FACTORY_SERVO, zero_us=2000, reversed=1)
     servo = SimulatedServo(gain=-0.95, offset_deg=92.0, backlash_deg=1.0)
-    servo_map = fit_servo_map(servo.visit_plan(turned), 1, turned)
+    servo_map = fit_servo_map(servo.visit_plan(turned), 1, turned, MEASURED)
     setting = settings_from_map(servo_map, _with(turned)).of(1)
     assert setting.reversed == 1
     assert servo.mean_deg(board_pulse_us(setting, 4500), 0) == pytest.approx(45.0, abs=0.1)
@@ -337,7 +338,7 @@ def test_a_matching_setting_is_found_where_the_board_would_refuse_it() -> None:
 
 def _expect_refusal(points: list[ServoPoint], setting: ServoSetting = FACTORY_SERVO) -> CalibrationError:
     with pytest.raises(CalibrationError) as caught:
-        fit_servo_map(points, 3, setting)
+        fit_servo_map(points, 3, setting, MEASURED)
     assert "oint 3" in caught.value.what
     assert "The board keeps its servo settings." in caught.value.meaning
     assert "tfsat-host calibrate servo --joint 3" in caught.value.next_step
@@ -364,7 +365,7 @@ def test_too_few_visits() -> None:
     points = SimulatedServo().visit_plan()
     for few_points in ([], points[:1], points[:13], [point for point in points if point.direction > 0]):
         assert "at least 5 and 4 are needed, opening and closing" in _expect_refusal(few_points).what
-    assert fit_servo_map(points[:17], 3, FACTORY_SERVO).repeats == 4
+    assert fit_servo_map(points[:17], 3, FACTORY_SERVO, MEASURED).repeats == 4
 
 
 def test_too_small_a_range() -> None:

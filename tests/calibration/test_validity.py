@@ -121,7 +121,6 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
         calibration,
         gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]),
         servo_maps=calibration.servo_maps[:1],
-        servo_recorded_at=calibration.servo_recorded_at[:1],
     )
     assert names(bare, "missing") == [
         "bias of body 1",

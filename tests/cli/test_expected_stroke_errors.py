@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.calibration.simulated_servo import SimulatedServo
+from tests.calibration.some_calibration import MEASURED
 from tests.cli.process import RunCli
 from tfsat_host.calibration.calibration_errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
@@ -21,7 +22,8 @@ from tfsat_host.servo_settings import FACTORY, format_settings
 
 SERVO = SimulatedServo(gain=0.95, offset_deg=1.0, backlash_deg=1.0, repeatability_deg=0.3, noise_deg=0.05)
 MAPS = tuple(
-    fit_servo_map(replace(SERVO, seed=joint).visit_plan(), joint, FACTORY.of(joint)) for joint in (1, 2)
+    fit_servo_map(replace(SERVO, seed=joint).visit_plan(), joint, FACTORY.of(joint), MEASURED)
+    for joint in (1, 2)
 )
 Calibrated = Callable[..., Path]
 

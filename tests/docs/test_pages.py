@@ -106,7 +106,6 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
         gyros=tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(robot.imus, 1)),
         joints=tuple(sensors_by_design(robot, joint) for joint in (1, 2, 3)),
         servo_maps=(),
-        servo_recorded_at=(),
     )
     landed = Landing(MEASURED + timedelta(hours=1), "recording 1a2b3c4d")
     page = _text("runbook.md")

@@ -97,11 +97,7 @@ def certificate_of(robot: EmulatedRobot, truth: Imperfections, measured_at: date
     """Return a complete certificate, servos included."""
     careful = careful_certificate(robot.model, truth, SEED, measured_at)
     rng = np.random.default_rng(SEED)
-    return replace(
-        careful,
-        servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
-        servo_recorded_at=(measured_at,) * 3,
-    )
+    return replace(careful, servo_maps=tuple(servo_map(rng, joint, measured_at) for joint in (1, 2, 3)))
 
 
 @contextmanager

@@ -42,7 +42,6 @@ def without_a_servo(ready: ReadyRobot) -> None:
         replace(
             calibration,
             servo_maps=tuple(servo_map for servo_map in calibration.servo_maps if servo_map.joint != 2),
-            servo_recorded_at=calibration.servo_recorded_at[:2],
         )
     )
 

@@ -25,6 +25,8 @@ from tfsat_host.calibration.response import (
 )
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
+from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.steps.evidence import Evidence, newest
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.steps.step_motion import Motion
@@ -133,6 +135,11 @@ class Solution:
     joints: tuple[JointSensors, ...]
     servos: tuple[tuple[Evidence, tuple[JointSensors, ...]], ...]
     used_evidence: tuple[Evidence, ...]
+
+    def servo_maps(self, model: RobotModel) -> tuple[ServoMap, ...]:
+        """Fit the map of each measured servo, by joint. Raises CalibrationError: see `servo_map_of`."""
+        servo_maps = (servo_map_of(evidence, joints, model) for evidence, joints in self.servos)
+        return tuple(sorted(servo_maps, key=lambda servo_map: servo_map.joint))
 
 
 def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:

@@ -28,13 +28,11 @@ class ZeroEstimate:
     """The zero points of a joint's two sensors.
 
     Attributes:
-        joint: 1 to 3.
         zero_rad: (2,) circular means, within half a turn of zero.
         covariance: (2, 2): noise by batch means, and what is left of the steps of the converter.
         noise_rad: (2,) standard deviation of one sample.
     """
 
-    joint: int
     zero_rad: FloatArray
     covariance: FloatArray
     noise_rad: FloatArray
@@ -70,7 +68,7 @@ def estimate_zero(
     by_each = before.each(zero[None, :])[0]
     if before.zero_recorded_at is not None:
         _check_slip(by_each, before.joint)
-    return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise)
+    return ZeroEstimate(zero, covariance + np.diag(steps**2), noise)
 
 
 def with_zero(sensors: JointSensors, zero: ZeroEstimate, recorded_at: datetime) -> JointSensors:

@@ -73,7 +73,8 @@ def ensure_built(variant: Variant | None = None, progress: Progress = lambda _: 
     sources = _sources(root, chosen)
     compiler = _compiler()
     # The digest is a part of the name: a change of sources, flags or compiler never finds an older library.
-    library = cache_folder() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{_suffix()}"
+    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+    library = cache_folder() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{suffix}"
     if not _is_whole(library):
         progress(f"building the emulated robot ({len(sources)} files, once)")
         try:
@@ -127,10 +128,6 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
     ):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _suffix() -> str:
-    return {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 
 
 def _compiler() -> str:

@@ -57,13 +57,12 @@ def careful_certificate(
     gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
     subject = Subject(model.name, truth.logger_serial.hex(), truth.imu_who_am_i.hex(), True)
-    servos = careful_servo_maps(model, truth, seed)
+    servos = careful_servo_maps(model, truth, seed, measured)
     return Calibration(
         subject,
         gyros,
         joints,
         servos,
-        (measured,) * JOINT_COUNT,
         (),
         (),
         measured,
@@ -153,7 +152,9 @@ _REST_STD_RAD = np.deg2rad(0.01)
 """Of a rest's mean by both angle sensors."""
 
 
-def careful_servo_maps(model: RobotModel, truth: Imperfections, seed: int) -> tuple[ServoMap, ...]:
+def careful_servo_maps(
+    model: RobotModel, truth: Imperfections, seed: int, measured: datetime
+) -> tuple[ServoMap, ...]:
     """Fit the maps that `calibrate servo` would find, from visits simulated with the servos' true errors.
 
     The board is taken to hold the factory settings, as in a rehearsal, so a servo's error is its true error.
@@ -163,20 +164,18 @@ def careful_servo_maps(model: RobotModel, truth: Imperfections, seed: int) -> tu
         model: The robot by design, with pulses for every servo.
         truth: Its hidden errors.
         seed: For the servos' scatter and the sensors' noise.
+        measured: When the day would have been.
     """
     return tuple(
         fit_servo_map(
-            _visits(pulses, truth, index, np.random.default_rng([seed, 7, index])),
+            _visits(servo.pulses, truth, index, np.random.default_rng([seed, 7, index])),
             index + 1,
             FACTORY.of(index + 1),
+            measured,
         )
-        for index, pulses in enumerate(_pulses(model))
+        for index, servo in enumerate(model.servos[:JOINT_COUNT])
+        if servo.pulses is not None
     )
-
-
-def _pulses(model: RobotModel) -> list[PulseMap]:
-    pulse_maps = [servo.pulses for servo in model.servos[:JOINT_COUNT]]
-    return [pulses for pulses in pulse_maps if pulses is not None]
 
 
 def _visits(

@@ -9,12 +9,14 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.step import (
     AXES,
+    DURATION_S,
     SWEEP_ROUNDS,
     SWEEP_STOPS_DEG,
     TURN_ROUNDS,
     Axis,
     Step,
     StepKind,
+    turn_leg_s,
 )
 from tfsat_host.emulated.emulated_robot import EmulatedRobot
 from tfsat_host.emulated.manual_motion import LEAD_S, Leg, Motion, Operator
@@ -24,8 +26,6 @@ SWING_PERIOD_S = 2.0
 SWING_CYCLES = 5
 SWEEP_LEG_S = 1.5
 SWEEP_REST_S = 1.0
-TURN_RATE_DEG_S = 90.0
-MIN_TURN_S = 2.0
 TURN_REST_S = 1.2
 TAIL_S = 1.0
 """Each motion ends with so much rest more."""
@@ -74,11 +74,6 @@ def turn_motion(angle_deg: float, rounds: int, operator: Operator, random: np.ra
     return _motion(nominal + placing[1:] - placing[0], turn_leg_s(angle_deg), TURN_REST_S, operator, random)
 
 
-def turn_leg_s(angle_deg: float) -> float:
-    """Return the duration of one leg of a turn at nominal pace, in seconds."""
-    return max(MIN_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
-
-
 def turn_axis(axis: Axis, operator: Operator, random: np.random.Generator) -> FloatArray:
     """(3,) the body axis as it was meant, tilted by a hand: unit vector in body axes."""
     meant = np.eye(3)[AXES.index(axis)]
@@ -122,8 +117,6 @@ def _seed(random: np.random.Generator) -> int:
     return int(random.integers(2**63))
 
 
-REST_S = 20.0
-ZERO_S = 5.0
 LIMP_AFTER_US = 120_000
 """A little more than limp_after_us of tools/emulator/src/physics/servo.h."""
 _ALL_BODIES = (1, 2, 3, 4)
@@ -175,8 +168,8 @@ class EmulatedOperator:
         """
         ends_s = LEAD_S + TAIL_S
         moving_s = {
-            StepKind.REST: REST_S - ends_s,
-            StepKind.ZERO: ZERO_S - ends_s,
+            StepKind.REST: DURATION_S[StepKind.REST] - ends_s,
+            StepKind.ZERO: DURATION_S[StepKind.ZERO] - ends_s,
             StepKind.SWING: SWING_CYCLES * SWING_PERIOD_S * self._operator.pace,
             StepKind.SWEEP: SWEEP_ROUNDS
             * (len(SWEEP_STOPS_DEG) - 1)

@@ -83,8 +83,8 @@ class KeptState:
         if (eeprom := robot.eeprom()) != before.eeprom:
             write_whole(self.eeprom, eeprom)
         memory = robot.logger_memory()
-        # Before the first run the memory counts as erased, so that untouched settings leave no file.
-        if memory != (before.logger_memory or _erased_memory(memory)):
+        # Before the first run the memory counts as erased (all 0xFF), so that untouched settings leave no file.
+        if memory != (before.logger_memory or b"\xff" * len(memory)):
             write_whole(self.logger_memory, memory)
         self._save_card(robot.card_slot.files(), before.card)
 
@@ -125,11 +125,6 @@ def load_card(folder: Path) -> dict[int, bytes]:
             # The emulated card holds whole blocks only, and a copied file may have been cut within one.
             files[int(named[1])] = data + bytes(-len(data) % BLOCK_BYTES)
     return files
-
-
-def _erased_memory(memory: bytes) -> bytes:
-    """Return an erased memory (all 0xFF) of the same size."""
-    return b"\xff" * len(memory)
 
 
 def _load_logger_memory(path: Path) -> bytes | None:

@@ -90,7 +90,7 @@ def _design_calibration(log: DropLog, model: RobotModel) -> Calibration:
     gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
     joints = tuple(sensors_by_design(model, joint + 1) for joint in range(model.n_joints))
     subject = Subject(model.name, log.header.board_serial.hex(), log.header.who_am_i.hex(), False)
-    return Calibration(subject, gyros, joints, (), (), (), (), datetime.now(UTC))
+    return Calibration(subject, gyros, joints, (), (), (), datetime.now(UTC))
 
 
 def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration:

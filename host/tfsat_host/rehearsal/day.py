@@ -90,39 +90,54 @@ class NoGo(RefusedError):
         )
 
 
+@dataclass(eq=False, kw_only=True)
+class DayRecord:
+    """What is known of a day while it goes on, and afterwards.
+
+    Attributes:
+        calibration: That the drop is evaluated with, measured on the bench of this robot; what was only drawn of it,
+            it says.
+        recordings: Of the bench, by their files' names; those that the calibration names are its raw data.
+        upload: Of the maneuver; None: it did not come through, or has not yet.
+        preflight: Its result; None: there was none.
+        setbacks: What went wrong on the way and did not end the day; a sentence each.
+        injected_s: Virtual time at which each fault was injected, by its name; the day may end before.
+    """
+
+    calibration: Calibration
+    recordings: Mapping[str, bytes] = field(default_factory=dict)
+    upload: Upload[StoredManeuver] | None = None
+    preflight: PreflightOutcome | None = None
+    setbacks: list[str] = field(default_factory=list)
+    injected_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def blocking(self) -> tuple[PreflightCheck, ...]:
+        """The checks of the preflight that block a drop."""
+        return () if self.preflight is None else self.preflight.blocking
+
+
 @dataclass(eq=False)
-class Day:
+class Day(DayRecord):
     """While it goes on: the boards, what the team holds, and what faults act on.
 
     Attributes:
         robot: With its boards.
         schedule: Of the maneuver.
-        calibration: That the drop will be evaluated with.
-        recordings: Of the bench, by their files' names; those that the calibration names are its raw data.
         sequencer: Its connection.
         logger: Its connection.
         arming: The robot will be armed.
         seed: Of the robot, from which faults draw what they leave open.
-        upload: Of the maneuver; None: it did not come through, or has not yet.
-        preflight: Its result; None: there was none.
         landed_us: Virtual time of the landing.
-        setbacks: What went wrong on the way; a sentence each.
-        injected_s: Virtual time at which each fault was injected, by its name.
     """
 
     robot: EmulatedRobot
     schedule: Schedule
-    calibration: Calibration
-    recordings: Mapping[str, bytes] = field(default_factory=dict)
     sequencer: SequencerClient = field(init=False)
     logger: LoggerClient = field(init=False)
     arming: bool = True
     seed: int = 0
-    upload: Upload[StoredManeuver] | None = None
-    preflight: PreflightOutcome | None = None
     landed_us: int = 0
-    setbacks: list[str] = field(default_factory=list)
-    injected_s: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.reconnect()
@@ -176,7 +191,7 @@ def begin_day(
     robot.seat()
     robot.set_power(BoardIndex.SEQUENCER, True)
     robot.advance(SETTLE_US)
-    return Day(robot, schedule, calibration, recordings, seed=truth.seed)
+    return Day(robot, schedule, seed=truth.seed, calibration=calibration, recordings=recordings)
 
 
 def _record_rest(robot: EmulatedRobot) -> Rest:

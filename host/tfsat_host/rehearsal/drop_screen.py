@@ -12,29 +12,19 @@ from tfsat_host.evaluation.result.drop_result import JOINTS, joints
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of
 from tfsat_host.evaluation.result.first_screen import PredictionRow, prediction_table, stroke_summary
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.preflight import PreflightCheck
 from tfsat_host.preflight.preflight_check import join_steps
 from tfsat_host.present.evaluation_text import show_verdict
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import bullets, printable, show_facts, show_rows, show_table, write_labelled
 from tfsat_host.quantity import Column, Columns, Quantity, Table, decimals_of, number, plus_minus
 from tfsat_host.rehearsal.faults.fault import Outcome
-from tfsat_host.rehearsal.judgement import STILL_DEG, JudgedFault, outcome_missed
+from tfsat_host.rehearsal.judgement import DETECTORS, STILL_DEG, JudgedFault, outcome_missed
 from tfsat_host.rehearsal.result import MissingRelease, RehearsalResult, SwitchRecord, UncalibratedMotion
 from tfsat_host.rehearsal.run_folder import SUMMARY
 from tfsat_host.rehearsal.truth_comparison import COMPARED, EstimateAndTruth
 from tfsat_host.run.drop_report import PAGE
 from tfsat_host.run.files import PREFLIGHT, RECORDING
 
-DETECTORS = {
-    "preflight": "preflight",
-    "refusal": "board, which refused",
-    "board": "board after the landing",
-    "log": "log",
-    "report": "evaluation",
-    "report refuses": "evaluation, which refused",
-}
-"""For people, by `Detection.who`."""
 MAX_SIGMAS = 3.0
 """An error beyond it is named on the first screen."""
 _MAX_NAMED = 3
@@ -77,7 +67,7 @@ def _show_verdict(result: RehearsalResult, out: Output, *, brief: bool) -> None:
         bullets(() if brief else reasons_of(evaluation, verdict), out)
     # Without an evaluation: nothing was dropped, the recording cannot be evaluated, or there is none.
     elif result.refused_by_preflight:
-        show_facts(_NO_GO_BRIEF if brief else _NO_GO, result, out, color=_RED)
+        show_facts((_NO_GO_BRIEF,) if brief else _NO_GO, result, out, color=_RED)
     elif drop.refused is not None:
         more = "" if brief else f" {drop.refused.what} {drop.refused.meaning}"
         write_labelled("Verdict", f"NOT DROPPED, refused by a board.{more}", out, color=_RED)
@@ -90,17 +80,9 @@ def _show_verdict(result: RehearsalResult, out: Output, *, brief: bool) -> None:
         write_labelled("Verdict", "NOT EVALUATED. The logger kept no recording.", out, color=_RED)
 
 
-def _blocking_checks(result: RehearsalResult) -> tuple[PreflightCheck, ...]:
-    return () if result.drop.preflight is None else result.drop.preflight.blocking
-
-
 def _blocking_text(result: RehearsalResult) -> str:
-    named = [f"{check.name} ({check.sentence.rstrip('.')})" for check in _blocking_checks(result)]
+    named = [f"{check.name} ({check.sentence.rstrip('.')})" for check in result.drop.blocking]
     return f"NO-GO: {'; '.join(named)}"
-
-
-def _blocking_names(result: RehearsalResult) -> str:
-    return f"NO-GO: {', '.join(check.name for check in _blocking_checks(result))}"
 
 
 def _fault_facts(faults: Sequence[JudgedFault]) -> Columns:
@@ -206,27 +188,23 @@ def _uncalibrated_strokes(result: RehearsalResult, motion: UncalibratedMotion) -
     return Table("Strokes, a quick look without calibration", _UNCALIBRATED_STROKES, rows)
 
 
-def _joint_change_text(result: RehearsalResult) -> str:
-    if result.quick_look is None:
-        return ""
-    changes = enumerate(result.quick_look.look.joint_change_deg, 1)
+def _joint_change_text(motion: UncalibratedMotion) -> str:
+    changes = enumerate(motion.look.joint_change_deg, 1)
     listed = ", ".join(f"joint {joint} {change:+.1f}" for joint, change in changes)
     return f"{listed} ± unknown deg (one angle sensor each)"
 
 
-def _turn_text(result: RehearsalResult) -> str:
-    if result.quick_look is None:
-        return ""
-    look = result.quick_look.look
+def _turn_text(motion: UncalibratedMotion, true_deg: float | None) -> str:
+    look = motion.look
     return (
         f"{look.reorientation_deg:.2f} ± unknown deg, release to {look.until_s:.2f} s "
-        f"(truth: {number(result.true_turn_deg or np.nan, '.2f')} deg)"
+        f"(truth: {number(true_deg or np.nan, '.2f')} deg)"
     )
 
 
 _UNCALIBRATED: Columns = (
-    Column("", "Largest change", words=_joint_change_text),
-    Column("", "Body 1 turned by", words=_turn_text),
+    Column("", "Largest change", words=lambda result: _joint_change_text(result.quick_look)),
+    Column("", "Body 1 turned by", words=lambda result: _turn_text(result.quick_look, result.true_turn_deg)),
 )
 
 
@@ -321,10 +299,6 @@ def _sequencer_text(result: RehearsalResult) -> str:
     return Advice(*parts)
 
 
-def _setback_text(result: RehearsalResult) -> str:
-    return join_steps(" ", result.drop.setbacks)
-
-
 def _estimate_text(result: RehearsalResult) -> str:
     """Return how many numbers have a truth, the largest error, and the errors that are too large."""
     compared = [row for row in result.compared if np.isfinite(row.deviations)]
@@ -347,15 +321,11 @@ def _estimate_text(result: RehearsalResult) -> str:
 _DAY: Columns = (
     Column("", "Robot", words=_robot_text),
     Column("", "Preflight", words=_preflight_text),
-    Column("", "Setbacks", words=_setback_text),
+    Column("", "Setbacks", words=lambda result: join_steps(" ", result.drop.setbacks)),
     Column("", "Recording", words=_recording_text),
     Column("", "Sequencer", words=_sequencer_text),
     Column("", "Estimate and truth", words=_estimate_text),
 )
-
-
-def _page_text(result: RehearsalResult) -> str:
-    return f"{result.folder}{'' if result.evaluated is None else f' (open {PAGE})'}"
 
 
 def _next_command(result: RehearsalResult) -> str:
@@ -367,7 +337,11 @@ def _next_command(result: RehearsalResult) -> str:
 
 
 _RESULTS: Columns = (
-    Column("", "Results", words=_page_text),
+    Column(
+        "",
+        "Results",
+        words=lambda result: f"{result.folder}{'' if result.evaluated is None else f' (open {PAGE})'}",
+    ),
     Column("", "Next", words=_next_command),
 )
 _MORE = Column("", "More", words=lambda result: f"the same command with --full, or {result.folder / SUMMARY}")
@@ -378,7 +352,11 @@ _NO_GO: Columns = (
     ),
     Column("", "Drop it anyway", words=lambda _: "the same command with --despite-preflight"),
 )
-_NO_GO_BRIEF: Columns = (Column("", "Preflight", words=_blocking_names),)
+_NO_GO_BRIEF = Column(
+    "",
+    "Preflight",
+    words=lambda result: f"NO-GO: {', '.join(check.name for check in result.drop.blocking)}",
+)
 
 
 def _release_rate_text(result: RehearsalResult) -> str:
@@ -398,7 +376,7 @@ def _show_everything(result: RehearsalResult, out: Output) -> None:
     """Show the day, and what the first screen leaves out."""
     steps = [
         Advice(f"{check.name}: {check.sentence} On the day: ", check.next_step)
-        for check in _blocking_checks(result)
+        for check in result.drop.blocking
     ]
     if steps:
         bullets(steps, out)

@@ -8,12 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.dynamics.spatial_momentum import locked_inertia
 from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.faults.fault_catalog import fault_named
@@ -22,10 +18,6 @@ from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.sdlog import DropLog
-
-_JOINTS, _RATES = slice(1, 4), slice(20, 32)
-"""Columns of a row of truth; see `EmulatedRobot.truth`."""
-_BEFORE_LANDING_S = 0.05
 
 
 def draw_hidden(
@@ -68,29 +60,6 @@ class HiddenDrop:
     truth: Truth
     rows: FloatArray
     landed_s: float
-
-    @property
-    def strokes_rad(self) -> FloatArray:
-        """(k,) true change of each stroke's joint, until its next stroke or the landing."""
-        strokes, sizes = self.schedule.strokes, []
-        for number, stroke in enumerate(strokes):
-            later = [
-                later_stroke.t_s
-                for later_stroke in strokes[number + 1 :]
-                if later_stroke.joint == stroke.joint
-            ]
-            # Joint j is in column j of the truth, for column 0 is the time.
-            times_s = [stroke.t_s, min([*later, self.landed_s - _BEFORE_LANDING_S])]
-            sizes.append(np.diff(np.interp(times_s, self.rows[:, 0], self.rows[:, stroke.joint])).item())
-        return np.array(sizes)
-
-    @property
-    def momentum_kg_m2_s(self) -> FloatArray:
-        """(3,) about the center of mass in the base's axes at the release, when no joint moves."""
-        row = self.rows[np.searchsorted(self.rows[:, 0], 0.0)]
-        model = self.truth.model
-        rate = row[_RATES].reshape(-1, 3)[model.base]
-        return np.asarray(locked_inertia(Multibody.of(model), row[_JOINTS]) @ rate)
 
 
 def hidden_drop(

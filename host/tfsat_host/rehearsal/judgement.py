@@ -31,6 +31,15 @@ LAST_S = 0.5
 _STRONGEST_FIRST = (Outcome.NOT_DROPPED, Outcome.STANDS_STILL, Outcome.STOPS, Outcome.FLIES)
 PREFLIGHT, REFUSAL, BOARD, LOG = "preflight", "refusal", "board", "log"
 REPORT, REPORT_REFUSES = "report", "report refuses"
+DETECTORS = {
+    PREFLIGHT: "preflight",
+    REFUSAL: "board, which refused",
+    BOARD: "board after the landing",
+    LOG: "log",
+    REPORT: "evaluation",
+    REPORT_REFUSES: "evaluation, which refused",
+}
+"""For people, by `Detection.who`."""
 
 
 def moved_deg(drop: Drop) -> FloatArray:
@@ -202,9 +211,9 @@ class JudgedDay:
         return tuple(detections)
 
     def _by_preflight(self, fault: Fault, alone: bool) -> Iterator[Detection]:
-        if self.drop.preflight is None or fault.moment not in BEFORE_PREFLIGHT:
+        if fault.moment not in BEFORE_PREFLIGHT:
             return
-        blocking = [check.name for check in self.drop.preflight.blocking]
+        blocking = [check.name for check in self.drop.blocking]
         own = [name for name in blocking if name in (fault.preflight or ())]
         if own or (blocking and alone):
             yield Detection(PREFLIGHT, ", ".join(own or blocking), bool(own))

@@ -167,8 +167,7 @@ def _candidates(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
 
 
 def _loops(joints: int) -> tuple[Loop, ...]:
-    both = [(1, 2, -1, -2), (2, 1, -2, -1)]
-    return tuple(both) if joints == 2 else classes(joints)
+    return ((1, 2, -1, -2), (2, 1, -2, -1)) if joints == 2 else classes(joints)
 
 
 def _maneuver(problem: Problem, loop: Loop, share: FloatArray) -> Maneuver:

@@ -176,7 +176,7 @@ class Rehearsal:
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with run_folder.replace_files():
             # Faults may have made another robot of it: the truth is the one that flew.
-            log = run_folder.write(self.maneuver, drop, robot, truth_text(drop.robot, drop, self.filed))
+            log = run_folder.write(self.maneuver, drop, robot, truth_text(drop, self.filed))
             # Evaluate from the files that were just written, so that they are rehearsed, too.
             evaluated, refusal = _evaluate_folder(run_folder, drop, log)
             judged = (

@@ -7,17 +7,15 @@ change what happens at the moments between.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.last_run import holds_what_flew
 from tfsat_host.devices.log_transfer import RAM
-from tfsat_host.devices.sequencer import StoredManeuver, Upload
 from tfsat_host.emulated.emulated_robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
@@ -25,7 +23,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import day as days
-from tfsat_host.rehearsal.day import Day, NoGo, Preflight, PreflightOutcome
+from tfsat_host.rehearsal.day import Day, DayRecord, NoGo, Preflight
 from tfsat_host.rehearsal.faults.fault import GUARD_US, Fault, Moment
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
@@ -51,49 +49,42 @@ STEPS = 7
 _LOST = "The logger recorded no longer: it had lost its power or its card, or had ended the recording."
 
 
-@dataclass(frozen=True, eq=False)
-class Drop:
+@dataclass(eq=False, kw_only=True)
+class Drop(DayRecord):
     """What a rehearsed day leaves behind.
 
     Attributes:
         card: The newest recording on the card, byte by byte; empty if there is none.
         from_ram: That recording was fetched from the logger's RAM instead.
-        upload: Of the maneuver that flew; None: it did not come through.
-        preflight: Its result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
         held_maneuver: That it held then; None: it does not answer.
         recording: The logger's account of the recording; None: it does not answer, or has none.
-        calibration: Measured on the bench of this robot; what was only drawn of it, it says.
-        recordings: Of the bench, by their files' names.
         collected: When the card was taken out, by the team's clock.
         truth: See `EmulatedRobot.truth`; from the start of the recording.
         robot: That flew: as it was drawn, and what faults made of it.
         released_s: Virtual time at which both switches first were open; None: it was not let go.
         landed_s: Virtual time of the landing; None: it was not let go.
         refused: What ended the day before the drop; None: nothing did.
-        setbacks: What else went wrong on the way; a sentence each.
         faults: Of the day.
-        injected_s: Virtual time at which each of them was injected, by its name; the day may end before.
     """
 
     card: bytes
     from_ram: bool
-    upload: Upload[StoredManeuver] | None
-    preflight: PreflightOutcome | None
     sequencer: SequencerStatusReply | None
     held_maneuver: HeldManeuver | None
     recording: RecordStopReply | None
-    calibration: Calibration
-    recordings: Mapping[str, bytes]
     collected: datetime
     truth: FloatArray
     robot: Truth
     released_s: float | None
     landed_s: float | None
     refused: TfsatError | None
-    setbacks: tuple[str, ...]
     faults: tuple[Fault, ...]
-    injected_s: Mapping[str, float]
+
+    @property
+    def fall_s(self) -> float:
+        """Time from the release to the landing; 0 if nothing fell."""
+        return (self.landed_s or 0.0) - (self.released_s or 0.0)
 
 
 def rehearse(
@@ -174,7 +165,7 @@ def _prepare(day: Day, preflight: Preflight | None, at: Callable[[Moment], None]
         day.logger.set_clock(round(day.unix_s() * US_PER_S))
         day.preflight = preflight.run(day)
         if not day.preflight.go and not preflight.despite:
-            raise NoGo(day.preflight.blocking)
+            raise NoGo(day.blocking)
     at(Moment.CHECKED)
     progress("recording in the releaser")
     # The truth starts with the recording, so that every sample has one to be compared with.
@@ -253,24 +244,19 @@ def _collect_drop(day: Day, robot_was: Truth, refused: TfsatError | None, faults
             # A card that failed may have left the drop in the logger's RAM, as long as it keeps its power.
             ram = _fetch_ram(day)
     return Drop(
+        **{shared.name: getattr(day, shared.name) for shared in fields(DayRecord)},
         card=ram or robot.card(),
         from_ram=bool(ram),
-        upload=day.upload,
-        preflight=day.preflight,
         sequencer=status,
         held_maneuver=held_maneuver,
         recording=recording,
-        calibration=day.calibration,
-        recordings=day.recordings,
         collected=datetime.fromtimestamp(day.unix_s(), UTC),
         truth=robot.truth(),
         robot=robot_was,
         released_s=robot.released_us / US_PER_S if fell else None,
         landed_s=day.landed_us / US_PER_S if fell else None,
         refused=refused,
-        setbacks=tuple(day.setbacks),
         faults=tuple(faults),
-        injected_s=day.injected_s,
     )
 
 

@@ -17,9 +17,10 @@ from tfsat_host.evaluation.result.drop_result import JOINTS, STROKES, joints
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import Notices
-from tfsat_host.preflight.preflight_check import CHECK, PreflightCheck
+from tfsat_host.preflight.preflight_check import CHECK
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.rehearsal.day import DROPPED, NoGo
@@ -151,11 +152,8 @@ class RehearsalResult:
     @property
     def logged_flight(self) -> DropLog | None:
         """The recording of a fall, if it holds the release."""
-        return self.log if self._fell and self.log is not None and self.log.release_us is not None else None
-
-    @property
-    def _fell(self) -> bool:
-        return self.drop.released_s is not None and self.drop.landed_s is not None
+        fell = self.drop.released_s is not None
+        return self.log if fell and self.log is not None and self.log.release_us is not None else None
 
     @property
     def true_until_s(self) -> float | None:
@@ -163,7 +161,7 @@ class RehearsalResult:
         if self.logged_flight is None:
             return None
         # Stop short of the landing, whose shock would count as rotation.
-        return fall_s(self.drop) - LOOK_MARGIN_S
+        return self.drop.fall_s - LOOK_MARGIN_S
 
     @cached_property
     def true_turn_deg(self) -> float | None:
@@ -196,17 +194,25 @@ class RehearsalResult:
     @cached_property
     def missing_release(self) -> MissingRelease | None:
         """What the robot did in a fall whose recording holds no release; None: nothing fell, or it holds one."""
-        return (
-            None
-            if not self._fell or self.logged_flight is not None
-            else _missing_release(self.drop, self.log)
+        if self.drop.released_s is None or self.logged_flight is not None:
+            return None
+        drop, log = self.drop, self.log
+        return MissingRelease(
+            HOOK_S / 60.0,
+            drop.fall_s,
+            moved_deg(drop),
+            _strokes_started(drop),
+            _ended_before_release_s(drop, log),
+            ()
+            if log is None or not len(log)
+            else tuple(_switch(log, index) for index in range(SWITCH_COUNT)),
         )
 
     @cached_property
     def compared(self) -> tuple[EstimateAndTruth, ...]:
         """Each number of the evaluation that has a truth."""
         evaluation = self.judged.evaluation
-        return () if evaluation is None else compare_with_truth(evaluation, self.drop, self.truth, self.filed)
+        return () if evaluation is None else compare_with_truth(evaluation, self.drop)
 
     @cached_property
     def warnings(self) -> list[str]:
@@ -242,34 +248,16 @@ class RehearsalResult:
 
 def schedule_notices(schedule: Schedule) -> tuple[str, ...]:
     """List the notices about a schedule that a person should read before it flies."""
-    from tfsat_host.maneuver.schedule import servo_speed_notices
-
     return (*schedule.notices, *servo_speed_notices(schedule))
 
 
-def fall_s(drop: Drop) -> float:
-    """Return the time from the release to the landing; 0 if nothing fell."""
-    return (drop.landed_s or 0.0) - (drop.released_s or 0.0)
-
-
 def _refusal_text(result: RehearsalResult) -> str | None:
-    refused = result.drop.refused
-    return None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}"
-
-
-def _refused_by(result: RehearsalResult) -> str | None:
-    if result.drop.refused is None:
-        return None
-    return "preflight" if result.refused_by_preflight else "board"
+    error = result.drop.refused
+    return None if error is None else f"{error.what} {error.meaning} {error.next_step}"
 
 
 def _preflight_text(result: RehearsalResult) -> str | None:
     return None if result.preflight_go is None else "go" if result.preflight_go else "no-go"
-
-
-def _blocking_checks(result: RehearsalResult) -> list[PreflightCheck]:
-    preflight = result.drop.preflight
-    return [] if preflight is None else list(preflight.blocking)
 
 
 def _of_sequencer(name: str) -> Column:
@@ -313,7 +301,7 @@ REHEARSAL: Columns = (
     *fields("sequencer as_filed"),
     Column("schedule", of=lambda result: result.schedule.as_rows()),
     *fields("end_s=schedule.end_s seed=truth.seed"),
-    Column("robot", of="filed", columns=(Column("name"), Column("file", of=lambda robot: str(robot.path)))),
+    Column("robot", of="filed", columns=fields("name file=path")),
     Column("imu", of=lambda result: result.truth.imu or None),
     Column("faults", of="judged.faults", columns=JUDGED_FAULT),
     Column("notices", of=lambda result: schedule_notices(result.schedule)),
@@ -322,12 +310,15 @@ REHEARSAL: Columns = (
     Column("preflight", of=_preflight_text),
     Column(
         "preflight_file",
-        of=lambda result: None if result.preflight_go is None else str(result.folder / PREFLIGHT),
+        of=lambda result: None if result.preflight_go is None else result.folder / PREFLIGHT,
     ),
-    Column("no_go", of=lambda result: [check.name for check in _blocking_checks(result)]),
-    Column("no_go_checks", of=_blocking_checks, columns=CHECK),
+    Column("no_go", of=lambda result: [check.name for check in result.drop.blocking]),
+    Column("no_go_checks", of="drop.blocking", columns=CHECK),
     Column("refused", of=_refusal_text),
-    Column("refused_by", of=_refused_by),
+    Column(
+        "refused_by",
+        of=lambda result: result.drop.refused and ("preflight" if result.refused_by_preflight else "board"),
+    ),
     *fields("setbacks=drop.setbacks"),
     Column("sequencer_state", of=lambda result: result.drop.sequencer and result.drop.sequencer.state),
     *map(_of_sequencer, ("knocks", "false_releases")),
@@ -349,8 +340,7 @@ REHEARSAL: Columns = (
     ),
     Column("compared", columns=COMPARED),
     Column("quick_look", columns=_QUICK_LOOK),
-    *fields("warnings"),
-    Column("files", of=lambda result: [str(path) for path in result.files]),
+    *fields("warnings files"),
 )
 """The object of `rehearse --json`, of a `RehearsalResult`."""
 
@@ -365,7 +355,7 @@ def with_quick_look(result: RehearsalResult, notices: Notices) -> RehearsalResul
         return result
     strokes = result.schedule.strokes
     starts_s, moved_joints = [stroke.t_s for stroke in strokes], [stroke.joint for stroke in strokes]
-    length_s = fall_s(result.drop)
+    length_s = result.drop.fall_s
     try:
         look = quick_look(log, result.filed, until_s=length_s - LOOK_MARGIN_S)
         sizes = reached_deg(log, result.filed, moved_joints, starts_s, length_s)
@@ -375,25 +365,10 @@ def with_quick_look(result: RehearsalResult, notices: Notices) -> RehearsalResul
     return replace(result, quick_look=UncalibratedMotion(sizes, look))
 
 
-def _missing_release(drop: Drop, log: DropLog | None) -> MissingRelease:
-    events = [] if log is None else [event for event in log.events if event.name == "switch_edge"]
-    switches = range(SWITCH_COUNT) if log is not None and len(log) else ()
-    return MissingRelease(
-        HOOK_S / 60.0,
-        fall_s(drop),
-        moved_deg(drop),
-        _strokes_started(drop),
-        _ended_before_release_s(drop, log),
-        tuple(
-            SwitchRecord(
-                index + 1,
-                tuple(log.seconds(event.t_us) for event in events if event.index == index),
-                bool(log.switch_open[-1, index]),
-            )
-            for index in switches
-            if log is not None
-        ),
-    )
+def _switch(log: DropLog, index: int) -> SwitchRecord:
+    edges = (event for event in log.events if (event.name, event.index) == ("switch_edge", index))
+    edges_s = tuple(log.seconds(event.t_us) for event in edges)
+    return SwitchRecord(index + 1, edges_s, bool(log.switch_open[-1, index]))
 
 
 def _strokes_started(drop: Drop) -> int | None:

@@ -18,6 +18,7 @@ from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.preflight.preflight_result import PreflightResult
+from tfsat_host.rehearsal.day import PreflightOutcome
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.rehearsed_drop import Drop
 from tfsat_host.rehearsal.truth_comparison import truth_table
@@ -54,7 +55,6 @@ class RunFolder(ResultFolder):
 
     Attributes:
         removed: What `evaluate` and `report` had made there of the recording that was replaced.
-        maneuver: The file of the maneuver.
         collected: When the card was taken out, by the rehearsal's clock: all files have their times by it, so that the
             same rehearsal gives the same bytes. None: nothing was written yet.
     """
@@ -62,7 +62,6 @@ class RunFolder(ResultFolder):
     def __init__(self, path: Path, *, force: bool) -> None:
         super().__init__(path, force=force)
         self.removed: tuple[Path, ...] = ()
-        self.maneuver = path / MANEUVER
         self.collected: datetime | None = None
         self._copies: set[Path] = set()
 
@@ -102,7 +101,7 @@ class RunFolder(ResultFolder):
         if drop.released_s is not None:
             self.file("truth.csv").write_text(truth_table(drop), encoding="utf-8")
         if drop.preflight is not None:
-            self._write_preflight(drop, certificate, self.path / ROBOT)
+            self._write_preflight(drop.preflight, certificate)
         self.file(SUMMARY)
         log = self._write_card(drop.card) if drop.card else None
         if log is not None:
@@ -141,17 +140,15 @@ class RunFolder(ResultFolder):
             self.files.append(copy)
             self.mark()
 
-    def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
+    def _write_preflight(self, preflight: PreflightOutcome, certificate: Path) -> None:
         """Write and sign the preflight result as `tfsat-host preflight` does."""
-        assert drop.preflight is not None
-        evidence = drop.preflight.evidence
         files = {
-            "maneuver": self.maneuver,
+            "maneuver": self.path / MANEUVER,
             "calibration": certificate,
-            "robot": robot,
+            "robot": self.path / ROBOT,
             "facility": load_tower(None).path,
         }
-        result = PreflightResult(evidence, drop.preflight.checks, hashes_of(files))
+        result = PreflightResult(preflight.evidence, preflight.checks, hashes_of(files))
         self.file(RECORD)
         self.file(PREFLIGHT)
         write_result(self.path, result)

@@ -187,13 +187,13 @@ def fly(series: Series, number: int) -> RehearsedDrop:
         truth.seed,
         truth.imu,
         drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
-        () if drop.preflight is None else tuple(check.name for check in drop.preflight.blocking),
+        tuple(check.name for check in drop.blocking),
         "none" if judged.verdict is None else judged.verdict.level,
         -1 if judged.log is None else judged.log.samples_lost,
         ()
         if evaluation is None
         else tuple(1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in evaluation.strokes),
-        () if evaluation is None else compare_with_truth(evaluation, drop, drop.robot, series.filed),
+        () if evaluation is None else compare_with_truth(evaluation, drop),
         # Each who detected it once, in the order of the day; a dict keeps that, a set would not.
         {
             fault.fault.name: tuple(dict.fromkeys(detection.who for detection in fault.detections))

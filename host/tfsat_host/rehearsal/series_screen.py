@@ -5,7 +5,7 @@ from __future__ import annotations
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_facts, show_rows
 from tfsat_host.quantity import Column, Columns
-from tfsat_host.rehearsal.drop_screen import DETECTORS
+from tfsat_host.rehearsal.judgement import DETECTORS
 from tfsat_host.rehearsal.series_result import DISTRIBUTION, DetectionCount, SeriesResult
 
 _MAX_REFUSALS = 3
@@ -18,15 +18,10 @@ def show_series(result: SeriesResult, out: Output) -> None:
     show_facts(_FACTS, result, out)
     if result.distributions:
         out.line()
-        show_rows(
-            DISTRIBUTION, result.distributions, out, title=f"Errors of {_evaluations(result)} evaluations"
-        )
+        evaluations = sum(bool(outcome.compared) for outcome in result.outcomes)
+        show_rows(DISTRIBUTION, result.distributions, out, title=f"Errors of {evaluations} evaluations")
     show_facts(_FILES, result, out)
     show_facts((_DROPS,), result, out)
-
-
-def _evaluations(result: SeriesResult) -> int:
-    return sum(bool(outcome.compared) for outcome in result.outcomes)
 
 
 def _drops_text(result: SeriesResult) -> str:
@@ -41,10 +36,6 @@ def _robots_text(result: SeriesResult) -> str:
     imu = result.outcomes[0].imu
     described = f"IMUs {imu}" if imu else "exactly as its file says"
     return f"drawn from seed {result.series.seed}, {printable(result.series.filed.path.name)}, {described}"
-
-
-def _faults_text(result: SeriesResult) -> str:
-    return "; ".join(map(_fault_text, result.detections))
 
 
 def _fault_text(count: DetectionCount) -> str:
@@ -80,7 +71,7 @@ def _refused_text(result: SeriesResult) -> str:
 _DROPS = Column("", "Drops", words=_drops_text)
 _FACTS: Columns = (
     Column("", "Robots", words=_robots_text),
-    Column("", "Faults", words=_faults_text),
+    Column("", "Faults", words=lambda result: "; ".join(map(_fault_text, result.detections))),
     Column("", "Outcome", words=_missed_text),
     Column("", "NO-GO", words=_no_go_text),
     Column("", "Not dropped", words=_refused_text),

@@ -63,9 +63,7 @@ COMPARED: Columns = (
 )
 
 
-def compare_with_truth(
-    evaluation: Evaluation, drop: Drop, truth: Truth, filed: RobotModel
-) -> tuple[EstimateAndTruth, ...]:
+def compare_with_truth(evaluation: Evaluation, drop: Drop) -> tuple[EstimateAndTruth, ...]:
     """Reorientation, initial rates, strokes, centers of mass; in that order. Nothing of a robot that did not fall."""
     if drop.released_s is None:
         return ()
@@ -76,7 +74,7 @@ def compare_with_truth(
         _reorientation(evaluation, truth_rows),
         *_rates(evaluation, truth_rows),
         *_strokes(evaluation, truth_rows),
-        *_offsets(evaluation, truth, filed),
+        *_offsets(evaluation, drop.robot),
     )
 
 
@@ -133,12 +131,12 @@ def _strokes(evaluation: Evaluation, truth_rows: FloatArray) -> Iterator[Estimat
         yield EstimateAndTruth(f"stroke {stroke.number}", "deg", *numbers)
 
 
-def _offsets(evaluation: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[EstimateAndTruth]:
+def _offsets(evaluation: Evaluation, truth: Truth) -> Iterator[EstimateAndTruth]:
     if not evaluation.is_given("offsets") or not evaluation.is_given():
         return
     fit = evaluation.explained.fit
     # In mm, as the fit's parameters; each is a direction onto which the true offset is projected.
-    true = 1e3 * (truth.model.com_m - filed.com_m)
+    true = 1e3 * (truth.model.com_m - evaluation.model.com_m)
     for parameter, value, std in zip(fit.offsets.parameters, fit.values, fit.std, strict=True):
         if parameter.kind == "com":
             yield EstimateAndTruth(
@@ -146,9 +144,9 @@ def _offsets(evaluation: Evaluation, truth: Truth, filed: RobotModel) -> Iterato
             )
 
 
-def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:
+def truth_text(drop: Drop, filed: RobotModel) -> str:
     """`truth.json`: angles in rad, lengths in m, times in s of the rehearsal's clock."""
-    errors = truth.imperfections
+    truth, errors = drop.robot, drop.robot.imperfections
     values = {
         "format": 1,
         "seed": truth.seed,

@@ -16,7 +16,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.plotting import check_matplotlib
-from tfsat_host.quantity import Column, Columns
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import ReportedDrop, Source, document_of
 from tfsat_host.report.contents.document_builder import table as page_table
@@ -77,19 +77,17 @@ class Report:
 
 _REPORTED: Columns = (
     Column("name", of=lambda drop: drop[0].name),
-    Column("run", of=lambda drop: str(drop[1].place)),
+    Column("run", of=lambda drop: drop[1].place),
     Column("verdict", of=lambda drop: drop[1].verdict.as_dict()),
 )
-_REFUSED: Columns = (Column("run", of=lambda refusal: str(refusal.place)), Column("what", of="error.what"))
 REPORT: Columns = (
-    Column("report", of=lambda report: str(report.page)),
-    Column("files", of=lambda report: [str(path) for path in report.files]),
+    *fields("report=page files"),
     Column(
         "drops",
         of=lambda report: list(zip(report.drops, report.runs, strict=True)),
         columns=_REPORTED,
     ),
-    Column("refused", columns=_REFUSED),
+    Column("refused", columns=fields("run=place what=error.what")),
 )
 """Of `report --json`."""
 

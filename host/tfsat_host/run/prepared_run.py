@@ -204,7 +204,7 @@ def require_not_flown(folder: Path) -> None:
             "Nothing was looked at, nothing was changed.",
             next_step=Advice(
                 "Make a folder for the next drop, copy maneuver.toml and the certificate into it, then: ",
-                NextStep("preflight", (_next_to(folder),)),
+                NextStep("preflight", (str(folder.parent / "NEXT") if folder.name else "NEXT",)),
             ),
         )
 
@@ -235,10 +235,6 @@ def _signed_names(folder: Path) -> list[str]:
         return [file.name for entry in entries_of(folder) for file in entry.files]
     except TfsatError:
         return []
-
-
-def _next_to(folder: Path) -> str:
-    return str(folder.parent / "NEXT") if folder.name else "NEXT"
 
 
 def _schedule(file: Path) -> Schedule | Missing:

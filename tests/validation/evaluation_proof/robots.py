@@ -78,7 +78,7 @@ def _certificate(
 ) -> Calibration:
     origin = day.evidence[0].origin
     subject = Subject(day.model.name, origin.logger_serial, origin.who_am_i, True)
-    return Calibration(subject, tuple(gyros or solution.gyros), solution.joints, (), (), (), (), DAY_BEGINS)
+    return Calibration(subject, tuple(gyros or solution.gyros), solution.joints, (), (), (), DAY_BEGINS)
 
 
 def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:

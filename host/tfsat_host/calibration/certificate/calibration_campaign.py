@@ -20,7 +20,6 @@ from tfsat_host.calibration.certificate.certificate import (
 )
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder, write_certificate
-from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import Baseline, Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.calibration.steps.step import StepKind
@@ -202,14 +201,12 @@ class Campaign:
         return calibration
 
     def _make_certificate(self, solution: Solution, recordings: _Recordings) -> Calibration:
-        servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         before = self.calibration
         return Calibration(
             subject=self._subject,
             gyros=solution.gyros,
             joints=solution.joints,
-            servo_maps=tuple(servo_map_of(evidence, joints, self._model) for evidence, joints in servos),
-            servo_recorded_at=tuple(evidence.recorded_at for evidence, _ in servos),
+            servo_maps=solution.servo_maps(self._model),
             recordings=tuple(
                 recordings[evidence.step.key, evidence.recorded_at] for evidence in solution.used_evidence
             ),

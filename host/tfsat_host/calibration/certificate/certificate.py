@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.next_step import NextStep
 from tfsat_host.protocol.limits import PROTOCOL_HASH
-
-if TYPE_CHECKING:
-    from tfsat_host.calibration.steps.evidence import Origin
 
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 """Two orthogonal axes on every body (paper, tab. misal)."""
@@ -95,7 +93,6 @@ class Calibration:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
         servo_maps: Of the joints whose servo was measured, by joint.
-        servo_recorded_at: When, in the same order.
         recordings: The recordings, in order of time.
         landings: In order of time.
         written: When the certificate was computed.
@@ -110,7 +107,6 @@ class Calibration:
     gyros: tuple[GyroCalibration, ...]
     joints: tuple[JointSensors, ...]
     servo_maps: tuple[ServoMap, ...]
-    servo_recorded_at: tuple[datetime, ...]
     recordings: tuple[Recording, ...]
     landings: tuple[Landing, ...]
     written: datetime
@@ -193,10 +189,7 @@ def quantities(calibration: Calibration, before: datetime | None = None) -> tupl
     """
     landings = [landing.at for landing in calibration.landings if before is None or landing.at < before]
     last = max(landings, default=None)
-    servo_times = {
-        servo_map.joint: when
-        for servo_map, when in zip(calibration.servo_maps, calibration.servo_recorded_at, strict=True)
-    }
+    servo_times = {servo_map.joint: servo_map.recorded_at for servo_map in calibration.servo_maps}
     # One command for all joints where none has a zero that holds now.
     landed = calibration.last_landing
     none_holds = all(_is_stale(joint.zero_recorded_at, landed) for joint in calibration.joints)

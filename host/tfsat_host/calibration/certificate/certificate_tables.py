@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -99,7 +98,7 @@ _IN_DEG = {"unit": "deg", "frame": "joint"}
 _STD_OF_SERVO = ("middle", "slope", "backlash")
 _SERVO = {
     "joint": whole("joint", 1, JOINT_COUNT),
-    "taken": Item("taken", Table.time),
+    "taken": Item("recorded_at", Table.time),
     "places": whole("places", 0, _MAX_VALUE),
     "repeats": whole("repeats", 0, _MAX_VALUE),
     "pulse_range_us": numbers("pulse_range_us", 2),
@@ -187,11 +186,8 @@ def joint_table(sensors: JointSensors) -> dict[str, Any]:
     return written_values(_JOINT, _attributes(sensors) | {"zero_std": _std(sensors.zero_covariance, _DEG)})
 
 
-def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
-    """Read one `[[servo]]` table: the servo map and the time it was measured.
-
-    Raises CalibrationError if it is not as `servo_table` writes it.
-    """
+def read_servo(entry: Table) -> ServoMap:
+    """Read one `[[servo]]` table; raise CalibrationError if it is not as `servo_table` writes it."""
     values = read_values(entry, _SERVO)
     values["covariance"] = covariance(entry, "covariance.value", values["covariance"])
     for name, std in zip(_STD_OF_SERVO, _std(values["covariance"], _DEG), strict=True):
@@ -199,18 +195,14 @@ def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
     if values["slope_rad_per_us"] == 0.0:
         entry.fail("slope.value", "is zero: such a servo would not move")
     setting = {field.name: int(values.pop(field.name)) for field in fields(ServoSetting)}
-    recorded_at, pulse_range_us = values.pop("taken"), tuple(values.pop("pulse_range_us").tolist())
-    return ServoMap(**values, setting=ServoSetting(**setting), pulse_range_us=pulse_range_us), recorded_at
+    values["pulse_range_us"] = tuple(values["pulse_range_us"].tolist())
+    return ServoMap(**values, setting=ServoSetting(**setting))
 
 
-def servo_table(servo: ServoMap, recorded_at: datetime) -> dict[str, Any]:
+def servo_table(servo: ServoMap) -> dict[str, Any]:
     """Build the `[[servo]]` table that `read_servo` reads."""
     stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
-    extras = {
-        "taken": recorded_at,
-        "pulse_range_us": np.array(servo.pulse_range_us),
-        "reversed": bool(servo.setting.reversed),
-    }
+    extras = {"pulse_range_us": np.array(servo.pulse_range_us), "reversed": bool(servo.setting.reversed)}
     return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | extras)
 
 

@@ -65,7 +65,6 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
 
 def certificate_values(calibration: Calibration) -> dict[str, Any]:
     """Return all values of the certificate's file, by key."""
-    servos = zip(calibration.servo_maps, calibration.servo_recorded_at, strict=True)
     return written_values(
         _TOP,
         {
@@ -73,7 +72,7 @@ def certificate_values(calibration: Calibration) -> dict[str, Any]:
             **asdict(calibration.subject),
             "gyros": [gyro_table(gyro) for gyro in calibration.gyros],
             "joints": [joint_table(sensors) for sensors in calibration.joints],
-            "servos": [servo_table(servo_map, recorded_at) for servo_map, recorded_at in servos],
+            "servo_maps": [servo_table(servo_map) for servo_map in calibration.servo_maps],
             "recordings": [
                 written_values(RECORDING, asdict(recording)) for recording in calibration.recordings
             ],
@@ -94,11 +93,8 @@ def _calibration(top: Table) -> Calibration:
     values = read_values(top, _TOP)
     _check_seal(top)
     subject = Subject(**{field.name: values.pop(field.name) for field in fields(Subject)})
-    servos = values.pop("servos")
     return Calibration(
         subject=subject,
-        servo_maps=tuple(servo_map for servo_map, _ in servos),
-        servo_recorded_at=tuple(recorded_at for _, recorded_at in servos),
         simulated_quantities=tuple(values.pop("simulated_quantities") or ()),
         landings=tuple(sorted(values.pop("landings"), key=lambda landing: landing.at)),
         **values,
@@ -164,7 +160,7 @@ _TOP = {
     "drawn?": Item("simulated_quantities", _read_drawn_steps),
     "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
     "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
-    "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
+    "servo": Item("servo_maps", _each("joint", JOINT_COUNT, read_servo, require_all=False)),
     "recording": Item("recordings", _all(read_recording)),
     "landing": Item("landings", _all(lambda entry: Landing(**read_values(entry, LANDING)))),
 }

@@ -9,6 +9,7 @@ estimated by moments (Searle, Casella, McCulloch, "Variance Components", chapter
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Final
 
 import numpy as np
@@ -29,13 +30,16 @@ CHANCE: Final = 0.9999
 """Of a straight servo, about so many measurements are not called bent."""
 
 
-def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSetting) -> ServoMap:
+def fit_servo_map(
+    points: Sequence[ServoPoint], joint: int, setting: ServoSetting, recorded_at: datetime
+) -> ServoMap:
     """Fit the servo map to the visits.
 
     Args:
         points: In any order. Visits with an unknown direction (0) are left out.
         joint: 1 to 3.
         setting: The joint's setting in force on the board while it was measured.
+        recorded_at: When that was.
 
     Raises:
         CalibrationError: too few visits, too small a range, or the servo is dead, reversed, slipping or bent.
@@ -78,6 +82,7 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
         places=place.shape[0],
         pulse_range_us=(float(pulse_us.min()), float(pulse_us.max())),
         setting=setting,
+        recorded_at=recorded_at,
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from itertools import pairwise
 from math import ceil, degrees
 from typing import Final
@@ -100,6 +101,7 @@ class ServoMap:
         places: At how many pulses the servo was measured.
         pulse_range_us: Shortest and longest of them.
         setting: In force on the board when it was measured.
+        recorded_at: When that was.
     """
 
     joint: int
@@ -114,6 +116,7 @@ class ServoMap:
     places: int
     pulse_range_us: tuple[float, float]
     setting: ServoSetting
+    recorded_at: datetime
 
     @property
     def backlash_std_rad(self) -> float:

@@ -57,7 +57,7 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
     points = [
         point for point, met in zip(every, at_stops(every, sensors.joint, model), strict=True) if not met
     ]
-    servo_map = fit_servo_map(points, sensors.joint, setting_of(evidence))
+    servo_map = fit_servo_map(points, sensors.joint, setting_of(evidence), evidence.recorded_at)
     pulse_us = np.array([point.pulse_us for point in points])
     direction = np.array([point.direction for point in points])
     design = np.column_stack([np.ones(len(points)), pulse_us - servo_map.middle_us, -direction / 2.0])

@@ -115,6 +115,11 @@ def turn(axis: Axis, angle_deg: float) -> Step:
     return Step(StepKind.TURN, moved=(1, 2, 3, 4), axis=axis, angle_deg=angle_deg)
 
 
+def turn_leg_s(angle_deg: float) -> float:
+    """Return how long one way of a turn by hand takes at nominal pace, s."""
+    return max(MIN_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
+
+
 def servo(joint: int) -> Step:
     """Return the step in which a servo moves only the joint's outer side."""
     return Step(StepKind.SERVO, *next(pattern for pattern in PATTERNS if pattern[0] == joint))
@@ -176,7 +181,7 @@ def task(step: Step) -> tuple[str, ...]:
             way = "counter-clockwise" if step.angle_deg > 0 else "clockwise"
             angle_deg = abs(step.angle_deg)
             # Slow enough that even the fastest moment stays inside the gyros' range.
-            duration_s = max(MIN_TURN_S, angle_deg / TURN_RATE_DEG_S)
+            duration_s = turn_leg_s(angle_deg)
             return (
                 "Close all joints with the holding attachment on.",
                 f"Stand the robot so that its {step.axis} axis is upright, one edge against something straight.",

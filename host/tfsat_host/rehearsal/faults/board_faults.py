@@ -37,6 +37,19 @@ def _crash_host(day: Day) -> None:
     day.reconnect()
 
 
+def _fast_clock(board: str, last: Moment) -> Fault:
+    return Fault(
+        f"{board}-clock-fast",
+        f"The {board}'s clock runs 1 % fast.",
+        Moment.POWERED,
+        outcomes_between(Moment.POWERED, last, Outcome.FLIES),
+        action=break_part("clock", board, 10_000.0),
+        noticed="clock runs",
+        preflight=("clock-pace",),
+        part=f"{board}'s clock",
+    )
+
+
 FAULTS = (
     Fault(
         "host-crash-in-upload",
@@ -77,24 +90,6 @@ FAULTS = (
         action=lambda day: day.robot.reset(Reset.BROWN_OUT),
         noticed="did not move",
     ),
-    Fault(
-        "sequencer-clock-fast",
-        "The sequencer's clock runs 1 % fast.",
-        Moment.POWERED,
-        outcomes_between(Moment.POWERED, Moment.FALLING, Outcome.FLIES),
-        action=break_part("clock", "sequencer", 10_000.0),
-        noticed="clock runs",
-        preflight=("clock-pace",),
-        part="sequencer's clock",
-    ),
-    Fault(
-        "logger-clock-fast",
-        "The logger's clock runs 1 % fast.",
-        Moment.POWERED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("clock", "logger", 10_000.0),
-        noticed="clock runs",
-        preflight=("clock-pace",),
-        part="logger's clock",
-    ),
+    _fast_clock("sequencer", Moment.FALLING),
+    _fast_clock("logger", Moment.BEFORE_LANDING),
 )

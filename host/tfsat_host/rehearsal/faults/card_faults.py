@@ -31,6 +31,19 @@ def cut_power(day: Day, after_us: int = 0) -> None:
         day.robot.set_power(board, False)
 
 
+def _power_cut(name: str, when: str, moment: Moment) -> Fault:
+    return Fault(
+        name,
+        f"Both boards lose their power {when}.",
+        moment,
+        {moment: Outcome.FLIES},
+        action=cut_power,
+        complete=False,
+        noticed="has no end",
+        part="power of both boards",
+    )
+
+
 FAULTS = (
     Fault(
         "card-slow",
@@ -92,35 +105,8 @@ FAULTS = (
         preflight=("card", "card-room", "card-writing"),
         part="card",
     ),
-    Fault(
-        "power-cut-before-landing",
-        "Both boards lose their power 100 ms before the landing.",
-        Moment.BEFORE_LANDING,
-        {Moment.BEFORE_LANDING: Outcome.FLIES},
-        action=cut_power,
-        complete=False,
-        noticed="has no end",
-        part="power of both boards",
-    ),
-    Fault(
-        "power-cut-at-landing",
-        "Both boards lose their power at the moment of the landing.",
-        Moment.LANDING,
-        {Moment.LANDING: Outcome.FLIES},
-        action=cut_power,
-        complete=False,
-        noticed="has no end",
-        part="power of both boards",
-    ),
-    Fault(
-        # Right after the landing: before the second copy of the fall is written.
-        "power-cut-after-landing",
-        "Both boards lose their power 100 ms after the landing.",
-        Moment.LANDED,
-        {Moment.LANDED: Outcome.FLIES},
-        action=cut_power,
-        complete=False,
-        noticed="has no end",
-        part="power of both boards",
-    ),
+    _power_cut("power-cut-before-landing", "100 ms before the landing", Moment.BEFORE_LANDING),
+    _power_cut("power-cut-at-landing", "at the moment of the landing", Moment.LANDING),
+    # Right after the landing: before the second copy of the fall is written.
+    _power_cut("power-cut-after-landing", "100 ms after the landing", Moment.LANDED),
 )

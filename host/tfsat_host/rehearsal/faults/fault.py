@@ -188,6 +188,20 @@ class Fault:
         return replace(self, size=size, name=f"{self.name}{OF}{size.value:g}")
 
 
+def mismatch(
+    name: str,
+    what: str,
+    hidden: Callable[[Truth, float, np.random.Generator], Truth],
+    size: Size,
+    noticed: str = "",
+) -> Fault:
+    """Build a fault of the robot that flies: it is so from the day's beginning, and no preflight can find it."""
+    outcomes = {Moment.POWERED: Outcome.FLIES}
+    return Fault(
+        name, what, Moment.POWERED, outcomes, noticed=noticed, preflight=(), size=size, hidden=hidden
+    )
+
+
 FAULT: Columns = fields("name what moment=moment.typed when=moment.value outcome=outcome.value")
 """Of a fault, for JSON."""
 SIZE: Columns = (

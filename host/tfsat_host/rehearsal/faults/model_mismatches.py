@@ -14,7 +14,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.protocol.limits import IMU_COUNT
-from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, Size
+from tfsat_host.rehearsal.faults.fault import Size, mismatch
 from tfsat_host.rehearsal.truth import CORRECTED_BODIES, Truth
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import UNCERTAIN
@@ -117,67 +117,46 @@ _OF_FILE: Mapping[str, Callable[[Truth, float, Random], Truth]] = {
 _SHOWN = {key: 1.0 / PERCENT if key.endswith("_relative") else 1.0 for key in UNCERTAIN}
 
 FAULTS = (
-    Fault(
+    mismatch(
         "wrong-masses",
         "Each body's mass is another.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_change_masses,
-        preflight=(),
-        size=Size(2.0, "%", most=50.0),
+        _change_masses,
+        Size(2.0, "%", most=50.0),
     ),
-    Fault(
+    mismatch(
         "wrong-inertias",
         "Each body's inertia is another.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_change_inertias,
-        preflight=(),
-        size=Size(3.0, "%", most=20.0),
+        _change_inertias,
+        Size(3.0, "%", most=20.0),
     ),
-    Fault(
+    mismatch(
         "wrong-hinge-points",
         "Each hinge is elsewhere.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_shift_hinges,
-        preflight=(),
-        size=Size(0.5, "mm", most=20.0),
+        _shift_hinges,
+        Size(0.5, "mm", most=20.0),
     ),
-    Fault(
+    mismatch(
         "wrong-hinge-axes",
         "Each hinge's axis leans.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_lean_axes,
-        preflight=(),
-        size=Size(0.5, "deg", most=10.0),
+        _lean_axes,
+        Size(0.5, "deg", most=10.0),
     ),
-    Fault(
+    mismatch(
         "wrong-com-of-body-4",
         "Body 4's center of mass is elsewhere.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_shift_centers(CORRECTED_BODIES, IMU_COUNT),
-        preflight=(),
-        size=Size(3.0, "mm", most=50.0),
+        _shift_centers(CORRECTED_BODIES, IMU_COUNT),
+        Size(3.0, "mm", most=50.0),
     ),
-    Fault(
+    mismatch(
         "wrong-coms",
         "The centers of mass of bodies 1 to 3, which an evaluation corrects, are elsewhere once more.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_shift_centers(0, CORRECTED_BODIES),
-        preflight=(),
-        size=Size(3.0, "mm", most=50.0),
+        _shift_centers(0, CORRECTED_BODIES),
+        Size(3.0, "mm", most=50.0),
     ),
-    Fault(
+    mismatch(
         "robot-file-uncertain",
         "Masses, inertias, hinges and body 4's center of mass are all drawn from the robot file's [uncertainty].",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_draw_from_file,
-        preflight=(),
-        size=Size(1.0, "times", most=10.0),
+        _draw_from_file,
+        Size(1.0, "times", most=10.0),
     ),
 )

@@ -23,57 +23,38 @@ def _take_foreign_calibration(day: Day) -> None:
     )
 
 
+def _servo_fault(how: str, what: str, noticed: str) -> Fault:
+    return Fault(
+        f"servo-{how}",
+        f"The servo of joint 1 {what}.",
+        Moment.LIFTED,
+        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        action=break_part("servo", 1, how),
+        noticed=noticed,
+        preflight=(),
+        part="servo of joint 1",
+    )
+
+
+def _gyro_fault(how: str, what: str, *preflight: str) -> Fault:
+    return Fault(
+        f"gyro-{how}",
+        what,
+        Moment.LIFTED,
+        at_any_moment(Outcome.FLIES),
+        action=break_part("imu", 4, how),
+        noticed="body 4",
+        preflight=preflight,
+        part="IMU of body 4",
+    )
+
+
 FAULTS = (
-    Fault(
-        "servo-dead",
-        "The servo of joint 1 does not turn.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "dead"),
-        noticed="did not move",
-        preflight=(),
-        part="servo of joint 1",
-    ),
-    Fault(
-        "servo-slow",
-        "The servo of joint 1 reaches a quarter of its rate.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "slow"),
-        noticed="had not come to rest",
-        preflight=(),
-        part="servo of joint 1",
-    ),
-    Fault(
-        "servo-reversed",
-        "The servo of joint 1 turns the other way.",
-        Moment.LIFTED,
-        outcomes_between(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
-        action=break_part("servo", 1, "reversed"),
-        noticed="wrong way",
-        preflight=(),
-        part="servo of joint 1",
-    ),
-    Fault(
-        "gyro-dead",
-        "The IMU of body 4 does not respond.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "dead"),
-        noticed="body 4",
-        preflight=("gyros-present",),
-        part="IMU of body 4",
-    ),
-    Fault(
-        "gyro-frozen",
-        "The IMU of body 4 repeats one reading.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "frozen"),
-        noticed="body 4",
-        preflight=("gyros-present",),
-        part="IMU of body 4",
-    ),
+    _servo_fault("dead", "does not turn", "did not move"),
+    _servo_fault("slow", "reaches a quarter of its rate", "had not come to rest"),
+    _servo_fault("reversed", "turns the other way", "wrong way"),
+    _gyro_fault("dead", "The IMU of body 4 does not respond.", "gyros-present"),
+    _gyro_fault("frozen", "The IMU of body 4 repeats one reading.", "gyros-present"),
     Fault(
         "gyro-swapped",
         "The plugs of the IMUs of bodies 3 and 4 were exchanged after the calibration.",
@@ -84,15 +65,8 @@ FAULTS = (
         preflight=("gyros-agree",),
         part="IMU of body 4",
     ),
-    Fault(
-        "gyro-saturated",
-        "The gyro of body 4 shows ten times its rate, and clips.",
-        Moment.LIFTED,
-        at_any_moment(Outcome.FLIES),
-        action=break_part("imu", 4, "saturated"),
-        noticed="body 4",
-        preflight=("gyro-biases", "gyros-agree"),
-        part="IMU of body 4",
+    _gyro_fault(
+        "saturated", "The gyro of body 4 shows ten times its rate, and clips.", "gyro-biases", "gyros-agree"
     ),
     Fault(
         "bus-glitch",

@@ -15,7 +15,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.emulated_certificate import worse_certificate
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, Size, outcomes_between
+from tfsat_host.rehearsal.faults.fault import Fault, Moment, Outcome, Size, mismatch, outcomes_between
 from tfsat_host.rehearsal.truth import Truth
 
 Random = np.random.Generator
@@ -90,35 +90,26 @@ def _worsen_certificate(day: Day, times: float, random: Random) -> None:
 
 
 FAULTS = (
-    Fault(
+    mismatch(
         "gyro-scale-changed",
         "One gyro's scale factors have changed since the calibration.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_change_gyro_scale,
+        _change_gyro_scale,
+        Size(1.0, "%", most=20.0),
         noticed="gyro of body",
-        preflight=(),
-        size=Size(1.0, "%", most=20.0),
     ),
-    Fault(
+    mismatch(
         "gyro-g-sensitive",
         "The gyros feel forces more than their data sheet says.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_add_g_sensitivity,
+        _add_g_sensitivity,
+        Size(0.5, "deg/s/g", most=10.0),
         noticed="g-sensitivity",
-        preflight=(),
-        size=Size(0.5, "deg/s/g", most=10.0),
     ),
-    Fault(
+    mismatch(
         "gyro-cross-axis",
         "Each axis of a gyro shows some of the rates about the others.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_add_cross_axis,
+        _add_cross_axis,
+        Size(1.0, "%", most=20.0),
         noticed="certificate",
-        preflight=(),
-        size=Size(1.0, "%", most=20.0),
     ),
     Fault(
         "gyro-bias-step",
@@ -138,34 +129,25 @@ FAULTS = (
         noticed="slipped",
         size=Size(1.0, "deg", most=180.0),
     ),
-    Fault(
+    mismatch(
         "imu-late",
         "All that one IMU shows comes late.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_delay_imu,
+        _delay_imu,
+        Size(2.0, "ms", most=10.0),
         noticed="late",
-        preflight=(),
-        size=Size(2.0, "ms", most=10.0),
     ),
-    Fault(
+    mismatch(
         "imu-clocks",
         "Each IMU converts by an oscillator of its own, which is off by as much or less.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_detune_imus,
-        preflight=(),
-        size=Size(1.0, "%", most=5.0),
+        _detune_imus,
+        Size(1.0, "%", most=5.0),
     ),
-    Fault(
+    mismatch(
         "gyro-saturated-unflagged",
         "One gyro shows no rate beyond this, cut off before its low-pass, so that no count is at its end.",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_limit_front_end,
+        _limit_front_end,
+        Size(100.0, "deg/s", most=2000.0),
         noticed="saturat",
-        preflight=(),
-        size=Size(100.0, "deg/s", most=2000.0),
     ),
     Fault(
         "certificate-wrong",
@@ -178,13 +160,10 @@ FAULTS = (
         part="calibration",
         size=Size(3.0, "times", most=1000.0),
     ),
-    Fault(
+    mismatch(
         "mount-ripple",
         "What the IMUs stand on rings at 30 Hz after strokes: so fast after a change of 1000 deg/s².",
-        Moment.POWERED,
-        {Moment.POWERED: Outcome.FLIES},
-        hidden=_add_mount_ripple,
-        preflight=(),
-        size=Size(2.0, "deg/s", most=100.0),
+        _add_mount_ripple,
+        Size(2.0, "deg/s", most=100.0),
     ),
 )

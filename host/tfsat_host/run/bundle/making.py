@@ -17,7 +17,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict, format_json, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
-from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.quantity import Columns, fields, record
 from tfsat_host.report import render
 from tfsat_host.report.contents.document_builder import Source, document_of
 from tfsat_host.run import drop_evaluation
@@ -87,10 +87,7 @@ class WrittenBundle:
         return not (self.manifest.record or self.manifest.doubts or self.manifest.lost)
 
 
-BUNDLE: Columns = (
-    Column("bundle", of=lambda bundle: str(bundle.target)),
-    *fields("recording bytes manifest_sha256"),
-)
+BUNDLE: Columns = fields("bundle=target recording bytes manifest_sha256")
 """Of `bundle --json`, before the manifest's."""
 _LOGGER_IMAGE = fields("firmware image_crc serial=logger_serial emulated")
 

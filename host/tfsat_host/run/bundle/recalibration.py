@@ -12,7 +12,6 @@ from tfsat_host.calibration.certificate.calibration_campaign import measured_by,
 from tfsat_host.calibration.certificate.certificate import QUANTITY_NAMES, Calibration, in_words
 from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
 from tfsat_host.calibration.certificate.recordings_archive import recordings_folder
-from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
@@ -124,15 +123,11 @@ def _solved_differently(
         again = with_measured(calibration, evidence, model)
     else:
         solution = solve(evidence, model, landing)
-        servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         again = replace(
             calibration,
             gyros=solution.gyros,
             joints=solution.joints,
-            servo_maps=tuple(
-                servo_map_of(servo_evidence, joints, model) for servo_evidence, joints in servos
-            ),
-            servo_recorded_at=tuple(servo_evidence.recorded_at for servo_evidence, _ in servos),
+            servo_maps=solution.servo_maps(model),
         )
     # Compare the values that the certificate's file holds.
     then, now = (jsonable(certificate_values(version)) for version in (calibration, again))

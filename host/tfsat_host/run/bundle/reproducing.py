@@ -97,12 +97,9 @@ class Reproduction:
 
 
 REPRODUCTION: Columns = (
-    Column("bundle", of=lambda reproduction: str(reproduction.bundle)),
-    Column("same"),
+    *fields("bundle same"),
     Column("complete", of=lambda reproduction: not reproduction.incomplete),
-    *fields("incomplete manifest_sha256"),
-    Column("folder", of=lambda reproduction: str(reproduction.folder)),
-    Column("name", of="manifest.name"),
+    *fields("incomplete manifest_sha256 folder name=manifest.name"),
     Column("files", of=lambda reproduction: len(reproduction.manifest.files)),
     Column("compared", columns=COMPARED),
     *fields("not_computed record doubts=manifest.doubts"),

@@ -17,7 +17,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.notices import SILENT, Notices, printable
-from tfsat_host.quantity import Column, Columns, columns_of, fields
+from tfsat_host.quantity import Columns, columns_of, fields
 from tfsat_host.run.bundle.bundle_archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, BundleContents, collect
 from tfsat_host.run.campaign import campaign_folder
@@ -76,8 +76,7 @@ class AddedDrop:
 
 ADDED: Columns = (
     *columns_of("entry", ENTRY),
-    Column("path", of=lambda added: str(added.place)),
-    *fields("moved left_out changed"),
+    *fields("path=place moved left_out changed"),
 )
 """Of `campaign add --json`."""
 

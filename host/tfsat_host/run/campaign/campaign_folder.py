@@ -15,7 +15,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import change_of
 from tfsat_host.file_lock import one_at_a_time
 from tfsat_host.next_step import Advice, NextStep
-from tfsat_host.quantity import Column, Columns, columns_of
+from tfsat_host.quantity import Column, Columns, columns_of, fields
 from tfsat_host.run.campaign.entries import (
     ENTRY,
     NUMBER_MAX,
@@ -148,10 +148,9 @@ LISTED: Columns = (
     Column("changes", "unmodified", words=lambda drop: "NO" if drop.changes else "yes"),
 )
 LIST: Columns = (
-    Column("campaign", of=lambda campaign: str(campaign.folder)),
+    *fields("campaign=folder"),
     Column("drops", columns=LISTED),
-    Column("next", of="contents.next_number"),
-    Column("findings", of="contents.findings"),
+    *fields("next=contents.next_number findings=contents.findings"),
 )
 """Of `campaign list --json`."""
 NEXT: Columns = (

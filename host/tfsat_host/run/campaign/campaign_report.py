@@ -167,8 +167,7 @@ _EVALUATED_DROP: Columns = (
 )
 _REFUSED_DROP: Columns = (*_EVALUATED_DROP, Column("error", of=lambda drop: error_as_dict(drop.error)))
 REPORT: Columns = (
-    Column("campaign", of=lambda report: str(report.folder)),
-    Column("report", of=lambda report: report.page and str(report.page)),
+    *fields("campaign=folder report=page"),
     Column(
         "drops",
         of=lambda report: [
