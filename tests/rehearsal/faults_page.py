@@ -28,11 +28,12 @@ the tests repeat it. [How to type a fault](rehearsal.md#what-goes-wrong):
 
 {_MOMENTS}
 
-- **Preflight**: the [checks](preflight.md) that say NO-GO; "–": none detects it; "later": it occurs after the preflight.
+- **Preflight**: the [checks](preflight.md) that say NO-GO; "–": none detects it; "later": it occurs after it.
 - **Outcome**, if dropped despite NO-GO. "Flies": all strokes of the maneuver. Recording: complete unless stated; "cut
   off": it has every sample that had reached the card.
 - **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`),
-  or their refusal to give numbers; a mismatch counts as reported if its cause is named. "–": by none; the results stay valid.
+  or their refusal to give numbers; a mismatch counts as reported if its cause is named. "–": by none; the results
+  stay valid.
 
 | fault | what happens | when | preflight | outcome | reported by |
 | --- | --- | --- | --- | --- | --- |

@@ -34,7 +34,8 @@ _QUANTITIES = (
 
 _HEAD = """# Another IMU: errors compared
 
-Written by `python -m tests.rehearsal.imus_page`; do not edit. The same robots and drops (59/70), with either part on all four bodies; the paper proposes an ADIS16465-2 for orbit.
+Written by `python -m tests.rehearsal.imus_page`; do not edit. The same robots and drops (59/70), with
+either part on all four bodies; the paper proposes an ADIS16465-2 for orbit.
 
     tfsat-host rehearse 59 70 --runs {runs}
     tfsat-host rehearse 59 70 --runs {runs} --imu adis16465_2
@@ -52,8 +53,8 @@ that hold the truth. The first robots' reorientation, error and stated standard 
 
 """
 _WORDS = """
-Each robot was calibrated on the bench. Remaining errors: g-sensitivity, which the bias on the bench contains and that in
-the fall does not; warming of the chips; random walk of the biases; noise.
+Each robot was calibrated on the bench. Remaining errors: g-sensitivity, which the bias on the bench contains and that
+in the fall does not; warming of the chips; random walk of the biases; noise.
 
 **Not** modelled, as the registers are those of an MPU-6050:
 
