@@ -24,24 +24,25 @@ the tests repeat it. [How to type a fault](rehearsal.md#what-goes-wrong):
     tfsat-host rehearse 59 70 --fault gyro-swapped --despite-preflight
 
 - **What happens**, in parentheses the default size.
-- **When**: the fault's own moment; behind it the others that it can have. In the day's order:
+- **When**: the default moment; after it the others that can be given. In the day's order:
 
 {_MOMENTS}
 
-- **Preflight**: the [checks](preflight.md) that say NO-GO; "–": none can find it; "later": it cannot be there yet.
-- **What comes of it**, dropped all the same. "Flies": all strokes of the maneuver. The recording is whole where nothing
-  is said of it; "cut off": it has every sample that had reached the card.
+- **Preflight**: the [checks](preflight.md) that say NO-GO; "–": none detects it; "later": it occurs after it.
+- **Outcome**, if dropped despite NO-GO. "Flies": all strokes of the maneuver. Recording: complete unless stated; "cut
+  off": it has every sample that had reached the card.
 - **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`),
-  or their refusal to give numbers; of a fault with a size by whoever names the cause. "–": it changes nothing.
+  or their refusal to give numbers; a mismatch counts as reported if its cause is named. "–": by none; the results
+  stay valid.
 
-| fault | what happens | when | preflight | what comes of it | reported by |
+| fault | what happens | when | preflight | outcome | reported by |
 | --- | --- | --- | --- | --- | --- |
 """
 MISMATCHES = (*GROUPS["model-mismatch"], *GROUPS["sensor-mismatch"])
 _DIAGNOSES = """
-## What an evaluation makes of a mismatch
+## Evaluation of a mismatch
 
-Of one drop each, of seed 1 and the default size: the verdict, and the causes that its checks name.
+One drop each, seed 1, default size: the verdict, and the cause that the failed checks name.
 
 | fault | verdict | cause |
 | --- | --- | --- |

@@ -32,10 +32,10 @@ _QUANTITIES = (
     ("centers of mass", "mm", "body"),
 )
 
-_HEAD = """# Another IMU: what would it have gained?
+_HEAD = """# Another IMU: errors compared
 
-Written by `python -m tests.rehearsal.imus_page`; do not edit. The same robots, dropped in the same way (59/70) with
-either part on all four bodies; the paper would fly an ADIS16465-2 in orbit.
+Written by `python -m tests.rehearsal.imus_page`; do not edit. The same robots and drops (59/70), with
+either part on all four bodies; the paper proposes an ADIS16465-2 for orbit.
 
     tfsat-host rehearse 59 70 --runs {runs}
     tfsat-host rehearse 59 70 --runs {runs} --imu adis16465_2
@@ -53,10 +53,10 @@ that hold the truth. The first robots' reorientation, error and stated standard 
 
 """
 _WORDS = """
-Each robot was calibrated on the bench. What is left: the rate that gravity makes a gyro show, which the bench's bias
-holds and the fall does not; dies that get warmer; biases that wander; noise.
+Each robot was calibrated on the bench. Remaining errors: g-sensitivity, which the bias on the bench contains and that
+in the fall does not; warming of the chips; random walk of the biases; noise.
 
-**Not** shown, for the emulated chip stays a MPU-6050 at its registers:
+**Not** modelled, as the registers are those of an MPU-6050:
 
 - **Resolution.** Both show steps of 1/65.5 deg/s, less than their noise; the ADIS16465-2 has 32 bits.
 - **Bandwidth.** Both go through the logger's low-pass; the ADIS16465-2's own is wider (550 Hz, assumed, against 256

@@ -283,6 +283,6 @@ def test_a_real_drop_draws(open_document: Opener) -> None:
 def test_the_documented_python_call_makes_a_page() -> None:
     text = (DOCS / "report.md").read_text(encoding="utf-8")
     example = textwrap.dedent(text.split("made otherwise:\n", 1)[1])
-    names: dict[str, object] = {"found": report_drop().evaluation}
+    names: dict[str, object] = {"evaluation": report_drop().evaluation}
     exec(example, names)
     assert str(names["page"]).startswith("<!doctype html>")
