@@ -54,7 +54,7 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     assert status.json["settings"]["origin"] == "factory"
     assert status.json["reset_cause"] == "power_on"
     assert status.rows["Sequencer"] == "safe, release switches: 1 closed, 2 closed"
-    assert status.verdict == "READY TO ARM: no answer of a logger"
+    assert status.verdict == "READY TO ARM: logger not read"
     assert status.rows["Servos"] == "limp; factory settings, a pulse each 20 ms"
     assert status.rows["Servo of joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
     assert status.rows["Last run"] == "none since power was switched on"
@@ -141,7 +141,7 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
         "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
     )
     assert status.rows["Last refusal"] == refusal_text
-    assert status.verdict == "READY TO ARM: no answer of a logger"
+    assert status.verdict == "READY TO ARM: logger not read"
 
 
 def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:

@@ -92,12 +92,12 @@ class BoardsStatus:
         if count := len(self.blocks):
             return f"BLOCKED: {count} item{'s block' if count > 1 else ' blocks'} a drop", RED
         if self.sequencer is None:
-            return "UNKNOWN: no answer of a sequencer", YELLOW
+            return "UNKNOWN: sequencer not read", YELLOW
         state = self.sequencer.status.state
         if state in _MOVING:
             return _MOVING[state], YELLOW
         # Whether the drop would be recorded only the logger tells.
-        return ("READY TO ARM", GREEN) if self.logger else ("READY TO ARM: no answer of a logger", YELLOW)
+        return ("READY TO ARM", GREEN) if self.logger else ("READY TO ARM: logger not read", YELLOW)
 
     def as_json(self) -> dict[str, Any]:
         """Return both reports for `--json`; null for a board that is not plugged in."""
