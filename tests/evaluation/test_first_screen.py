@@ -38,8 +38,9 @@ def test_it_says_what_was_predicted_and_what_to_change(screen: Said) -> None:
         assert error_deg == pytest.approx(evaluation["attitude_error"][side]["final_norm_deg"], abs=1e-3)
         # The difference of two angles is no greater than that of the attitudes.
         assert abs(predicted_deg - evaluation["reorientation_deg"]) < error_deg + 1e-3
-    (change,) = (line for line in screen.out.splitlines() if line.startswith("To change: "))
-    assert "mm" in change and "±" in change
+    change = screen.words.partition("To change: ")[2].partition(" numbers in all")[0]
+    # A tired team reads at most three numbers; the rest is written by --corrected-robot.
+    assert "mm" in change and 1 <= change.count("±") <= 3
 
 
 def test_each_stroke_is_a_line(screen: Said) -> None:
