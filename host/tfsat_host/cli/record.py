@@ -49,7 +49,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
 
     with open_logger(args, out) as logger:
         started = _begin(logger)
-        with out.progress("waiting until the card takes blocks"):
+        with out.progress("Waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
         silent = (body for body, here in enumerate(present, 1) if not here)
@@ -112,7 +112,7 @@ def _begin(logger: LoggerClient) -> RecordStartReply:
 def _stop(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
         logger.end_capture()  # refuses at once where there is nothing to wait for
-        with out.progress("waiting until the card holds the recording's end"):
+        with out.progress("Waiting until the recording's end is on the card"):
             stopped = logger.stop_recording()
         session, lost = f"{stopped.session:08x}", stopped.samples_dropped
         on_card = (

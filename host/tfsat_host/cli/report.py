@@ -58,7 +58,7 @@ def _show(drop_report: Report, out: Output) -> None:
     sentences(
         [
             *(
-                f"{drop.name}: {drop.verdict.level.upper()}. {drop.verdict.sentence}"
+                f"{drop.name}: {drop.verdict.line()}"
                 for drop in drop_report.drops
             ),
             f"Report: {drop_report.page}",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tfsat_host.present.output import Output
 
 WIDEST = 80
-_LABEL = 12
+_LABEL = 13
 _MIN_TEXT_COLUMNS = 24
 
 

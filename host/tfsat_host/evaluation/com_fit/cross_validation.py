@@ -205,7 +205,7 @@ def find_trusted_drops(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
 def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
     """Format a sentence for each drop whose offsets are in no combination."""
     return tuple(
-        f"The offsets of {drop.name} are in no combination: {' '.join(drop.against)}"
+        f"Not combined: {drop.name}. {' '.join(drop.against)}"
         for drop in drops
         if drop.against
     )

@@ -133,7 +133,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         raise EvaluationError(
             what="The recording holds no release.",
             meaning="It is no drop, or its release is lost; nothing can be said about a maneuver.",
-            next_step=Advice("See what it holds: ", NextStep("decode")),
+            next_step=Advice("Events of the recording: ", NextStep("decode")),
         )
     until_s = end_of_fall_s(log) - LANDING_GUARD_S
     if until_s < MIN_DURATION_S:
@@ -141,9 +141,9 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
             what=f"The recording ends {until_s + LANDING_GUARD_S:.3f} s after the release.",
             meaning="It has nothing of the fall: there is nothing to evaluate.",
             next_step=Advice(
-                "See what it holds: ",
+                "Events of the recording: ",
                 NextStep("decode"),
-                "; fetch the recording again: ",
+                "; to fetch it again: ",
                 NextStep("log fetch"),
             ),
         )
