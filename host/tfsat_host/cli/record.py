@@ -96,13 +96,13 @@ def _begin(logger: LoggerClient) -> RecordStartReply:
     if danger := recording_in_danger(status):
         raise danger
     raise RefusedError(
-        what=f"It is recording already: session {status.session:08x}, {status.samples} samples, "
+        what=f"The logger is recording already: session {status.session:08x}, {status.samples} samples, "
         f"{status.samples_dropped} dropped.",
         meaning="That recording goes on, and nothing was changed: the robot may be dropped.",
         next_step=Advice(
-            "Nothing, or see it: ",
+            "To see its state: ",
             NextStep("status"),
-            "\nOnly to have a file of its own for the next drop, end this one first: ",
+            "\nOnly for a separate file of the next drop, end this recording first: ",
             NextStep("record stop"),
         ),
         code=ErrorCode.WRONG_STATE,
@@ -128,8 +128,9 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "device": logger.device(),
             },
             Advice(
-                f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
-                "Copy it to this computer: ",
+                f"Recording: session {session}, stopped and closed on the card, {stopped.samples} samples, "
+                f"{lost} dropped\n"
+                "Next: ",
                 NextStep("log fetch", (str(number or "all"),)),
             ),
         )

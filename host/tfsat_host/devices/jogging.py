@@ -58,8 +58,8 @@ class Jog:
             f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({self.duration_s:.1f} s), {stay} and be let go. "
             "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
             f"{IDLE_S:g} s after this program's last order.\n"
-            f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
-            f"Otherwise bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
+            f"The joint is limp now; its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
+            f"If its angle differs, bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
             "Keep hands, hair and cables clear of the joint."
         )
 

@@ -118,7 +118,8 @@ def _fault_facts(faults: Sequence[JudgedFault]) -> Columns:
         if fault.injected_s is None:
             return ""
         named = [
-            f"{DETECTORS[detection.who]}{'' if detection.by_name else ', not by its name'}: {detection.what.rstrip('.')}"
+            f"{DETECTORS[detection.who]}{'' if detection.by_name else ', not by its name'}: "
+            f"{detection.what.rstrip('.')}"
             for detection in fault.detections
         ]
         return "; ".join(named) or undetected(fault)
@@ -317,7 +318,7 @@ def _sequencer_text(result: RehearsalResult) -> str:
         parts.append(f", {times} (both switches opened and closed again; no joint moved)")
     # An armed robot moves as soon as both switches open: whoever takes it out of the tower must know.
     if state == "armed":
-        parts += [". STILL ARMED: its servos move when both switches open. First: ", NextStep("disarm")]
+        parts += [". STILL ARMED, servos move when both switches open. First: ", NextStep("disarm")]
     return Advice(*parts)
 
 
@@ -376,7 +377,7 @@ _NO_GO: Columns = (
     Column(
         "", "All checks", words=lambda result: f"the same command with --full, or {result.folder / PREFLIGHT}"
     ),
-    Column("", "Drop it anyway", words=lambda _: "the same command with --despite-preflight"),
+    Column("", "To drop anyway", words=lambda _: "the same command with --despite-preflight"),
 )
 _NO_GO_BRIEF: Columns = (Column("", "Preflight", words=_blocking_names),)
 

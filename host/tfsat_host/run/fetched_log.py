@@ -262,7 +262,7 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
             out.note(
                 f"{partial.path} has {partial.present_blocks} of {entry.blocks} blocks already: going on."
             )
-        description = f"fetching {entry_words(entry)}, {size_words(entry.blocks)}"
+        description = f"Fetching {entry_words(entry)}, {size_words(entry.blocks)}"
         with (
             _kept_on_failure(partial, entry, out) as count,
             out.progress(description, total=entry.blocks) as advance,

@@ -171,9 +171,9 @@ def warnings(log: DropLog) -> list[str]:
         lines.append(_late_start_line(log, log.late_start))
     if log.samples_lost or log.blocks_lost:
         total = len(log) + log.samples_lost
-        lines.append(
-            f"{log.samples_lost} of {total} samples are lost ({log.blocks_lost} block{'' if log.blocks_lost == 1 else 's'}), in {len(gaps)} places."
-        )
+        blocks = f"{log.blocks_lost} block{'' if log.blocks_lost == 1 else 's'}"
+        places = f"{len(gaps)} place{'' if len(gaps) == 1 else 's'}"
+        lines.append(f"{log.samples_lost} of {total} samples are lost ({blocks}), in {places}.")
     lines += [_gap_line(log, gap) for gap in gaps[:_GAPS_SHOWN]]
     if len(gaps) > _GAPS_SHOWN:
         lines.append(f"  … and {len(gaps) - _GAPS_SHOWN} more (all of them with --json).")

@@ -73,7 +73,10 @@ def change_sentence(evaluation: Evaluation) -> str:
         f"{row.name} {plus_minus(row.value, row.std, sign=True)} {row.unit}" for row in sure[:MAX_CHANGES]
     )
     if not named:
-        return "Correction: no single number significant, all fitted numbers together (to write them: --corrected-robot FILE)."
+        return (
+            "Correction: no single number significant, all fitted numbers together "
+            "(to write them: --corrected-robot FILE)."
+        )
     return f"Correction: {named}; {len(rows)} numbers in all (to write them: --corrected-robot FILE)."
 
 
