@@ -155,7 +155,7 @@ def test_the_question_names_what_will_fly_and_what_will_move(
     error_text = capsys.readouterr().err
     for words in (
         f"Maneuver to fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
-        "\n  0.70 s joint 1 +59°\n  1.05 s joint 2 +70°\n  1.47 s joint 1 -59°\n  1.82 s joint 2 -70°\n",
+        "\n  0.70 s joint 1 +59 deg\n  1.05 s joint 2 +70 deg\n  1.47 s joint 1 -59 deg\n  1.82 s joint 2 -70 deg\n",
         "The servos are limp now.",
         "they take joints 1, 2 and 3 to the start pose, 0 deg",
         "jumps there at the servo's full speed",

@@ -175,7 +175,7 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert "No setting" in logger("logger-settings", "set", expect=2)["error"]["what"]
     assert logger("logger-settings", "show")["settings"] == result["settings"]
     output = logger.read_output("logger-settings")
-    assert "1000 Hz leaves 1000 us" in output
+    assert "Max. rate: 1000 Hz (I2C bus at 400 kHz)" in output
 
 
 def test_the_monitor_shows_the_true_rate(served_logger: LoggerAtPort) -> None:
