@@ -283,7 +283,7 @@ def test_it_says_what_will_move_and_demands_the_word(
     for words in (
         "Take the holding attachment off joint 3",
         "Hold bodies 1, 2 and 3 on the bench; body 4 will move.",
-        "Hands, hair and cables out of the joint's way.",
+        "Keep hands, hair and cables clear of the joint.",
         "bring it to 0 deg by hand first",
         "through 26 stops, 1 s each, at 15 deg/s (50 s in all)",
         "Type JOG to move it: ",

@@ -167,8 +167,8 @@ def test_the_question_names_what_will_fly_and_what_will_move(
     error_text = capsys.readouterr().err
     for words in (
         # The stored maneuver is named by its CRC: what flies is what was uploaded.
-        f"This maneuver will fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
-        "\n  0.70 s joint 1 +59°\n  1.05 s joint 2 +70°\n  1.47 s joint 1 -59°\n  1.82 s joint 2 -70°\n",
+        f"Maneuver to fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
+        "\n  0.70 s joint 1 +59 deg\n  1.05 s joint 2 +70 deg\n  1.47 s joint 1 -59 deg\n  1.82 s joint 2 -70 deg\n",
         "The servos are limp now.",
         "they take joints 1, 2 and 3 to the start pose, 0 deg",
         "jumps there at the servo's full speed",
@@ -185,7 +185,7 @@ def test_one_stroke_in_words_and_as_json(board: Board, tfsat_host: RunCli) -> No
     )
     with BoardOnPty(board) as served:
         process = tfsat_host("arm", "--yes", "--json", "--port", served.port)
-    assert "will fly: 1 stroke, uploaded" in process.stderr
+    assert "to fly: 1 stroke, uploaded" in process.stderr
     armed = json.loads(process.stdout)["maneuver"]
     assert armed["strokes"] == [{"t_s": 0.7, "joint": 3, "angle_deg": 40.0}]
     assert (armed["origin"], armed["crc"], armed["end_us"]) == (

@@ -63,9 +63,11 @@ def test_recording_twice_and_stopping_nothing(robot: Served, tfsat_host: RunCli)
     assert f"tfsat-host record stop --port {robot.logger}" in people.stdout
     error = tfsat_host.json("record", "start", "--port", robot.logger, expect=4)["error"]
     assert error["code"] == "wrong_state"
-    assert error["what"].startswith(f"It is recording already: session {_session(robot, tfsat_host)}, ")
+    assert error["what"].startswith(
+        f"The logger is recording already: session {_session(robot, tfsat_host)}, "
+    )
     assert "That recording goes on" in error["meaning"]
-    assert error["next_step"].startswith(f"Nothing, or see it: tfsat-host status --port {robot.logger}\n")
+    assert error["next_step"].startswith(f"To see its state: tfsat-host status --port {robot.logger}\n")
     assert tfsat_host.json("status", "--port", robot.logger)["logger"]["state"] == "recording"
 
 

@@ -17,7 +17,7 @@ def test_frames_files_and_decisions_are_lines_on_stderr(tfsat_host: RunCli) -> N
     upload = tfsat_host("upload-sequence", 59, 70, "--emulated", "--out", "maneuver.toml", "--debug")
     for words in (
         "devices.client: emulated sequencer > HelloRequest, number 1, attempt 1",
-        "devices.client: emulated sequencer < type 0x81, number 1, ",
+        "devices.client: emulated sequencer < HelloReply, number 1, ",
         "config.toml: read ",
         "whole_file: wrote ",
     ):

@@ -139,5 +139,5 @@ def test_who_tries_a_command_hears_of_the_emulated_robot(tfsat_host: RunCli, com
 
 def test_disarming_an_emulated_robot_is_not_taken_for_more(tfsat_host: RunCli) -> None:
     output = tfsat_host("disarm", "--emulated").stdout
-    assert output.startswith("The emulated robot of this command was disarmed, no other")
+    assert output.startswith("Disarmed: the emulated robot of this command.")
     assert tfsat_host.json("disarm", "--emulated")["emulated"] is True

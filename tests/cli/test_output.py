@@ -115,7 +115,7 @@ def test_anything_else_refuses(answer: str) -> None:
 
 
 def test_without_a_terminal_only_the_option_answers() -> None:
-    with pytest.raises(UsageError, match="no terminal"):
+    with pytest.raises(UsageError, match="No terminal"):
         Output(stdin=io.StringIO("y\n"), stderr=io.StringIO()).confirm("Arm?", meaning="It stays.")
     Output(yes=True, stdin=io.StringIO(), stderr=io.StringIO()).confirm("Arm?", meaning="It moves.")
 

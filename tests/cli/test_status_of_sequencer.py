@@ -56,7 +56,7 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     assert status.rows["Sequencer"] == "safe, release switches: 1 closed, 2 closed"
     assert status.verdict == "READY TO ARM: logger not read"
     assert status.rows["Servos"] == "limp; factory settings, a pulse each 20 ms"
-    assert status.rows["Servo of joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
+    assert status.rows["Servo of joint 3"] == "1000 us at 0 deg, +11.111 us/deg, limits 0 to 90 deg"
     assert status.rows["Last run"] == "none since power was switched on"
     assert status.bullets == []
 
@@ -81,7 +81,7 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     assert status.rows["Last run"].endswith(f"{run['bounces']} edges of bounce")
     assert run["since_release_s"] >= 3.0
     assert status.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
-    assert "commanded to hold 0°, 0°, 0°" in status.rows["Servos"]
+    assert "holding 0 deg, 0 deg, 0 deg (commanded)" in status.rows["Servos"]
     (blocked,) = status.bullets
     expected_text = "Sequencer: A release switch is open (switches 1 and 2). (refusal 15, switch_open) Seat"
     assert blocked.startswith(expected_text)
@@ -194,13 +194,13 @@ def test_a_joint_that_is_moved(board: Board) -> None:
     client(board).request(JogRequest(2, 0, 0, JOG_CONFIRM), JogReply)
     state, rows = told_directly(board)
     assert state["joint_angle_deg"] == [None, 0.0, None]
-    assert rows["Servos"].startswith("joint 2 is moved, commanded to 0°; the others are limp")
+    assert rows["Servos"].startswith("joint 2 moving, commanded to 0 deg; others limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
     board.run(700_000)
     state, rows = told_directly(board)
     assert state["state"] == "jogging" and rows["verdict"] == "JOGGING: one joint is moved"
     assert state["joint_angle_deg"] == [None, 10.0, None]
-    assert rows["Servos"].startswith("joint 2 is moved, commanded to 10°; the others are limp")
+    assert rows["Servos"].startswith("joint 2 moving, commanded to 10 deg; others limp")
 
 
 def test_nothing_was_uploaded(fresh_board: Board) -> None:

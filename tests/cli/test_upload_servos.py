@@ -155,7 +155,7 @@ def test_it_asks_before_it_changes_anything(tfsat_host: RunCli, narrow: Path) ->
     assert tfsat_host.json("upload-servos", "--show", "--emulated")["origin"] == "factory"
     assert _answer(args, tfsat_host.folder, b"y\n").returncode == 0
     assert tfsat_host.json("upload-servos", "--show", "--emulated")["origin"] == "uploaded"
-    assert "no terminal" in tfsat_host("upload-servos", "--factory", "--emulated", expect=2).stderr
+    assert "No terminal" in tfsat_host("upload-servos", "--factory", "--emulated", expect=2).stderr
 
 
 def test_an_armed_board_refuses_before_anybody_is_asked(

@@ -252,7 +252,7 @@ def test_a_drop_with_something_against_it_corrects_no_other() -> None:
     assert judgements["a"].others.values.tolist() == combine([second.fit]).values.tolist()
     assert judgements["b"].others.values.tolist() == combine([first.fit]).values.tolist()
     assert judgements["c"].others.values.tolist() == combine([first.fit, second.fit]).values.tolist()
-    assert left_aside(drops) == ("The offsets of c are in no combination: Two checks failed.",)
+    assert left_aside(drops) == ("Not combined: c. Two checks failed.",)
     # With nobody left to be judged by, a drop is not judged.
     assert [judgement.name for judgement in cross_validate([drops[0], wrong])] == ["c"]
 

@@ -122,5 +122,5 @@ def test_every_end_around_the_release(tmp_path: Path) -> None:
             outcomes.append("evaluated")
         except EvaluationError as refused:
             outcomes.append(refused.meaning)
-    assert "It has nothing of the fall: there is nothing to evaluate." in outcomes
+    assert "Nothing of the fall is recorded: nothing to evaluate." in outcomes
     assert outcomes[-1] == "evaluated"

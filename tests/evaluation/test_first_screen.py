@@ -26,7 +26,7 @@ def test_it_fits_and_the_verdict_is_first_and_last(screen: Said) -> None:
     lines = screen.out.splitlines()
     # On 80 columns everything important fits a screen.
     assert len(lines) <= MAX_LINES
-    assert lines[0].startswith("Verdict     GOOD.") and lines[-1].startswith("Verdict     GOOD.")
+    assert lines[0].startswith("Verdict:     GOOD:") and lines[-1].startswith("Verdict:     GOOD:")
 
 
 def test_it_says_what_was_predicted_and_what_to_change(screen: Said) -> None:
@@ -38,7 +38,7 @@ def test_it_says_what_was_predicted_and_what_to_change(screen: Said) -> None:
         assert error_deg == pytest.approx(evaluation["attitude_error"][side]["final_norm_deg"], abs=1e-3)
         # The difference of two angles is no greater than that of the attitudes.
         assert abs(predicted_deg - evaluation["reorientation_deg"]) < error_deg + 1e-3
-    change = screen.words.partition("To change: ")[2].partition(" numbers in all")[0]
+    change = screen.words.partition("Correction: ")[2].partition(" numbers in all")[0]
     # A tired team reads at most three numbers; the rest is written by --corrected-robot.
     assert "mm" in change and 1 <= change.count("±") <= 3
 

@@ -179,7 +179,7 @@ def test_a_robot_that_touched_something_was_shaken() -> None:
     rng = np.random.default_rng(1)
     falling = (T_S >= 0) & (T_S < LANDED_S)
     assessment = quality(fallen(residual_g=0.05 * rng.normal(size=(int(falling.sum()), 4, 3))))
-    shaken = [finding for finding in assessment.findings if "is shaken by 0.0" in finding]
+    shaken = [finding for finding in assessment.findings if ": vibration 0.0" in finding]
     assert len(shaken) == 8
 
 

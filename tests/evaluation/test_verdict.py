@@ -136,7 +136,7 @@ def test_a_correction_at_its_bound() -> None:
 def test_a_correction_that_found_no_end() -> None:
     explained = good().explained
     evaluation = replace(good(), explained=replace(explained, fit=replace(explained.fit, converged=False)))
-    assert "found no end" in reason(evaluation, "The correction of the model cannot be used.")
+    assert "did not converge" in reason(evaluation, "The correction of the model cannot be used.")
 
 
 def test_a_model_that_even_its_correction_does_not_mend() -> None:

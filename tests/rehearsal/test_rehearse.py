@@ -160,7 +160,7 @@ def test_the_first_screen_begins_and_ends_with_the_verdict(
     rehearsal = shared_rehearsal("59", "70", "--seed", "1")
     lines = rehearsal.out.splitlines()
     assert len(lines) <= 38 and max(map(len, lines)) <= 80
-    assert lines[0].startswith("Verdict") and lines[-1].startswith("Verdict") and "GOOD. " in lines[-1]
+    assert lines[0].startswith("Verdict") and lines[-1].startswith("Verdict") and "GOOD: " in lines[-1]
     evaluation = rehearsal.result["evaluation"]
     assert re.search(rf"measured +{evaluation['reorientation_deg']:.3f} ± 0.0", rehearsal.out)
     assert re.search(rf"truth \(emulator\) +{rehearsal.result['compared'][0]['true']:.3f}", rehearsal.out)
@@ -321,7 +321,7 @@ def test_without_a_release_it_tells_what_the_switches_did(shared_rehearsal: Rehe
     assert "switch 2 changed " in text
     assert "tfsat-host decode run/SD.bin" in text
     assert "Sequencer: armed. STILL ARMED" in text and "tfsat-host disarm" in text
-    assert text.count("NOT EVALUATED. The recording holds no release.") == 2
+    assert text.count("NOT EVALUATED: The recording has no release.") == 2
     (fault,) = rehearsal.result["faults"]
     assert [notice["who"] for notice in fault["noticed_by"]] == ["report refuses"]
     first, second = rehearsal.result["no_release"]["switches"]

@@ -39,13 +39,13 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
     # Nothing else is known of it later than the folder; the file may have gone.
     other.unlink()
     again = tfsat_host("evaluate", "run", "--json")
-    assert "Robot: run/robot.toml, as the run has it." in again.stderr
+    assert "Robot: run/robot.toml (the run's)" in again.stderr
     evaluation = json.loads(again.stdout)
     assert evaluation["reorientation_deg"] == pytest.approx(
         rehearsal["evaluation"]["reorientation_deg"], abs=1e-9
     )
     named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
-    assert "as named, and not the run's own run/robot.toml" in named.stderr
+    assert "(--robot; not the run's run/robot.toml)" in named.stderr
 
     tfsat_host("bundle", "run", "--out", "run.tfsat.zip")
     with zipfile.ZipFile(tfsat_host.folder / "run.tfsat.zip") as bundle:

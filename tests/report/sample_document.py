@@ -76,8 +76,8 @@ def _drop(name: str, seed: int, samples: int) -> dict[str, Any]:
             ],
             "caption": "",
         },
-        "change": "To change: body 2 CoM z −7.1\u00a0±\u00a02.3 mm, body 1 CoM x +2.6\u00a0±\u00a00.6 mm; "
-        "37 numbers in all (--corrected-robot FILE writes them).",
+        "change": "Correction: body 2 CoM z −7.1\u00a0±\u00a02.3 mm, body 1 CoM x +2.6\u00a0±\u00a00.6 mm; "
+        "37 numbers in all (to write them: --corrected-robot FILE).",
         "strokes": {
             "title": "Strokes",
             "columns": ["stroke", "commanded (deg)", "flown (deg)", "start (s)", "end (s)"],

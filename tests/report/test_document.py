@@ -115,7 +115,7 @@ def test_a_failed_check_corrects_nothing_whatever_it_protects() -> None:
     caption = table(
         drop_of(replace(evaluation, checks=(*evaluation.checks, bad))), "Correction of the model"
     )["caption"]
-    assert "change nothing by it" in caption and "The check of the earth is flat failed." in caption
+    assert "leave the robot file unchanged" in caption and "Failed check: “the earth is flat”." in caption
 
 
 def test_passed_checks_are_folded(drop: Any) -> None:
@@ -146,7 +146,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
     right = replace(evaluation, explained=replace(explained, fit=fit, nominal=explained.fitted))
     assert worth_of(right) == "not called for"
     drop = drop_of(right)
-    assert "No correction is called for" in table(drop, "Correction of the model")["caption"]
+    assert "Correction: none needed" in table(drop, "Correction of the model")["caption"]
     assert "no correction is called for" in numbers(drop)["Largest CoM correction"]["note"]
 
 

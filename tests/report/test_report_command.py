@@ -54,7 +54,7 @@ def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None
     page.write_bytes(page.read_bytes().replace(b"<noscript>", b"<noscript>old "))
     words = command("report", "run/SD.bin", "--mcap=out/drop.mcap").out  # its own page it may replace
     assert b"<noscript>old" not in page.read_bytes()
-    assert words.startswith("run: GOOD. ") and Path("out/drop.mcap").is_file()
+    assert words.startswith("run: GOOD: ") and Path("out/drop.mcap").is_file()
     assert words.splitlines()[-2:] == ["Report: run/report.html", "Also written: out/drop.mcap"]
 
 
@@ -97,7 +97,9 @@ def test_several_drops_lie_in_one_page_here_but_one_that_cannot_be_evaluated(
     together = page.locator(".tables .table", has_text="by all drops together")
     assert together.locator("thead th").all_inner_texts() == ["what", "unit", "all drops", "run", "second"]
     assert together.locator("tbody tr").count() == 9
-    judged = page.locator(".tables .table", has_text="Each drop by the corrections of the others")
+    judged = page.locator(
+        ".tables .table", has_text="Cross-validation: each drop with the corrections of the others"
+    )
     assert [row.locator("th").inner_text() for row in judged.locator("tbody tr").all()] == ["run", "second"]
     assert "better in 2 of 2 drops" in judged.inner_text()
     assert opened.complaints == []

@@ -174,7 +174,7 @@ def test_a_hole_inside_is_damage_and_told_apart(tmp_path: Path) -> None:
     assert [gap.late_start for gap in log.gaps] == [True, False]
     process = decode(path, expect=3)
     assert "begins at block 10" in process.stderr
-    assert "(2 blocks), in 1 places" in process.stderr
+    assert "(2 blocks), in 1 place" in process.stderr
 
 
 def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> None:

@@ -301,15 +301,15 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
     counts = quiet_before_release(log)
     if counts is None:
         raise CalibrationError(
-            what=f"The robot in {file} never rested for {MIN_DURATION_S:g} s before its release.",
-            meaning="The biases cannot be separated from its motion; nothing was kept.",
-            next_step=Advice("Take them on the bench: ", NextStep("calibrate bias")),
+            what=f"{file}: no rest of {MIN_DURATION_S:g} s before the release.",
+            meaning="Biases cannot be told from motion; nothing was kept.",
+            next_step=Advice("To measure them on the bench: ", NextStep("calibrate bias")),
         )
     if log.unix_offset_us is None:
         raise CalibrationError(
             what=f"{file} does not say at what time of day it was recorded.",
             meaning="Whether its biases are older than a landing could never be known; nothing was kept.",
-            next_step=Advice("Take them on the bench: ", NextStep("calibrate bias")),
+            next_step=Advice("To measure them on the bench: ", NextStep("calibrate bias")),
         )
     recorded_at = datetime.fromtimestamp(0, UTC) + timedelta(
         microseconds=log.unix_offset_us + int(counts.t_us[0])

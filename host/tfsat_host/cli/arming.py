@@ -15,16 +15,16 @@ from tfsat_host.run.robot_arming import arm
 
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
 _EMULATED_DISARMED = (
-    "The emulated robot of this command was disarmed, no other: a robot on a cable is as it was. "
-    f"For that one: {NextStep('disarm')}"
+    "Disarmed: the emulated robot of this command. A robot on a cable is unchanged.\n"
+    f"To disarm that one: {NextStep('disarm')}"
 )
-_LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear and cut the sequencer's power."
+_LAST_RESORT = "The robot may still move: stand clear and cut the sequencer's power."
 
 
 _USAGE = f"""
 --unrecorded        arm even if the logger's recording does not reach its card
 --joints A1 A2 A3   measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming
---calibration FILE  certificate to hold against the drop; it never refuses an arming (default: calibration.toml here,
+--calibration FILE  certificate to check for this drop; it never refuses an arming (default: calibration.toml here,
                     of an emulated robot calibration-emulated.toml)
 {device("sequencer")}"""
 

@@ -65,7 +65,7 @@ def _show(archive: WrittenBundle, out: Output, *, full: bool) -> None:
     sentences(
         [
             f"Bundle: {target} ({len(manifest.files)} files, {size / 1e6:.1f} MB)",
-            f"SHA-256 of its manifest: {archive.manifest_sha256} (write it into the logbook)",
+            f"Manifest (for the logbook): SHA-256 {archive.manifest_sha256}",
         ],
         out,
     )
@@ -84,7 +84,7 @@ def _show(archive: WrittenBundle, out: Output, *, full: bool) -> None:
         [
             *([f"Left out, not needed: {', '.join(plain)}"] if plain else []),
             f"Recording: {manifest.evaluated.recording}, {archive.recording}",
-            Advice("Compute it again: ", NextStep("reproduce", (str(target),))),
+            Advice("To reproduce: ", NextStep("reproduce", (str(target),))),
         ],
         out,
     )

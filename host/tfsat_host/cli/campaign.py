@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from tfsat_host.run.campaign.campaign_folder import CampaignList
     from tfsat_host.run.campaign.campaign_report import CampaignReport
 
-_FAULTS = "index or folders NOT as they were left (see the warnings)"
+_FAULTS = "index or folders MODIFIED (see the warnings)"
 _ACTIONS = f"""
 init    make a folder a campaign, without drops
 add     copy a run into it as the next drop
     RUN          a folder with a recording, or a recording
-    --note TEXT  what is to be remembered of it
+    --note TEXT  a note on the drop
     --move       remove the folder RUN when its copy is in its place
-list    all drops with their notes, and whether their recordings are as they came
-note    write something about a drop
-    N     of the drop
-    TEXT  what is to be remembered: one line, in quotes
+list    all drops with their notes, and whether their recordings are unmodified
+note    add a note to a drop
+    N     number of the drop
+    TEXT  the note: one line, in quotes
 void    take a drop out of the count; its number and its folder stay
-    N     of the drop
-    TEXT  why it does not count: one line, in quotes
+    N     number of the drop
+    TEXT  the reason: one line, in quotes
 next    the number of the next drop
-report  evaluate all drops, compare them, and lay them over each other in one page
+report  evaluate all drops, compare them, and write one page with all of them
     --robot FILE  a robot file, or a shipped robot's name (default: robot.toml of the drops, else drop_tower)
     --out FILE    the page (default: report.html in DIR)
     {FORCE}
@@ -53,9 +53,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     match args.action:
         case "init":
             campaign_folder.init(args.dir)
-            add = f"The first drop comes in by: {NextStep('campaign add', (str(args.dir), 'RUN'))}"
+            first = NextStep("campaign add", (str(args.dir), "RUN"))
             result = {"campaign": str(args.dir), "index": str(args.dir / campaign_folder.INDEX)}
-            out.result(result, f"Campaign: {args.dir}. {add}")
+            out.result(result, f"Campaign: {args.dir} (no drops)\nNext: {first}")
         case "add":
             from tfsat_host.run.campaign.adding import ADDED
             from tfsat_host.run.campaign.adding import add as add_run
@@ -94,7 +94,7 @@ def _show_list(campaign: CampaignList, out: Output) -> None:
     from tfsat_host.run.campaign.campaign_folder import LISTED
 
     if not campaign.drops:
-        out.line("No drops yet.")
+        out.line(f"Campaign: {campaign.folder} (no drops)")
         return
     count, changed = len(campaign.drops), sum(bool(drop.changes) for drop in campaign.drops)
     void = sum(drop.entry.void is not None for drop in campaign.drops)
@@ -130,9 +130,9 @@ def _show_report(campaign_report: CampaignReport, out: Output) -> None:
     sentences(campaign_report.sentences(), out)
     for robot in campaign_report.robots:
         if robot.compared is not None:
-            out.line(f"The drops of the {robot.name} together:")
+            out.line(f"All drops of the {robot.name}")
             show_comparison(robot.tables(), robot.compared.remarks, out)
-    out.line(f"Report: {campaign_report.page or 'not written, as no drop can be evaluated'}")
+    out.line(f"Report: {campaign_report.page or 'not written (no drop can be evaluated)'}")
     _show_verdict(campaign_report, out)
 
 

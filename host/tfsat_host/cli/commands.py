@@ -37,7 +37,7 @@ _COMMANDS = {
         "report run1": "an evaluated drop as one offline page with plots, replay",
         "campaign add season run1": "a folder of numbered drops: notes, comparison, one report",
         "bundle run1 --out drop1.tfsat.zip": "all of one drop in one archive, to keep and recompute",
-        "reproduce drop1.tfsat.zip": "recompute a bundle from raw, and say what differs",
+        "reproduce drop1.tfsat.zip": "recompute a bundle from raw data, list differences",
     },
     "the desk": {
         "rehearse 59 70 --fault gyro-dead": "fly a maneuver with the real firmware, robot emulated",
@@ -63,7 +63,7 @@ options:
                         stderr (or TFSAT_DEBUG=1)
 
 {commands}
-Each command explains itself: tfsat-host COMMAND --help
+Help of a command: tfsat-host COMMAND --help
 
 Exit codes: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
 4 refused by an interlock, 130 interrupted.

@@ -39,8 +39,8 @@ FILE                the recording off the card, such as DROP0001.BIN
 --out DIR           folder to write to, or the name of one file, such as drop.csv (default: next to FILE)
 --session ID        which recording of the file, 8 hex digits (default: the newest by the time of day in the headers;
                     where an unbroken one has none, the first in the file)
---calibration FILE  certificate to hold against the recording; it learns of the landing (default: calibration.toml next
-                    to FILE or here, of an emulated robot calibration-emulated.toml)
+--calibration FILE  certificate to check for this recording; the landing is entered in it (default: calibration.toml
+                    next to FILE or here, of an emulated robot calibration-emulated.toml)
 --force             overwrite files that this command did not make
 {OUTPUT}"""
 

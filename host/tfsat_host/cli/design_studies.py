@@ -206,7 +206,7 @@ _LEARNING: Columns = (
     Column("compared", "Maneuvers compared", of=lambda result: len(result.search.lessons)),
     Column(
         "files",
-        "Written to",
+        "Written",
         of=lambda result: [str(path) for path in result.files],
         words=lambda result: ", ".join(map(str, result.files)),
     ),

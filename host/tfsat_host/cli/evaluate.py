@@ -68,10 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
         text, path_text = corrected_robot(evaluated_run.found, evaluated_run.recorded), printable(robot_file)
         write_text(robot_file, CORRECTED_MARKER, text, force=args.force)
-        out.note(
-            f"Robot written to {path_text}. The next drop by it: "
-            f"{NextStep('simulate', ('59', '70', '--robot', path_text))}"
-        )
+        out.note(f"Written: {path_text}\nNext: {NextStep('simulate', ('59', '70', '--robot', path_text))}")
     return ExitCode.DATA_LOSS if evaluated_run.verdict.level != "good" else 0
 
 
@@ -117,7 +114,7 @@ def _show_several(
     for attempt in tried:
         out.line(f"== {printable(attempt.place)}")
         if isinstance(attempt, Refused):
-            out.line(f"Verdict     FAILED. {printable(attempt.verdict.sentence)}")
+            out.line(f"Verdict:     {printable(attempt.verdict.line())}")
             bullets(attempt.verdict.reasons, out)
         else:
             _show(attempt, args, out)
@@ -135,4 +132,4 @@ def _show_several(
 def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> None:
     if args.out is not None:
         write_text(args.out, EVALUATION_MARKER, format_json(result), force=args.force)
-        out.note(f"Written to {printable(args.out)}.")
+        out.note(f"Written: {printable(args.out)}")

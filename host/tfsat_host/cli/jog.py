@@ -61,7 +61,7 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
     angles = ("--from", f"{jog.to_cdeg / 100:g}", "--to", "DEG")
     on: Advice | str = Advice(NextStep("jog", ("--joint", str(jog.joint), *angles)))
     if args.emulated:
-        on = f"the emulated robot has ended, and the next command finds it at 0 deg; {NextStep('emulate')} keeps one."
+        on = f"{NextStep('emulate')} (keeps an emulated robot; that of this command has ended)"
     out.result(
         {
             "joint": jog.joint,
@@ -72,8 +72,7 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
             "device": sequencer.device(),
         },
         Advice(
-            f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
-            "On from here: ",
+            f"Joint {jog.joint}: moved to {jog.to_cdeg / 100:g} deg and let go (sequencer safe)\nNext: ",
             on,
         ),
     )

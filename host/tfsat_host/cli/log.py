@@ -127,7 +127,7 @@ def _which(text: str) -> int:
     if text.lower() == "ram":
         return _RAM
     if not (text.isascii() and text.isdigit() and 0 < int(text) < 2**16):
-        raise argparse.ArgumentTypeError(f"{text!r} is no recording: write its number as listed, or ram")
+        raise argparse.ArgumentTypeError(f"{text!r} is no recording: write its number as listed, ram or all")
     return int(text)
 
 

@@ -13,8 +13,8 @@ from tfsat_host.devices.logger_configuration import (
     DLPF_HZ,
     FACTORY,
     StoredLoggerSettings,
-    bus_arithmetic,
     check,
+    rate_max_hz,
 )
 from tfsat_host.errors import UsageError
 from tfsat_host.next_step import Advice, NextStep
@@ -25,12 +25,12 @@ from tfsat_host.quantity import Column, Columns, fields, record
 
 _SETTINGS = (
     ("rate", "rate_hz", "sampling rate", "Hz"),
-    ("gyro_range", "gyro_range_deg_s", "gyro range", "deg/s, ±"),
-    ("accel_range", "accel_range_g", "accelerometer range", "g, ±"),
+    ("gyro_range", "gyro_range_deg_s", "gyro range", "deg/s (±)"),
+    ("accel_range", "accel_range_g", "accelerometer range", "g (±)"),
     ("dlpf", "dlpf_cfg", "low-pass filter", ""),
     ("bus_khz", "bus_khz", "I2C bus clock", "kHz"),
-    ("after_landing", "after_landing_s", "after the landing", "s"),
-    ("file_mib", "file_mib", "file", "MiB"),
+    ("after_landing", "after_landing_s", "recording after landing", "s"),
+    ("file_mib", "file_mib", "room of a recording", "MiB"),
 )
 """Option, name; label and unit in the table."""
 _STORED: Columns = (
@@ -40,8 +40,8 @@ _STORED: Columns = (
 """What is in force, for JSON."""
 
 _ACTIONS = """
-show  what is in force
-set   change what is named, keep the rest
+show  show the current settings
+set   change the named settings, keep the others
     --rate HZ           sampling rate, 10 to 1000
     --gyro-range DEG_S  full scale of the gyros: 250, 500, 1000 or 2000
     --accel-range G     full scale of the accelerometers: 2, 4, 8 or 16
@@ -49,8 +49,8 @@ set   change what is named, keep the rest
     --bus-khz KHZ       clock of the I2C buses: 100 or 400
     --after-landing S   a recording closes automatically this long after the landing, 5 to 600
     --file-mib MIB      room that a recording takes on the card, 1 to 1024
-    --factory           take the factory's values for all that is not named
-    --clock             also set the logger's time of day to this computer's, until power goes
+    --factory           factory values for all other settings
+    --clock             also set the logger's time of day to this computer's, until power goes off
 """
 
 
@@ -86,9 +86,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     def show() -> None:
         _show(stored, before.settings, out)
         if changes:
-            out.line("Stored, read back and identical.")
+            out.line("Stored, read back and identical")
         if sets and args.clock:
-            out.line("The logger's time of day is this computer's, until its power goes.")
+            out.line("Clock: set to this computer's time, until power goes off")
 
     out.result(result, show)
     return 0
@@ -99,9 +99,9 @@ def _wanted_settings(args: argparse.Namespace) -> dict[str, Any]:
     named = {name: value for _, name, *_ in _SETTINGS if (value := getattr(args, name)) is not None}
     if not named and not args.factory and not args.clock:
         raise UsageError(
-            what="Nothing to set was named.",
+            what="No setting was named.",
             meaning="The logger keeps its settings.",
-            next_step=Advice("Such as: ", NextStep("logger-settings set", ("--rate", "1000"))),
+            next_step=Advice("For example: ", NextStep("logger-settings set", ("--rate", "1000"))),
         )
     return asdict(FACTORY) | named if args.factory else named
 
@@ -110,14 +110,16 @@ def _show(stored: StoredLoggerSettings, before: LoggerSettings, out: Output) -> 
 
     now = stored.settings
     columns = ["setting", "value", "unit", *(["before"] if before != now else [])]
+    # The filter is set by a number, but it is known by its cut-off.
+    shown = [{**asdict(settings), "dlpf_cfg": DLPF_HZ[settings.dlpf_cfg]} for settings in (now, before)]
     rows = [
-        (label, getattr(now, name), unit or f"{DLPF_HZ[now.dlpf_cfg]} Hz", getattr(before, name))
+        (label, shown[0][name], f"Hz (--dlpf {now.dlpf_cfg})" if name == "dlpf_cfg" else unit, shown[1][name])
         for _, name, label, unit in _SETTINGS
     ]
     out.table(columns, [row[: len(columns)] for row in rows])
-    origin = "the firmware's own" if stored.origin == Origin.FACTORY else "stored on the logger"
-    out.line(f"These settings are {origin}.")
-    out.line(f"{bus_arithmetic(now.rate_hz, now.bus_khz)}.")
+    origin = "factory" if stored.origin == Origin.FACTORY else "stored on the logger"
+    out.line(f"Settings: {origin}")
+    out.line(f"Max. rate: {rate_max_hz(now.bus_khz)} Hz (I2C bus at {now.bus_khz} kHz)")
 
 
 def _whole(text: str) -> int:

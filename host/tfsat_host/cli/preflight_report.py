@@ -90,7 +90,7 @@ def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tu
                 now=datetime.now(UTC),
                 newest_file=files.newest(),
             )
-            with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
+            with out.progress("Reading the sensors, recording onto the card", total=WATCH_S) as advance:
                 evidence = ask_boards(opened, expected, files.calibration, trace, time.time, advance)
     except (KeyboardInterrupt, Interrupted):
         raise Interrupted(

@@ -47,7 +47,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
 
     with open_logger(args, out) as logger:
         started = _begin(logger)
-        with out.progress("waiting until the card takes blocks"):
+        with out.progress("Waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
         silent = (body for body, here in enumerate(present, 1) if not here)
@@ -91,13 +91,13 @@ def _begin(logger: LoggerClient) -> RecordStartReply:
     if danger := recording_in_danger(status):
         raise danger
     raise RefusedError(
-        what=f"It is recording already: session {status.session:08x}, {status.samples} samples, "
+        what=f"The logger is recording already: session {status.session:08x}, {status.samples} samples, "
         f"{status.samples_dropped} dropped.",
         meaning="That recording goes on, and nothing was changed: the robot may be dropped.",
         next_step=Advice(
-            "Nothing, or see it: ",
+            "To see its state: ",
             NextStep("status"),
-            "\nOnly to have a file of its own for the next drop, end this one first: ",
+            "\nOnly for a separate file of the next drop, end this recording first: ",
             NextStep("record stop"),
         ),
         code=ErrorCode.WRONG_STATE,
@@ -107,7 +107,7 @@ def _begin(logger: LoggerClient) -> RecordStartReply:
 def _stop(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
         logger.end_capture()  # refuses at once where there is nothing to wait for
-        with out.progress("waiting until the card holds the recording's end"):
+        with out.progress("Waiting until the recording's end is on the card"):
             stopped = logger.stop_recording()
         session, lost = f"{stopped.session:08x}", stopped.samples_dropped
         on_card = (
@@ -123,8 +123,9 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "device": logger.device(),
             },
             Advice(
-                f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
-                "Copy it to this computer: ",
+                f"Recording: session {session}, stopped and closed on the card, {stopped.samples} samples, "
+                f"{lost} dropped\n"
+                "Next: ",
                 NextStep("log fetch", (str(number or "all"),)),
             ),
         )

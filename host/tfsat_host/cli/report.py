@@ -56,10 +56,7 @@ def _show(drop_report: Report, out: Output) -> None:
     others = ", ".join(str(path) for path in drop_report.files[1:])
     sentences(
         [
-            *(
-                f"{drop.name}: {drop.verdict.level.upper()}. {drop.verdict.sentence}"
-                for drop in drop_report.drops
-            ),
+            *(f"{drop.name}: {drop.verdict.line()}" for drop in drop_report.drops),
             f"Report: {drop_report.page}",
             *([f"Also written: {others}"] if others else []),
         ],

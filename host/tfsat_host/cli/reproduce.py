@@ -22,7 +22,7 @@ _GREEN, _YELLOW, _RED = "1;32", "1;33", "1;31"
 
 _USAGE = f"""
 Unpack a bundle into a new folder, check every file's hash, recompute calibration, evaluation and report from the raw
-data, and say what differs, number by number. Ends with 0 if nothing does; with 3 if something does, was lost, was
+data, and list the differences, number by number. Ends with 0 if nothing does; with 3 if something does, was lost, was
 changed, or could not be computed; with 1 if the archive is damaged or not safe: then nothing is unpacked.
 
 BUNDLE     a file that `tfsat-host bundle` made
@@ -52,8 +52,8 @@ def _show(reproduction: Reproduction, out: Output, *, full: bool) -> None:
     _show_verdict(reproduction, out)
     sentences(
         [
-            f"Unpacked: {reproduction.folder} ({len(manifest.files)} files, SHA-256 of all files right)",
-            f"SHA-256 of its manifest: {reproduction.manifest_sha256} (compare it with the logbook's)",
+            f"Unpacked: {reproduction.folder} ({len(manifest.files)} files, SHA-256 of all files verified)",
+            f"Manifest (compare with the logbook): SHA-256 {reproduction.manifest_sha256}",
         ],
         out,
     )
@@ -61,7 +61,7 @@ def _show(reproduction: Reproduction, out: Output, *, full: bool) -> None:
         sentences(
             [
                 f"Program: changed since the bundle was made (by {manifest.made_by}). Differences may come from the "
-                "program, not from the data: to tell, reproduce it with the tfsat-host of then."
+                "program, not from the data: reproduce it with that version to tell."
             ],
             out,
         )
@@ -81,7 +81,7 @@ def _show(reproduction: Reproduction, out: Output, *, full: bool) -> None:
     if full:
         list_facts("Missing", [f"{part.what}: {part.why}" for part in manifest.never_there], out)
         if reproduction.not_computed:
-            sentences([f"Kept by their hash, not computed: {', '.join(reproduction.not_computed)}"], out)
+            sentences([f"Verified by SHA-256 only: {', '.join(reproduction.not_computed)}"], out)
     if full or not whole:
         _show_verdict(reproduction, out)
 

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if args.out is not None:
         refuse_existing(args.out, force=args.force)
         write_maneuver(maneuver, args.out)
-        out.note(f"Maneuver written to {args.out}")
+        out.note(f"Written: {args.out}")
     result: dict[str, object] = {"schedule": schedule.as_rows(), "end_s": schedule.end_s}
     expected = stroke_errors.Expectation()
     if args.dry_run:
@@ -68,7 +68,7 @@ def _upload(
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
         insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
-        with out.progress(f"uploading to {sequencer.port}"):
+        with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.upload(schedule)
         keep_upload(maneuver, sequencer.identity.serial, upload.stored.crc, out.note)
         uploaded: dict[str, object] = {
@@ -128,8 +128,8 @@ def _show(
         )
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
     if result.get("dry_run"):
-        verdict = "no check refuses the maneuver, but see the warning" if doubtful else "the maneuver may fly"
+        verdict = "all checks passed, but see the warning" if doubtful else "all checks passed"
         out.line(f"Dry run: {verdict}; nothing was sent.")
     elif result.get("verified"):
-        already = " (it was there already)" if result.get("written") is False else ""
-        out.line(f"Uploaded, read back and identical{already}: {result['identity']}.")
+        already = " (unchanged)" if result.get("written") is False else ""
+        out.line(f"Uploaded, read back and identical{already}: {result['identity']}")

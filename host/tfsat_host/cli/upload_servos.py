@@ -87,7 +87,7 @@ def _show(args: argparse.Namespace, out: Output) -> int:
         result = {**stored_settings_as_dict(stored), "device": sequencer.device()}
     if args.out is not None:
         write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
-        out.note(f"Settings written to {args.out}")
+        out.note(f"Written: {args.out}")
     out.result(
         result, lambda: _show_table(stored.settings, f"On the board: {origin_words(stored.origin)}.", out)
     )
@@ -104,7 +104,7 @@ def _upload(
             out.table(*comparison(settings, before.settings))
             unchanged = "Nothing was sent; the board keeps its settings."
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
-        with out.progress(f"uploading to {sequencer.port}"):
+        with out.progress(f"Uploading to {sequencer.port}"):
             upload = sequencer.write_settings(settings)
         fits = warn_of_misfit(sequencer, settings, out)
         result = {

@@ -22,6 +22,11 @@ from tfsat_host.protocol.record import Payload
 from tfsat_host.protocol.remedies import REMEDIES
 
 _LOG = logging.getLogger(__name__)
+_MESSAGE_NAMES = {
+    message.TYPE: name
+    for name, message in vars(msg).items()
+    if isinstance(message, type) and issubclass(message, Payload) and message is not Payload
+}
 
 Reply = TypeVar("Reply", bound=Payload)
 LogPiece = msg.LogPartStream | msg.LogZerosStream
@@ -314,9 +319,9 @@ class Client:
             level = STREAM if frame.type in _STREAMS else logging.DEBUG
             _LOG.log(
                 level,
-                "%s < type %#04x, number %d, %d bytes",
+                "%s < %s, number %d, %d bytes",
                 self.transport.name,
-                frame.type,
+                _MESSAGE_NAMES.get(frame.type, f"type {frame.type:#04x}"),
                 frame.sequence,
                 len(frame.payload),
             )
@@ -370,7 +375,7 @@ class Client:
             name, expected_name = identity.board.name.lower(), expected.name.lower()
             raise WrongBoard(
                 what=f"The board at {self.transport.name} is the {name}; this command is for the {expected_name}.",
-                meaning="Nothing was sent to it but the question who it is.",
+                meaning="Nothing was changed: only its identity was asked.",
                 next_step=Advice(
                     f"Give the {expected_name}'s port with --port; ", NextStep("ports"), " lists them."
                 ),

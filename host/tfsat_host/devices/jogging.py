@@ -52,15 +52,15 @@ class Jog:
     def explanation(self, hold_s: float) -> str:
         """Explain what will move and how it is stopped, for a person to read before confirming."""
         start_deg = self.from_cdeg / 100
-        stay = f"is held there for {hold_s:g} s" if hold_s else "stays there for a moment"
+        stay = f"stay there for {hold_s:g} s" if hold_s else "stay there for a moment"
         return (
             f"Joint {self.joint} will move from {start_deg:g} to {self.to_cdeg / 100:g} deg at "
-            f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({self.duration_s:.1f} s), {stay} and is let go. "
+            f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({self.duration_s:.1f} s), {stay} and be let go. "
             "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
             f"{IDLE_S:g} s after this program's last order.\n"
-            f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
-            f"If it is elsewhere: bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
-            "Hands, hair and cables out of the joint's way."
+            f"The joint is limp now; its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
+            f"If its angle differs, bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
+            "Keep hands, hair and cables clear of the joint."
         )
 
 

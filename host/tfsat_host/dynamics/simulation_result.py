@@ -194,7 +194,7 @@ RESULT: Columns = (
 FILES: Columns = (
     Column(
         "files",
-        "Written to",
+        "Written",
         of=lambda result: {} if result.path is None else {result.path.suffix.lower()[1:]: str(result.path)},
         words=lambda result: "" if result.path is None else str(result.path),
     ),

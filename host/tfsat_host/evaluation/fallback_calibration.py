@@ -145,8 +145,8 @@ def _of_hung(sensors: JointSensors) -> list[str]:
     notes = []
     if not silent.all():
         notes.append(
-            f"The zero point of joint {sensors.joint} was never measured: it is taken to have hung where its servo "
-            f"starts, to {np.rad2deg(HUNG_STD_RAD):.0f} deg."
+            f"Joint {sensors.joint}: zero point not measured, start pose assumed at the release (± "
+            f"{np.rad2deg(HUNG_STD_RAD):.0f} deg)."
         )
     notes += [
         f"Angle sensor {k + 1} of joint {sensors.joint} has no zero point and did not answer before the release: what "

@@ -271,8 +271,7 @@ def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck
                 )
             if body_quality.motion_rms_g > TOUCHED_G:
                 findings.append(
-                    f"{name} is shaken by {body_quality.motion_rms_g:.3f} g rms: it touched something, "
-                    "or something is loose."
+                    f"{name}: vibration {body_quality.motion_rms_g:.3f} g rms. Likely cause: contact or a loose part."
                 )
     findings += [
         f"Body {check.body} {check.describe()}: it did not hang still, or its accelerometer's scale is wrong."

@@ -31,6 +31,7 @@ Level = Literal["good", "doubtful", "failed"]
 OFF_SHARE = 0.15
 """Of a stroke: a servo as the paper's came 7 % short; what misses by more was not the stroke that was commanded."""
 CERTAIN_STDS = 3.0
+_EMULATED = "EMULATED robot. "
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,26 @@ class Verdict:
     level: Level
     sentence: str
     reasons: tuple[str, ...]
+
+    def line(self) -> str:
+        """Return level and sentence as a screen shows them, an emulated robot named at the end."""
+        return self._line(self.sentence.removeprefix(_EMULATED).rstrip("."))
+
+    def brief(self) -> str:
+        """Return level and first reason, and how many more there are: the last line on a screen."""
+        if self.level == "failed":
+            return self._line(self.sentence.partition(". ")[0].rstrip("."))
+        first, *others = self.sentence.removeprefix(_EMULATED).rstrip(".").split("; ")
+        if self.level == "good":
+            first, others = first.partition(", ")[0], []
+        more = f"; {len(others)} more reason{'' if len(others) == 1 else 's'} above" if others else ""
+        return self._line(first + more)
+
+    def _line(self, sentence: str) -> str:
+        emulated = " (emulated robot)" if self.sentence.startswith(_EMULATED) else ""
+        # Joined clauses have a capital for JSON; an error's sentence keeps its own.
+        text = sentence[:1].lower() + sentence[1:] if self.level == "doubtful" else sentence
+        return f"{self.level.upper()}: {text}{emulated}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict as a dict for JSON."""
@@ -89,7 +110,7 @@ def verdict_of(
     # Generators give their reasons once, but these are needed twice.
     present = {sentence: list(reasons) for sentence, reasons in groups}
     sentence = "; ".join(clause for clause, reasons in present.items() if reasons)
-    kind = "EMULATED robot. " if evaluation.log.is_emulated else ""
+    kind = _EMULATED if evaluation.log.is_emulated else ""
     if not sentence:
         return Verdict("good", kind + _good(evaluation), ())
     # Groups may share a reason: keep the first of each, in order.

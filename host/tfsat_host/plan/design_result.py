@@ -184,7 +184,7 @@ PROPOSAL: Columns = (
     ),
     Column(
         "optimum",
-        "0.1 s more",
+        "Gain of 0.1 s more",
         of="design",
         words=lambda proposal: _format_gain(proposal.design),
         columns=_OPTIMUM,
@@ -197,7 +197,7 @@ PROPOSAL: Columns = (
         words=lambda proposal: _format_robust(proposal.design.robust),
         columns=_ROBUST,
     ),
-    Column("file", "Written to", of="path", words=_format_file),
+    Column("file", "Written", of="path", words=_format_file),
     Column("schedule", of=lambda proposal: proposal.schedule and proposal.schedule.as_rows()),
     Column("end_s", of=lambda proposal: proposal.schedule and proposal.schedule.end_s),
     Column("sequencer_refuses", of=lambda proposal: proposal.refusal or None),

@@ -145,7 +145,7 @@ DISTRIBUTION: Columns = (
     ),
     Column(
         "files",
-        "Written to",
+        "Written",
         of=lambda result: [str(path) for path in result.files],
         words=lambda result: ", ".join(map(str, result.files)),
     ),

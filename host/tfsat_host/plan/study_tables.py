@@ -50,7 +50,7 @@ FACTS: Columns = (
         ),
     ),
     Column("", "Samples", words=lambda result: f"seed {result.study.seed}, {result.seconds:.1f} s"),
-    Column("", "Written to", words=lambda result: "" if result.path is None else str(result.path)),
+    Column("", "Written", words=lambda result: "" if result.path is None else str(result.path)),
 )
 """What the first screen says of a study."""
 _PARAMETER: Columns = (
@@ -59,7 +59,7 @@ _PARAMETER: Columns = (
     Column("std", "±", form=".2g"),
     Column("unit", "unit"),
     Column("reorientation_deg_per_unit", "deg / unit", form="+.4f"),
-    Column("contribution_deg", "gives"),
+    Column("contribution_deg", "contributes"),
     *fields("rotation_vector_deg_per_unit"),
 )
 _SOURCE: Columns = fields(
@@ -140,7 +140,7 @@ STUDY: Columns = (
 def overview_tables(result: StudyResult) -> list[Table]:
     """Return the parameters that matter most, and how many samples keep to the times."""
     hidden_count = len(result.parameters) - _MAX_SHOWN_PARAMETERS
-    caption = f"{hidden_count} more parameters give less (--json)." if hidden_count > 0 else ""
+    caption = f"{hidden_count} more parameters contribute less (--json)." if hidden_count > 0 else ""
     return [
         Table("", _PARAMETER, result.parameters[:_MAX_SHOWN_PARAMETERS], caption),
         Table("", _LIMIT, result.summary.exceeded),

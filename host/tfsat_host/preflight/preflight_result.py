@@ -68,7 +68,7 @@ class PreflightResult:
         """GO or NO-GO, the checks that failed, and how many passed."""
         passed = sum(check.verdict == GoNoGo.GO for check in self.checks)
         count = f"{passed} of {len(self.checks)} checks passed"
-        emulated = "; emulated robot: this says nothing of a real one" if self.evidence.runs_natively else ""
+        emulated = ", emulated robot" if self.evidence.runs_natively else ""
         if may_drop(self.checks):
             return f"GO: {count}{emulated}"
         return f"NO-GO: {', '.join(check.name for check in self.failed)} ({count}{emulated})"
@@ -85,13 +85,13 @@ class PreflightResult:
         write_verdict(self.verdict_line, color, out)
         if full:
             rows = [(check.name, _color_verdict(check), text) for check, text in _once(self.checks)]
-            out.table(("check", "", "what was found"), rows)
+            out.table(("check", "", "finding"), rows)
         bullets(self._failures(), out)
         sentences(self._facts(), out)
         if not full:
             sentences([Advice("All checks: ", self._again("--full"))], out)
         if not may_drop(self.checks):
-            sentences([Advice("Then again: ", self._again())], out)
+            sentences([Advice("Next: ", self._again())], out)
         elif ask_for_drop:
             sentences([Advice("Next: ", *self._next())], out)
         write_verdict(self.verdict_line, color, out)
@@ -108,7 +108,7 @@ class PreflightResult:
 
     def _facts(self) -> Iterator[str]:
         if waiting := [check.name for check in self.checks if check.blocks and check.follows]:
-            yield f"Not made for that reason: {', '.join(waiting)}"
+            yield f"Not made, as these failed: {', '.join(waiting)}"
         for check in self.checks:
             if check.verdict == GoNoGo.NOT_MADE and not check.blocks:
                 yield f"Not checked by design: {check.name} ({check.next_step.rstrip('.')})"

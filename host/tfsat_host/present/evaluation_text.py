@@ -39,7 +39,7 @@ def show_evaluation(
         out: Where to.
         more: What shows every number and table; None: they are shown.
     """
-    show_verdict(verdict, verdict.sentence, out)
+    show_verdict(verdict, verdict.line(), out)
     bullets(reasons_of(evaluation, verdict), out)
     out.line()
     notes = [note for note in (*evaluation.notes, *remarks) if note not in verdict.reasons]
@@ -51,19 +51,19 @@ def show_evaluation(
         out.line()
         show_table(stroke_summary(evaluation), out)
         log = evaluation.log
-        write_labelled("Recording", f"{recording}: {log.verdict}, {log.samples_lost} samples lost", out)
+        write_labelled("Recording:", f"{recording}: {log.verdict}, {log.samples_lost} samples lost", out)
         for label, text in sources:
-            write_labelled(label, text, out)
-        notes_text = f", {len(notes)} notes" if len(notes) > 1 else ", a note" if notes else ""
-        write_labelled("More", f"all numbers and tables{notes_text}: {more}", out)
+            write_labelled(f"{label}:", text, out)
+        notes_text = f", {len(notes)} note{'' if len(notes) == 1 else 's'}" if notes else ""
+        write_labelled("More:", f"all numbers and tables{notes_text}: {more}", out)
     out.line()
     # The last line on the screen is the one that is read.
-    show_verdict(verdict, verdict.sentence.partition(". ")[0].rstrip(".") + ".", out)
+    show_verdict(verdict, verdict.brief(), out)
 
 
-def show_verdict(verdict: Verdict, sentence: str, out: Output) -> None:
-    """Write a verdict, coloured on a terminal."""
-    write_labelled("Verdict", f"{verdict.level.upper()}. {sentence}", out, color=_COLORS[verdict.level])
+def show_verdict(verdict: Verdict, line: str, out: Output) -> None:
+    """Write a verdict's line, coloured on a terminal by its level."""
+    write_labelled("Verdict:", line, out, color=_COLORS[verdict.level])
 
 
 _COLORS = {"good": "1;32", "doubtful": "1;33", "failed": "1;31"}
@@ -85,11 +85,11 @@ def _show_everything(
     )
     out.line()
     log = evaluation.log
-    write_labelled("Recording", f"{recording}: {log.verdict}", out)
+    write_labelled("Recording:", f"{recording}: {log.verdict}", out)
     write_labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
-    write_labelled("Gyro delay", _lag_words(evaluation), out)
+    write_labelled("Gyro delay:", _lag_words(evaluation), out)
     for label, text in sources:
-        write_labelled(label, text, out)
+        write_labelled(f"{label}:", text, out)
     for table in tables_of(evaluation):
         out.line()
         show_table(table, out)
@@ -103,7 +103,7 @@ def _show_everything(
 def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output) -> None:
     """Show the joint results of several drops; without tables, say that no joint correction is to be made."""
     if not tables:
-        out.line("No correction of all drops together: that of each drop is withheld.")
+        out.line("Correction by all drops: withheld (that of each drop is)")
         sentences(remarks, out)
     for table in tables:
         show_table(table, out)

@@ -205,7 +205,7 @@ class Output:
         """Waits until a person types one of `accept` (any case); anything else refuses."""
         if not self._stdin.isatty():
             raise UsageError(
-                what=f"This needs an answer, and there is no terminal to ask on: {prompt.strip()}",
+                what=f"No terminal for the answer to: {prompt.strip()}",
                 meaning=meaning,
                 next_step="Run it in a terminal, or add --yes.",
             )

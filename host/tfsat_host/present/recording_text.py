@@ -45,7 +45,7 @@ def _verdict_words(log: DropLog) -> str:
     if log.verdict == "complete":
         return "complete: no samples lost"
     if log.verdict == "damaged":
-        return "damaged: parts are missing or contradictory; every value given is right"
+        return "damaged: parts missing or contradictory, decoded values valid"
     # A recording may lack its beginning, its end (which its footer marks), or both.
     missing = [
         word

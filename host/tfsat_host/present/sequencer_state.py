@@ -209,14 +209,13 @@ def _commanded_text(status: SequencerStatusReply) -> str:
     # A jog drives the servos that it moves, and no others.
     if status.state == SequencerState.JOGGING:
         moved = ", ".join(
-            f"joint {joint} is moved, commanded to {angle_deg:g}°"
+            f"joint {joint} moving, commanded to {angle_deg:g} deg"
             for joint, angle_deg in enumerate(angles_deg, 1)
             if angle_deg is not None
         )
-        return f"{moved}; the others are limp"
-    return "commanded to hold " + ", ".join(
-        "nothing (limp)" if angle_deg is None else f"{angle_deg:g}°" for angle_deg in angles_deg
-    )
+        return f"{moved}; others limp"
+    angles = ("limp" if angle_deg is None else f"{angle_deg:g} deg" for angle_deg in angles_deg)
+    return f"holding {', '.join(angles)} (commanded)"
 
 
 def _cause(status: SequencerStatusReply) -> str:

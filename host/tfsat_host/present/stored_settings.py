@@ -47,7 +47,7 @@ def flight_words(stored: StoredManeuver) -> str:
     """Describe the maneuver that would fly, a line for each stroke."""
     count = len(stored.strokes)
     title = (
-        f"This maneuver will fly: {count} stroke{'' if count == 1 else 's'}, {stored.origin.name.lower()}, "
+        f"Maneuver to fly: {count} stroke{'' if count == 1 else 's'}, {stored.origin.name.lower()}, "
         f"CRC {stored.crc:04x}, over {stored.end_us / US_PER_S:.2f} s after the release."
     )
     return "\n  ".join([title, *_strokes(stored)])
@@ -55,7 +55,7 @@ def flight_words(stored: StoredManeuver) -> str:
 
 def _strokes(stored: StoredManeuver) -> list[str]:
     return [
-        f"{start_us / US_PER_S:.2f} s joint {joint} {angle_cdeg / 100:+g}°"
+        f"{start_us / US_PER_S:.2f} s joint {joint} {angle_cdeg / 100:+g} deg"
         for joint, angle_cdeg, start_us in stored.strokes
     ]
 
@@ -79,9 +79,7 @@ def origin_words(origin: Origin) -> str:
 def servo_words(servo: ServoSetting) -> str:
     """Format the settings of one joint's servo in one line."""
     sign = "-" if servo.reversed else "+"
-    return (
-        f"{servo.zero_us} us at 0°, {sign}{servo.ns_per_deg / 1000:g} us/deg, limits {limits_text(servo)} deg"
-    )
+    return f"{servo.zero_us} us at 0 deg, {sign}{servo.ns_per_deg / 1000:g} us/deg, limits {limits_text(servo)} deg"
 
 
 def comparison(

@@ -15,7 +15,7 @@ from tfsat_host.present.wrapping import fill_lines, stream_columns
 from tfsat_host.quantity import Column, Columns, Quantity, Table
 
 WIDEST = 80
-_LABEL = 12
+_LABEL = 13
 _MIN_TEXT_COLUMNS = 24
 
 

@@ -60,24 +60,24 @@ def _show_verdict(result: RehearsalResult, out: Output, *, brief: bool) -> None:
     drop, verdict = result.drop, result.judged.verdict
     evaluation, refusal = result.judged.evaluation, result.judged.refusal
     if verdict is not None and evaluation is not None:
-        sentence = f"{verdict.sentence.partition('. ')[0].rstrip('.')}." if brief else verdict.sentence
+        line = verdict.brief() if brief else verdict.line()
         # What the evaluation finds good may still be wrong by the truth.
-        missed = " Outcome with these faults: NOT as expected." if outcome_missed(drop) else ""
-        show_verdict(verdict, f"{sentence}{missed}", out)
+        missed = ". Outcome with these faults: NOT as expected" if outcome_missed(drop) else ""
+        show_verdict(verdict, f"{line}{missed}", out)
         bullets(() if brief else reasons_of(evaluation, verdict), out)
     # Without an evaluation: nothing was dropped, the recording cannot be evaluated, or there is none.
     elif result.refused_by_preflight:
         show_facts((_NO_GO_BRIEF,) if brief else _NO_GO, result, out, color=_RED)
     elif drop.refused is not None:
         more = "" if brief else f" {drop.refused.what} {drop.refused.meaning}"
-        write_labelled("Verdict", f"NOT DROPPED, refused by a board.{more}", out, color=_RED)
+        write_labelled("Verdict:", f"NOT DROPPED: refused by a board.{more}", out, color=_RED)
         bullets(() if brief else (drop.refused.next_step,), out)
     elif refusal is not None:
         more = "" if brief else f" {refusal.meaning}"
-        write_labelled("Verdict", f"NOT EVALUATED. {refusal.what}{more}", out, color=_RED)
+        write_labelled("Verdict:", f"NOT EVALUATED: {refusal.what}{more}", out, color=_RED)
         bullets(() if brief else (refusal.next_step,), out)
     else:
-        write_labelled("Verdict", "NOT EVALUATED. The logger kept no recording.", out, color=_RED)
+        write_labelled("Verdict:", "NOT EVALUATED: no recording on the logger", out, color=_RED)
 
 
 def _blocking_text(result: RehearsalResult) -> str:
@@ -100,7 +100,8 @@ def _fault_facts(faults: Sequence[JudgedFault]) -> Columns:
         if fault.injected_s is None:
             return ""
         named = [
-            f"{DETECTORS[detection.who]}{'' if detection.by_name else ', not by its name'}: {detection.what}"
+            f"{DETECTORS[detection.who]}{'' if detection.by_name else ', not by its name'}: "
+            f"{detection.what.rstrip('.')}"
             for detection in fault.detections
         ]
         return "; ".join(named) or undetected(fault)
@@ -295,7 +296,7 @@ def _sequencer_text(result: RehearsalResult) -> str:
         parts.append(f", {times} (both switches opened and closed again; no joint moved)")
     # An armed robot moves as soon as both switches open: whoever takes it out of the tower must know.
     if state == "armed":
-        parts += [". STILL ARMED: its servos move when both switches open. First: ", NextStep("disarm")]
+        parts += [". STILL ARMED, servos move when both switches open. First: ", NextStep("disarm")]
     return Advice(*parts)
 
 
@@ -350,7 +351,7 @@ _NO_GO: Columns = (
     Column(
         "", "All checks", words=lambda result: f"the same command with --full, or {result.folder / PREFLIGHT}"
     ),
-    Column("", "Drop it anyway", words=lambda _: "the same command with --despite-preflight"),
+    Column("", "To drop anyway", words=lambda _: "the same command with --despite-preflight"),
 )
 _NO_GO_BRIEF = Column(
     "",

@@ -171,7 +171,7 @@ class Rehearsal:
         # First of all: a folder that may not be overwritten is refused before anything is built or flown.
         run_folder = RunFolder(folder, force=force)
         series = self.series(seed, self.options.image(notices.note))
-        with notices.progress("rehearsing", total=drops.STEPS) as advance:
+        with notices.progress("Rehearsing", total=drops.STEPS) as advance:
             drop = series.rehearse(series.truth(1), lambda _: advance(1))
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with run_folder.replace_files():
@@ -233,7 +233,7 @@ class Rehearsal:
         """
         series = self.series(seed, self.options.image(notices.note))
         result_folder = ResultFolder(folder, force=force)
-        with notices.progress("rehearsing", total=runs) as advance:
+        with notices.progress("Rehearsing", total=runs) as advance:
             outcomes = many.fly_many(series, runs, progress=lambda: advance(1), stop=stop)
         # Stopped before the first drop: a folder of nothing would replace one of something.
         if not outcomes:

@@ -70,7 +70,7 @@ DISTRIBUTION: Columns = (
     Column("rms_error", "error, rms", form=".4f"),
     Column("largest_error", "largest", form=".4f"),
     Column("stated_std", "stated ±", form=".4f"),
-    Column("held", "95 % hold", of="coverage", words=lambda distribution: distribution.coverage_text),
+    Column("held", "in 95 %", of="coverage", words=lambda distribution: distribution.coverage_text),
     Column("count"),
 )
 

@@ -35,7 +35,7 @@ def _drops_text(result: SeriesResult) -> str:
 def _robots_text(result: SeriesResult) -> str:
     imu = result.outcomes[0].imu
     described = f"IMUs {imu}" if imu else "exactly as its file says"
-    return f"drawn from seed {result.series.seed}, {printable(result.series.filed.path.name)}, {described}"
+    return f"seeds from {result.series.seed} of {printable(result.series.filed.path.name)}, {described}"
 
 
 def _fault_text(count: DetectionCount) -> str:
@@ -79,5 +79,5 @@ _FACTS: Columns = (
 )
 _FILES: Columns = (
     Column("", "Each drop", words=lambda result: str(result.table)),
-    Column("", "One of them again", words=lambda result: result.command_of_one),
+    Column("", "To repeat one", words=lambda result: result.command_of_one),
 )

@@ -253,9 +253,9 @@ def _name_robot(recording: Path, robot: RobotModel, notices: Notices) -> None:
     if own is None:
         return
     if sha256_of(own) == sha256_of(robot.path):
-        notices.note(f"Robot: {printable(own)}, as the run has it.")
+        notices.note(f"Robot: {printable(own)} (the run's)")
     else:
-        notices.note(f"Robot: {printable(robot.path)}, as named, and not the run's own {printable(own)}.")
+        notices.note(f"Robot: {printable(robot.path)} (--robot; not the run's {printable(own)})")
 
 
 def _read(file: Path, session: int | None, notices: Notices) -> DropLog:

@@ -174,7 +174,7 @@ class ReportFiles:
         alone, recordings = len(places) == 1, []
         for place in places:
             try:
-                recordings.append(run_files(place, maneuver).recording)
+                recordings.append(run_files(place, maneuver, command=NextStep("report")).recording)
             except TfsatError:
                 if alone:
                     raise

@@ -174,11 +174,11 @@ def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
             raise
     # The logger gives up a card that is gone after 15 s by itself, so this wait has an end.
     if status.state == LoggerState.STOPPING:
-        with out.progress("the logger tries to write the recording's end to its card: waiting"):
+        with out.progress("Waiting: the logger tries to write the recording's end to its card"):
             return logger.wait_for_listing(STOP_TIMEOUT_S)
     # The release was seen: the capture ends by itself, and a stop now would cut the fall short.
     if status.phase != DropPhase.WAITING:
-        with out.progress("the card has failed and the drop goes into RAM: waiting for its end"):
+        with out.progress("Waiting for the recording's end: the card has failed, the drop goes into RAM"):
             return logger.wait_for_listing(FALL_WAIT_S)
     # No release yet, and RAM goes on as a ring: only a person knows whether a drop is still to come.
     out.confirm(
@@ -262,7 +262,7 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
             out.note(
                 f"{partial.path} has {partial.present_blocks} of {entry.blocks} blocks already: going on."
             )
-        description = f"fetching {entry_words(entry)}, {size_words(entry.blocks)}"
+        description = f"Fetching {entry_words(entry)}, {size_words(entry.blocks)}"
         with (
             _kept_on_failure(partial, entry, out) as count,
             out.progress(description, total=entry.blocks) as advance,

@@ -72,9 +72,9 @@ class LoggerRecordings:
             out.line("No recordings." if self.card_error is None else "No recordings can be read.")
         out.line(f"Card: {card_words(self.status)}.")
         if self.status.ram_holds_drop:
-            out.line("RAM holds a drop that no card has.")
+            out.line("RAM: A DROP THAT IS NOT ON THE CARD, until power goes off")
         elif any(listed.entry.number == RAM for listed in self.recordings):
-            out.line("RAM still holds the end of the last recording, until power goes.")
+            out.line("RAM: end of the last recording, until power goes off")
 
 
 RECORDINGS: Columns = (
@@ -127,7 +127,7 @@ def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> Era
                 "\nTo erase it all the same: the same command with --force",
             ),
         )
-    copy_text = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
+    copy_text = f"Copy: {copy}." if copy else "NO COPY is known to this computer."
     out.confirm(f"{copy_text} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
     logger.erase_log(entry)
     # RAM is overwritten by the next recording; until then it stays as it is.

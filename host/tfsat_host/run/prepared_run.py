@@ -240,7 +240,7 @@ def _signed_names(folder: Path) -> list[str]:
 def _schedule(file: Path) -> Schedule | Missing:
     if not file.is_file():
         return Missing(
-            f"There is no {file}: what is to be flown is not known.",
+            f"No maneuver: file {file} does not exist.",
             f"Copy the maneuver to {file}, or name it with --maneuver.",
         )
     try:

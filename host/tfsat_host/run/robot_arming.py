@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
     from tfsat_host.run.certificate_check import CertificateState
 
-_CLEAR = "Hands, hair and cables out of the joints' way."
+_CLEAR = "Keep hands, hair and cables clear of the joints."
 _SINCE_ARMING = {
     SequencerState.RUNNING: "Both switches opened right after the arming: the maneuver runs now. Stand clear.",
     SequencerState.DONE: "Both switches opened right after the arming: the maneuver was flown.",

@@ -167,9 +167,9 @@ def warnings(log: DropLog) -> list[str]:
         lines.append(_late_start_line(log, log.late_start))
     if log.samples_lost or log.blocks_lost:
         total = len(log) + log.samples_lost
-        lines.append(
-            f"{log.samples_lost} of {total} samples are lost ({log.blocks_lost} blocks), in {len(gaps)} places."
-        )
+        blocks = f"{log.blocks_lost} block{'' if log.blocks_lost == 1 else 's'}"
+        places = f"{len(gaps)} place{'' if len(gaps) == 1 else 's'}"
+        lines.append(f"{log.samples_lost} of {total} samples are lost ({blocks}), in {places}.")
     lines += [_gap_line(log, gap) for gap in gaps[:_GAPS_SHOWN]]
     if len(gaps) > _GAPS_SHOWN:
         lines.append(f"  … and {len(gaps) - _GAPS_SHOWN} more (all of them with --json).")
@@ -209,7 +209,7 @@ def _open_end_line(log: DropLog) -> str:
         return f"It was not closed on a card: it ends with the newest sample that RAM had, at {last_s:.3f} s."
     return (
         "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
-        f"What came after the last sample, at {last_s:.3f} s, is unknown."
+        f"Nothing is known after the last sample, at {last_s:.3f} s."
     )
 
 
@@ -221,7 +221,7 @@ def _gap_line(log: DropLog, gap: Gap) -> str:
     start = "the start" if gap.start_us is None else f"{log.seconds(gap.start_us):.3f} s"
     end = "the end" if gap.end_us is None else f"{log.seconds(gap.end_us):.3f} s"
     cause = f", {gap.samples_dropped} of them dropped by the logger" if gap.samples_dropped else ""
-    return f"  {start} to {end}: {gap.samples} samples{cause}, {gap.blocks} blocks"
+    return f"  {start} to {end}: {gap.samples} samples{cause}, {gap.blocks} block{'' if gap.blocks == 1 else 's'}"
 
 
 METADATA: Columns = (

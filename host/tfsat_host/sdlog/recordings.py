@@ -206,7 +206,7 @@ def assemble(
         raise SessionError(
             what=f"{source.path} holds no recording {session:08x}.",
             meaning="Nothing was decoded.",
-            next_step="It holds: " + ", ".join(f"{session_id:08x}" for session_id in sessions),
+            next_step="Its recordings: " + ", ".join(f"{session_id:08x}" for session_id in sessions),
         )
     own = pieces if len(sessions) == 1 else pieces[pieces["session"] == session]
     unique_pieces, duplicate, conflicting = take_each_number_once(source, own)

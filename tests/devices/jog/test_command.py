@@ -180,7 +180,7 @@ def test_it_says_what_will_move_and_demands_the_word(
     monkeypatch.setattr(sys, "stdin", Terminal("JOG\n"))
     assert main([*JOG, "--emulated"]) == 0
     output = capsys.readouterr()
-    assert "went to 20 deg and was let go; the sequencer is safe" in output.out
+    assert "moved to 20 deg and let go (sequencer safe)" in output.out
     assert "joint 1:  20.00 deg, to 20 deg" in output.err
 
 

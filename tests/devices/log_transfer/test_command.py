@@ -187,10 +187,10 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert "3530 us, so at most 283 Hz" in refused["what"]
     refused = logger("logger-settings", "set", "--gyro-range", 300, expect=2)["error"]
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
-    assert "Nothing to set" in logger("logger-settings", "set", expect=2)["error"]["what"]
+    assert "No setting" in logger("logger-settings", "set", expect=2)["error"]["what"]
     assert logger("logger-settings", "show")["settings"] == result["settings"]
     output = logger.read_output("logger-settings")
-    assert "1000 Hz leaves 1000 us" in output
+    assert "Max. rate: 1000 Hz (I2C bus at 400 kHz)" in output
 
 
 def test_the_monitor_shows_the_true_rate(served_logger: LoggerAtPort) -> None:

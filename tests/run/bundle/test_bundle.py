@@ -85,7 +85,10 @@ def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     expected = ["maneuver", "calibration", "preflight.json", "record.json", "image of the sequencer"]
     assert [entry["what"] for entry in missing] == expected
     assert f"Missing: {', '.join(expected)} (why: --full)" in output.words
-    assert output.words.startswith("Bundle: run.tfsat.zip (") and "SHA-256 of its manifest: " in output.words
+    assert (
+        output.words.startswith("Bundle: run.tfsat.zip (")
+        and "Manifest (for the logbook): SHA-256 " in output.words
+    )
     words = command("bundle", "run", "--full").words
     assert "Missing: 5 " in words and all(f"- {what}: " in words for what in expected)
 

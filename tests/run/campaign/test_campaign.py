@@ -141,7 +141,7 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     shutil.rmtree(camp / "drop-0002")
     output = command("campaign", "list", "camp", expect=3)
     assert "drop-0002 is in the index and not there any more" in output.err
-    assert output.words.startswith("Campaign: camp (2 drops, all files as added, index or folders NOT as")
+    assert output.words.startswith("Campaign: camp (2 drops, all files as added, index or folders MODIFIED")
     output = command("campaign", "next", "camp", expect=3)
     assert output.out == "3\n" and "not there any more" in output.err
     assert result("campaign", "add", "camp", "run3")["number"] == 3
@@ -201,7 +201,7 @@ def test_what_is_no_campaign_is_refused(camp: Path) -> None:
     assert "tfsat-host campaign init absent" in command("campaign", "add", "absent", "run1", expect=1).err
     assert "is a campaign already" in command("campaign", "init", "camp", expect=1).err
     assert "has no drops" in command("campaign", "report", "camp", expect=1).err
-    assert command("campaign", "list", "camp").out == "No drops yet.\n"
+    assert command("campaign", "list", "camp").out == "Campaign: camp (no drops)\n"
     assert "lies in the other" in command("campaign", "add", "camp", ".", expect=1).err
     assert "no file or folder gone" in command("campaign", "add", "camp", "gone", expect=1).err
 

@@ -54,8 +54,8 @@ def tour_task(step: Step, stops_cdeg: Sequence[int], hold_s: float, duration_s: 
         title(step),
         f"Take the holding attachment off joint {joint} and leave it on the others. Lay the robot on its side, "
         f"so that gravity does not load joint {joint}.",
-        f"Hold {bodies(step.held)} on the bench; {bodies(step.moved)} will move. Hands, hair and cables out of "
-        "the joint's way.",
+        f"Hold {bodies(step.held)} on the bench; {bodies(step.moved)} will move. Keep hands, hair and cables "
+        "clear of the joint.",
         f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed: "
         f"bring it to {start_deg:g} deg by hand first.",
         f"Its servo then moves it to {to_deg:g} deg and back through {len(stops_cdeg)} stops, {hold_s:g} s each, at "

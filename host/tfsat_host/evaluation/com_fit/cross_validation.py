@@ -204,11 +204,7 @@ def find_trusted_drops(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
 
 def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
     """Format a sentence for each drop whose offsets are in no combination."""
-    return tuple(
-        f"The offsets of {drop.name} are in no combination: {' '.join(drop.against)}"
-        for drop in drops
-        if drop.against
-    )
+    return tuple(f"Not combined: {drop.name}. {' '.join(drop.against)}" for drop in drops if drop.against)
 
 
 def cross_validate(drops: Sequence[FittedDrop]) -> tuple[LeftOut, ...]:

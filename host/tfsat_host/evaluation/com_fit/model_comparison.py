@@ -146,7 +146,7 @@ class ModelComparison:
     def _against(self) -> Iterator[str]:
         fit = self.fit
         if not fit.converged:
-            yield f"The fit of the correction found no end in {fit.steps} steps: where it was broken off means nothing."
+            yield f"The fit of the correction did not converge in {fit.steps} steps: its result is invalid."
         if fit.bounded:
             names = ", ".join(fit.bounded)
             yield f"The correction stopped at its bound: {names}. The true one lies beyond, or is another one."

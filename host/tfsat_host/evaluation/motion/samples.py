@@ -131,19 +131,19 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
     """
     if log.release_us is None:
         raise EvaluationError(
-            what="The recording holds no release.",
-            meaning="It is no drop, or its release is lost; nothing can be said about a maneuver.",
-            next_step=Advice("See what it holds: ", NextStep("decode")),
+            what="The recording has no release.",
+            meaning="No drop, or the release is lost: no maneuver can be evaluated.",
+            next_step=Advice("Events of the recording: ", NextStep("decode")),
         )
     until_s = end_of_fall_s(log) - LANDING_GUARD_S
     if until_s < MIN_DURATION_S:
         raise EvaluationError(
             what=f"The recording ends {until_s + LANDING_GUARD_S:.3f} s after the release.",
-            meaning="It has nothing of the fall: there is nothing to evaluate.",
+            meaning="Nothing of the fall is recorded: nothing to evaluate.",
             next_step=Advice(
-                "See what it holds: ",
+                "Events of the recording: ",
                 NextStep("decode"),
-                "; fetch the recording again: ",
+                "; to fetch it again: ",
                 NextStep("log fetch"),
             ),
         )

@@ -74,7 +74,7 @@ def comparison_tables(
             " ".join([*remarks, INDEPENDENT]),
         ),
         Table(
-            "Each drop by the corrections of the others",
+            "Cross-validation: each drop with the corrections of the others",
             LEFT_OUT,
             left_out,
             "Attitude error of body 1 at the end, norm. The other drops' corrections made the model better in "

@@ -73,8 +73,11 @@ def change_sentence(evaluation: Evaluation) -> str:
         f"{row.name} {plus_minus(row.value, row.std, sign=True)} {row.unit}" for row in sure[:MAX_CHANGES]
     )
     if not named:
-        return "To change: all fitted numbers together; no single one is sure (--corrected-robot FILE writes them)."
-    return f"To change: {named}; {len(rows)} numbers in all (--corrected-robot FILE writes them)."
+        return (
+            "Correction: no single number significant, all fitted numbers together "
+            "(to write them: --corrected-robot FILE)."
+        )
+    return f"Correction: {named}; {len(rows)} numbers in all (to write them: --corrected-robot FILE)."
 
 
 def stroke_summary(evaluation: Evaluation) -> Table:

@@ -49,18 +49,18 @@ def correction_sentences(evaluation: Evaluation) -> tuple[str, ...]:
     """Format sentences for a person who has to decide what to change in the robot file."""
     worth = worth_of(evaluation)
     if worth == "withheld":
-        failed = tuple(f"The check of {check.name} failed." for check in evaluation.failed_checks[:1])
+        failed = tuple(f"Failed check: “{check.name}”." for check in evaluation.failed_checks[:1])
         explained = evaluation.explained.withheld if evaluation.is_given() else ()
-        return ("The correction is withheld: change nothing by it.", *failed, *explained)
+        return ("Correction: withheld, leave the robot file unchanged.", *failed, *explained)
     if worth == "not called for":
         return (
-            "No correction is called for: the nominal model explains the motion, the fitted correction is within its "
+            "Correction: none needed, the nominal model explains the motion and the fitted correction is within its "
             "uncertainty.",
         )
     # Along a weak direction a single offset is the prior's; only what they do together was measured.
     if evaluation.identifiability.undetermined:
         return (
-            "File all offsets or none: along directions that are not observable single ones are the prior's.",
+            "Correction: all offsets or none; along directions that are not observable single ones are the prior's.",
         )
     return ()
 

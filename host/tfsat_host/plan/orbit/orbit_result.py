@@ -233,7 +233,7 @@ PLAN: Columns = (
 )
 """A result as `tfsat-host plan` shows and writes it: all of it in JSON, what has a label as facts for people."""
 FILES: Columns = (
-    Column("file", "Written to", words=lambda result: str(result.file or "")),
+    Column("file", "Written", words=lambda result: str(result.file or "")),
     Column("history", "Joint angles", words=lambda result: str(result.history or "")),
 )
 

@@ -76,7 +76,7 @@ def fault_named(fault_text: str) -> Fault:
         raise UsageError(
             what=f"There is no fault {name!r}.",
             meaning="Nothing was flown.",
-            next_step=Advice("See them all: ", NextStep("rehearse", ("--list-faults",))),
+            next_step=Advice("List of faults: ", NextStep("rehearse", ("--list-faults",))),
         )
     if of:
         fault = _fault_of_size(fault, size)
@@ -131,7 +131,7 @@ def list_faults() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[S
     rows = [
         (
             fault.name,
-            "" if fault.size is None else str(fault.size),
+            "–" if fault.size is None else str(fault.size),
             fault.what,
             fault.moment.typed,
             words_of(fault.outcomes),
@@ -139,5 +139,5 @@ def list_faults() -> tuple[list[dict[str, Any]], tuple[Sequence[str], Sequence[S
         )
         for fault in FAULTS
     ]
-    heads = ("fault", "size", "what happens", "when", "or @", "the robot then")
+    heads = ("fault", "size", "what happens", "moment", "moments", "outcome")
     return records((*FAULT, moments, *fields("complete noticed"), *SIZE), FAULTS), (heads, rows)

@@ -137,7 +137,7 @@ def _drop(drop: ReportedDrop) -> Drop:
         replay=replay_of(evaluation) if evaluation.is_given() else None,
         no_replay=""
         if evaluation.is_given()
-        else f"Replay withheld: {failed_check(evaluation)} (check failed)",
+        else f"Replay withheld: “{failed_check(evaluation)}” (check failed)",
         tables=[
             table(source_table)
             for source_table in (

@@ -27,7 +27,7 @@ def withhold_curves(chart: Chart, evaluation: Evaluation) -> Chart:
         return chart
     lines = tuple(line for line in chart.lines if line.kind not in failed)
     kinds = ", ".join(WORDS[kind] for kind in failed) + " " if lines else ""
-    checks = ", ".join(dict.fromkeys(failed.values()))
+    checks = ", ".join(f"“{name}”" for name in dict.fromkeys(failed.values()))
     return replace(chart, lines=lines, caption="", withheld=f"{kinds}withheld: {checks} (check failed)")
 
 

@@ -201,7 +201,7 @@ def unpack(archive: Path, folder: Path, limits: Limits = LIMITS) -> tuple[Manife
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BundleError(
-            what=f"{folder} is there already, and not empty.",
+            what=f"{folder} exists and is not empty.",
             meaning=f"Files of two origins would mix. {_NOTHING}",
             next_step="Name a new folder with --out.",
         )

@@ -70,7 +70,7 @@ class AddedDrop:
     def sentence(self) -> str:
         """For people."""
         origin = f"{'moved from' if self.moved else 'a copy of'} {self.origin}"
-        fell = ", EMULATED: no robot fell" if self.entry.robot == EMULATED else ""
+        fell = ", emulated robot" if self.entry.robot == EMULATED else ""
         return f"Drop {self.entry.number}: {self.place} ({origin}{fell})"
 
 

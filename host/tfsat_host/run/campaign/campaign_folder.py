@@ -109,7 +109,7 @@ def read(folder: Path) -> Contents:
         raise CampaignError(
             what=f"{folder} is no campaign: it holds neither {INDEX} nor drops.",
             meaning="Nothing was done.",
-            next_step=Advice("Make it one: ", NextStep("campaign init", (str(folder),))),
+            next_step=Advice("To make it one: ", NextStep("campaign init", (str(folder),))),
         )
     index_entries, findings, damaged = _read_index(index)
     entries_by_number = {drop.number: drop for drop in index_entries}
@@ -227,7 +227,7 @@ def void(folder: Path, number: int, why: str) -> DropEntry:
         raise CampaignError(
             what=f"Drop {number} of {folder} is void already: {before.void.text}",
             meaning=_UNCHANGED,
-            next_step=Advice("To write something about it: ", NextStep("campaign note", place), ' "…"'),
+            next_step=Advice("To add a note: ", NextStep("campaign note", place), ' "…"'),
         )
 
     place = (str(folder), str(number))
@@ -310,10 +310,10 @@ def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> No
         else f"The recording {entry.session} is drop {there.number} of {folder} already ({there.folder}), in "
         "another copy.",
         meaning="One drop counts once; nothing was added.",
-        next_step=Advice("To write something about it: ", NextStep("campaign note", place), ' "…"')
+        next_step=Advice("To add a note: ", NextStep("campaign note", place), ' "…"')
         if same
         else Advice(
-            "If this copy is to stand for it: ",
+            "To replace it by this copy: ",
             NextStep("campaign void", place),
             ' "another copy follows", then add this one again.',
         ),

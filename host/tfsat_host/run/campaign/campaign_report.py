@@ -277,7 +277,7 @@ def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
     changes = changes_in(folder, drop)
     if changes:
         raise TfsatError(
-            what=f"It is not as it came into the campaign: {' '.join(changes)}",
+            what=f"Modified since it was added: {' '.join(changes)}",
             meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
             next_step=Advice(
                 "Put the file back as it was. If the change is meant: copy the drop's folder to another place, ",
