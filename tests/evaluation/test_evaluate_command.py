@@ -30,7 +30,7 @@ FALL_END_S = 2.45
 def test_a_good_drop_as_a_process(tfsat_host: RunCli) -> None:
     run_folder(tfsat_host.folder / "run")
     process = tfsat_host("evaluate", "run", "--full")
-    assert process.stdout.startswith("Verdict:     GOOD: 28 of 28 checks passed")
+    assert process.stdout.startswith("GOOD: 28 of 28 checks passed")
     words = " ".join(process.stdout.split())
     assert "of body 1, from the release to 2.45 s" in words
     assert "complete" in words and "0 lost" in words and "failed" not in words
@@ -115,7 +115,7 @@ def test_a_maneuver_that_was_not_flown(run: Path) -> None:
     (run.parent / "other.toml").write_text(format_maneuver(four_stroke(30.0, 40.0)))
     result = evaluate("run", "--maneuver", "other.toml")
     assert result.code == 3
-    assert result.out.startswith("Verdict:     DOUBTFUL:")
+    assert result.out.startswith("DOUBTFUL:")
     assert "instead of +30.0 deg" in result.words and "another maneuver was flown" in result.words
 
 
@@ -223,12 +223,12 @@ def test_prose_keeps_to_the_terminal(run: Path, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_names_that_would_paint_the_terminal(run: Path) -> None:
-    evil = "[red]\x1b[2J\nVerdict:     GOOD; rm -rf ~"
+    evil = "[red]\x1b[2J\nGOOD: rm -rf ~"
     run.rename(run.parent / evil)
     # A folder name may hold escape sequences and line ends: the verdict must not be faked by it.
     result = evaluate(evil)
     assert result.code == 0
-    assert "\x1b" not in result.out and "\nVerdict:     GOOD; rm" not in result.out
+    assert "\x1b" not in result.out and "\nGOOD: rm" not in result.out
     assert "[red]\\x1b[2J\\n" in result.words
 
 

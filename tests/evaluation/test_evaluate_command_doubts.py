@@ -129,7 +129,7 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     )
     result = evaluate("run")
     assert result.code == 3
-    assert result.words.startswith("Verdict: DOUBTFUL: the calibration is not valid for this drop")
+    assert result.words.startswith("DOUBTFUL: the calibration is not valid for this drop")
     assert "Measured before the last landing" in result.words
     assert "To measure: tfsat-host calibrate bias" in result.words
     assert "The bias of body 1, 2, 3, 4 is that of the" in result.words
@@ -289,7 +289,7 @@ def test_a_header_of_other_settings_is_doubtful(run: Path, header: dict[str, Any
     # A header with other settings than those that the samples show.
     change_headers(run / "SD.bin", **header)
     result = evaluate("run")
-    assert result.code == 3 and result.out.startswith("Verdict:     DOUBTFUL:")
+    assert result.code == 3 and result.out.startswith("DOUBTFUL:")
 
 
 def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     (drops / "empty").mkdir()
     result = evaluate("1", "empty", "2")
     assert result.code == 1
-    assert "Verdict: FAILED: empty holds no recording" in result.words
+    assert "FAILED: empty holds no recording" in result.words
     assert "All drops" in result.out and "== 1" in result.out and "== 2" in result.out
     assert "The other drops' corrections made the model better in 2 of 2 drops." in result.words
     (row,) = [line for line in result.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]

@@ -26,7 +26,7 @@ def test_it_fits_and_the_verdict_is_first_and_last(screen: Said) -> None:
     lines = screen.out.splitlines()
     # On 80 columns everything important fits a screen.
     assert len(lines) <= MAX_LINES
-    assert lines[0].startswith("Verdict:     GOOD:") and lines[-1].startswith("Verdict:     GOOD:")
+    assert lines[0].startswith("GOOD:") and lines[-1].startswith("GOOD:")
 
 
 def test_it_says_what_was_predicted_and_what_to_change(screen: Said) -> None:

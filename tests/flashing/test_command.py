@@ -53,10 +53,10 @@ def test_the_real_avrdude_writes_what_the_hex_holds(
     )
     assert f"runs image {CRC}" in output.out
     for words in (
-        "waking the bootloader",
-        "writing 1000 bytes to",
+        "Waking the bootloader",
+        "Writing 1000 bytes to",
         "avrdude: writing",
-        "waiting for the new",
+        "Waiting for the new",
     ):
         assert words in output.err
 

@@ -146,11 +146,11 @@ def test_curves_that_a_failed_check_withholds_are_not_drawn() -> None:
     assert set().union(*kinds_by_plot.values()) == set()
     by_id = plots(drop)
     for name in kinds_by_plot:
-        assert by_id[name]["withheld"] == f"withheld: {CHECK} (check failed)"
+        assert by_id[name]["withheld"] == f"withheld: “{CHECK}” (check failed)"
         assert by_id[name]["caption"] == "", "its numbers are withheld, too"
-    assert by_id["joints"]["withheld"] == f"measured withheld: {CHECK} (check failed)"
+    assert by_id["joints"]["withheld"] == f"measured withheld: “{CHECK}” (check failed)"
     assert by_id["forces"]["series"] and by_id["gyro_residuals"]["series"], "the check's own evidence stays"
-    assert drop["replay"] is None and drop["no_replay"] == f"Replay withheld: {CHECK} (check failed)"
+    assert drop["replay"] is None and drop["no_replay"] == f"Replay withheld: “{CHECK}” (check failed)"
     assert drop["prediction"]["rows"][0][1] == "withheld"
 
 
@@ -159,7 +159,7 @@ def test_a_withheld_correction_withholds_the_fitted_model_only() -> None:
     kinds_by_plot, by_id = kinds_drawn(drop), plots(drop)
     assert kinds_by_plot["euler"] == {"measured", "before"} and kinds_by_plot["attitude_error"] == {"before"}
     assert not any("after" in kinds for kinds in kinds_by_plot.values())
-    note = "fitted model withheld: momentum throughout the fall (check failed)"
+    note = "fitted model withheld: “momentum throughout the fall” (check failed)"
     assert {by_id[name]["withheld"] for name in ("euler", "momentum", "rate_spectrum")} == {note}
     assert by_id["rates"]["withheld"] == ""
     assert drop["replay"] is not None
@@ -167,4 +167,4 @@ def test_a_withheld_correction_withholds_the_fitted_model_only() -> None:
 
 def test_a_withheld_micro_gravity_is_not_drawn() -> None:
     forces = plots(drop_of(evaluate_run().with_withheld({"micro-gravity": "gravity at rest"})))["forces"]
-    assert forces["series"] == [] and forces["withheld"] == "withheld: gravity at rest (check failed)"
+    assert forces["series"] == [] and forces["withheld"] == "withheld: “gravity at rest” (check failed)"

@@ -86,5 +86,5 @@ def test_figures_name_the_check_instead_of_withheld_curves(tmp_path: Path) -> No
     for name, draw in FIGURES.items():
         for axes in draw(data).axes:
             texts = [text.get_text() for text in axes.texts]
-            assert [text for text in texts if "withheld: gyro bias at rest (check failed)" in text], name
+            assert [text for text in texts if "withheld: “gyro bias at rest” (check failed)" in text], name
         assert render_figure(name, data, "png", tmp_path)

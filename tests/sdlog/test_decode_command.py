@@ -82,7 +82,7 @@ def test_lost_data_ends_with_3_and_says_what(tmp_path: Path) -> None:
     blocks = recording(8).blocks
     damaged = write(tmp_path / "damaged.bin", b"".join(blocks[:3] + blocks[4:]))
     process = decode(damaged, expect=3)
-    assert "6 of 48 samples are lost (1 blocks)" in process.stderr
+    assert "6 of 48 samples are lost (1 block)" in process.stderr
     assert "damaged" in process.stdout
     # Without its end: truncated, not damaged.
     cut = write(tmp_path / "cut.bin", b"".join(blocks[:-1]))

@@ -1,4 +1,4 @@
-"""What stands against a calibration."""
+"""Errors that refuse a calibration."""
 
 from __future__ import annotations
 

@@ -108,13 +108,13 @@ def _show(run: EvaluatedRun, args: argparse.Namespace, out: Output) -> None:
 def _show_several(
     tried: Sequence[Tried], compared: Comparison | None, args: argparse.Namespace, out: Output
 ) -> None:
-    from tfsat_host.present.evaluation_text import show_comparison
+    from tfsat_host.present.evaluation_text import show_comparison, show_verdict
     from tfsat_host.run.drop_comparison import DROPS, DropSummary, Refused
 
     for attempt in tried:
         out.line(f"== {printable(attempt.place)}")
         if isinstance(attempt, Refused):
-            out.line(f"Verdict:     {printable(attempt.verdict.line())}")
+            show_verdict(attempt.verdict, attempt.verdict.line(), out)
             bullets(attempt.verdict.reasons, out)
         else:
             _show(attempt, args, out)

@@ -9,7 +9,7 @@ from tfsat_host.cli.bundle import show_concerns
 from tfsat_host.cli.usage import OUTPUT, add_options
 from tfsat_host.exit_code import ExitCode
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import list_facts, sentences, show_rows
+from tfsat_host.present.terminal import list_facts, sentences, show_rows, write_verdict
 from tfsat_host.quantity import record
 from tfsat_host.run.bundle.json_comparison import DIFFERENCES, ComparedPart
 
@@ -107,7 +107,7 @@ def _show_verdict(reproduction: Reproduction, out: Output) -> None:
     )
     if wrong:
         identical = "; ".join([", ".join(wrong), *([f"identical: {identical}"] if identical else [])])
-    sentences([f"{verdict}: {identical}"], out, colored=verdict, color=color)
+    write_verdict(f"{verdict}: {identical}", color, out)
 
 
 def _show_differences(part: ComparedPart, out: Output, limit: int) -> None:

@@ -39,7 +39,7 @@ class Expectation(NamedTuple):
     Attributes:
         rows: `stroke`, `joint`, `commanded_deg`, `error_deg`, `std_deg` of each stroke whose joint has a map;
             None where none has: the `expected` of `--json`.
-        notices: What stands against it, one sentence or two each, to be shown to a person.
+        notices: Its shortcomings, one sentence or two each, to be shown to a person.
     """
 
     rows: list[dict[str, Any]] | None = None

@@ -1,7 +1,7 @@
 """What an evaluation is worth, in one word, one sentence and the reasons.
 
-`good`: nothing speaks against any number. `doubtful`: the numbers are there, but something failed a check, is missing
-or was stood in for. `failed`: there are no numbers.
+`good`: all checks passed, nothing is missing. `doubtful`: the numbers are there, but a check failed, data are missing
+or default values were used. `failed`: there are no numbers.
 """
 
 from __future__ import annotations
@@ -200,7 +200,7 @@ def _of_fall(evaluation: Evaluation) -> Iterator[str]:
 
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
-    # Only an interval that lies wholly outside speaks against a drop; an uncertain one does not.
+    # Only an interval that lies wholly outside makes a drop doubtful; an uncertain one does not.
     for speed, judged, label in (
         (velocity.downward, velocity.downward_judged, "Release velocity, downwards"),
         (velocity.transversal_speed, velocity.transversal_judged, "Transversal velocity"),

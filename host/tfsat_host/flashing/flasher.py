@@ -352,11 +352,11 @@ class SequencerFlasher(Flasher):
     def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         at = str(target.port)
         if not target.waits:
-            narrator.step(f"waking the bootloader of the board at {at}")
+            narrator.step(f"Waking the bootloader of the board at {at}")
             at = wake(self._computer, at, narrator.step)
         # Such boards that are there while this one is in its bootloader are other ones.
         others = self.sketches()
-        narrator.step(f"writing {len(image.data)} bytes to the bootloader at {at}")
+        narrator.step(f"Writing {len(image.data)} bytes to the bootloader at {at}")
         command = self.command(loader, image, at)
         run_avrdude(self._computer, command, narrator.advance)
         narrator.step("Waiting for the new sketch")
@@ -407,9 +407,9 @@ class LoggerFlasher(Flasher):
     def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> FlashedBoard:
         others = self.sketches() - {target.port}
         if target.port is not None:
-            narrator.step(f"waking the bootloader of the Teensy at {target.port}")
+            narrator.step(f"Waking the bootloader of the Teensy at {target.port}")
             self._computer.touch(target.port, TEENSY_REBOOT_BAUDRATE)
-        narrator.step(f"writing {len(image.data)} bytes; if nothing happens, press the button on the Teensy")
+        narrator.step(f"Writing {len(image.data)} bytes; if nothing happens, press the button on the Teensy")
         command = self.command(loader, image, "")
         run_teensy_loader(self._computer, command)
         narrator.step("Waiting for the new sketch")

@@ -34,7 +34,7 @@ class PreflightCheck:
         sentence: What was found, for a person.
         evidence: The numbers behind it, with units in their names; what JSON can hold.
         next_step: What to do about it, a command to type where there is one; empty if GO.
-        optional: By design it does not stand against a drop when it cannot be made.
+        optional: By design it does not block a drop when it cannot be made.
     """
 
     name: str
@@ -46,7 +46,7 @@ class PreflightCheck:
 
     @property
     def blocks(self) -> bool:
-        """It stands against a drop."""
+        """Whether it blocks a drop."""
         return self.verdict == GoNoGo.NO_GO or (self.verdict == GoNoGo.NOT_MADE and not self.optional)
 
     @property

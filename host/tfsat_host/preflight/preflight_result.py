@@ -108,7 +108,7 @@ class PreflightResult:
 
     def _facts(self) -> Iterator[str]:
         if waiting := [check.name for check in self.checks if check.blocks and check.follows]:
-            yield f"Not made, as these failed: {', '.join(waiting)}"
+            yield f"Not checked because of these failures: {', '.join(waiting)}"
         for check in self.checks:
             if check.verdict == GoNoGo.NOT_MADE and not check.blocks:
                 yield f"Not checked by design: {check.name} ({check.next_step.rstrip('.')})"

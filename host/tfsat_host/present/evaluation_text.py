@@ -14,7 +14,14 @@ from tfsat_host.evaluation.result.model_result import remarks as model_remarks
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import NextStep
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import bullets, sentences, show_quantities, show_table, write_labelled
+from tfsat_host.present.terminal import (
+    bullets,
+    sentences,
+    show_quantities,
+    show_table,
+    write_labelled,
+    write_verdict,
+)
 from tfsat_host.quantity import Table, plus_minus, vector
 
 
@@ -63,7 +70,7 @@ def show_evaluation(
 
 def show_verdict(verdict: Verdict, line: str, out: Output) -> None:
     """Write a verdict's line, coloured on a terminal by its level."""
-    write_labelled("Verdict:", line, out, color=_COLORS[verdict.level])
+    write_verdict(line, _COLORS[verdict.level], out)
 
 
 _COLORS = {"good": "1;32", "doubtful": "1;33", "failed": "1;31"}

@@ -114,8 +114,8 @@ def write_labelled(
 
 
 def write_verdict(text: str, color: str, out: Output) -> None:
-    """Write a verdict, its words before the colon coloured on a terminal."""
-    out.line(text, colored=text.partition(":")[0], color=color)
+    """Write a verdict, its words before the colon coloured on a terminal; further lines are indented."""
+    sentences([text], out, colored=text.partition(":")[0], color=color)
 
 
 def bullets(texts: Iterable[str], out: Output) -> None:

@@ -15,7 +15,7 @@ from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import join_steps
 from tfsat_host.present.evaluation_text import show_verdict
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import bullets, printable, show_facts, show_rows, show_table, write_labelled
+from tfsat_host.present.terminal import bullets, printable, show_facts, show_rows, show_table, write_verdict
 from tfsat_host.quantity import Column, Columns, Quantity, Table, decimals_of, number, plus_minus
 from tfsat_host.rehearsal.faults.fault import Outcome
 from tfsat_host.rehearsal.judgement import DETECTORS, STILL_DEG, JudgedFault, outcome_missed
@@ -70,14 +70,14 @@ def _show_verdict(result: RehearsalResult, out: Output, *, brief: bool) -> None:
         show_facts((_NO_GO_BRIEF,) if brief else _NO_GO, result, out, color=_RED)
     elif drop.refused is not None:
         more = "" if brief else f" {drop.refused.what} {drop.refused.meaning}"
-        write_labelled("Verdict:", f"NOT DROPPED: refused by a board.{more}", out, color=_RED)
+        write_verdict(f"NOT DROPPED: refused by a board.{more}", _RED, out)
         bullets(() if brief else (drop.refused.next_step,), out)
     elif refusal is not None:
         more = "" if brief else f" {refusal.meaning}"
-        write_labelled("Verdict:", f"NOT EVALUATED: {refusal.what}{more}", out, color=_RED)
+        write_verdict(f"NOT EVALUATED: {refusal.what}{more}", _RED, out)
         bullets(() if brief else (refusal.next_step,), out)
     else:
-        write_labelled("Verdict:", "NOT EVALUATED: no recording on the logger", out, color=_RED)
+        write_verdict("NOT EVALUATED: no recording on the logger", _RED, out)
 
 
 def _blocking_text(result: RehearsalResult) -> str:

@@ -27,7 +27,7 @@ def show_series(result: SeriesResult, out: Output) -> None:
 def _drops_text(result: SeriesResult) -> str:
     verdicts, dropped = result.verdicts, result.runs - len(result.refused)
     return (
-        f"{dropped} of {result.runs} dropped: {verdicts['good']} good, {verdicts['doubtful']} doubtful, "
+        f"{dropped} of {result.runs} dropped, {verdicts['good']} good, {verdicts['doubtful']} doubtful, "
         f"{verdicts['failed'] + verdicts['none']} not evaluated; {result.samples_lost} samples lost"
     )
 

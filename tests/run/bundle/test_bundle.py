@@ -206,7 +206,9 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
         uncomputed_files[2],
     ]
     words = command("reproduce", "run.tfsat.zip", "--out", "again", "--full").words
-    assert "not computed: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
+    assert (
+        "Verified by SHA-256 only: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
+    )
     (quick / "truth.json").write_text('{"edited": true}')
     (quick / "summary.json").unlink()
     # Only this file may be made again without a doubt.

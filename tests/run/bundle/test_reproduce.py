@@ -51,7 +51,7 @@ def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyP
             assert (folder / name).read_bytes() == opened.read(name), "computing changes nothing"
     lines = output.out.splitlines()
     assert output.words.startswith("Reproduced identically: evaluation (") and len(lines) <= 6
-    assert "SHA-256 of all files right" in output.words and "NOT REPRODUCED" not in output.words
+    assert "SHA-256 of all files verified" in output.words and "NOT REPRODUCED" not in output.words
 
 
 def test_the_folder_must_be_new_and_the_bundle_one(
@@ -60,7 +60,7 @@ def test_the_folder_must_be_new_and_the_bundle_one(
     fixed_evaluation(PAGE)
     Path("run-reproduced").mkdir()
     command("reproduce", bundle, expect=3)
-    assert "run-reproduced is there already" in command("reproduce", bundle, expect=1).err
+    assert "run-reproduced exists and is not empty" in command("reproduce", bundle, expect=1).err
     output = command("reproduce", "run-reproduced", expect=1)
     assert "run-reproduced is a folder; BUNDLE is a file that tfsat-host bundle makes" in output.err
     assert "There is no file nope.zip; BUNDLE is a file" in command("reproduce", "nope.zip", expect=1).err

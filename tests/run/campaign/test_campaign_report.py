@@ -144,8 +144,8 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
         "Cross-validation: each drop with the corrections of the others",
     ):
         assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
-    assert "The drops of the real robot together:" in output.words
-    assert "The drops of the emulated robot together:" in output.words
+    assert "All drops of the real robot" in output.words
+    assert "All drops of the emulated robot" in output.words
     mixed = evaluate("run1", "run3")
     assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
     assert re.search(r"all drops +drop 1 +drop 3\s", output.out) and re.search(

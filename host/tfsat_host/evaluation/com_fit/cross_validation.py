@@ -198,7 +198,7 @@ def _birge_ratio(chi_square: float, freedom: float) -> float:
 
 
 def find_trusted_drops(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
-    """Return the drops that nothing speaks against."""
+    """Return the drops whose corrections may be combined."""
     return tuple(drop for drop in drops if not drop.against)
 
 
@@ -223,7 +223,7 @@ def cross_validate(drops: Sequence[FittedDrop]) -> tuple[LeftOut, ...]:
     validations = []
     for drop in drops:
         _require_same(drop.fit.offsets, drops[0].fit.offsets)
-        # The drop itself takes no part, nor do drops that something speaks against.
+        # The drop itself takes no part, nor do doubtful drops.
         fits = [other.fit for other in find_trusted_drops(drops) if other is not drop]
         if not fits:
             continue

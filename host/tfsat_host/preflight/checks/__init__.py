@@ -59,5 +59,5 @@ def _make_check(name: str, check: Callable[[Evidence], PreflightCheck], evidence
 
 
 def may_drop(checks: Iterable[PreflightCheck]) -> bool:
-    """GO: none stands against it."""
+    """Return whether no check blocks the drop (GO)."""
     return not any(check.blocks for check in checks)

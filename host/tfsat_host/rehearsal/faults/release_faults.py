@@ -21,7 +21,7 @@ FAULTS = (
         Moment.ARMED,
         outcomes_between(Moment.POWERED, Moment.RELEASE, Outcome.STANDS_STILL),
         action=break_part("switch", 1, "stuck-closed"),
-        noticed="holds no release",
+        noticed="has no release",
         preflight=(),
         part="switch 1",
     ),

@@ -1,4 +1,4 @@
-"""Which files make up a drop, those of the run and those that its evaluation rests on, and what stands against it."""
+"""Which files make up a drop, those of the run and of its evaluation, and what is doubtful."""
 
 from __future__ import annotations
 
