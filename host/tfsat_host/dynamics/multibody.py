@@ -146,13 +146,18 @@ def walk_outwards(joints: Sequence[Step], root: int) -> tuple[Step, ...]:
     return tuple(steps)
 
 
+_NEAR = 0.55
+"""Every unit vector has a greater component, at least 1/sqrt(3); no common direction has one of just this size."""
+
+
 def across(axis: FloatArray) -> FloatArray:
     """Return two unit vectors (2, 3) perpendicular to the unit vector `axis` (3,).
 
-    They are near to the coordinate axes that name them.
+    They are near to the coordinate axes that name them, and turn with the axis when it is tilted a little.
     """
-    # The two coordinate axes across the nearest one, made square to the axis by Gram-Schmidt.
-    along = int(np.argmax(np.abs(axis)))
+    # The first coordinate axis that is near, not the nearest: on a diagonal two are, and a small tilt exchanged them.
+    along = int(np.argmax(np.abs(axis) > _NEAR))
+    # The two others, made square to the axis by Gram-Schmidt.
     first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
     first = first - (first @ axis) * axis
     first = first / np.linalg.norm(first)

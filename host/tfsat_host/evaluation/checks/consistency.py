@@ -26,7 +26,7 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.components import rotation_about
-from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.multibody import Multibody, across
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import Blocks
@@ -269,20 +269,13 @@ class Consistency:
 
     @cached_property
     def _bases(self) -> tuple[FloatArray, ...]:
-        return tuple(_across_and_along(axis) for axis in self.model.joint_axis)
+        # Rows: the two directions across each axis, and the axis.
+        return tuple(np.vstack([across(axis), axis]) for axis in self.model.joint_axis)
 
 
 def sensor_name(joint: int, sensor: int) -> str:
     """Format an angle sensor's name for people; both arguments are indices."""
     return f"angle sensor {sensor + 1} of joint {joint + 1}"
-
-
-def _across_and_along(axis: FloatArray) -> FloatArray:
-    """(3, 3) two unit vectors square to an axis and to each other, and the axis."""
-    # The coordinate axis that is most square to it conditions the cross product best.
-    first = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
-    first = first / np.linalg.norm(first)
-    return np.array([first, np.cross(axis, first), axis])
 
 
 def consistency_of(
