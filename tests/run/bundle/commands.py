@@ -54,6 +54,7 @@ def _once(
     return keep_result
 
 
+# Curves and replay follow from the motion alone: drawn once for each motion.
 _BUILDER = "tfsat_host.report.contents.document_builder"
 _DRAWN = {
     f"{_BUILDER}.charts_of": _once(charts_of, lambda evaluation: evaluation.motion),
@@ -83,6 +84,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))
         if key not in _MADE:
             _MADE[key] = evaluate(log, model, calibration, schedule, **others)
+        # The command's own log and model go into the copy, so that paths and identity stay its own.
         return replace(_MADE[key], log=log, model=model)
 
     monkeypatch.setattr(drop_evaluation, "evaluate", keep_evaluation)
@@ -144,6 +146,7 @@ def rewrite(archive: Path, change: Callable[[dict[str, bytes]], object], *, hash
     with zipfile.ZipFile(archive) as opened:
         files = {name: opened.read(name) for name in opened.namelist()}
     change(files)
+    # Forge the manifest too: only what the content itself tells can then be noticed.
     if hashes:
         manifest = json.loads(files["manifest.json"])
         manifest["files"] = {

@@ -18,8 +18,10 @@ from tfsat_host.calibration.certificate.certificate import Subject
 from tfsat_host.run.bundle.making import RecomputedEvaluation
 from tfsat_host.run.signed_record import sign
 
+# The only source of the sequencer's firmware: a recording names the logger's alone.
 PREFLIGHT = '{"go": true, "boards": {"sequencer": {"firmware": "0.1.0", "image_crc": "1a2b3c4d"}}}\n'
 PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'
+# Gyros at rest (biases), joints at zero, one swing (misalignment): three recordings to solve and compare.
 STEPS = (REST, ZERO, SWINGS[0])
 
 
@@ -28,7 +30,9 @@ def signed_run(folder: Path) -> None:
     run_folder(folder)
     (folder / "preflight.json").write_text(PREFLIGHT)
     (folder / "notes.txt").write_text("wind from the west\n")
+    # What decode wrote: a bundle leaves it out.
     (folder / "SD.csv").write_text("decoded\n")
+    # Half an hour before the drop.
     at = datetime(2026, 1, 5, 8, 30, tzinfo=UTC)
     sign(folder, [folder / "preflight.json"], "tfsat-host preflight: GO", at)
 
@@ -57,6 +61,7 @@ def undecodable(run: Path) -> Path:
 def fixed_evaluation(monkeypatch: pytest.MonkeyPatch) -> Callable[[str | None], None]:
     """Makes every evaluation this page and next to nothing else, at once."""
 
+    # One number each: enough to compare, without the seconds of a real evaluation.
     def as_this(page: str | None) -> None:
         recomputation = RecomputedEvaluation({"a": [1.0]}, page, None)
         monkeypatch.setattr("tfsat_host.run.bundle.making.recompute", lambda *_: recomputation)
@@ -89,6 +94,7 @@ def calibrated_run(quick: Path) -> Path:
 @pytest.fixture(scope="session")
 def made_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Create a bundle once per session, which must not be changed."""
+    # A bundle evaluates the drop: made once for all tests that only read it.
     folder = tmp_path_factory.mktemp("bundle")
     with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
         keep_evaluations(patch)

@@ -18,6 +18,7 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.run.bundle.manifest import BundleError, parse_manifest
 from tfsat_host.run.signed_record import sign
 
+# Serial number of a logger that is no test robot's.
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 AT = datetime(2026, 1, 5, 8, 40, tzinfo=UTC)
 
@@ -29,6 +30,7 @@ def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
     with zipfile.ZipFile("run.tfsat.zip") as opened:
         contents = {name: opened.read(name) for name in opened.namelist()}
         assert opened.testzip() is None
+    # Also what lay outside of the folder and was used: the tower's and the robot's file.
     assert list(contents) == [
         "environment.json",
         "evaluation.json",
@@ -47,10 +49,12 @@ def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
     assert {name: file["sha256"] for name, file in manifest["files"].items()} == {
         name: hashlib.sha256(data).hexdigest() for name, data in contents.items()
     }
+    # From preflight.json: the sequencer records nothing itself. The logger's is in the recording.
     assert manifest["images"]["sequencer"]["image_crc"] == "1a2b3c4d"
     assert manifest["images"]["logger"]["firmware"] == "0.2.0"
     # The decoded table follows from the recording, so it stays out.
     assert manifest["left_out"].keys() == {"SD.csv"}
+    # Without the versions a later difference could not be traced to a package.
     environment = json.loads(contents["environment.json"])
     assert environment["tfsat"] == __version__ and environment["packages"]["numpy"]
     assert json.loads(contents["evaluation.json"])["recording"]["file"] == "run/SD.bin"
@@ -72,6 +76,7 @@ def test_the_same_run_gives_the_same_bytes(run: Path, tmp_path: Path) -> None:
     assert Path("one.zip").read_bytes() == Path("two.zip").read_bytes()
     with zipfile.ZipFile("one.zip") as opened:
         assert opened.namelist() == sorted(opened.namelist())
+        # The earliest time a ZIP can hold, and one mode: no clock and no umask reaches the bytes.
         assert {entry.date_time for entry in opened.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         assert {entry.external_attr >> 16 for entry in opened.infolist()} == {0o100644}
 
@@ -82,6 +87,7 @@ def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     for name in ("maneuver.toml", CERTIFICATE):
         (tmp_path / "run" / name).unlink()
     output, missing = command("bundle", "run"), result("bundle", "run")["missing"]
+    # A drop without these can be bundled: the raw log is worth keeping by itself.
     expected = ["maneuver", "calibration", "preflight.json", "record.json", "image of the sequencer"]
     assert [entry["what"] for entry in missing] == expected
     assert f"Missing: {', '.join(expected)} (why: --full)" in output.words
@@ -107,6 +113,7 @@ def test_what_was_signed_is_taken_whatever_it_is_and_named_if_it_was_changed(
     (quick / "photos/gone.jpg").symlink_to(tmp_path / "gone.jpg")
     # The signed check itself is changed afterwards.
     (quick / "preflight.json").write_text("{}")
+    # A signature promises the file: that it cannot come along is a loss, not a choice.
     summary = result("bundle", "run", expect=3)
     assert "run/photos/gone.jpg" not in summary["files"] and len(summary["record"]) == 1
     (lost,) = (entry for entry in summary["missing"] if entry["what"] == "run/photos/gone.jpg")
@@ -139,6 +146,7 @@ def test_files_from_elsewhere_come_along(run: Path, tmp_path: Path) -> None:
     for name in (CERTIFICATE, "maneuver.toml"):
         (run / name).rename(tmp_path / name)
     summary = result("bundle", "run", "--maneuver", "maneuver.toml", "--swarm")
+    # Robot and facility are the package's own here: their names are tested above.
     assert summary["evaluated"] | {"robot": None, "facility": None} == {
         "recording": "run/SD.bin",
         "maneuver": "maneuver/maneuver.toml",
@@ -162,6 +170,7 @@ def test_one_drop_at_a_time_and_nothing_of_others_is_overwritten(quick: Path) ->
     assert "no file gone.toml" in command("bundle", "run", "--calibration", "gone.toml", expect=1).err
     assert "'there/' is a folder" in command("bundle", "run", "--out", "there/", expect=2).err
     assert sorted(path.name for path in Path().iterdir()) == ["run", "run.tfsat.zip"]
+    # Without raw data there is nothing to bundle, and no evaluation to suggest.
     (quick / "SD.bin").unlink()
     output = command("bundle", "run", expect=1)
     assert "Nothing was bundled." in output.err and "evaluate" not in output.err
@@ -177,6 +186,7 @@ def test_a_recording_of_another_robot_is_named(quick: Path) -> None:
     of_preflight, of_certificate = result("bundle", "run", expect=3)["doubts"]
     assert f"of logger {OTHER.hex()}, preflight.json of logger {serial}" in of_preflight
     assert "the certificate of logger" in of_certificate
+    # Numbers of the wrong robot reproduce as well as any: sameness must not hide the mix-up.
     reproduction = result("reproduce", "run.tfsat.zip", expect=3)
     assert reproduction["same"] is True and reproduction["doubts"] == [of_preflight, of_certificate]
     assert "2 doubtful" in command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
@@ -186,6 +196,7 @@ def test_samples_that_were_lost_are_named(quick: Path) -> None:
     output = command("bundle", "run", "--full")
     # The undamaged recording first.
     assert "Recording: run/SD.bin, complete:" in output.words and " 0 lost" in output.words
+    # While it hangs, 4 s before the release: the drop itself is whole, the recording is not.
     remove_blocks(quick / "SD.bin", 3.0, 3.5)
     output = command("bundle", "run", expect=3)
     assert "samples are lost" in output.words and " 0 lost" not in output.words
@@ -209,6 +220,7 @@ def test_what_a_rehearsal_did_not_leave_so_is_named(quick: Path) -> None:
     assert (
         "Verified by SHA-256 only: run/report.html, run/summary.json, run/truth.csv, run/truth.json" in words
     )
+    # An edited truth would make any evaluation of the rehearsal look right.
     (quick / "truth.json").write_text('{"edited": true}')
     (quick / "summary.json").unlink()
     # Only this file may be made again without a doubt.
@@ -227,6 +239,7 @@ def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_pa
     (quick / "round.txt").symlink_to("round.txt")
     (quick / "loop").symlink_to(".")
     (quick / "note\u202etxt.md").write_text("which way?")  # else no `reproduce` would take the archive
+    # Reading a pipe without a writer would hang the command.
     os.mkfifo(quick / "pipe.txt")
     summary = result("bundle", "run")
     left_out = summary["left_out"]
@@ -240,6 +253,7 @@ def test_links_pipes_and_names_that_nobody_sees_are_left_out(quick: Path, tmp_pa
     words = command("bundle", "run").words
     assert "outside.txt" in words and "(why: --full)" in words and "leads out" not in words
     assert "outside.txt is a link that leads out of the folder" in command("bundle", "run", "--full").words
+    # What was left out must not make the archive unreadable.
     command("reproduce", "run.tfsat.zip")
 
 
@@ -248,10 +262,12 @@ def test_a_file_that_counts_and_lies_elsewhere_has_to_be_named(
     quick: Path, tmp_path: Path, name: str
 ) -> None:
     (quick / name).rename(tmp_path / f"other-{name}")
+    # A link in place of evidence: it could lead to another drop's file tomorrow.
     (quick / name).symlink_to(tmp_path / f"other-{name}")
     output = command("bundle", "run", expect=1)
     assert f"run/{name} is a link that leads out of the folder" in output.err.replace("\n", " ")
     assert not Path("run.tfsat.zip").exists()
+    # Named by a person it is meant, and is taken.
     option = {"maneuver.toml": ("--maneuver",), CERTIFICATE: ("--calibration",)}.get(name)
     arguments = ("run", *option, f"run/{name}") if option else (f"run/{name}",)
     command("bundle", *arguments, "--out", "named.zip")
@@ -265,6 +281,7 @@ def test_a_folder_with_a_long_name_makes_a_bundle_that_reproduces(quick: Path) -
 
 
 def test_a_bundle_of_an_older_program_has_no_doubts(bundle: Path) -> None:
+    # Versions before this entry wrote none: absent means none, not damaged.
     rewrite_json(bundle, "manifest.json", lambda manifest: manifest.pop("doubts"))
     assert result("reproduce", bundle)["doubts"] == []
 
