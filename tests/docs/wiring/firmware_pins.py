@@ -36,6 +36,7 @@ def sequencer_pins() -> dict[str, str]:
     pins[MICRO[first]] = "release switch 1"
     pins[MICRO[second]] = "release switch 2"
     pins[MICRO[_one(r"DDRD \|= _BV\((P\w\d)\)", led)[0]]] = "status LED"
+    # Three servos, the stroke line, two switches, the LED: a pin assigned twice would be one less.
     assert len(pins) == 7
     return pins
 
@@ -54,5 +55,6 @@ def logger_pins() -> dict[str, str]:
     pins |= {first_pin: "release switch 1", two: "release switch 2", stroke: "stroke line, in"}
     assert "pinMode(LED_BUILTIN, OUTPUT)" in sketch
     pins["13"] = "status LED, on the board"
+    # Four bus lines, six angle sensors, two switches, the stroke line, the LED.
     assert len(pins) == 14
     return pins
