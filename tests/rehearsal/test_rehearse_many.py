@@ -20,6 +20,7 @@ from tfsat_host.rehearsal.series_result import distributions
 from tfsat_host.robot import load_robot
 from tfsat_host.worker_processes import SerialExecutor
 
+# Drops of one series differ by their own seeds, each derived from this one.
 FIVE = Series(SCHEDULE, load_robot(), seed=5)
 
 
@@ -41,6 +42,7 @@ def test_the_same_drops_whatever_the_number_of_workers() -> None:
     assert [drop.compared for drop in alone] == [drop.compared for drop in together]
     assert [drop.strokes_off_us for drop in alone] == [drop.strokes_off_us for drop in together]
     first, second = alone
+    # Equal drops would agree for any number of workers.
     assert first.compared != second.compared
     assert (first.verdict, first.samples_lost, first.refused) == ("good", 0, "")
     (reorientation, *_) = distributions(alone)
@@ -57,6 +59,7 @@ def test_the_command(here: Path) -> None:
     with (here / "many" / "runs.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["number"] for row in rows] == ["1", "2"]
+    # Any drop of the series can be flown alone by its seed.
     again = result("rehearse", "59", "70", "--seed", rows[1]["seed"], "--out", "again")
     estimates = {estimate["name"]: estimate["found"] for estimate in again["compared"]}
     assert float(rows[1]["reorientation found"]) == pytest.approx(estimates["reorientation"], abs=1e-6)
@@ -103,6 +106,7 @@ def test_ctrl_c_keeps_the_table(here: Path, monkeypatch: pytest.MonkeyPatch) -> 
             progress()
             if not stopped:
                 stopped.append(1)
+                # After the first drop: what is flown by then must be in the table.
                 signal.raise_signal(signal.SIGINT)
 
         return fly_many(many, runs, workers=1, progress=one_more, stop=stop)

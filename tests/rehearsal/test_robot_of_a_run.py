@@ -44,6 +44,7 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
     assert evaluation["reorientation_deg"] == pytest.approx(
         rehearsal["evaluation"]["reorientation_deg"], abs=1e-9
     )
+    # A person may insist on another robot, and is told so.
     named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
     assert "(--robot; not the run's run/robot.toml)" in named.stderr
 
@@ -74,6 +75,7 @@ def test_drops_of_different_robots_are_not_compared(
 
 
 def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:
+    # The robot for orbit has no IMUs in its file: nothing could be recorded.
     for options in ((), ("--runs", "2")):
         refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *options, expect=1)
         assert "3U CubeSat cannot be rehearsed" in refused.stderr
