@@ -50,6 +50,7 @@ def test_stops_at_the_end_and_starts_over(report: Opened) -> None:
     speed = report.page.get_by_label("Speed")
     usual = speed.input_value()
     speed.select_option("1")
+    # One step before the end: it plays on and stops by itself.
     report.press("End", "ArrowLeft", " ")
     report.page.get_by_role("button", name="Play").wait_for()
     assert report.time_s == pytest.approx(2.8)
@@ -115,6 +116,7 @@ def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_docu
         "body 3",
         "body 4",
     ]
+    # The first 50 moments without any body.
     for poses in replay["measured"][:50]:
         poses[:] = [[None] * 7 for _ in poses]
     partly = open_document(document)
