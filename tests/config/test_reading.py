@@ -67,7 +67,7 @@ def expect_refusal(read: Read, text: str, kind: ConfigKind = KIND) -> CodedError
     return caught.value
 
 
-def test_each_type_as_it_stands() -> None:
+def test_each_type_is_read_as_written() -> None:
     top = parse_config(TEXT, "arm.toml", KIND)
     assert (top.text("name"), top.text("empty", empty=True), top.text("absent", "none")) == (
         "arm",
@@ -219,7 +219,9 @@ def test_a_kind_has_its_own_codes_or_none() -> None:
         (b"x = " + b"{a=" * 5000, Fault.SYNTAX, "{}: is nested too deeply: "),
     ],
 )
-def test_what_is_no_such_file(tmp_path: Path, data: bytes | None, code: Fault, what: str) -> None:
+def test_a_file_of_another_kind_is_refused(
+    tmp_path: Path, data: bytes | None, code: Fault, what: str
+) -> None:
     path = tmp_path / "arm.toml"
     if data is not None:
         path.write_bytes(data)

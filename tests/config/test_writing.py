@@ -36,7 +36,7 @@ def test_floats_of_numpy_and_numbers_beyond_all_limits() -> None:
     assert text == "a = 0.1\nb = [-0.0, inf]\nc = 5e-324\n"
 
 
-def test_how_it_looks() -> None:
+def test_the_layout_of_a_written_file() -> None:
     values = {
         "format": 1,
         "left_out": None,

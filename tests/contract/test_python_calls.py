@@ -44,5 +44,5 @@ def test_the_guides_example_gives_its_numbers(tmp_path: Path, monkeypatch: pytes
     assert example is not None
     names: dict[str, Any] = {}
     # The printed pair becomes a variable: full digits instead of those on the screen.
-    exec(example[1].replace("print(", "found = ("), names)
-    assert np.degrees(names["found"]) == pytest.approx([26.7865026, 0.0352503], rel=1e-4)
+    exec(example[1].replace("print(", "printed_pair = ("), names)
+    assert np.degrees(names["printed_pair"]) == pytest.approx([26.7865026, 0.0352503], rel=1e-4)

@@ -70,7 +70,7 @@ def _pages_printed(page: Path, folder: Path) -> int:
 
 # One test, for the site takes seconds to build; `make test` looks at links and anchors in the Markdown.
 @pytest.mark.prove
-def test_the_site(tmp_path: Path) -> None:
+def test_the_site_has_no_warning_and_no_dead_link(tmp_path: Path) -> None:
     site = tmp_path / "site"
     # -W turns each warning into an error; --keep-going shows all of them at once.
     options = ["-W", "--keep-going", "-q", "-c", "docs", "-d", str(tmp_path / "trees")]

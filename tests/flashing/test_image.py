@@ -21,7 +21,7 @@ def write_file(path: Path, text: str) -> Path:
     return path
 
 
-def test_an_image_and_its_crc(tmp_path: Path) -> None:
+def test_the_crc_is_that_of_the_data(tmp_path: Path) -> None:
     image = load_image(write_file(tmp_path / "a.hex", hex_text(DATA)))
     assert image.data == DATA
     assert image.crc == f"{zlib.crc32(DATA):08x}"
@@ -86,7 +86,7 @@ def test_an_image_older_than_its_sources_is_not_the_default(checkout: Path) -> N
     assert "make firmware" in caught.value.next_step
 
 
-def test_nothing_was_built(checkout: Path) -> None:
+def test_an_image_that_was_not_built_is_refused(checkout: Path) -> None:
     (checkout / HEX).unlink()
     with pytest.raises(ImageError, match="was not built yet"):
         default_hex(checkout / "host" / "tfsat_host")

@@ -59,7 +59,7 @@ class FakeComputer(Computer):
         self.t_s += duration_s
 
 
-def nobody(_hint: str) -> None:
+def expect_no_hint(_hint: str) -> None:
     raise AssertionError("no hint is due")
 
 
@@ -68,7 +68,7 @@ def nobody(_hint: str) -> None:
 def test_the_bootloader_may_have_another_name(name: str, ids: tuple[int, int]) -> None:
     # The port goes for a second, as USB enumerates anew; any name may come back.
     computer = FakeComputer({0: {"/dev/ttyACM0": SKETCH}, 0.5: {}, 1.5: {name: ids}}, {})
-    assert wake(computer, "/dev/ttyACM0", nobody) == name
+    assert wake(computer, "/dev/ttyACM0", expect_no_hint) == name
     assert computer.touched == ["/dev/ttyACM0"]
     assert computer.t_s < 2.5
 
@@ -77,14 +77,14 @@ def test_a_bootloader_that_was_there_before_is_another_board() -> None:
     other = {"/dev/ttyACM7": BOOTLOADER}
     # ttyACM7 waits in its bootloader all the time: only what is new can be the touched board.
     story = {0.0: {"/dev/ttyACM0": SKETCH, **other}, 1.0: other, 2.0: {"/dev/ttyACM0": BOOTLOADER, **other}}
-    assert wake(FakeComputer(story, {}), "/dev/ttyACM0", nobody) == "/dev/ttyACM0"
+    assert wake(FakeComputer(story, {}), "/dev/ttyACM0", expect_no_hint) == "/dev/ttyACM0"
 
 
 def test_two_bootloaders_at_once_are_one_too_many() -> None:
     story = {0.0: {"a": SKETCH, "b": SKETCH}, 1.0: {"a": BOOTLOADER, "b": BOOTLOADER}}
     # To guess would put the image on a board that may be armed.
     with pytest.raises(FlashError, match="2 bootloaders appeared at once: a, b") as caught:
-        wake(FakeComputer(story, {}), "a", nobody)
+        wake(FakeComputer(story, {}), "a", expect_no_hint)
     assert caught.value.code == "ambiguous"
 
 
@@ -142,4 +142,4 @@ def test_a_port_that_cannot_be_touched_is_told() -> None:
             raise open_error(path, 16, f"busy at {baudrate}")
 
     with pytest.raises(PortError, match="in use by another program"):
-        wake(Busy({0: {"a": SKETCH}}, {}), "a", nobody)
+        wake(Busy({0: {"a": SKETCH}}, {}), "a", expect_no_hint)

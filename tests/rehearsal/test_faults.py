@@ -43,7 +43,9 @@ from tfsat_host.robot import load_robot
 
 # The same day without a fault: what is reported there is not the fault's.
 SOUND = Fault("none", "Nothing goes wrong.", Moment.POWERED, at_any_moment(Outcome.FLIES), preflight=())
-named: Any = {"ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed}
+FAULT_IDS: Any = {
+    "ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed
+}
 SLOW = "calibration-of-another-robot"
 """Its fit takes long to settle."""
 
@@ -63,7 +65,7 @@ def each(faults: Sequence[Fault], *sample: str) -> pytest.MarkDecorator:
     chosen = sample or [fault.name for fault in faults if fault.name not in late]
     marks = [() if fault.name in chosen else pytest.mark.prove for fault in faults]
     params = [pytest.param(fault, marks=mark) for fault, mark in zip(faults, marks, strict=True)]
-    return pytest.mark.parametrize("fault", params, **named)
+    return pytest.mark.parametrize("fault", params, **FAULT_IDS)
 
 
 EACH = each(FAULTS)
@@ -201,7 +203,7 @@ def test_the_page_has_the_fault_as_it_was_rehearsed(day_of: Days, no_go: NoGoOf,
     assert row(fault, day_of(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
-@pytest.mark.parametrize("fault", MISMATCHES, **named)
+@pytest.mark.parametrize("fault", MISMATCHES, **FAULT_IDS)
 def test_the_page_has_what_an_evaluation_makes_of_it(day_of: Days, fault: Fault) -> None:
     assert diagnosis(fault, day_of(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
@@ -231,7 +233,7 @@ def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:
         pytest.param(*pair, marks=() if number < 3 else pytest.mark.prove)
         for number, pair in enumerate(random.Random(7).sample(POSSIBLE, OTHER_MOMENTS))
     ],
-    **named,
+    **FAULT_IDS,
 )
 def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> None:
     drop = fly_day(fault.at(moment), despite=True)
@@ -243,7 +245,7 @@ def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> N
         assert outcome_reached(outcome, drop) is True
 
 
-def test_the_list(tfsat_host: RunCli) -> None:
+def test_the_list_has_moments_outcomes_and_sizes(tfsat_host: RunCli) -> None:
     listed = {fault["name"]: fault for fault in tfsat_host.json("rehearse", "--list-faults")["faults"]}
     assert list(listed) == [fault.name for fault in FAULTS]
     text = tfsat_host("rehearse", "--list-faults").stdout
@@ -319,7 +321,7 @@ def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
 
 
 @pytest.mark.usefixtures("wrong_catalog")
-def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_series_names_the_drops_that_do_not_do_what_they_must(monkeypatch: pytest.MonkeyPatch) -> None:
     def here(many: series.Series, runs: int, **_: Any) -> tuple[series.RehearsedDrop, ...]:
         """Fly the series in this process: worker processes do not see the patched fault."""
         return tuple(series.fly(many, number) for number in range(1, runs + 1))

@@ -58,8 +58,8 @@ def canned_rehearsal(other_drop: Drop, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def flown_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor need many: here their files matter."""
+def canned_series(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Replace the series by two drops without numbers: here their files matter."""
     drop = RehearsedDrop(1, 1, "", "", ())
     monkeypatch.setattr(series, "fly_many", lambda *_, **__: (drop, replace(drop, number=2)))
 
@@ -135,7 +135,7 @@ def test_a_card_that_was_copied_over_the_rehearsals_stays(run: Path) -> None:
     assert (run / "SD.bin").read_bytes() != b"the real card"
 
 
-def test_and_where_the_rehearsal_left_none(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
+def test_a_card_stays_where_the_rehearsal_left_none(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
     # NO-GO: no card was written, so the mark names none.
     faulty = shared_rehearsal("59", "70", "--fault", "card-full", "--fault", "servo-dead@falling", expect=4)
     shutil.copytree(faulty.folder, tmp_path / "run")
@@ -183,7 +183,7 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     assert contents(drop) == before
 
 
-@pytest.mark.usefixtures("flown_many")
+@pytest.mark.usefixtures("canned_series")
 def test_the_robot_and_the_maneuver_in_the_folder_itself_can_be_flown_again(run: Path) -> None:
     before = read_files(run)
     again = command("rehearse", "--file", "run/maneuver.toml", "--robot", "run/robot.toml", "--out", "run")

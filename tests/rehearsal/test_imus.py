@@ -37,7 +37,7 @@ def test_a_robot_of_another_imu_differs_by_that_alone() -> None:
     assert not truth_as_filed(filed, 4).imperfections.gyro_g_sensitivity_rad_s_g.any()
 
 
-def test_the_command(tfsat_host: RunCli) -> None:
+def test_the_command_takes_an_imu_from_a_file(tfsat_host: RunCli) -> None:
     shutil.copy(SHIPPED / "adis16465_2.toml", tfsat_host.folder / "mine.toml")
     tfsat_host("rehearse", "59", "70", "--imu", "mine.toml", expect=None)
     truth = json.loads((tfsat_host.folder / "run" / "truth.json").read_text())
@@ -47,7 +47,7 @@ def test_the_command(tfsat_host: RunCli) -> None:
     assert truth["imperfections"]["gyro_bias_rad_s"] == shipped.gyro_bias_rad_s.tolist()
 
 
-def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
+def test_an_unknown_imu_is_refused(tfsat_host: RunCli) -> None:
     for options in ((), ("--runs", "2")):
         refused = tfsat_host("rehearse", "59", "70", "--imu", "best", *options, expect=1)
         assert "adis16465_2, mpu6050" in refused.stderr
@@ -58,29 +58,29 @@ def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
 
 
 @pytest.fixture(scope="module")
-def first() -> dict[str, tuple[RehearsedDrop, ...]]:
+def first_robot() -> dict[str, tuple[RehearsedDrop, ...]]:
     """Fly the page's first robot with each IMU."""
     return fly(
         1, lambda imu_series, runs: tuple(series.fly(imu_series, number) for number in range(1, runs + 1))
     )
 
 
-def test_the_page_is_of_these_robots(first: dict[str, tuple[RehearsedDrop, ...]]) -> None:
+def test_the_page_is_of_these_robots(first_robot: dict[str, tuple[RehearsedDrop, ...]]) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    for line in robots_table(first):
+    for line in robots_table(first_robot):
         assert line in text, "python -m tests.rehearsal.imus_page"
     assert "".join(orbit_rows([load_imu(imu) for imu in IMUS])) in text
 
 
 def test_the_pages_robots_are_those_of_the_command(
-    first: dict[str, tuple[RehearsedDrop, ...]], shared_rehearsal: Rehearsing
+    first_robot: dict[str, tuple[RehearsedDrop, ...]], shared_rehearsal: Rehearsing
 ) -> None:
     estimates = {
         estimate["name"]: estimate["found"] for estimate in shared_rehearsal("59", "70").result["compared"]
     }
-    assert {estimate.name: estimate.estimate for estimate in first["mpu6050"][0].compared} == pytest.approx(
-        estimates, abs=1e-6
-    )
+    assert {
+        estimate.name: estimate.estimate for estimate in first_robot["mpu6050"][0].compared
+    } == pytest.approx(estimates, abs=1e-6)
 
 
 def test_what_the_page_says_of_orbit_is_what_a_wandering_bias_integrates_to() -> None:

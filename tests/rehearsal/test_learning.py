@@ -30,12 +30,12 @@ def fit_of(schedule: Schedule) -> ModelFit:
     return _fit_of(ROBOT, schedule)
 
 
-class Here:
+class SerialPool:
     """A pool that works in this process, each maneuver once."""
 
     def __init__(self, *_: object) -> None: ...
 
-    def __enter__(self) -> Here:
+    def __enter__(self) -> SerialPool:
         return self
 
     def __exit__(self, *_: object) -> None: ...
@@ -46,7 +46,7 @@ class Here:
 
 
 @pytest.fixture
-def few(monkeypatch: pytest.MonkeyPatch) -> None:
+def two_candidates(monkeypatch: pytest.MonkeyPatch) -> None:
     """Restrict the candidates to a loop of two joints and one of three."""
 
     def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
@@ -55,7 +55,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
         yield from ((name, maneuver) for name, maneuver in _candidates(robot) if name.startswith(prefixes))
 
     monkeypatch.setattr(learning, "_candidates", chosen)
-    monkeypatch.setattr(learning, "worker_pool", Here)
+    monkeypatch.setattr(learning, "worker_pool", SerialPool)
 
 
 def test_candidates_are_flown_one_stroke_after_another() -> None:
@@ -68,7 +68,7 @@ def test_candidates_are_flown_one_stroke_after_another() -> None:
         assert sum(stroke.angle_deg for stroke in maneuver.strokes) == pytest.approx(0.0)
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     shares: list[float] = []
     search = learn(ROBOT, "com", shares.append)
@@ -87,7 +87,7 @@ def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     assert search.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=0.02)
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_another_quantity_has_its_own_order_and_an_exact_one_none() -> None:
     search = learn(ROBOT, "hinge-points")
     assert [name.rsplit(" ", 2)[1] for name in search.names] == ["point"] * 6
@@ -102,7 +102,7 @@ def test_a_robot_that_no_board_flies_is_refused() -> None:
         learn(load_robot("cubesat_3u"), "com")
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_the_command_writes_the_best_and_the_other_of_the_pair(tfsat_host: RunCli) -> None:
     design = tfsat_host.json("design", "--learn", "com")
     assert design["wanted"] == "com" and design["compared"] == 3

@@ -20,7 +20,7 @@ from tfsat_host.run.campaign import campaign_report as reporting
 from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
 
-class Heard:
+class MessageList:
     """Keeps what is said on the way."""
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    listener = Heard()
+    listener = MessageList()
     evaluation = Run.open(run, EvaluationOptions(swarm=True)).evaluate(listener)
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert (

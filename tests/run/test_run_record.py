@@ -111,7 +111,7 @@ def test_a_file_signed_again_counts_as_it_was_last(run: Path) -> None:
     assert verify(run) == ()
 
 
-def rewritten(run: Path, entries: list[Entry], last: str | None = None) -> None:
+def write_entries(run: Path, entries: list[Entry], last: str | None = None) -> None:
     text = format_record(tuple(entries))
     if last is not None:
         text = json.dumps(json.loads(text) | {"last": last}, indent=1) + "\n"
@@ -121,7 +121,7 @@ def rewritten(run: Path, entries: list[Entry], last: str | None = None) -> None:
 def test_an_entry_that_was_taken_out_is_told(run: Path) -> None:
     first, _, third = entries_of(run)
     # The third names the hash of the second, which is gone.
-    rewritten(run, [first, third])
+    write_entries(run, [first, third])
     assert list_findings(run) == [("changed", RECORD)]
     assert "entry 1 (step 0" in verify(run)[0].sentence
 
@@ -129,10 +129,10 @@ def test_an_entry_that_was_taken_out_is_told(run: Path) -> None:
 def test_the_first_and_the_last_entry_cannot_go_either(run: Path) -> None:
     first, second, third = entries_of(run)
     # Cut in front: the second names an entry that is not there.
-    rewritten(run, [second, third])
+    write_entries(run, [second, third])
     assert ("missing", RECORD) in list_findings(run)
     # Cut behind, with the old last hash kept.
-    rewritten(run, [first, second], last=sha256_of_entry(third))
+    write_entries(run, [first, second], last=sha256_of_entry(third))
     assert list_findings(run) == [("changed", RECORD)]
 
 
@@ -140,7 +140,7 @@ def test_an_entry_that_was_put_in_is_told(run: Path) -> None:
     first, second, third = entries_of(run)
     # Chained to the first correctly; the second still names the first, so it stands out.
     forged = Entry(AT, "forged", (), sha256_of_entry(first))
-    rewritten(run, [first, forged, second, third])
+    write_entries(run, [first, forged, second, third])
     assert list_findings(run) == [("inserted", RECORD)]
     assert "entry 2 (forged" in verify(run)[0].sentence
     with pytest.raises(RecordError, match="forged"):
@@ -168,7 +168,7 @@ def test_a_record_that_names_files_outside_makes_nobody_look_there(run: Path) ->
     (run.parent / "secret").write_text("x")
     # A record from elsewhere must not make the program read files of this computer.
     outside = SignedFile("../secret", "0" * 64, 1)
-    rewritten(run, [Entry(AT, "hostile", (outside,), "")])
+    write_entries(run, [Entry(AT, "hostile", (outside,), "")])
     assert list_findings(run) == [("changed", RECORD)]
     assert "outside" in verify(run)[0].sentence
 

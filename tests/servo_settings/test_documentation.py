@@ -48,9 +48,9 @@ def test_the_formulas_find_a_servo(direction: int, row: str) -> None:
         return (pulse - true_zero) / (direction * true_slope)
 
     names |= {"A": measure_angle(names["a"]), "B": measure_angle(names["b"])}
-    names["found"] = _value(slope, names)
-    assert names["found"] == true_slope
-    assert _value(zero.replace("new us_per_deg", "found"), names) == true_zero
+    names["new_slope"] = _value(slope, names)
+    assert names["new_slope"] == true_slope
+    assert _value(zero.replace("new us_per_deg", "new_slope"), names) == true_zero
 
 
 def _value(formula: str, names: dict[str, Fraction]) -> Fraction:

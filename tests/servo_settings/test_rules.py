@@ -32,7 +32,7 @@ NewBoard = Callable[..., Board]
 USUAL = FACTORY.servos[0]
 
 
-def boards_word(board: Board, servo_settings: ServoSettings) -> int | None:
+def board_refusal_detail(board: Board, servo_settings: ServoSettings) -> int | None:
     """Return the detail of the board's refusal, or None if it accepts the settings.
 
     The host's own checks are bypassed.
@@ -61,7 +61,7 @@ def of_joint_2(servo: ServoSetting) -> ServoSettings:
 def test_both_accept_or_both_refuse(new_board: NewBoard, servo_settings: ServoSettings) -> None:
     finding = find_defect(servo_settings)
     # A setting that one takes and the other refuses would fail only at the robot.
-    assert boards_word(new_board(), servo_settings) == (finding and finding.index)
+    assert board_refusal_detail(new_board(), servo_settings) == (finding and finding.index)
 
 
 @settings(max_examples=100)
@@ -94,7 +94,7 @@ def test_every_defect_has_its_name(
     finding = find_defect(changed)
     assert finding is not None
     assert (finding.code, finding.index, finding.key) == (code, index, key)
-    assert boards_word(board, changed) == index
+    assert board_refusal_detail(board, changed) == index
 
 
 @settings(max_examples=25)

@@ -31,7 +31,7 @@ def keys(first: object, two: object) -> list[str]:
 
 
 @given(_JSON)
-def test_whatever_it_is_it_is_the_same_as_itself(value: object) -> None:
+def test_a_value_is_the_same_as_itself(value: object) -> None:
     assert keys(value, value) == []
 
 
@@ -50,7 +50,7 @@ def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> N
     assert keys({"a": 1000.0, "b": 1e-4}, {"a": 1000.0, "b": 5e-4}) == ["b"], "no list"
 
 
-def test_how_far_apart_is_said() -> None:
+def test_a_difference_has_its_key_both_values_and_its_size() -> None:
     (difference,) = differences({"a": [{"b": 10.0}]}, {"a": [{"b": 11.0}]}, EVALUATION_TOLERANCE)
     assert (difference.key, difference.bundled, difference.recomputed) == ("a[0].b", 10.0, 11.0)
     assert difference.relative == pytest.approx(1.0 / 11.0)

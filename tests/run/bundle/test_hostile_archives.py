@@ -79,7 +79,7 @@ def expect_refusal(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
-def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
+def test_a_good_bundle_is_unpacked(tmp_path: Path, method: int) -> None:
     """Also when a person packed it again with another tool."""
     files = unpack_archive(tmp_path, pack_archive(GOOD, method=method))
     assert files.pop("manifest.json") == manifest_of(GOOD)
@@ -171,7 +171,7 @@ def test_bombs_are_refused_by_what_they_say(tmp_path: Path) -> None:
     )
 
 
-def test_many_small_bombs_are_one(tmp_path: Path) -> None:
+def test_many_small_bombs_count_as_one(tmp_path: Path) -> None:
     # Each is just within the free 1 MiB; their sum is not.
     zeros = {f"run/{number}": bytes(1 << 20) for number in range(4)} | {"run/SD.bin": RAW}
     assert "packed so tightly" in expect_refusal(tmp_path, pack_archive(zeros, method=zipfile.ZIP_DEFLATED))
@@ -196,8 +196,8 @@ def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
 def test_a_bomb_that_lies_about_its_size_is_cut_off(tmp_path: Path) -> None:
     files = {"run/SD.bin": bytes(200_000)}
     # Manifest and directory agree on 10 bytes; the stream unpacks to 200,000.
-    lied = pack_archive(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
-    assert expect_refusal(tmp_path, with_size_in_the_directory(lied, "run/SD.bin", 10))
+    lying_archive = pack_archive(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
+    assert expect_refusal(tmp_path, with_size_in_the_directory(lying_archive, "run/SD.bin", 10))
 
 
 def test_files_over_each_other_are_refused(tmp_path: Path) -> None:
@@ -219,11 +219,11 @@ def test_encrypted_and_oddly_packed_files_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
-    surplus_files, less = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
+    surplus_files, incomplete_files = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
     assert "does not name: run/more" in expect_refusal(
         tmp_path, pack_archive(surplus_files, manifest_of(GOOD))
     )
-    message = expect_refusal(tmp_path, pack_archive(less, manifest_of(GOOD)))
+    message = expect_refusal(tmp_path, pack_archive(incomplete_files, manifest_of(GOOD)))
     assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in message
     longer = pack_archive(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
     assert "601 bytes; its manifest says 600" in expect_refusal(tmp_path, longer)

@@ -156,13 +156,13 @@ def test_a_bundle_of_an_older_program_is_computed_and_the_program_named(
 def test_another_recording_gives_other_numbers(bundle: Path) -> None:
     """Report differing numbers for another recording, although its hashes are right."""
 
-    def shorter(files: dict[str, bytes]) -> None:
+    def zero_middle_block(files: dict[str, bytes]) -> None:
         blocks = files["run/SD.bin"]
         # One block in the middle, on a multiple of 512 bytes, as a card loses them.
         middle = len(blocks) // 1024 * 512
         files["run/SD.bin"] = blocks[:middle] + bytes(512) + blocks[middle + 512 :]
 
-    rewrite(bundle, shorter)
+    rewrite(bundle, zero_middle_block)
     reproduction = result("reproduce", bundle, expect=3)
     assert any(
         difference["key"].startswith("recording.samples")
@@ -244,9 +244,9 @@ def test_changed_evidence_is_named(bundle: Path) -> None:
     assert "preflight.json was changed" in output.words
 
 
-def test_what_was_changed_before_it_was_bundled_stays_named(quick: Path) -> None:
+def test_what_was_changed_before_it_was_bundled_stays_named(quick_run: Path) -> None:
     """Also by a bundle from which the record was taken out."""
-    (quick / "preflight.json").write_text("{}")
+    (quick_run / "preflight.json").write_text("{}")
     command("bundle", "run", expect=3)
     # Without the record nothing can be verified: the manifest still says what was found then.
     rewrite(ARCHIVE, lambda files: files.pop("run/record.json"))

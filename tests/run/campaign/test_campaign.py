@@ -41,8 +41,8 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert (summary["number"], summary["path"], summary["moved"]) == (1, "camp/drop-0001", False)
     assert contents(Path("run1")) == before
     drop = contents(camp / "drop-0001")
-    taught = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
-    assert drop.keys() - before.keys() == {"drop.json", "record.json", *taught}
+    certificates = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
+    assert drop.keys() - before.keys() == {"drop.json", "record.json", *certificates}
     # The certificate alone changes: whatever else differed would be evidence lost in the copy.
     assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
     assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"

@@ -128,7 +128,7 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
 def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     run_folder(Path("run4"), 4)
     for seed in (1, 2):
-        fell(Path(f"run{seed}"))
+        relabel_as_real(Path(f"run{seed}"))
     # Real and emulated in turn, so that neither order nor neighbours can sort them by accident.
     for number, seed in enumerate((1, 3, 2, 4), 1):
         output = command("campaign", "add", "camp", f"run{seed}")
@@ -160,7 +160,7 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     )
 
 
-def fell(run: Path) -> None:
+def relabel_as_real(run: Path) -> None:
     """Change an emulated run as if a real robot had recorded it."""
     # Image CRC 0 marks the native core: any other is a flashed board's.
     change_headers(run / "SD.bin", image_crc=0xC0FFEE)
@@ -178,13 +178,15 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
     command("campaign", "add", "camp", "run2")
     evaluate_run = one_run.evaluate_run
 
-    def breaks(place: Path, options: EvaluationOptions, robot: RobotModel, out: Output) -> EvaluatedRun:
+    def fail_at_drop_1(
+        place: Path, options: EvaluationOptions, robot: RobotModel, out: Output
+    ) -> EvaluatedRun:
         # A defect of the program, not of the data: the other drops must still be reported.
         if "drop-0001" in str(place):
             raise IndexError("index 3 is out of bounds")
         return evaluate_run(place, options, robot, out)
 
-    monkeypatch.setattr(one_run, "evaluate_run", breaks)
+    monkeypatch.setattr(one_run, "evaluate_run", fail_at_drop_1)
     monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
     output = command("campaign", "report", "camp", expect=3)
     assert "Drop 1 cannot be evaluated: IndexError" in output.words

@@ -82,7 +82,7 @@ def test_a_drop_is_in_an_index_once() -> None:
 
 
 @given(st.integers(1, 9999))
-def test_folders_and_numbers(number: int) -> None:
+def test_a_folder_name_gives_its_number_and_no_other_name_does(number: int) -> None:
     assert number_of(folder_name(number)) == number
     # Zero, too short, too long, other case, a suffix, and digits that are not ASCII.
     for other in ("drop-0000", "drop-1", "drop-00001", "Drop-0001", "drop-0001x", "drop-٠٠٠١"):

@@ -95,7 +95,7 @@ def test_the_advice_for_a_note_is_what_the_command_takes(camp: Path) -> None:
     assert '--note "' in command("campaign", "add", "camp", "run2", "--note", "", expect=1).err
 
 
-def test_it_speaks_of_adding(camp: Path) -> None:
+def test_refusals_speak_of_adding(camp: Path) -> None:
     Path("empty").mkdir()
     for place in ("gone", "empty"):
         err = words(command("campaign", "add", "camp", place, expect=1).err)
