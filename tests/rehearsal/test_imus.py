@@ -94,7 +94,6 @@ def test_what_the_page_says_of_orbit_is_what_a_wandering_bias_integrates_to() ->
         before = bias
         # A first-order Gauss-Markov process keeps its variance from step to step.
         bias = decay * bias + std * np.sqrt(1.0 - decay**2) * random.standard_normal(len(bias))
-        # The trapezoid rule.
         angle += 0.5 * (before + bias) * step_s
     # 20,000 draws give a standard deviation to 0.5 %.
     assert angle.std() == pytest.approx(wander_deg(part, ORBIT_S), rel=0.03)

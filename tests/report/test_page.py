@@ -206,7 +206,6 @@ def test_injects_nothing(open_document: Opener, text: str) -> None:
     assert report.page.evaluate("() => window.injected ?? null") is None
     assert report.page.evaluate("() => Object.prototype.injected ?? null") is None
     assert report.page.evaluate("document.documentElement.scrollWidth") <= 1280
-    # And the page still works.
     report.press("ArrowRight", "+", "0", " ", " ")
 
 

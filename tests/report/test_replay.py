@@ -116,7 +116,6 @@ def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_docu
         "body 3",
         "body 4",
     ]
-    # The first 50 moments without any body.
     for poses in replay["measured"][:50]:
         poses[:] = [[None] * 7 for _ in poses]
     partly = open_document(document)
