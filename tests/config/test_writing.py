@@ -15,6 +15,7 @@ from tfsat_host.config import format_config
 from tfsat_host.config.places import Path, line_of
 
 KEYS = st.text("abcdefghijklmnopqrstuvwxyz_", min_size=1, max_size=8)
+# TOML's integers have 64 bits; NaN equals nothing and could not be compared.
 NUMBERS = st.floats(allow_nan=False) | st.integers(-(2**63), 2**63 - 1)
 VALUES = (
     NUMBERS | st.booleans() | st.text(st.characters(codec="utf-8")) | st.datetimes(timezones=st.just(UTC))
@@ -30,11 +31,12 @@ def test_what_is_read_is_what_was_written(values: dict[str, object]) -> None:
 
 
 def test_floats_of_numpy_and_numbers_beyond_all_limits() -> None:
+    # The sign of zero and the least denormal survive: repr() writes the shortest digits that do.
     text = format_config({"a": np.float64(0.1), "b": [np.float64(-0.0), math.inf], "c": 5e-324})
     assert text == "a = 0.1\nb = [-0.0, inf]\nc = 5e-324\n"
 
 
-def test_how_it_looks() -> None:
+def test_the_layout_of_a_written_file() -> None:
     values = {
         "format": 1,
         "left_out": None,
@@ -42,6 +44,7 @@ def test_how_it_looks() -> None:
         "joint": [{"number": 1, "servo": {"rate": 2.0, "limits": {"low": 0, "high": [1]}}}, {"number": 2}],
         "rows": [[1, 2], [3, 4]],
         "none": [],
+        # Tab and DEL are escaped; a line separator is not, as TOML ends lines by line feeds alone.
         "frame": {"x": "a\tb\x7f\u2028é"},
     }
     assert (
@@ -73,6 +76,7 @@ x = "a\\tb\\u007F\u2028é"
     )
 
 
+# Whatever looks like a header and is none: in a comment, in texts of several lines, in an array.
 TEXT = '''# [[body]] of a comment = 1
 title = """\u2028\x85
 [[body]]
@@ -109,6 +113,7 @@ end = 1
 
 
 def test_the_text_is_what_the_parser_takes() -> None:
+    # The expected lines below are worth something only if the parser reads the text so.
     parsed = tomllib.loads(TEXT)
     assert [body["mass_kg"] for body in parsed["body"]] == [1, 2]
     assert [body["inertia"]["xx"] for body in parsed["body"]] == [1, 3]
@@ -119,6 +124,7 @@ def test_the_text_is_what_the_parser_takes() -> None:
     [
         (("title",), 2),
         (("rows",), 5),
+        # Not there at the top: `name` occurs only inside of tables.
         (("name",), 1),
         (("top.key",), 9),
         (("body",), 11),
@@ -127,6 +133,7 @@ def test_the_text_is_what_the_parser_takes() -> None:
         (("body", 0, "mass_kg"), 13),
         (("body", 0, "inertia"), 14),
         (("body", 0, "inertia", "yy"), 15),
+        # Missing entries get the line of the nearest table that holds them.
         (("body", 0, "inertia", "zz"), 14),
         (("body", 0, "missing"), 11),
         (("body", 1, "name"), 18),

@@ -18,6 +18,7 @@ for scenario in sys.argv[1:] or SCENARIOS:
     with tempfile.TemporaryDirectory() as home:
         os.environ.update(clean_environment(Path(home)))
         results = run_scenario(scenario)
+    # Whatever the scenario no longer types must not stay recorded.
     shutil.rmtree(EXPECTED / scenario, ignore_errors=True)
     for result in results:
         write_result(path_of(scenario, result["typed"]), result)

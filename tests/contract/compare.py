@@ -36,11 +36,13 @@ def differences(expected: Any, actual: Any, place: str = "", std: Any = None) ->
             elif key not in expected:
                 yield f"{place}.{key}: new"
             else:
+                # A number's tolerance stands beside it in the same object.
                 stated = _std_beside(key, expected)
                 yield from differences(expected[key], actual[key], f"{place}.{key}", stated)
     elif isinstance(expected, list) and isinstance(actual, list):
         if len(expected) != len(actual):
             yield f"{place}: {len(expected)} items became {len(actual)}"
+        # A list of numbers may have a list of standard deviations, one for each.
         each_std = std if isinstance(std, list) and len(std) == len(expected) else [None] * len(expected)
         for number, (old, new) in enumerate(zip(expected, actual, strict=False)):
             yield from differences(old, new, f"{place}[{number}]", each_std[number])
@@ -53,9 +55,11 @@ def _std_beside(key: str, beside: Mapping[str, Any]) -> Any:
 
 
 def _same(expected: Any, actual: Any, std: Any) -> bool:
+    # A flag must not pass for the number 1.
     if isinstance(expected, bool) or isinstance(actual, bool):
         return expected is actual
     if isinstance(expected, float | int) and isinstance(actual, float | int):
+        # Counts are exact: only measured numbers have a tolerance.
         if isinstance(expected, int) and isinstance(actual, int):
             return expected == actual
         if isinstance(std, float) and std > 0:
@@ -97,6 +101,7 @@ def _same_digits(old: str, new: str) -> bool:
     if old == new:
         return True
     decimals, exponent = _decimals(old)
+    # Whole numbers are counts here as well; another number of decimals is another format.
     if decimals == 0 or _decimals(new) != (decimals, exponent):
         return False
     return abs(float(old) - float(new)) <= LAST_DIGITS * 10.0 ** (exponent - decimals) * (1 + 1e-9)

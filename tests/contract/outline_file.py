@@ -24,6 +24,7 @@ def outline_file(path: Path, folder: str) -> Any:
         folder: The scenario's folder, whose path stands in texts.
     """
     match path.suffix:
+        # Versions of packages and the machine: other ones on each computer.
         case ".json" if path.name == "environment.json":
             return "momentary"
         case ".json":
@@ -46,6 +47,7 @@ def outline_file(path: Path, folder: str) -> Any:
             return _outline_mcap(path)
         case ".html":
             return _outline_page(path, folder)
+        # The members alone: each is outlined where a command writes it.
         case ".zip":
             with zipfile.ZipFile(path) as archive:
                 return sorted(archive.namelist())

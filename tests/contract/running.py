@@ -67,8 +67,10 @@ def run_scenario(scenario: str) -> list[Result]:
             "write_figure",
             lambda _name, _content, _format, path: path.write_bytes(figures.MARKER),
         )
+        # 80 columns and no cursor: the terminal that a screen must fit.
         patch.setenv("COLUMNS", "80")
         patch.setenv("TERM", "dumb")
+        # No port of this computer may reach a recorded result.
         patch.setattr("serial.tools.list_ports.comports", lambda *_args, **_options: [])
         # How fast a computer answers that runs other tests meanwhile is nobody's contract.
         patch.setattr("tfsat_host.preflight.checks.timing._off", lambda _pace: (0.0, 0.0))
@@ -107,13 +109,16 @@ def _type_line(line: str, folder: Path, outlined: dict[str, str]) -> Result:
     code, printed, transcript = _run(argv)
     files: dict[str, Any] = {}
     for name, stamp in _stamps(folder).items():
+        # Written by this line: new, or with another time or size.
         if before.get(name) != stamp:
             content, alias = outline_file(folder / name, str(folder)), without_moments(name)
+            # A file like an earlier one is recorded by reference: one change shows in one place.
             first = outlined.setdefault(json.dumps(without_numbers(content)), alias)
             files[alias] = content if first == alias else f"like {first}"
     files = dict(sorted(files.items()))
     if "--json" in argv:
         document = outline(_document(printed), str(folder))
+        # A file with the document of --json needs no second copy.
         same = without_numbers(document)
         files = {name: "the document" if content == same else content for name, content in files.items()}
         return {"typed": line, "exit": code, "document": document, "files": files}
@@ -129,6 +134,7 @@ def _run(argv: list[str]) -> tuple[int, str, str]:
     if "--json" in argv:
         out, err = io.StringIO(), io.StringIO()
     else:
+        # One stream, as a terminal shows both in the order of writing.
         out = err = Terminal()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(argv)

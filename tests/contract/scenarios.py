@@ -7,6 +7,7 @@ were written. A scenario has a folder of its own, in which `run/` and `drop.tfsa
 
 from __future__ import annotations
 
+# Enough for the same keys and sentences; the optimum itself is tested in tests/plan.
 SHORT_SEARCH = "--particles 8 --iterations 4"
 CALIBRATION = "run/calibration-emulated.toml"
 ROBOT = "--port robot/sequencer"
@@ -21,6 +22,7 @@ SCENARIOS: dict[str, tuple[str, ...]] = {
         "upload-sequence 59 70 --emulated --json",
         "upload-sequence 40 30 --speed 150 --out own.toml --dry-run --json",
         "upload-sequence --file own.toml --emulated --json",
+        # An angle too few, and one beyond the joint: refusals are part of the contract.
         "upload-sequence 59 --emulated --json",
         "upload-sequence 200 70 --emulated --json",
         "upload-servos --show --out servos.toml --emulated --json",

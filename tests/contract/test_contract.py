@@ -51,6 +51,7 @@ def test_every_command_and_nothing_else_is_recorded() -> None:
     lines = [path_of(scenario, line) for scenario, line in LINES]
     assert len(set(lines)) == len(lines), "two lines have one name"
     assert recorded == {*lines, *(EXPECTED / f"options/{command}.json" for command in _options())}
+    # A reviewer reads the diff of this folder: it must stay small enough to be read.
     assert sum(path.stat().st_size for path in recorded) <= 300_000
 
 
@@ -62,11 +63,13 @@ def test_a_lost_key_another_number_and_another_name_are_seen() -> None:
     was = {"angle_deg": 23.31, "verdict": "good", "strokes": [1, 2], "gone": None}
     now = {"angle_deg": 23.41, "verdict": "doubtful", "strokes": [1, 3], "more": None}
     assert list(differences(was, was)) == []
+    # A number, a name, an item, a key that is gone and one that is new.
     assert len(list(differences(was, now))) == 5
 
 
 def test_a_number_may_change_by_a_part_of_its_standard_deviation() -> None:
     was = {"angle_deg": 23.31, "angle_deg_std": 0.2, "rates": [0.1, 5.0], "rates_std": [0.01, 1.0]}
+    # 5 % of 0.2 is 0.01; of 0.01 and 1.0 in the list 0.0005 and 0.05. Just within, then just beyond.
     assert list(differences(was, {**was, "angle_deg": 23.319, "rates": [0.1004, 5.04]})) == []
     assert len(list(differences(was, {**was, "angle_deg": 23.321, "rates": [0.1006, 5.06]}))) == 3
 
@@ -74,10 +77,12 @@ def test_a_number_may_change_by_a_part_of_its_standard_deviation() -> None:
 def test_a_text_may_change_in_the_last_digits_of_numbers_alone() -> None:
     was = "Angle: 23.31 ± 0.13 deg, body 1\nok\n"
     assert text_differences(was, was.replace("23.31", "23.32")) == []
+    # Three units of the last digit, a digit less, and the other sign.
     for now in ("23.34", "23.3", "-23.31"):
         assert text_differences(was, was.replace("23.31", now)) != []
     assert text_differences(was, was.replace("body 1", "body 2")) != []
     assert text_differences(was, was.replace("ok", "doubtful")) != []
+    # A line that breaks elsewhere changes the screen.
     assert text_differences(was, was.replace(", body", ",\n  body")) != []
     assert (
         text_differences(was, was.replace("23.31", "7").replace(", body", ",\n  body"), numbers=False) == []

@@ -19,6 +19,7 @@ PLACEHOLDERS = {"NUMBER": "1", "N": "1", "PORT": "/dev/ttyACM0", "SECONDS": "1"}
 """Words in documents that stand for a number or a name; everything else is typed as it stands."""
 
 _FENCE = re.compile(r"^ *```")
+# With or without a prompt, `time`, variables in front, and a path to the program.
 _PROMPT = re.compile(r"^\s*(?:[$>] )?(?:(?:time|\w+=\S+) )*(?:\S*/)?tfsat-host ")
 _OPERATORS = frozenset("|&;<>()")
 
@@ -41,6 +42,7 @@ class Typed:
         lexer.whitespace_split = True
         words = list(lexer)
         start = next(i for i, word in enumerate(words) if word.rpartition("/")[2] == "tfsat-host") + 1
+        # What follows a pipe or a redirection is another program's.
         end = next((i for i, word in enumerate(words) if i >= start and set(word) <= _OPERATORS), len(words))
         return [PLACEHOLDERS.get(word, word) for word in words[start:end]]
 
@@ -52,6 +54,7 @@ def code_lines(document: Path) -> Iterator[tuple[int, str]]:
         if _FENCE.match(line):
             fenced = not fenced
             continue
+        # Four blanks below an item of a list are its text, not code.
         if line and not line.startswith(" "):
             in_list = bool(re.match(r"(?:[-*]|\d+\.) ", line))
         if fenced or (line.startswith("    ") and not in_list):

@@ -39,6 +39,7 @@ def test_every_command_line_in_code_parses(document: Path) -> None:
 
 
 def test_there_are_command_lines_to_parse() -> None:
+    # A pattern that finds nothing would let every page pass.
     assert sum(len(typed_in_code(document)) for document in DOCUMENTS) > 80
     assert len(typed_inline(GUIDE / "runbook.md")) > 20
 
@@ -55,6 +56,7 @@ def test_every_command_named_in_a_sentence_exists(document: Path) -> None:
 
 @pytest.mark.parametrize(
     "line",
+    # An unknown action, a misspelt option, a missing argument, a shell without completion.
     [
         "tfsat-host record begin",
         "$ tfsat-host upload-sequence 59 70 --fille maneuver.toml",
@@ -86,4 +88,5 @@ def test_every_make_target_exists() -> None:
             named_targets |= set(re.findall(r"^\s*(?:\$ )?make ([a-z][a-z-]*)", line))
         assert named_targets <= targets, document
         named += len(named_targets)
+    # Found none, the test would pass for nothing.
     assert named > 15

@@ -31,6 +31,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 def _shell(*args: str, folder: Path | None = None) -> str:
     process = subprocess.run(args, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
+    # An error inside a completion would appear in the middle of what the user types.
     assert process.stderr == ""
     return process.stdout
 
@@ -55,6 +56,7 @@ def folder(tmp_path: Path) -> Path:
 def _in_bash(scripts: Path, folder: Path, *words: str) -> set[str]:
     command_line = " ".join(shlex.quote(word) for word in ("tfsat-host", *words))
     code = _TAB.format(script=shlex.quote(str(scripts / "bash")), words=command_line)
+    # --norc: the completion must work without this computer's own settings.
     return set(_shell("bash", "--norc", "-c", code, folder=folder).split())
 
 
@@ -64,6 +66,7 @@ def _in_fish(scripts: Path, folder: Path, *words: str) -> set[str]:
     return {row.split("\t")[0] for row in _shell("fish", "-N", "-c", code, folder=folder).splitlines()}
 
 
+# Every script is written and read as text; only the installed shells can run theirs.
 INSTALLED = [shell for shell in SHELLS if shutil.which(shell)]
 COMPLETING = [complete for complete in (_in_bash, _in_fish) if complete.__name__.split("_")[-1] in INSTALLED]
 
@@ -99,6 +102,7 @@ class TestCompletion:
 
     def test_options_of_the_command(self, complete: Complete, scripts: Path, folder: Path) -> None:
         assert complete(scripts, folder, "upload-sequence", "--em") == {"--emulated"}
+        # Options of one command must not be offered at another.
         assert "--unrecorded" in complete(scripts, folder, "arm", "--")
         assert "--unrecorded" not in complete(scripts, folder, "disarm", "--")
 

@@ -11,6 +11,7 @@ import pytest
 from tests.paths import REPOSITORY
 
 PAGE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+# A word in backticks with a separator or the ending of a source file is taken for a path.
 PATHS = sorted(
     {
         word

@@ -27,6 +27,7 @@ def _text(name: str) -> str:
 
 def test_the_runbook_is_a_list_to_tick() -> None:
     lines = [line for line in _text("runbook.md").splitlines() if line]
+    # It has to fit one printed page, and most of its lines are to be ticked.
     assert len(lines) <= 50
     assert max(len(line) for line in lines) <= 130
     assert sum(line.startswith("- [ ] ") for line in lines) >= 0.7 * len(lines)
@@ -34,6 +35,7 @@ def test_the_runbook_is_a_list_to_tick() -> None:
 
 @pytest.mark.parametrize(
     "order",
+    # The desk, the calibration, the arming, and the way back: in each the next step needs the one before.
     [
         ("status", "design --out runN/maneuver.toml", "envelope", "calibrate bias", "calibrate zero --all"),
         (
@@ -101,6 +103,7 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
     A landing invalidates all but scale factors, which must be measured anew before each drop.
     """
     robot = load_robot()
+    # A new robot: sensors as designed, nothing measured.
     unmeasured = replace(
         whole_calibration(),
         gyros=tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(robot.imus, 1)),
@@ -111,6 +114,7 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
     page = _text("runbook.md")
     assert set(map(str, commands_of(unmeasured.shortcomings()))) <= _calibrate_commands(page)
     _, before_each = page.split("**Before each drop, on the desk**")
+    # A later drop skips what the page marks for the first one.
     again = "\n".join(line for line in before_each.splitlines() if "first drop" not in line)
     landed_calibration = replace(whole_calibration(), landings=(landed,))
     required_commands = set(map(str, commands_of(landed_calibration.shortcomings())))
@@ -127,7 +131,9 @@ def test_the_python_examples_run_one_after_the_other(
     run_folder(tmp_path / "run")
     run_folder(tmp_path / "run2", seed=2)
     with warnings.catch_warnings():
+        # A deprecation in an example would become an error at the reader's next update.
         warnings.simplefilter("error")
+        # In one namespace, as a reader pastes them one after the other.
         exec("\n".join(tasks), {})
     angle_rad, std_rad = map(float, capsys.readouterr().out.splitlines()[0].split())
     assert angle_rad == pytest.approx(0.48, abs=0.1)
@@ -145,6 +151,7 @@ def test_the_sketches_need_what_the_flashing_page_says() -> None:
         text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
         return set(re.findall(r"^#include <([A-Za-z/]+\.h)>", text, re.MULTILINE))
 
+    # Headers of the compiler, which every toolchain has.
     system = {"stdint.h", "stddef.h", "string.h", "math.h", "setjmp.h"}
     assert {
         name for name in find_includes("arduino_sequencer") - system if not name.startswith(("avr/", "util/"))

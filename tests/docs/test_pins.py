@@ -14,6 +14,7 @@ def _map_of(board: str) -> dict[str, str]:
     """Numbered pins of a pin map, with what they carry."""
     section = MAPS.split(f"## {board}")[1].split("\n## ")[0]
     pins: dict[str, str] = {}
+    # The first two rows are the head of the table and its rule.
     for row in re.findall(r"^\|(.*)\|$", section, re.MULTILINE)[2:]:
         left_use, left_pin, right, right_use = (cell.strip() for cell in row.split("|"))
         pins |= {left_pin.split(" ")[0]: left_use, right.split(" ")[0]: right_use}
@@ -34,6 +35,7 @@ def test_analog_names_in_the_pin_map_are_right() -> None:
 
 
 def test_the_comments_of_the_sequencers_sketch_name_the_same_pins() -> None:
+    # Before the first include: what somebody who opens the sketch reads.
     head = source("arduino_sequencer/arduino_sequencer.ino").split("#include")[0]
     pins = {use: pin for pin, use in sequencer_pins().items()}
     assert re.search(

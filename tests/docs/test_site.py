@@ -44,6 +44,7 @@ def dead_links(site: Path) -> list[str]:
     for path in sorted(site.rglob("*.html")):
         for link in _page(path).links:
             parts = urlsplit(link)
+            # Other sites are not looked up: a test must not need the network.
             if parts.scheme or parts.netloc:
                 continue
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
@@ -60,6 +61,7 @@ def _pages_printed(page: Path, folder: Path) -> int:
     if chromium is None:
         pytest.fail("Chromium is missing: tools/install-toolchain.sh installs it", pytrace=False)
     pdf = folder / "printed.pdf"
+    # --no-sandbox: in a container Chromium's own sandbox does not start.
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer"]
     options += [f"--user-data-dir={folder / 'chromium'}", f"--print-to-pdf={pdf}", page.as_uri()]
     subprocess.run([chromium, *options], capture_output=True, timeout=100, check=True)
@@ -68,8 +70,9 @@ def _pages_printed(page: Path, folder: Path) -> int:
 
 # One test, for the site takes seconds to build; `make test` looks at links and anchors in the Markdown.
 @pytest.mark.prove
-def test_the_site(tmp_path: Path) -> None:
+def test_the_site_has_no_warning_and_no_dead_link(tmp_path: Path) -> None:
     site = tmp_path / "site"
+    # -W turns each warning into an error; --keep-going shows all of them at once.
     options = ["-W", "--keep-going", "-q", "-c", "docs", "-d", str(tmp_path / "trees")]
     command = [sys.executable, "-m", "sphinx", *options, ".", str(site)]
     process = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)

@@ -40,6 +40,7 @@ def tokens(line: str) -> list[Token]:
         token = _TOKEN.match(line, at)
         assert token, line[at:]
         key, attribute, operator, value = token.groups(default="")
+        # `MODE==` would compare and silently give no access.
         assert operator in _KEYS[f"{key}{{}}" if attribute else key], line
         parsed_tokens.append((key, attribute, operator, value))
         at = token.end()
@@ -89,6 +90,7 @@ def test_a_mistake_would_be_found(line: str) -> None:
 
 
 def test_it_is_read_before_the_access_is_given() -> None:
+    # 73-seat-late.rules gives the access that the tag asks for: later tags come too late.
     assert int(PATH.name[:2]) < 73
     for rule in RULES:
         if _ids(rule) and _assigned_value(rule, "MODE"):
@@ -100,6 +102,7 @@ def test_the_ports_are_those_that_the_host_looks_for() -> None:
     identities = {
         (vendor, number): identify(PortInfo("port", vendor, number))
         for vendor in (0x2341, 0x2A03, 0x16C0)
+        # Every product of the three makers: a rule too many would be found, too.
         for number in range(0x10000)
     }
     expected = {
@@ -111,6 +114,7 @@ def test_the_ports_are_those_that_the_host_looks_for() -> None:
 
 
 def test_modem_manager_leaves_every_port_alone() -> None:
+    # ModemManager sends AT commands to new serial ports: bytes that the boards did not ask for.
     ignored = {
         ids for rule in RULES if ("ENV", "ID_MM_DEVICE_IGNORE", "=", "1") in rule for ids in _ids(rule)
     }

@@ -9,6 +9,7 @@ import serial.tools.list_ports
 
 from tests.flashing.desk import Desk
 
+# Keeps its arguments and plays a failure: the real one is used where a board answers.
 AVRDUDE = """#!{python}
 import json, os, sys
 with open({log!r}, "w") as log:
@@ -23,6 +24,7 @@ def hex_text(data: bytes) -> str:
     lines = []
     for address in range(0, len(data), 16):
         chunk = data[address : address + 16]
+        # Length, address, type 0 (data); the last byte makes the sum of all bytes 0.
         record = bytes([len(chunk), address >> 8, address & 0xFF, 0]) + chunk
         lines.append(f":{(record + bytes([-sum(record) & 0xFF])).hex().upper()}")
     return "\n".join([*lines, ":00000001FF"]) + "\n"
@@ -53,5 +55,6 @@ def fake_avrdude(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     program = folder / "avrdude"
     program.write_text(AVRDUDE.format(python=sys.executable, log=str(log)))
     program.chmod(0o755)
+    # Nothing else is found there: an installed avrdude cannot be called by accident.
     monkeypatch.setenv("PATH", str(folder))
     return log

@@ -20,6 +20,7 @@ from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import FrameReceiver
 
+# ATmega32U4: flash is written in pages of 64 words.
 PAGE_BYTES = 128
 _END = b"\xffend of the test\xff"
 
@@ -29,6 +30,7 @@ class Pty:
 
     def __init__(self, answer: Callable[[bytes], bytes]) -> None:
         self._master, self._slave = os.openpty()
+        # Raw: a terminal would turn line feeds and control characters of the protocol into others.
         tty.setraw(self._slave)
         self.name = os.ttyname(self._slave)
         self._answer = answer
@@ -44,9 +46,11 @@ class Pty:
     @property
     def touched(self) -> bool:
         """It was last set to 1200 baud."""
+        # Index 4 is the input speed.
         return bool(termios.tcgetattr(self._slave)[4] == termios.B1200)
 
     def close(self) -> None:
+        # The thread waits in read(): only bytes from this side end it.
         os.write(self._slave, _END)
         self._thread.join(10)
         os.close(self._slave)
@@ -86,6 +90,7 @@ class Caterina:
     """AVR109, as much as avrdude uses: blocks of flash with an address that counts words."""
 
     def __init__(self, started: Callable[[bytes], None]) -> None:
+        # 32 KiB, erased.
         self.flash = bytearray(b"\xff" * 32768)
         self.end = 0
         self.damage = False
@@ -113,16 +118,22 @@ class Caterina:
 
     def _do(self, command: bytes) -> bytes:
         kind = command[:1]
+        # Addresses count words of two bytes.
         if kind == b"A":
             self._address = 2 * int.from_bytes(command[1:3], "big")
+        # The head has the size in two bytes and the kind of memory in one; then the data.
         elif kind == b"B":
             self._write(command[4:])
         elif kind == b"g":
             return self._read(int.from_bytes(command[1:3], "big"))
+        # Leave the bootloader: whatever is in the flash becomes the sketch.
         elif kind == b"E":
             self._started(bytes(self.flash[: self.end]))
+        # Escape: avrdude sends it to synchronize, and expects no answer.
         elif kind == b"\x1b":
             return b""
+        # Name, version, serial programmer, address counts itself, device codes;
+        # the ATmega32U4's signature 1E 95 87 backwards; block size.
         fixed = {b"S": b"CATERIN", b"V": b"10", b"p": b"S", b"a": b"Y", b"t": b"\x44\0", b"s": b"\x87\x95\x1e",
                  b"b": b"Y" + PAGE_BYTES.to_bytes(2, "big")}  # fmt: skip
         is_known = kind in (b"A", b"B", b"E", b"T", b"P", b"L", b"x", b"y", b"e")
@@ -136,6 +147,7 @@ class Caterina:
     def _read(self, size: int) -> bytes:
         data = bytearray(self.flash[self._address : self._address + size])
         self._address += size
+        # One wrong bit: a cell of the flash that did not keep what was written.
         if self.damage:
             data[0] ^= 1
         return bytes(data)
@@ -162,6 +174,7 @@ class Desk:
         self.listed_devices: list[str] = []
 
     def _start(self, flash: bytes) -> None:
+        # Leaving before anything was written starts no new sketch.
         if self.written is None and flash:
             self.written = flash[: self.image_bytes]
             self.become(zlib.crc32(self.written))
@@ -177,6 +190,7 @@ class Desk:
         """Return the ports in place of pyserial's `comports`."""
         if self.wakes and self.sketch_pty.touched:
             self.waits = True
+        # USB ids of Arduino's boards.txt: 0x0037 is the Micro's bootloader, 0x8037 its sketch.
         pty, pid = (self.bootloader_pty, 0x0037) if self.waits else (self.sketch_pty, 0x8037)
         self.listed_devices.append("bootloader" if self.waits else "sketch")
         return [

@@ -19,6 +19,7 @@ from tfsat_host.cli.main import main
 from tfsat_host.protocol.enums import Board, SequencerState
 from tfsat_host.protocol.messages import DisarmRequest
 
+# 1000 bytes: the last page of 128 is not full, so its padding must not count for the CRC.
 IMAGE = bytes(range(250)) * 4
 CRC = f"{zlib.crc32(IMAGE):08x}"
 
@@ -46,6 +47,7 @@ def test_the_real_avrdude_writes_what_the_hex_holds(
     flash("--hex", image)
     output = capsys.readouterr()
     assert desk.written == IMAGE
+    # The port of the sketch goes, the bootloader's comes, and the sketch's is back at the end.
     assert (
         desk.listed_devices[0] == "sketch"
         and "bootloader" in desk.listed_devices
@@ -64,6 +66,7 @@ def test_the_real_avrdude_writes_what_the_hex_holds(
 def test_the_real_avrdude_notices_what_was_not_kept(
     desk: Desk, image: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # Written, but read back with a wrong bit: only verification can tell.
     desk.bootloader.damage = True
     error = flash_json(capsys, "--hex", image, expect=1)["error"]
     assert error["code"] == "verify-failed"
@@ -82,9 +85,11 @@ def test_avrdude_is_called_as_the_arduino_ide_calls_it(
         True, False, CRC, 1000,
     )  # fmt: skip
     assert plan["before"]["image_crc"] == "00c0ffee"
+    # The fake writes nothing: the board still reports another CRC, and success must not be claimed.
     desk.sketch.identity = replace(hello(), image_crc=int(CRC, 16) ^ 1)
     error = flash_json(capsys, "--hex", image, expect=1)["error"]
     assert json.loads(fake_avrdude.read_text()) == [
+        # boards.txt of the Arduino IDE, micro: avr109 at 57600 baud; -D: no chip erase.
         "-p", "atmega32u4", "-c", "avr109", "-P", boot, "-b", "57600", "-D", "-U", f"flash:w:{image}:i",
     ]  # fmt: skip
     assert plan["command"][1:] == [
@@ -100,6 +105,7 @@ def test_the_same_image_is_refused_unless_forced(
     error = flash_json(capsys, "--hex", image, expect=4)["error"]
     assert error["code"] == "already-running"
     assert CRC in error["what"]
+    # A touch alone ends the running sketch, and with it the servo pulses.
     assert not desk.sketch_pty.touched and not fake_avrdude.exists()
     result = flash_json(capsys, "--hex", image, "--force")
     assert result["flashed"] is True
@@ -112,10 +118,12 @@ def test_a_board_that_is_not_safe_is_never_flashed(
     desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str], state: SequencerState
 ) -> None:
     desk.sketch.state = state
+    # Not even --force: in any other state servos may hold joints, and flashing lets them go.
     error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=4)["error"]
     assert error["code"] == "not-safe"
     assert f"is {state.name.lower()}; it is flashed only while it is safe" in error["what"]
     assert not desk.sketch_pty.touched and not fake_avrdude.exists()
+    # Flashing never disarms by itself: a person decides to give up a drop that is ready.
     assert DisarmRequest.TYPE not in desk.sketch.requests
     port_arguments = ("--port", desk.sketch_pty.name)
     error = flash_json(capsys, "--hex", image, *port_arguments, expect=4)["error"]
@@ -125,6 +133,7 @@ def test_a_board_that_is_not_safe_is_never_flashed(
 def test_the_logger_is_never_flashed(
     desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # The logger behind the sequencer's USB ids: what HELLO says counts.
     desk.sketch.identity = hello(board=Board.LOGGER)
     error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=1)["error"]
     assert error["code"] == "other-board"
@@ -136,6 +145,7 @@ def test_another_protocol_is_disarmed_after_a_question(
 ) -> None:
     desk.image_bytes = len(IMAGE)
     desk.sketch.identity = hello(protocol_hash=bytes(8))
+    # Armed, which this host cannot read: only HELLO and DISARM are the same in every protocol.
     desk.sketch.state = SequencerState.ARMED
     monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
     flash("--hex", image, expect=4)
@@ -150,11 +160,13 @@ def test_another_protocol_is_disarmed_after_a_question(
 def test_a_silent_board_needs_force_and_an_answer(
     desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # Each attempt is shortened; their number is not.
     monkeypatch.setattr("tfsat_host.devices.client.ATTEMPT_TIMEOUT_S", 0.05)
     desk.image_bytes = len(IMAGE)
     desk.sketch.silent = True
     error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]
     assert error["code"] == "silent" and "add --force" in error["next_step"]
+    # --force without a terminal to answer at and without --yes.
     flash("--hex", image, "--force", expect=2)
     assert not desk.sketch_pty.touched
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
@@ -167,6 +179,7 @@ def test_a_board_in_its_bootloader_is_written_without_a_touch(
     desk: Desk, image: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     desk.image_bytes = len(IMAGE)
+    # A bootloader runs no sketch: nothing tells which board it is.
     desk.waits = True
     error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]
     assert error["code"] == "silent" and "waits in its bootloader" in error["what"]
@@ -182,6 +195,7 @@ def test_a_board_in_its_bootloader_is_written_without_a_touch(
         ("avrdude OS error: cannot open port /dev/ttyACM0: Permission denied", "not permitted to open"),
         ("avrdude OS error: cannot open port /dev/ttyACM0: No such file", "could not be opened"),
         ("avrdude: butterfly_recv(): programmer is not responding", "did not answer"),
+        # No known complaint: the exit code and the text must do.
         ("something new", "avrdude failed with exit code 3"),
     ],
 )
@@ -210,12 +224,14 @@ def test_without_avrdude_the_board_is_not_touched(
     assert error["code"] == "avrdude-missing"
     for system in ("apt install avrdude", "brew install avrdude", "winget install"):
         assert system in error["next_step"]
+    # The loader is looked for first: the board is not even asked.
     assert desk.sketch.requests == []
 
 
 def test_emulated_boards_are_not_flashed(
     desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], tfsat_host: RunCli
 ) -> None:
+    # CRC 0 is the core on a computer, which has no flash.
     desk.sketch.identity = replace(hello(), image_crc=0)
     error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=4)["error"]
     assert error["code"] == "emulated"

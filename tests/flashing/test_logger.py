@@ -22,6 +22,7 @@ from tfsat_host.protocol.enums import Board, LoggerState
 from tfsat_host.protocol.framing import FrameReceiver
 from tfsat_host.protocol.messages import HelloRequest, LoggerStatusReply
 
+# FCFB opens the flash configuration block with which every image for the i.MX RT begins.
 IMAGE = b"FCFB" + bytes(range(250)) * 4
 CRC = f"{zlib.crc32(IMAGE):08x}"
 LOADER = """#!{python}
@@ -54,6 +55,7 @@ class Teensy:
         response = b""
         for frame in self._receiver.feed(data):
             if frame.type == HelloRequest.TYPE:
+                # The loader's log exists once the fake has run: from then on the board runs the new image.
                 crc = self.runs if self.log.exists() else 0xBEFF00
                 response += reply(frame, replace(hello(Board.LOGGER), image_crc=crc))
             else:
@@ -63,6 +65,7 @@ class Teensy:
 
     def comports(self) -> list[SimpleNamespace]:
         """Return the ports in place of pyserial's `comports`."""
+        # In its bootloader a Teensy is a HID device and has no port; a flashed one is back.
         here = self.plugged or self.log.exists()
         teensy = SimpleNamespace(
             device=self.pty.name, vid=0x16C0, pid=0x0483, serial_number=None, description="Teensy"
@@ -105,6 +108,7 @@ def test_the_loader_writes_and_the_board_says_what_it_runs(
     assert (result["flashed"], result["image_crc"], result["image_bytes"]) == (True, CRC, len(IMAGE))
     assert result["before"]["image_crc"] == "00beff00"
     assert result["device"]["image_crc"] == CRC
+    # The second time it runs the image already.
     error = flash(capsys, "--hex", logger_hex, expect=4)["error"]
     assert error["code"] == "already-running"
 
@@ -119,6 +123,7 @@ def test_a_dry_run_touches_nothing(
 def test_a_board_that_runs_something_else_is_no_success(
     teensy: Teensy, logger_hex: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # Another Teensy took the image, or the writing failed: the CRC that the board computes tells.
     teensy.runs = 0x12345678
     error = flash(capsys, "--hex", logger_hex, expect=1)["error"]
     assert error["code"] == "other-image"
@@ -131,6 +136,7 @@ def test_nothing_is_flashed_over_a_recording_or_a_drop(
     teensy.state = LoggerState.RECORDING
     error = flash(capsys, "--hex", logger_hex, "--force", expect=4)["error"]
     assert error["code"] == "recording" and "record stop" in error["next_step"]
+    # The card failed: the RAM has the only copy of the drop, and flashing erases it.
     teensy.state, teensy.ram_holds_drop = LoggerState.FAILED, 1
     error = flash(capsys, "--hex", logger_hex, "--force", expect=4)["error"]
     assert error["code"] == "ram-holds-drop"
@@ -161,6 +167,7 @@ def test_a_teensy_in_its_bootloader_has_no_port_and_is_flashed_with_force(
     teensy: Teensy, logger_hex: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     teensy.plugged = False
+    # Without --force a missing port is an error: the logger may simply be unplugged.
     flash(capsys, "--hex", logger_hex, expect=1)
     assert flash(capsys, "--hex", logger_hex, "--force", "--yes")["device"]["image_crc"] == CRC
 
@@ -168,6 +175,7 @@ def test_a_teensy_in_its_bootloader_has_no_port_and_is_flashed_with_force(
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        # From address 0, as an AVR's; without FCFB; without its last record.
         (hex_text(IMAGE), "beyond 7936 KiB from 0x60000000 on"),
         (teensy_hex(b"nothing" * 9), "does not begin as an image for a Teensy 4.1"),
         (teensy_hex(IMAGE)[:-12], "cut short"),

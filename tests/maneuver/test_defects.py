@@ -13,6 +13,7 @@ FILES = sorted((Path(__file__).parent / "defects").glob("*.toml"))
 
 
 def test_every_defect_has_its_file() -> None:
+    # An unreadable file cannot be kept in the repository.
     assert {file.stem for file in FILES} == {defect.value for defect in Defect} - {Defect.FILE_UNREADABLE}
 
 
@@ -30,6 +31,7 @@ def test_a_file_that_cannot_be_read(tfsat_host: RunCli, name: str) -> None:
     assert name in error["what"]
 
 
+# A recording given by mistake, and a file above 1 MB.
 @pytest.mark.parametrize(
     "contents", [bytes(range(256)), b"schema = 1\n" + b"#" * 1_000_000], ids=["no text", "too large"]
 )
@@ -44,6 +46,7 @@ def test_what_cannot_be_a_maneuver(tmp_path: Path, contents: bytes) -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [
+        # Equal to 1 in Python; a flag is a number there; 400 digits are beyond any float.
         ("schema = 1.0", Defect.FILE_SCHEMA),
         ("schema = 1\nname = 3", Defect.FILE_WRONG_TYPE),
         ("schema = 1\nspeed_deg_s = true", Defect.FILE_WRONG_TYPE),
@@ -63,6 +66,7 @@ def test_a_pause_beside_explicit_times_is_refused_because_it_would_do_nothing() 
         parse_maneuver("schema = 1\npause_s = 0.8\n[[strokes]]\njoint = 1\nangle_deg = 10\nt_s = 0.7\n")
 
 
+# As an integer it can be printed, as a float it can be held: only its size is wrong.
 HUGE = "1" + "0" * 300
 STROKE = "schema = 1\n[[strokes]]\njoint = 1\nangle_deg = 10\n"
 
@@ -82,10 +86,12 @@ def test_odd_values_are_shown_as_written_and_short(text: str, words: str) -> Non
     with pytest.raises(ManeuverError) as caught:
         schedule_maneuver(parse_maneuver(text))
     assert words in caught.value.what
+    # The value is cut: 300 digits would push the advice off the screen.
     assert len(caught.value.what) < 200
 
 
 @pytest.mark.parametrize("command", ["upload-sequence", "rehearse"])
+# argparse takes `-inf` and `-1e3` for options: the command must not.
 @pytest.mark.parametrize(
     ("a_deg", "code"), [("-inf", "angle-not-finite"), ("-1e3", "joint-range"), ("-.5", "joint-range")]
 )
@@ -111,6 +117,7 @@ def test_a_negative_speed_is_no_option(tfsat_host: RunCli) -> None:
 def test_a_refusal_speaks_of_the_command_that_was_typed(
     tfsat_host: RunCli, command: str, not_done: str
 ) -> None:
+    # 95 deg: beyond the joints' 90.
     (tfsat_host.folder / "far.toml").write_text("schema = 1\n[[strokes]]\njoint = 1\nangle_deg = 95\n")
     for file in ("missing.toml", "far.toml"):
         error = tfsat_host.json(command, "--file", file, expect=1)["error"]

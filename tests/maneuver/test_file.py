@@ -19,7 +19,9 @@ from tfsat_host.maneuver import (
     write_maneuver,
 )
 
+# The file's numbers end at 1e12: nothing that a lab has is greater.
 finite = st.floats(-MAX_NUMBER, MAX_NUMBER)
+# Times come for all strokes or for none. Joints need not exist: the schedule judges that.
 untimed = st.builds(Stroke, st.integers(-(2**63), 2**63 - 1), finite)
 timed = st.builds(Stroke, st.integers(1, 3), finite, finite)
 names = st.text(st.characters(codec="utf-8").filter(str.isprintable), max_size=40)
@@ -41,6 +43,7 @@ def test_a_file_reads_back_as_it_was_written(tmp_path: Path) -> None:
     assert read_maneuver(tmp_path / "maneuver.toml") == maneuver
 
 
+# Lines that are right by themselves, and wrong types, wrong tables and broken syntax among them.
 lines = st.sampled_from(
     [
         "schema = 1",

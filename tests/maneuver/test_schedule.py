@@ -21,6 +21,7 @@ from tfsat_host.units import us_from_s
 
 def test_the_drop_experiment() -> None:
     schedule = schedule_maneuver(four_stroke(59, 70))
+    # The paper's experiment: 59 / 170 = 0.347 s, up to the next 10 ms: 1.05 s; and so on.
     assert schedule.as_rows() == [
         {"t_s": 0.7, "joint": 1, "angle_deg": 59.0},
         {"t_s": 1.05, "joint": 2, "angle_deg": 70.0},
@@ -34,6 +35,7 @@ def test_the_drop_experiment() -> None:
 
 @pytest.mark.parametrize("angle_deg", range(1, 46))
 def test_a_stroke_that_fills_the_grid_exactly_is_not_rounded_up(angle_deg: int) -> None:
+    # 1 deg at 100 deg/s takes exactly 10 ms: every start lies on the grid.
     maneuver = Maneuver((Stroke(1, angle_deg), Stroke(1, -angle_deg)), speed_deg_s=100.0)
     assert schedule_maneuver(maneuver).strokes[1].t_us == 700_000 + angle_deg * 10_000
 
@@ -54,6 +56,7 @@ def test_hundredths_of_a_degree_are_exact(angle_deg: float) -> None:
 
 
 def test_explicit_times_are_kept_and_moved_up_to_the_grid_with_a_notice() -> None:
+    # 0.71 s lies on the grid; 1.2301 s does not and moves up, never down.
     schedule = schedule_maneuver(Maneuver((Stroke(1, 10, t_s=0.71), Stroke(1, -10, t_s=1.2301))))
     assert [stroke.t_s for stroke in schedule.strokes] == [0.71, 1.24]
     assert len(schedule.notices) == 1
@@ -61,12 +64,15 @@ def test_explicit_times_are_kept_and_moved_up_to_the_grid_with_a_notice() -> Non
 
 
 def test_a_maneuver_that_does_not_close_is_allowed_and_noted() -> None:
+    # Allowed: a panel may stay open. Noted: a forgotten return stroke looks the same.
     notices = schedule_maneuver(Maneuver((Stroke(3, 20), Stroke(3, -5)))).notices
     assert notices == ("Joint 3 ends at 15.00 deg, not at 0: the maneuver is not a closed loop.",)
 
 
 def test_the_fall_may_be_used_to_its_last_microsecond() -> None:
+    # 34 deg at 170 deg/s take 0.2 s: from 2.30 s to the end of the fall at 2.50 s.
     assert schedule_maneuver(Maneuver((Stroke(1, 34, t_s=2.30),))).end_us == FALL_US
+    # 0.01 deg more takes 59 us more: the fall ends while the joint still moves.
     late = Stroke(1, 34.01, t_s=2.30)
     for strokes in ((late,), (Stroke(2, 10, t_s=0.7), late)):
         with pytest.raises(ManeuverError) as caught:
@@ -75,10 +81,12 @@ def test_the_fall_may_be_used_to_its_last_microsecond() -> None:
 
 
 def test_a_stroke_may_start_when_the_last_one_ends_and_no_earlier() -> None:
+    # 17 deg take exactly 0.1 s.
     assert (
         schedule_maneuver(Maneuver((Stroke(1, 17, t_s=0.7), Stroke(2, 17, t_s=0.8)))).strokes[1].t_us
         == 800_000
     )
+    # 59 us too long; and a first stroke that starts after the second.
     for first, words in ((Stroke(1, 17.01, t_s=0.7), "0.800059"), (Stroke(1, 10, t_s=1.5), "1.5")):
         with pytest.raises(ManeuverError) as caught:
             schedule_maneuver(Maneuver((first, Stroke(2, 17, t_s=0.8))))
@@ -86,6 +94,7 @@ def test_a_stroke_may_start_when_the_last_one_ends_and_no_earlier() -> None:
         assert words in caught.value.what
 
 
+# Anything, then what is near the limits: plain floats alone would hardly ever pass.
 any_number = st.floats() | st.floats(-100, 100) | st.integers(-90, 90).map(float)
 any_stroke = st.builds(
     Stroke, st.integers(-1, 5) | st.integers(1, 3), any_number, st.none() | st.floats(0.6, 3.0) | st.floats()
@@ -106,15 +115,18 @@ likely_maneuver = st.builds(
 
 def _check(schedule: Schedule) -> None:
     pose_cdeg = {1: 0, 2: 0, 3: 0}
+    # Products of us and cdeg/s are whole numbers: no rounding can hide a microsecond.
     free_at = PAUSE_MIN_US * schedule.speed_cdeg_s
     for stroke in schedule.strokes:
         assert stroke.t_us % SCHEDULE_GRID_US == 0
         assert stroke.t_us * schedule.speed_cdeg_s >= free_at
         free_at = stroke.t_us * schedule.speed_cdeg_s + abs(stroke.angle_cdeg) * 1_000_000
         pose_cdeg[stroke.joint] += stroke.angle_cdeg
+        # Beyond 0 to 90 deg a servo is driven against its stop.
         assert 0 <= pose_cdeg[stroke.joint] <= JOINT_ANGLE_MAX_CDEG
         assert stroke.angle_cdeg != 0
     assert free_at <= FALL_US * schedule.speed_cdeg_s
+    # Rounded up to a microsecond, and by less than one.
     assert (schedule.end_us - 1) * schedule.speed_cdeg_s < free_at <= schedule.end_us * schedule.speed_cdeg_s
 
 
@@ -137,6 +149,7 @@ def test_each_start_is_the_first_of_the_grid_after_the_stroke_before(maneuver: M
         return
     _check(schedule)
     for before, after in zip(schedule.strokes, schedule.strokes[1:], strict=False):
+        # The stroke has ended by the next start, and had not one grid step earlier.
         work = abs(before.angle_cdeg) * 1_000_000
         assert (after.t_us - before.t_us) * schedule.speed_cdeg_s >= work
         assert (after.t_us - SCHEDULE_GRID_US - before.t_us) * schedule.speed_cdeg_s < work
@@ -144,6 +157,7 @@ def test_each_start_is_the_first_of_the_grid_after_the_stroke_before(maneuver: M
 
 @pytest.mark.parametrize("noise", [-4e-15, 4e-15])
 def test_the_noise_of_radians_is_no_rounding(noise: float) -> None:
+    # An angle that went to radians and back is off by its last bits: no notice, no other stroke.
     strokes = (Stroke(1, 20 + noise), Stroke(1, -20 - noise))
     schedule = schedule_maneuver(Maneuver(strokes, speed_deg_s=30 + noise))
     assert (schedule.speed_deg_s, schedule.notices) == (30.0, ())
@@ -152,6 +166,7 @@ def test_the_noise_of_radians_is_no_rounding(noise: float) -> None:
 
 @given(st.floats(0.0, 60.0))
 def test_a_time_never_moves_earlier_by_being_converted(t_s: float) -> None:
+    # Earlier by a microsecond could be before the pause or before another stroke's end.
     us = us_from_s(t_s)
     assert (us - 1) / 1_000_000 < t_s <= us / 1_000_000 or us == t_s == 0
 

@@ -18,6 +18,7 @@ from tfsat_host.robot import default_robot_path, load_robot
 @pytest.mark.parametrize(
     ("speed_deg_s", "words"),
     [
+        # 170 deg/s is the servos' average rate, 200 their greatest: above either the joints lag the schedule.
         (100, None),
         (170, None),
         (170.01, "above the average rate"),
@@ -41,6 +42,7 @@ def test_the_rates_are_those_of_the_model() -> None:
 def test_only_joints_that_move_count(tmp_path: Path) -> None:
     slow_joint_3 = tmp_path / "robot.toml"
     head, joint_3 = default_robot_path().read_text().split('name = "joint 3"')
+    # The panel's servo alone is slow.
     slow = joint_3.replace("average_rate_deg_s = 170.0", "average_rate_deg_s = 90.0")
     slow_joint_3.write_text(f'{head}name = "joint 3"{slow}')
     assert servo_speed_notices(schedule_maneuver(four_stroke(59, 70)), slow_joint_3) == ()
@@ -48,6 +50,7 @@ def test_only_joints_that_move_count(tmp_path: Path) -> None:
     assert "average rate of the servos, 90 deg/s" in servo_speed_notices(panel, slow_joint_3)[0]
 
 
+# Missing, no TOML, and joints that have no servo with rates: the upload must not fail by it.
 @pytest.mark.parametrize("text", [None, "=", "joint = 3", "[[joint]]\nservo = 1\n", "joint = []"])
 def test_a_robot_file_without_rates_is_said(tmp_path: Path, text: str | None) -> None:
     file = tmp_path / "robot.toml"
@@ -64,6 +67,7 @@ def test_the_command_warns_and_does_not_say_that_it_may_fly(tfsat_host: RunCli) 
 
 
 def test_an_upload_does_not_wait_for_numpy(tmp_path: Path) -> None:
+    # In a process of its own: here numpy is loaded already.
     code = (
         "import sys; from tfsat_host.cli.main import main; "
         "main(['upload-sequence', '59', '70', '--speed', '400', '--dry-run', '--json']); "

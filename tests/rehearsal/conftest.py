@@ -23,6 +23,7 @@ def shared_rehearsal(once: Once) -> Rehearsing:
 
     def get(*arguments: str, expect: int = 0) -> Rehearsed:
         def rehearse_once() -> Rehearsed:
+            # Named after the arguments: other processes find the same folder.
             folder = once.folder / hashlib.sha256(repr(arguments).encode()).hexdigest()[:16]
             folder.mkdir()
             with contextlib.chdir(folder):

@@ -162,6 +162,7 @@ def rehearse_drop(schedule: Schedule, *, seed: int, rate_rad_s: Sequence[float] 
     It is released as the paper's was, or at the given rate of body 3.
     """
     filed = load_robot()
+    # No drawn imperfections: the robot that the numbers of the paper are of.
     truth = truth_as_filed(filed, seed)
     if rate_rad_s is not None:
         truth = replace(truth, rate_rad_s=np.array(rate_rad_s))

@@ -150,9 +150,10 @@ def _of(outcomes: Sequence[RehearsedDrop], name: str) -> list[EstimateAndTruth]:
     ]
 
 
-def _figures(ones: list[EstimateAndTruth], unit: str) -> tuple[str, str, str]:
-    error = np.array([row.estimate - row.true for row in ones])
-    std = np.array([row.std for row in ones])
+def _figures(estimates: list[EstimateAndTruth], unit: str) -> tuple[str, str, str]:
+    error = np.array([row.estimate - row.true for row in estimates])
+    std = np.array([row.std for row in estimates])
+    # 1.96 standard deviations hold 95 % of a normal distribution.
     coverage = float((np.abs(error) <= 1.96 * std).mean())
     return (
         f"{float(np.sqrt((error**2).mean())):.3f} {unit}",

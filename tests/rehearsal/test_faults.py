@@ -41,14 +41,18 @@ from tfsat_host.rehearsal.series import decode_drop
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 
+# The same day without a fault: what is reported there is not the fault's.
 SOUND = Fault("none", "Nothing goes wrong.", Moment.POWERED, at_any_moment(Outcome.FLIES), preflight=())
-named: Any = {"ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed}
+FAULT_IDS: Any = {
+    "ids": lambda parameter: parameter.name if isinstance(parameter, Fault) else parameter.typed
+}
 SLOW = "calibration-of-another-robot"
 """Its fit takes long to settle."""
 
 
 RELEASE_FAULTS, BOARD_FAULTS = GROUPS["release"], GROUPS["board"]
 POWER_CUTS = [fault for fault in FAULTS if fault.part == "power of both boards"]
+# One wrong in the model and one in a sensor; `make prove` takes the others.
 QUICK_MISMATCHES = {"wrong-masses", "gyro-bias-step"}
 
 
@@ -61,7 +65,7 @@ def each(faults: Sequence[Fault], *sample: str) -> pytest.MarkDecorator:
     chosen = sample or [fault.name for fault in faults if fault.name not in late]
     marks = [() if fault.name in chosen else pytest.mark.prove for fault in faults]
     params = [pytest.param(fault, marks=mark) for fault, mark in zip(faults, marks, strict=True)]
-    return pytest.mark.parametrize("fault", params, **named)
+    return pytest.mark.parametrize("fault", params, **FAULT_IDS)
 
 
 EACH = each(FAULTS)
@@ -95,6 +99,7 @@ def test_what_the_robot_then_does(day_of: Days, fault: Fault) -> None:
     assert day.refused == (fault.outcome is Outcome.NOT_DROPPED)
     assert (day.moved_deg > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
     others = set(day.came) - {fault.outcome}
+    # One that stops may have flown what came before.
     assert fault.outcome in day.came
     assert others <= {Outcome.FLIES} and (not others or fault.outcome is Outcome.STOPS)
 
@@ -107,6 +112,7 @@ def test_what_it_keeps_and_who_notices(day_of: Days, fault: Fault) -> None:
         assert (day.log.verdict != "truncated") == fault.complete
     words = " ".join(day.screens.values())
     assert fault.noticed in words
+    # A fault that nothing reports must leave a result that is right.
     if not fault.noticed:
         assert "checks passed, no samples lost" in words
         assert not day.no_go
@@ -115,6 +121,7 @@ def test_what_it_keeps_and_who_notices(day_of: Days, fault: Fault) -> None:
 def test_words_of_a_fault_are_not_given_without_it(day_of: Days) -> None:
     words = " ".join(day_of(SOUND).screens.values())
     assert "checks passed, no samples lost" in words
+    # Words that also stand on a sound day's screens would prove nothing.
     assert [fault.name for fault in FAULTS if fault.noticed and fault.noticed in words] == []
     assert day_of(SOUND).no_go == ()
 
@@ -164,6 +171,7 @@ def test_power_cuts_around_the_landing(day_of: Days, offset_us: int) -> None:
     assert full_log is not None and full_log.release_us is not None and log.release_us is not None
     assert drop.landed_s is not None and drop.released_s is not None
     assert log.samples_lost == 0
+    # Sample by sample: the cut must not change one that reached the card.
     assert np.array_equal(log.t_us - log.release_us, (full_log.t_us - full_log.release_us)[: len(log)])
     assert np.array_equal(log.imu_counts, full_log.imu_counts[: len(log)])
     cut_s = drop.landed_s - drop.released_s + offset_us / US_PER_S
@@ -195,7 +203,7 @@ def test_the_page_has_the_fault_as_it_was_rehearsed(day_of: Days, no_go: NoGoOf,
     assert row(fault, day_of(fault), no_go) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
-@pytest.mark.parametrize("fault", MISMATCHES, **named)
+@pytest.mark.parametrize("fault", MISMATCHES, **FAULT_IDS)
 def test_the_page_has_what_an_evaluation_makes_of_it(day_of: Days, fault: Fault) -> None:
     assert diagnosis(fault, day_of(fault)) in PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
@@ -221,10 +229,11 @@ def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:
 @pytest.mark.parametrize(
     ("fault", "moment"),
     [
+        # Drawn with a fixed seed: the same days for everybody.
         pytest.param(*pair, marks=() if number < 3 else pytest.mark.prove)
         for number, pair in enumerate(random.Random(7).sample(POSSIBLE, OTHER_MOMENTS))
     ],
-    **named,
+    **FAULT_IDS,
 )
 def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> None:
     drop = fly_day(fault.at(moment), despite=True)
@@ -236,7 +245,7 @@ def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> N
         assert outcome_reached(outcome, drop) is True
 
 
-def test_the_list(tfsat_host: RunCli) -> None:
+def test_the_list_has_moments_outcomes_and_sizes(tfsat_host: RunCli) -> None:
     listed = {fault["name"]: fault for fault in tfsat_host.json("rehearse", "--list-faults")["faults"]}
     assert list(listed) == [fault.name for fault in FAULTS]
     text = tfsat_host("rehearse", "--list-faults").stdout
@@ -295,6 +304,7 @@ def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
 @pytest.fixture
 def wrong_catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Change the catalog to demand, wrongly, that a jolt keeps the robot from flying."""
+    # A jolt must not keep the robot from flying: this demand is missed on purpose.
     demands = at_any_moment(Outcome.STANDS_STILL)
     wrong = [replace(fault, outcomes=demands) if fault.name == "crane-jolt" else fault for fault in FAULTS]
     monkeypatch.setattr(fault_catalog, "FAULTS", tuple(wrong))
@@ -306,11 +316,12 @@ def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
     text = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
     words = " ".join(text.split())
     assert "moves no joint Actual outcome: NOT as expected: largest motion joint 1 59." in words
+    # The drop itself is good: what is wrong is the robot's behaviour, said last.
     assert words.startswith("GOOD:") and words.endswith("Outcome with these faults: NOT as expected")
 
 
 @pytest.mark.usefixtures("wrong_catalog")
-def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_series_names_the_drops_that_do_not_do_what_they_must(monkeypatch: pytest.MonkeyPatch) -> None:
     def here(many: series.Series, runs: int, **_: Any) -> tuple[series.RehearsedDrop, ...]:
         """Fly the series in this process: worker processes do not see the patched fault."""
         return tuple(series.fly(many, number) for number in range(1, runs + 1))
@@ -329,6 +340,7 @@ def test_a_preflight_that_gives_no_go(run: Path) -> None:
     refused = command(*arguments, expect=4).out
     assert "NO-GO: gyros-present (" in refused
     assert "Actual outcome:   not dropped" in refused and "--despite-preflight" in refused
+    # A recording of the rehearsal before would pass for this one's.
     assert not {path.name for path in run.iterdir()} & {"SD.bin", "SD.csv", "truth.csv", "report.html"}
     dropped = result(*arguments, "--despite-preflight", expect=3)
     assert dropped["no_go"] == ["gyros-present"]

@@ -33,6 +33,7 @@ from tfsat_host.run.files import REHEARSED
 RECORDINGS = "calibration-emulated-recordings"
 AGAIN = ("rehearse", "59", "70", "--out", "run")
 ANOTHER = (*AGAIN, "--seed", "2")
+# The marks by which `report` knows its own files.
 FIGURE = b"made by tfsat-host report"
 PAGE = b"<title>tfsat report</title>"
 
@@ -57,8 +58,8 @@ def canned_rehearsal(other_drop: Drop, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def flown_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor need many: here their files matter."""
+def canned_series(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Replace the series by two drops without numbers: here their files matter."""
     drop = RehearsedDrop(1, 1, "", "", ())
     monkeypatch.setattr(series, "fly_many", lambda *_, **__: (drop, replace(drop, number=2)))
 
@@ -70,6 +71,7 @@ def interrupted_at(patch: pytest.MonkeyPatch, owner: Any, name: str, call: int, 
 
     def cut(*args: Any, **options: Any) -> Any:
         now = next(calls) == call
+        # Before: the function has changed nothing yet. After: all of it.
         if now and not after:
             raise KeyboardInterrupt
         value = original(*args, **options)
@@ -94,6 +96,7 @@ def test_a_recording_without_the_time_of_day_is_dated_by_the_rehearsals_clock(
     other_drop: Drop, tmp_path: Path
 ) -> None:
     (tmp_path / "SD.bin").write_bytes(other_drop.card)
+    # A logger that was not told the time of day: its header has zero.
     tell_time(tmp_path / "SD.bin", None)
     undated = replace(other_drop, card=(tmp_path / "SD.bin").read_bytes())
     folder = RunFolder(tmp_path / "run", force=False)
@@ -107,11 +110,13 @@ def test_a_recording_without_the_time_of_day_is_dated_by_the_rehearsals_clock(
 @pytest.mark.usefixtures("canned_rehearsal")
 def test_nothing_is_left_of_the_rehearsal_before(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mine = run / RECORDINGS / "mine.txt"
+    # A user's file among the rehearsal's own: it must survive.
     mine.write_text("keep")
     before = {path.name for path in (run / RECORDINGS).iterdir()}
     command(*ANOTHER)
     after = {path.name for path in (run / RECORDINGS).iterdir()}
     assert len(after) == len(before) and mine.read_text() == "keep"
+    # With the real rehearsal: the canned drop has a card.
     monkeypatch.undo()
     monkeypatch.chdir(run.parent)
     command(*AGAIN, "--fault", "card-missing", expect=4)
@@ -120,6 +125,7 @@ def test_nothing_is_left_of_the_rehearsal_before(run: Path, monkeypatch: pytest.
 
 @pytest.mark.usefixtures("canned_rehearsal")
 def test_a_card_that_was_copied_over_the_rehearsals_stays(run: Path) -> None:
+    # The mix-up to be feared: a real drop copied into the rehearsal's folder, which cannot be flown again.
     (run / "SD.bin").write_bytes(b"the real card")
     before = read_files(run)
     refused = command(*AGAIN, expect=2)
@@ -129,7 +135,8 @@ def test_a_card_that_was_copied_over_the_rehearsals_stays(run: Path) -> None:
     assert (run / "SD.bin").read_bytes() != b"the real card"
 
 
-def test_and_where_the_rehearsal_left_none(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
+def test_a_card_stays_where_the_rehearsal_left_none(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
+    # NO-GO: no card was written, so the mark names none.
     faulty = shared_rehearsal("59", "70", "--fault", "card-full", "--fault", "servo-dead@falling", expect=4)
     shutil.copytree(faulty.folder, tmp_path / "run")
     (tmp_path / "run" / "SD.bin").write_bytes(b"of a real drop")
@@ -152,6 +159,7 @@ def test_a_card_that_is_copied_while_the_rehearsal_goes_on_stays(
         (run / "SD.bin").write_bytes(b"the real card")
         return begun(*args, **others)
 
+    # After the first check and before the files are replaced: minutes lie between the two.
     monkeypatch.setattr(days, "begin_day", copy_card)
     assert "is not as the rehearsal made it" in command(*AGAIN, expect=2).err
     assert (run / "SD.bin").read_bytes() == b"the real card"
@@ -164,6 +172,7 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     drop = Path("camp/drop-0001")
     assert not (drop / REHEARSED).exists() and (run / REHEARSED).exists()
     assert result("campaign", "list", "camp")["drops"][0]["robot"] == "emulated"
+    # Even with the mark in it, as a user's copy of all files has: a campaign's drop is evidence.
     shutil.copy(run / REHEARSED, drop)
     before = contents(drop)
     for force in ((), ("--force",)):
@@ -174,12 +183,13 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     assert contents(drop) == before
 
 
-@pytest.mark.usefixtures("flown_many")
+@pytest.mark.usefixtures("canned_series")
 def test_the_robot_and_the_maneuver_in_the_folder_itself_can_be_flown_again(run: Path) -> None:
     before = read_files(run)
     again = command("rehearse", "--file", "run/maneuver.toml", "--robot", "run/robot.toml", "--out", "run")
     assert "GOOD" in again.words
     after = read_files(run)
+    # The inputs lie in the folder that is replaced: they are read before they are moved.
     changed = {name for name in before if before[name] != after.get(name)}
     assert changed <= {REHEARSED, "summary.json", "report.html"}
     command("rehearse", "59", "70", "--runs", "2", "--robot", "run/robot.toml", "--out", "run", expect=3)
@@ -243,10 +253,12 @@ def test_ctrl_c_leaves_every_byte_of_the_rehearsal_before(
 ) -> None:
     run = Path(shutil.copytree(evaluated_run, tmp_path / "run"))
     before = read_files(run)
+    # Interrupted at the beginning of the real day: the canned one never begins.
     if owner is days:
         monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     interrupted_at(monkeypatch, owner, name, call, after=after)
+    # 128 + SIGINT.
     command(*ANOTHER, expect=130)
     assert read_files(run) == before
 
@@ -271,6 +283,7 @@ def test_ctrl_c_when_the_new_files_are_whole_leaves_these(
         interrupted_at(patch, owner, name, 1, after=True)
         command(*ANOTHER, expect=130)
     files = read_files(run)
+    # All new or all old, never a mixture: from the sealed mark on the new files count.
     assert files["truth.json"] != before["truth.json"] and b'"seed": 2' in files["summary.json"]
     assert "report.html" in files and not any(name.startswith(WAITING) for name in files)
     assert "GOOD" in command("evaluate", "run").words
@@ -284,6 +297,7 @@ def test_what_a_killed_program_left_is_put_back_by_the_next(
     before = read_files(run)
     with monkeypatch.context() as killed:
         interrupted_at(killed, owner, name, 1, after=True)
+        # SIGKILL lets no handler run: nothing is put back by the program itself.
         killed.setattr(Before, "put_back", lambda *_: None)
         command(*ANOTHER, expect=130)
     assert (run / WAITING).exists()
@@ -309,5 +323,6 @@ def test_runs_in_subfolders_keep_their_reports(run: Path) -> None:
     for name, data in files.items():
         (run / name).parent.mkdir(exist_ok=True)
         (run / name).write_bytes(data)
+    # Only the figures of the replaced recording may go.
     command(*ANOTHER)
     assert {name for name in files if not (run / name).exists()} == {"figures/motion.png"}

@@ -21,6 +21,7 @@ from tfsat_host.robot import RobotModel, Uncertainty, load_robot
 
 ROBOT = load_robot()
 _fit_of, _candidates = learning._fit_of, learning._candidates
+# Opens all joints in turn, then closes them in the same order: a closed loop of six strokes.
 SIX = "+1 +2 +3 -1 -2 -3"
 
 
@@ -29,12 +30,12 @@ def fit_of(schedule: Schedule) -> ModelFit:
     return _fit_of(ROBOT, schedule)
 
 
-class Here:
+class SerialPool:
     """A pool that works in this process, each maneuver once."""
 
     def __init__(self, *_: object) -> None: ...
 
-    def __enter__(self) -> Here:
+    def __enter__(self) -> SerialPool:
         return self
 
     def __exit__(self, *_: object) -> None: ...
@@ -45,15 +46,16 @@ class Here:
 
 
 @pytest.fixture
-def few(monkeypatch: pytest.MonkeyPatch) -> None:
+def two_candidates(monkeypatch: pytest.MonkeyPatch) -> None:
     """Restrict the candidates to a loop of two joints and one of three."""
 
     def chosen(robot: RobotModel) -> Iterator[tuple[str, Maneuver]]:
+        # Each candidate costs a drop and a fit: one loop of each kind will do.
         prefixes = (f"to learn: {SIX} by 57/", "to learn: +1 +3 -1 -3 by 7")
         yield from ((name, maneuver) for name, maneuver in _candidates(robot) if name.startswith(prefixes))
 
     monkeypatch.setattr(learning, "_candidates", chosen)
-    monkeypatch.setattr(learning, "worker_pool", Here)
+    monkeypatch.setattr(learning, "worker_pool", SerialPool)
 
 
 def test_candidates_are_flown_one_stroke_after_another() -> None:
@@ -61,19 +63,22 @@ def test_candidates_are_flown_one_stroke_after_another() -> None:
     assert len(set(names)) == len(names) > 40
     for maneuver in maneuvers:
         schedule = schedule_maneuver(maneuver)
+        # The fall lasts 2.5 s; a loop that closes leaves the robot as it was hung up.
         assert schedule.end_s <= 2.5
         assert sum(stroke.angle_deg for stroke in maneuver.strokes) == pytest.approx(0.0)
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     shares: list[float] = []
     search = learn(ROBOT, "com", shares.append)
     assert sum(shares) == pytest.approx(1.0)
     assert SIX in search.lessons[0].name and "+1 +3" in search.lessons[-1].name
     by_rank = [search.rms(lesson) for lesson in search.lessons]
+    # The least standard deviation first; the paper's maneuver lies between the two.
     assert by_rank == sorted(by_rank) and by_rank[0] < search.rms(search.usual) < by_rank[-1]
     assert search.rms(*search.pair) < by_rank[0]
+    # Two different drops may tell as much as the best one flown twice, or more.
     assert search.rms(*search.pair) <= search.rms(search.lessons[0], search.lessons[0])
     assert len(search.names) == 9 and search.unit == "mm"
     first, second = search.pair
@@ -82,11 +87,12 @@ def test_what_tells_most_comes_first_and_two_drops_tell_more() -> None:
     assert search.std(first, second) == pytest.approx(np.sqrt(np.diag(combined.covariance)[:9]), rel=0.02)
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_another_quantity_has_its_own_order_and_an_exact_one_none() -> None:
     search = learn(ROBOT, "hinge-points")
     assert [name.rsplit(" ", 2)[1] for name in search.names] == ["point"] * 6
     assert (search.std(search.lessons[0]) < 0.5).all(), "less than the file says"
+    # Masses without an uncertainty are no numbers that could be learnt.
     exact = model_offsets(replace(ROBOT, uncertainty=Uncertainty(com_m=0.003)))
     assert not learning._rows(exact, "masses") and len(learning._rows(exact, "com")) == 9
 
@@ -96,7 +102,7 @@ def test_a_robot_that_no_board_flies_is_refused() -> None:
         learn(load_robot("cubesat_3u"), "com")
 
 
-@pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("two_candidates")
 def test_the_command_writes_the_best_and_the_other_of_the_pair(tfsat_host: RunCli) -> None:
     design = tfsat_host.json("design", "--learn", "com")
     assert design["wanted"] == "com" and design["compared"] == 3

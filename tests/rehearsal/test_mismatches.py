@@ -31,7 +31,9 @@ SEED = 5
 SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
 BUILT = [fault for fault in FAULTS if fault.hidden is not None]
 IDEAL = Truth(SEED, MODEL, ideal(), np.zeros(3))
+# MPU-6050 at ±500 deg/s: 65.5 counts for each deg/s (PS-MPU-6000A 6.1).
 COUNT_DEG_S = 1.0 / 65.5
+# By fault, the fields that it may touch; any other would hide its cause.
 CHANGED: Mapping[str, set[str]] = {
     "wrong-masses": {"mass_kg"},
     "wrong-inertias": {"inertia_kg_m2"},
@@ -64,10 +66,12 @@ def test_a_mismatch_changes_what_it_says_and_nothing_else(fault: Fault) -> None:
         differing_fields(flies.model, was.model) | differing_fields(flies.imperfections, was.imperfections)
         == CHANGED[fault.name]
     )
+    # A scale that changed after the calibration: the certificate is of the gyro before.
     assert flies.calibrated is (was.imperfections if fault.name == "gyro-scale-changed" else None)
     again = fault.apply(drawn_truth(MODEL, SEED))
     assert config_of(again) == config_of(flies)
     if fault.name != "mount-ripple":  # which leaves nothing to draw
+        # Another seed draws another robot, or all days would have the same error.
         others = [replace(was, seed=seed) for seed in (6, 7, 8)]
         assert any(config_of(fault.apply(other)) != config_of(flies) for other in others)
 
@@ -104,6 +108,7 @@ def test_more_mismatches_change_nothing_of_the_others() -> None:
     assert np.array_equal(both.mass_kg, masses.apply(was).model.mass_kg)
     assert np.array_equal(both.joint_point_m, points.apply(was).model.joint_point_m)
     twice = fault_named("wrong-masses=4").apply(was).model.mass_kg
+    # Masses are log-normal: twice the size doubles the logarithm.
     assert np.log(twice / MODEL.mass_kg) == pytest.approx(2.0 * np.log(both.mass_kg / MODEL.mass_kg))
 
 
@@ -113,22 +118,26 @@ def test_inertias_are_those_of_bodies_that_can_be() -> None:
         for strain in random.standard_normal((50, 3, 3)):
             tensor = strained_inertia(inertia, strain + strain.T)
             least, middle, greatest = np.linalg.eigvalsh(tensor)
+            # Principal moments of a body obey the triangle inequality.
             assert least > 0.0 and greatest < least + middle
             assert np.allclose(tensor, tensor.T, rtol=1e-12)
 
 
 def test_sizes_are_standard_deviations() -> None:
+    # 400 robots give each standard deviation to 2 or 3 %; 10 % are allowed.
     truths = [draw_hidden(MODEL, seed) for seed in range(400)]
     mass = np.array([truth.model.mass_kg for truth in truths]) / MODEL.mass_kg - 1.0
     points = 1e3 * (np.array([truth.model.joint_point_m for truth in truths]) - MODEL.joint_point_m)
     axes = np.array([truth.model.joint_axis for truth in truths])
     com = 1e3 * (np.array([truth.model.com_m for truth in truths]) - MODEL.com_m)
+    # With unit inertias the strain's own entries can be read.
     cube = replace(MODEL, inertia_kg_m2=np.tile(np.eye(3), (4, 1, 1)))
     cubes = np.array([draw_hidden(cube, seed).model.inertia_kg_m2 for seed in range(400)])
     assert mass.std() == pytest.approx(0.02, rel=0.1)
     assert com.std(axis=(0, 2)) == pytest.approx(np.full(4, 3.0), rel=0.1)
     moments = cubes[:, :, range(3), range(3)]
     assert moments.std() == pytest.approx(0.03, rel=0.1)
+    # Along its axis a hinge may shift freely: no motion changes, so nothing is drawn there.
     assert np.abs(np.einsum("sjk,jk->sj", points, MODEL.joint_axis)).max() < 1e-12
     assert points[:, 0, 1:].std() == pytest.approx(0.5, rel=0.1)
     assert np.linalg.norm(axes, axis=2) == pytest.approx(1.0)
@@ -172,8 +181,10 @@ def times_s(emulated_drop: Drop) -> FloatArray:
 def test_g_sensitivity_shows_under_force_alone() -> None:
     _, emulated_drop = with_fault("gyro-g-sensitive")
     apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
+    # On the hook 1 g acts; in the fall none, until the first stroke at 0.7 s.
     on_hook, falls = apart[(t_s > -2.0) & (t_s < -0.1)], apart[(t_s > 0.1) & (t_s < 0.6)]
     assert np.abs(on_hook.mean(axis=0)).max() > 0.5
+    # Rounding alone: both counts may differ by one.
     assert np.abs(falls).max() <= 1.5 * COUNT_DEG_S
 
 
@@ -182,8 +193,10 @@ def test_a_front_end_that_saturates_leaves_no_clip_flag() -> None:
     (body,) = np.flatnonzero(truth.imperfections.gyro_front_end_limit_rad_s)
     saturated_rates, free = rates_deg_s(emulated_drop)[:, body], rates_deg_s(fly_truth(IDEAL))[:, body]
     in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
+    # Without the limit of 100 deg/s this body turns faster: the test would see nothing otherwise.
     assert np.abs(free[in_fall]).max() > 110.0
     assert np.abs(saturated_rates[in_fall]).max() == pytest.approx(100.0, abs=COUNT_DEG_S)
+    # The converter is far from its end at 500 deg/s: only a comparison with other bodies can tell.
     assert not emulated_drop.log.clipped[in_fall].any()
     others = [other for other in range(4) if other != body]
     assert np.array_equal(emulated_drop.log.imu_counts[:, others], fly_truth(IDEAL).log.imu_counts[:, others])
@@ -204,6 +217,7 @@ def test_a_late_imu_shows_the_same_later() -> None:
         earlier = np.interp(t_s[in_fall] - late_s, t_s, was[:, axis])
         return float(np.sqrt(np.mean((late_rates[in_fall, axis] - earlier) ** 2)))
 
+    # The delay that fits best, in steps of 0.1 ms.
     lags_ms = np.arange(0.0, 6.0, 0.1)
     assert lags_ms[np.argmin([apart(1e-3 * lag) for lag in lags_ms])] == pytest.approx(3.0, abs=0.15)
     others = [other for other in range(4) if other != body]
@@ -230,6 +244,7 @@ def test_a_bias_steps_and_stays() -> None:
 
     emulated_drop = flies(IDEAL, step)
     apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
+    # Injected 1 s after arming, just before the release: nothing changes until then.
     assert not apart[t_s < -0.05].any()
     assert not apart[:, [0, 2, 3]].any()
     assert apart[(t_s > 0.1) & (t_s < 2.4), 1].mean(axis=0) == pytest.approx([0.3, -0.2, 0.1], abs=0.005)
@@ -238,8 +253,10 @@ def test_a_bias_steps_and_stays() -> None:
 def test_mounts_ring_after_strokes_and_bodies_do_not() -> None:
     _, emulated_drop = with_fault("mount-ripple=10")
     apart, t_s = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), times_s(emulated_drop)
+    # Falling, and before the first stroke at 0.7 s: nothing excites the mounts.
     assert np.abs(apart[(t_s > 0.05) & (t_s < 0.69)]).max() <= COUNT_DEG_S
     assert 5.0 < np.abs(apart[(t_s > 0.7) & (t_s < 1.0)]).max() < 100.0
+    # Only what the IMUs stand on rings: the bodies' motion is the same to the last bit.
     assert np.array_equal(emulated_drop.truth, fly_truth(IDEAL).truth)
 
 
@@ -247,6 +264,7 @@ def test_cross_axis_shows_a_share_of_the_other_rates() -> None:
     truth, emulated_drop = with_fault("gyro-cross-axis=5")
     apart, was = rates_deg_s(emulated_drop) - rates_deg_s(fly_truth(IDEAL)), rates_deg_s(fly_truth(IDEAL))
     in_fall = (times_s(emulated_drop) > 0.0) & (times_s(emulated_drop) < 2.4)
+    # Rate of the other axes times the drawn matrix, for each body and sample.
     share = np.einsum("brc,tbc->tbr", truth.imperfections.gyro_cross_axis, was[in_fall])
     assert np.abs(apart[in_fall] - share).max() < 3.0 * COUNT_DEG_S
     assert np.abs(share).max() > 3.0
@@ -269,8 +287,10 @@ def test_a_worse_certificate_states_what_it_stated() -> None:
         (new.zero_rad - old.zero_rad) / np.sqrt(np.diag(old.zero_covariance))
         for new, old in zip(now.joints, was.joints, strict=True)
     ]
+    # Three times the stated standard deviations, over 4 gyros and 3 joints.
     assert np.sqrt(np.mean(np.concatenate(deviations) ** 2)) == pytest.approx(3.0, rel=0.5)
     for new, old in zip(now.gyros, was.gyros, strict=True):
+        # What makes it dangerous: it claims the same certainty as before.
         assert np.array_equal(new.covariance, old.covariance)
         assert new.rotation @ new.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
 
@@ -287,6 +307,7 @@ def test_a_hidden_drop_has_the_truth_that_it_is_judged_by() -> None:
     starts_s = [stroke.t_s for stroke in SCHEDULE.strokes]
     for stroke, end_s in zip(SCHEDULE.strokes, [*starts_s[1:], mismatched_drop.landed_s - 0.05], strict=True):
         before, after = np.rad2deg(np.interp([stroke.t_s, end_s], rows[:, 0], rows[:, stroke.joint]))
+        # Within 2 deg: the servos of the drawn robot have gains and offsets of their own.
         assert after - before == pytest.approx(stroke.angle_deg, abs=2.0)
     assert mismatched_drop.landed_s == pytest.approx(2.5, abs=1e-3)
     assert not np.array_equal(mismatched_drop.truth.model.mass_kg, mismatched_drop.filed.mass_kg)
@@ -303,13 +324,16 @@ def test_a_hidden_drop_repeats_to_the_byte_and_changes_with_what_is_wrong() -> N
     def counts(mismatched_drop: HiddenDrop) -> bytes:
         return bytes(mismatched_drop.log.imu_counts.tobytes() + mismatched_drop.log.angle_counts.tobytes())
 
+    # A step of size zero is no step.
     again = hidden_drop(SCHEDULE, MODEL, draw_hidden(MODEL, SEED), [fault_named("gyro-bias-step=0")])
     assert counts(again) == counts(hidden())
     stepped = hidden("gyro-bias-step")
     before = [hidden().log.seconds(int(t_us)) < 0.0 for t_us in hidden().log.t_us]
     assert np.array_equal(stepped.log.imu_counts[before], hidden().log.imu_counts[before])
     assert counts(stepped) != counts(hidden())
+    # A sensor's error moves no body.
     assert np.array_equal(stepped.rows, hidden().rows)
+    # A wrong certificate changes what is made of the counts, not the counts.
     worse = hidden("certificate-wrong")
     assert counts(worse) == counts(hidden())
     assert not np.array_equal(worse.calibration.gyros[0].scale, hidden().calibration.gyros[0].scale)

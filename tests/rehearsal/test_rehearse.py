@@ -26,6 +26,7 @@ from tfsat_host.rehearsal.rehearsal import Rehearsal
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 
+# The paper's times of 59/70 (tests/maneuver/test_schedule.py).
 SCHEDULE_S = [0.70, 1.05, 1.47, 1.82]
 
 
@@ -49,6 +50,7 @@ def test_what_an_evaluation_withholds_is_unknown(tfsat_host: RunCli) -> None:
         for key in ("joints", "strokes", "standing", "offsets", "attitude_error", "momentum_kg_m2_s", "lag")
     }
     withheld |= {"com": evaluation["com_offset_mm"], "identifiability": evaluation["identifiability"]}
+    # Schedule and file are not measured: they may be shown.
     stated_keys = {
         "joint",
         "stroke",
@@ -117,13 +119,17 @@ def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float
     servos' pulses are whole microseconds: 9 deg are 100 of them.
     """
     flight = rehearse_drop(schedule_maneuver(four_stroke(*angles)), seed=1)
+    # 50 ms before the landing: no shock in the comparison.
     until_s = flight.landed_s - flight.released_s - 0.05
     rows = [int(np.abs(flight.truth[:, 0] - flight.released_s - t_s).argmin()) for t_s in (0.0, until_s)]
+    # Angle of the rotation between two unit quaternions; |·| as q and -q are the same attitude.
     turned_deg = 2 * np.rad2deg(np.arccos(np.abs(flight.truth[rows[0], 4:8] @ flight.truth[rows[1], 4:8])))
+    # Measured of the paper's robot after its release, deg/s.
     rates = ("--initial-rate", -0.73, -0.48, -0.77)
     computed = tfsat_host.json("simulate", *angles, *rates, "--until", f"{until_s:.3f}")
     assert computed["reorientation_deg"] == pytest.approx(turned_deg, abs=0.003)
     at_rest = tfsat_host.json("simulate", *angles)
+    # Without residual rates the angle differs by more than 1 deg: the comparison above is sharp.
     assert abs(at_rest["reorientation_deg"] - computed["reorientation_deg"]) > 1.0
 
 
@@ -207,7 +213,9 @@ def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -
 
 def test_strokes_that_are_not_as_planned_are_named() -> None:
     scheduled, commanded = [0.70, 1.05], [59.0, -59.0]
+    # Within 0.5 ms and 2 deg.
     assert disagreements(scheduled, [0.70005, 1.04995], commanded, [58.1, -59.9]) == []
+    # 1 ms late, and 2.1 deg short.
     late, short = disagreements(scheduled, [0.7, 1.051], commanded, [59.0, -56.9])
     assert "Stroke 2 began at 1.0510 s instead of 1.0500 s" in late
     assert "Stroke 2 moved its joint by -56.9 deg instead of -59 deg" in short
@@ -247,6 +255,7 @@ def test_reorientation_of_the_papers_maneuver() -> None:
 
 def test_a_recording_without_a_release_is_not_evaluated(shared_rehearsal: Rehearsing, tmp_path: Path) -> None:
     card = tmp_path / "SD.bin"
+    # 60 blocks of 512 bytes: it ends while the robot still hangs.
     card.write_bytes((shared_rehearsal("59", "70").folder / "SD.bin").read_bytes()[: 60 * 512])
     log = load(card)
     assert log.verdict == "truncated"
@@ -369,6 +378,7 @@ def test_another_maneuver_than_the_files_is_named(shared_rehearsal: Rehearsing, 
     (reason,) = rehearsal.result["evaluation"]["reasons"]
     assert "is not the maneuver that the sequencer held in this drop" in reason
     (note,) = rehearsal.folder.glob("maneuver-*.toml")
+    # Without the sequencer's note: the recording alone must tell.
     note.rename(tfsat_host.folder / "aside.toml")
     reason = tfsat_host.json("evaluate", rehearsal.folder, expect=3)["verdict"]["reasons"][0]
     (tfsat_host.folder / "aside.toml").rename(note)

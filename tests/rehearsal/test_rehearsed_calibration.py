@@ -49,10 +49,12 @@ def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path
 def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
     truth = drawn_truth(MODEL, 1).imperfections
     for body, gyro in enumerate(read_first_certificate(run).gyros):
+        # Up, in the gyro's own axes: its case, its mounting and the bench's vertical.
         up = (truth.mounting[body] @ MODEL.imus[body].sensor_to_body).T @ [0.0, 0.0, 1.0]
         felt = truth.gyro_g_sensitivity_rad_s_g[body] @ up
         off = gyro.bias_rad_s - truth.gyro_bias_rad_s[body] - felt
         assert np.rad2deg(np.abs(off)).max() < 0.02
+        # Large enough to be seen: else the line before would hold without gravity, too.
         assert np.rad2deg(np.linalg.norm(felt)) > 0.02
         assert gyro.temperature_c < 25.5, "the minutes that warm it come later"
 
@@ -81,6 +83,7 @@ def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:
 
 def test_a_bias_that_the_raw_samples_do_not_give_differs(run: Path) -> None:
     present = read_calibration(run / CERTIFICATE)
+    # 0.001 deg/s: no eye would see it in the file.
     wrong = replace(present.gyros[2], bias_rad_s=present.gyros[2].bias_rad_s + np.deg2rad([0.0, 0.001, 0.0]))
     gyros = (*present.gyros[:2], wrong, present.gyros[3])
     (run / CERTIFICATE).write_text(format_calibration(replace(present, gyros=gyros)))
@@ -112,6 +115,7 @@ def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
     assert checked in name_by_sha256 and checked != sha256_of(run / CERTIFICATE)
     assert len(name_by_sha256) == 2 and read_calibration(run / CERTIFICATE).last_landing is not None
     assert result("bundle", "run")["record"] == []
+    # Gone, nothing proves any more what the preflight saw.
     (run / RECORDINGS / name_by_sha256[checked]).unlink()
     (sentence,) = result("bundle", "run", expect=3)["record"]
     assert f"run/{CERTIFICATE} is not the calibration that the preflight checked" in sentence
@@ -121,6 +125,7 @@ def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
 
 def test_another_maneuver_than_the_preflight_checked_is_named(run: Path) -> None:
     maneuver = run / "maneuver.toml"
+    # A comment: no stroke differs, but it is not the file that was checked.
     maneuver.write_text(maneuver.read_text() + "\n# touched\n")
     output = command("bundle", "run", expect=3)
     assert (

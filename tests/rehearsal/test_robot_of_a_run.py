@@ -19,7 +19,7 @@ SHIFTED = ("com_mm = [46.58, 50.93, 84.18]", "com_mm = [46.58, 50.93, 104.18]")
 
 
 @pytest.fixture
-def other(tfsat_host: RunCli) -> Path:
+def other_robot_file(tfsat_host: RunCli) -> Path:
     """Write a robot file unlike the shipped one into the current folder."""
     file = tfsat_host.folder / "other.toml"
     text = default_robot_path().read_text(encoding="utf-8")
@@ -28,22 +28,23 @@ def other(tfsat_host: RunCli) -> Path:
     return file
 
 
-def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Path) -> None:
+def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other_robot_file: Path) -> None:
     arguments = ("rehearse", "54", "72", "--robot", "other.toml", "--as-filed", "--out", "run")
     rehearsal = tfsat_host.json(*arguments)
-    assert (tfsat_host.folder / "run" / "robot.toml").read_bytes() == other.read_bytes()
+    assert (tfsat_host.folder / "run" / "robot.toml").read_bytes() == other_robot_file.read_bytes()
     program, *command = shlex.split(rehearsal["simulate_command"])
     assert program == "tfsat-host"
     computed = tfsat_host.json(*command)
     assert computed["reorientation_deg"] == pytest.approx(rehearsal["reorientation_true_deg"], abs=0.003)
     # Nothing else is known of it later than the folder; the file may have gone.
-    other.unlink()
+    other_robot_file.unlink()
     again = tfsat_host("evaluate", "run", "--json")
     assert "Robot: run/robot.toml (the run's)" in again.stderr
     evaluation = json.loads(again.stdout)
     assert evaluation["reorientation_deg"] == pytest.approx(
         rehearsal["evaluation"]["reorientation_deg"], abs=1e-9
     )
+    # A person may insist on another robot, and is told so.
     named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
     assert "(--robot; not the run's run/robot.toml)" in named.stderr
 
@@ -59,7 +60,7 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
 
 
 def test_drops_of_different_robots_are_not_compared(
-    shared_rehearsal: Rehearsing, tfsat_host: RunCli, other: Path
+    shared_rehearsal: Rehearsing, tfsat_host: RunCli, other_robot_file: Path
 ) -> None:
     for name, options in (("one", ()), ("two", ("--seed", "2")), ("three", ())):
         copytree(shared_rehearsal("59", "70", *options).folder, tfsat_host.folder / name)
@@ -67,13 +68,14 @@ def test_drops_of_different_robots_are_not_compared(
         refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
         assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr
     # The same logger next to another robot file.
-    copyfile(other, tfsat_host.folder / "three" / "robot.toml")
+    copyfile(other_robot_file, tfsat_host.folder / "three" / "robot.toml")
     refused = tfsat_host("evaluate", "one", "three", expect=2)
     assert "one and three were not dropped with the same robot" in refused.stderr
     assert "--robot FILE" in refused.stderr
 
 
 def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:
+    # The robot for orbit has no IMUs in its file: nothing could be recorded.
     for options in ((), ("--runs", "2")):
         refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *options, expect=1)
         assert "3U CubeSat cannot be rehearsed" in refused.stderr

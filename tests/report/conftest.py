@@ -75,6 +75,7 @@ class Opener:
     def close(self) -> None:
         for each in self._opened:
             each.page.close()
+            # The page must work offline, and say nothing in a console that no team reads.
             assert each.complaints == []
             assert each.requests == [each.address]
 

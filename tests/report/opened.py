@@ -93,6 +93,7 @@ class Opened:
 
     def picture(self, name: str) -> Picture:
         """Return the drawing of the plot with this id once pending drawing is done."""
+        # Drawing is put off to the next frame: wait for it.
         self.page.evaluate("() => new Promise(requestAnimationFrame)")
         return Picture(self.plot(name).locator(".drawing canvas"))
 
@@ -121,6 +122,7 @@ class Opened:
 
     def rest(self) -> None:
         """Puts plots, cursor and focus back to where they were after loading, but for the time."""
+        # To a corner: over a plot the pointer would move the cursor.
         self.page.mouse.move(5, 5)
         self.page.evaluate("() => document.activeElement.blur()")
         self.press("0", "End")

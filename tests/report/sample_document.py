@@ -24,6 +24,7 @@ TIME_PLOTS = ("euler", "rates", "joints", "momentum", "attitude_error")
 SPECTRA = ("momentum_spectrum", "rate_spectrum", "error_spectrum")
 STROKES = ((0, 59.0, 0.70, 1.05), (1, 70.0, 1.05, 1.47), (0, -59.0, 1.47, 1.82), (1, -70.0, 1.82, 2.23))
 """Joint, angle in deg, start and end in s."""
+# Any mixture will do: it makes body 1 turn about all axes while joints move.
 _TURN_PER_ANGLE = np.array([[0.3, 0.1, 0.0], [0.05, 0.35, 0.1], [0.0, 0.1, 0.2]])
 _VERDICTS = (
     ("good", "The robot turned by 25.9 deg; the corrected model says so within 0.3 deg."),
@@ -54,6 +55,7 @@ def sample_document(names: tuple[str, ...] = ("drop 1",), *, samples: int = SAMP
 @cache
 def _drop(name: str, seed: int, samples: int) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
+    # From before the release to after the landing, so that the page has to mark both.
     t_s = np.linspace(-0.1, 2.8, samples)
     angles = _angles_rad(t_s)
     drift = np.outer(t_s, np.radians(rng.normal(0, 1.2, 3)))
@@ -128,6 +130,7 @@ def _angles_rad(t_s: Array) -> Array:
     angles = np.zeros((len(t_s), 3))
     for joint, delta_deg, start_s, end_s in STROKES:
         share = np.clip((t_s - start_s) / (end_s - start_s), 0, 1)
+        # Smooth step: no jump of the rate at either end.
         angles[:, joint] += np.radians(delta_deg) * share**2 * (3 - 2 * share)
     return angles
 
@@ -213,6 +216,7 @@ def _spectrum(
     plot_id: str, level: float, rng: np.random.Generator, kinds: tuple[str, ...] = ("measured",)
 ) -> dict[str, Any]:
     f_hz = np.geomspace(0.4, 160, SAMPLES)
+    # A first-order low-pass at 6 Hz, with noise on top.
     falling = level / (1 + (f_hz / 6) ** 2)
     series = [
         _series(f"{'xyz'[i]} {kind}", falling / (1 + i) * np.exp(rng.normal(0, 0.35, SAMPLES)), i, kind)

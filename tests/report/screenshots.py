@@ -19,6 +19,7 @@ from tfsat_host.cli.main import main as tfsat_host
 MAX_BYTES = 250_000
 _DESKTOP = {"width": 1440, "height": 900}
 _PHONE = {"width": 420, "height": 900}
+# Within stroke 2, from 1.05 s on: a joint is half open.
 _MID_STROKE_S = "1.25"
 _DROPS = (1, 2, 3)
 

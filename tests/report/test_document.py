@@ -37,23 +37,27 @@ def test_key_numbers_are_the_evaluations(drop: Any) -> None:
         error = key_numbers[f"Attitude error, {label} model"]
         assert error["value"] == pytest.approx(np.rad2deg(sides.error.final_norm_rad))
         assert 0.0 < error["std"] < 0.1
+    # The fit has found the cause: less than a fifth of the error is left.
     assert (
         key_numbers["Attitude error, fitted model"]["value"]
         < 0.2 * key_numbers["Attitude error, nominal model"]["value"]
     )
     fit = evaluation.explained.fit
     assert key_numbers["Largest CoM correction"]["value"] == fit.values[np.abs(fit.values).argmax()]
+    # The rate at which the emulated robot was released, as the paper's was.
     assert [key_numbers[f"Initial rate {axis}"]["value"] for axis in "xyz"] == pytest.approx(
         [-0.73, -0.48, -0.77], abs=0.05
     )
     assert key_numbers["Stroke 1"]["note"] == "joint 1, +59.00 deg commanded"
     assert key_numbers["Fall"]["value"] == pytest.approx(2.5, abs=0.01)
+    # Percent of the samples that were expected.
     assert key_numbers["Recording"]["value"] == 100.0
     assert "Release velocity" not in key_numbers  # nobody filmed the laser spots
 
 
 def test_what_a_drop_lacks_is_no_number() -> None:
     evaluation = evaluate_run()
+    # No accelerometer and no landing: NaN must become "unknown", never 0.
     blind = replace(evaluation.micro_gravity, changes_g=np.full((4, 3), np.nan))
     lacking = replace(evaluation, micro_gravity=blind, instants=replace(evaluation.instants, landing=None))
     key_numbers = numbers(drop_of(lacking))
@@ -70,6 +74,7 @@ def test_strokes_are_where_they_were_flown(drop: Any) -> None:
         "4: joint 2",
     ]
     assert [event["t_s"] for event in strokes] == pytest.approx([0.70, 1.05, 1.47, 1.82], abs=0.02)
+    # 59 and 70 deg at up to 200 deg/s, with time to speed up and to slow down.
     assert all(0.2 < event["until_s"] - event["t_s"] < 0.5 for event in strokes)
     assert [event["t_s"] for event in drop["events"]] == sorted(event["t_s"] for event in drop["events"])
 
@@ -77,8 +82,10 @@ def test_strokes_are_where_they_were_flown(drop: Any) -> None:
 def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
     evaluation = evaluate_run()
     log = evaluation.log
+    # Five edges within 0.8 ms, open at the last.
     bounces = tuple(DropEvent(log.origin_us + 200 * k, "switch_edge", 0, (k + 1) % 2, 0) for k in range(5))
     others = tuple(event for event in log.events if event.name != "switch_edge")
+    # 10 ms at 280 Hz: three samples.
     hole = Gap(100, 3, 0, 1, log.origin_us + 1_200_000, log.origin_us + 1_210_000)
     damaged = replace(log, events=(*bounces, *others), gaps=(hole,), samples_lost=3)
     drop = drop_of(replace(evaluation, log=damaged))
@@ -91,6 +98,7 @@ def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
 
 def test_failed_checks_stand_first_with_their_cause() -> None:
     evaluation = evaluate_run()
+    # A check that no drop has: nothing else can have put it there.
     bad = (
         Kind("the earth is flat", "sigma", ())
         .judge(3.0, 1.0, "It is not.")
@@ -127,6 +135,7 @@ def test_passed_checks_are_folded(drop: Any) -> None:
 
 def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
     evaluation = evaluate_run()
+    # A common cause, such as a wrong calibration, makes all checks fail: to name one sensor would mislead.
     failed = tuple(
         Kind(check.name, "sigma", ())
         .judge(3.0, 1.0, f"{check.name} is off.")
@@ -142,6 +151,7 @@ def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
     evaluation = evaluate_run()
     assert worth_of(evaluation) == "to be made" and significance(evaluation) > 3.0
     explained = evaluation.explained
+    # Values of 2 % of their standard deviations.
     fit = replace(explained.fit, values=0.02 * explained.fit.std)
     right = replace(evaluation, explained=replace(explained, fit=fit, nominal=explained.fitted))
     assert worth_of(right) == "not called for"
@@ -180,6 +190,7 @@ def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(dro
 
 def test_offset_at_its_bound_is_named() -> None:
     evaluation = evaluate_run()
+    # The fifth offset: three of body 1, then x and y of body 2.
     fit = replace(evaluation.explained.fit, at_bound=np.arange(len(evaluation.explained.fit.values)) == 4)
     stuck = drop_of(replace(evaluation, explained=replace(evaluation.explained, fit=fit)))
     assert "Stopped at its bound: body 2 CoM y." in table(stuck, "Correction of the model")["caption"]
@@ -189,6 +200,7 @@ def test_provenance_names_the_very_bytes(drop: Any) -> None:
     rows = dict(table(drop, "Provenance")["rows"])
     recording = folder() / "SD.bin"
     assert rows["recording"] == str(recording)
+    # Years later only this tells which recording a printed page is of.
     assert rows["SHA-256 of the recording"] == hashlib.sha256(recording.read_bytes()).hexdigest()
     assert rows["session"] == f"{evaluate_run().log.session:08x}"
     assert rows["released"].startswith("2026-01-05 09:00")
@@ -199,6 +211,7 @@ def test_calibration_older_than_a_landing_is_marked() -> None:
     from tfsat_host.calibration.certificate.certificate import Landing, with_landing
 
     evaluation = evaluate_run()
+    # Half an hour after the calibration, half an hour before the drop: biases may have jumped.
     landed = with_landing(
         evaluation.calibration, Landing(datetime(2026, 1, 5, 8, 30, tzinfo=UTC), "a witness")
     )
@@ -239,6 +252,7 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
 
 def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> None:
     document = document_of([report_drop(name="<b>drop</b>")], MADE)
+    # The name is markup: as text it must stay text, without any script.
     page = render(document)
     assert len(page.encode()) < MAX_BYTES
     text = page.split("<noscript>")[1].split("</noscript>")[0]
@@ -254,9 +268,11 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     log, gyro = evaluate_run().log, "gyro" in silent
     imu, angles = log.imu_valid.copy(), log.angle_valid.copy()
     if gyro:
+        # One gyro never; all of them once, in the middle of a stroke.
         imu[:, 3] = False
         imu[(log.t_s > 1.2) & (log.t_s < 1.25)] = False
     else:
+        # Both sensors of joint 3.
         angles[:, 4:] = False
     damaged = replace(log, imu_valid=imu, angle_valid=angles)
     evaluation = evaluate(damaged, load_robot(), evaluate_run().calibration, None)

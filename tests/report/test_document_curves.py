@@ -23,6 +23,7 @@ def test_every_line_fits_its_axis(drop: Any) -> None:
         for line in plot["series"]:
             assert len(line["values"]) == len(x)
             assert line["std"] is None or len(line["std"]) == len(x)
+            # A line of gaps alone has a name in the legend and nothing to show.
             assert any(value is not None for value in line["values"])
     assert {
         "euler",
@@ -80,6 +81,7 @@ def test_momentum_is_calmer_after_the_correction(drop: Any) -> None:
     for axis in "xyz":
         lines = series(averaged)
         before, after = (np.nanstd(lines[f"h{axis} {word} model"]) for word in ("nominal", "fitted"))
+        # Without torque the momentum is constant: what is left of its changes is the model's error.
         assert after < 0.3 * before
     assert spectrum["log_x"] and spectrum["log_y"] and spectrum["band"][1] == 5.0
     low = np.array(spectrum["x"]) <= 5.0
@@ -91,7 +93,9 @@ def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None
     forces, t_s = series(plots(drop)["forces"]), np.array(drop["t_s"])
     for body in "1234":
         force = forces[f"body {body}"]
+        # Hanging, an accelerometer shows 1 g.
         assert np.median(force[t_s < -0.05]) == pytest.approx(1.0, abs=0.05)
+        # Falling, and before the first stroke at 0.7 s, it shows nothing.
         assert np.median(force[(t_s > 0.1) & (t_s < 0.6)]) < 0.02
 
 
@@ -122,6 +126,7 @@ def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
 
 
 def test_boxes_are_the_robot_files(drop: Any) -> None:
+    # Body 2 of robots/drop_tower.toml, from its corner, m.
     assert drop["replay"]["bodies"][1] == {"name": "body 2", "boxes_m": [[[0, 0, 0], [0.1, 0.1, 0.112]]]}
 
 
@@ -130,6 +135,7 @@ CHECK = "gyros of bodies 3 and 4"
 
 def kinds_drawn(drop: Any) -> dict[str, set[str]]:
     """Return the kinds of lines of each plot that a check can withhold."""
+    # What a failed check is judged by stays visible.
     evidence = ("gyro_residuals", "window", "forces")
     return {
         plot["id"]: {line["kind"] for line in plot["series"]}

@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from tests.report.reported_drop import evaluate_run
 from tfsat_host.report.figures import FIGURES, FORMATS, MARKER, FigureData, drawn_of, write_figure
 
+# One and two columns of a journal.
 WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-error": 89.0}
 
 
@@ -36,6 +37,7 @@ def test_each_figure_is_the_same_bytes_of_its_width_with_its_fonts(
     again = (
         FORMATS if name == "attitude-error" else ()
     )  # one figure stands for all: the style is theirs together
+    # A user's own matplotlibrc must not reach the files.
     with mpl.rc_context({"font.size": 23.0, "lines.linewidth": 9.0, "savefig.dpi": 50}):
         assert all(
             render_figure(name, figure_data, file_format, tmp_path) == files[file_format]
@@ -43,13 +45,17 @@ def test_each_figure_is_the_same_bytes_of_its_width_with_its_fonts(
         )
     for data in files.values():
         assert MARKER in data[:4096] + data[-4096:]
+        # A date in a file would change its bytes from day to day.
         assert b"CreationDate" not in data and b"20260" not in data[-2048:]
+    # IHDR of the PNG: width and height, big-endian, at byte 16; 300 dots per inch.
     width, height = struct.unpack(">II", files["png"][16:24])
     assert width == pytest.approx(WIDTHS_MM[name] / 25.4 * 300.0, abs=1.0)
     assert height < width
     pdf = files["pdf"]
+    # TrueType: many journals refuse fonts of type 3.
     assert b"/FontFile2" in pdf and b"/Type3" not in pdf
     [box] = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
+    # PDF counts 72 points per inch.
     assert float(box[0]) == pytest.approx(WIDTHS_MM[name] / 25.4 * 72.0, abs=0.1)
 
 

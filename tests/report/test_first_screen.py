@@ -12,8 +12,10 @@ from tests.report.conftest import Opener
 from tests.report.opened import Opened
 from tests.report.sample_document import sample_document
 
+# A small laptop and a telephone held upright.
 SIZES = [(1280, 800), (420, 900)]
 PARTS = (".verdict", ".prediction table", ".change", "canvas.bodies", ".transport", ".strokes table")
+# Contrast of WCAG 2: relative luminances, at least 4.5 to 1 for text (level AA).
 CONTRAST = """() => {
   const channels = text => (text.match(/[\\d.]+/g) ?? []).map(Number);
   const context = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
@@ -96,6 +98,7 @@ def test_names_of_events_do_not_lie_over_each_other(open_document: Opener, width
     document = sample_document()
     document["drops"][0]["events"] += [
         {"t_s": t, "kind": "switch", "label": f"release switch {i} opened", "until_s": None}
+        # Three switches within 3 ms: their names would lie over each other.
         for i, t in enumerate((0.001, 0.002, 0.003), 1)
     ]
     report = open_at(open_document, width, 900, document)
@@ -123,6 +126,7 @@ def test_the_names_of_all_strokes_have_the_same_form(open_document: Opener, widt
 
 def test_many_reasons_leave_the_numbers_in_sight(open_document: Opener) -> None:
     document = sample_document()
+    # More than fit: the numbers must stay in sight.
     document["drops"][0]["verdict"]["reasons"] = [f"Reason {i}: the sensors disagree." for i in range(14)]
     report = open_at(open_document, 1280, 800, document)
     assert box(report.page.locator(".prediction table"))["bottom"] < 800
@@ -137,6 +141,7 @@ def test_every_text_stands_out_from_its_background(open_document: Opener, scheme
         "fitted model withheld: momentum throughout the fall (check failed)"
     )
     report = open_document(document, color_scheme=scheme)
+    # A line that is switched off is shown paler: it must stay readable.
     report.plot("rates").get_by_role("button", name="ω y").click()
     assert report.page.evaluate(CONTRAST) == []
 

@@ -13,7 +13,9 @@ from tests.report.conftest import Opener
 from tests.report.opened import Opened
 from tests.report.sample_document import SPECTRA, TIME_PLOTS, sample_document
 
+# 210 mm less two margins of 14 mm, at 96 px per inch.
 A4_BETWEEN_MARGINS_PX = 688
+# Two digits of the standard deviation; without one, four of the value; a dash without a value.
 NUMBERS = [
     ((23.3149, 0.1234, "deg"), "23.31 ± 0.12 deg"),
     ((-7.1049, 2.31, "mm"), "−7.1 ± 2.3 mm"),
@@ -27,6 +29,7 @@ NUMBERS = [
     ((6.02e23, None, ""), "6.020×10²³"),
     ((None, 0.3, "deg"), "–"),
 ]
+# Ways out of text: attributes, elements, comments, templates, controls, names of JavaScript's own.
 HOSTILE = (
     "\"><iframe src='javascript:window.injected=5'></iframe><img src=x onerror='window.injected = 4'>"
     "]]></script><svg onload='window.injected = 3'></script><script>window.injected = 2</script>"
@@ -58,11 +61,13 @@ def test_opens_with_all_its_parts(report: Opened) -> None:
     assert report.page.locator(".table > p").count() == 3
     assert report.page.locator(".drops, .comparison").count() == 0, "one drop needs no choice"
     for plot in TIME_PLOTS + SPECTRA:
+        # Blue of Okabe and Ito, which colour-blind readers can tell; the error is drawn in the text's colour.
         color = "#1c2430" if plot == "attitude_error" else "#0072b2"
         assert report.picture(plot).count(color) > 100, plot
 
 
 def test_strokes_bands_and_uncertainty_are_shaded(report: Opened, open_document: Opener) -> None:
+    # The same page without its shadings: the difference in pixels is theirs.
     document = sample_document()
     drop = document["drops"][0]
     drop["events"] = []
@@ -93,6 +98,7 @@ def test_fits_every_screen_by_day_and_night(open_document: Opener) -> None:
     for scheme in ("dark", "light"):
         report.page.emulate_media(color_scheme=scheme)
         report.page.wait_for_function(f"matchMedia('(prefers-color-scheme: {scheme})').matches")
+        # Telephone, tablet, desktop: nothing may have to be scrolled sideways.
         for width in (360, 768, 1440):
             report.page.set_viewport_size({"width": width, "height": 800})
             assert report.page.evaluate("document.documentElement.scrollWidth") <= width, (scheme, width)
@@ -140,6 +146,7 @@ def test_numbers_are_written_to_their_uncertainty(open_document: Opener) -> None
 def test_landmarks_names_and_focus(report: Opened) -> None:
     page = report.page
     assert [page.get_by_role(role).count() for role in ("banner", "main", "contentinfo")] == [1, 1, 1]
+    # A screen reader needs a name for everything that can be reached.
     unnamed = page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, [tabindex], section")].filter(element =>
              !(element.ariaLabel || element.textContent.trim() || element.labels?.length ||
@@ -155,6 +162,7 @@ def test_landmarks_names_and_focus(report: Opened) -> None:
 def test_keys_inside_a_control_are_its_own(report: Opened) -> None:
     button = report.plot("rates").get_by_role("button", name="ω y")
     button.focus()
+    # Space presses the button; elsewhere it would start the replay.
     report.press(" ")
     assert button.get_attribute("aria-pressed") == "false"
     assert report.page.get_by_role("button", name="Play").is_visible()
@@ -207,6 +215,7 @@ def test_shows_hostile_text_as_it_is_and_lets_no_markup_run(open_document: Opene
     assert report.page.locator("h1").inner_text() == text
     assert report.page.title() == text
     assert report.page.locator(".verdict > p").inner_text() == text
+    # The policy forbids what the page itself never does: to parse markup, and to ask for anything.
     refused = report.page.evaluate(
         """() => {
           try { document.body.innerHTML = "<img src=x onerror='window.injected = 1'>"; return false; }
@@ -278,6 +287,7 @@ def test_meagre_documents_still_show_what_they_have(
 
 
 def test_another_format_is_refused_in_words(open_document: Opener) -> None:
+    # A page of a later program shows nothing half-understood.
     report = open_document({**sample_document(), "format": 3})
     assert "has format 3, this page shows format 2" in report.page.locator("body").inner_text()
     report = open_document({**sample_document(), "drops": []})

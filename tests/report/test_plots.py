@@ -24,6 +24,7 @@ def test_the_pointer_moves_every_time_cursor_and_the_replay(report: Opened) -> N
     lines, there = report.hairlines(), report.time_s
     assert len({round(lines[plot]) for plot in (*TIME_PLOTS, "timeline")}) == 1
     assert lines["rates"] > 100
+    # The middle of the data, from -0.1 to 2.8 s.
     assert there == pytest.approx(1.35, abs=0.02)
     time = float(report.page.get_by_label("Time after release").input_value())
     assert time == pytest.approx(there, abs=1e-3)
@@ -34,6 +35,7 @@ def test_the_pointer_moves_every_time_cursor_and_the_replay(report: Opened) -> N
 
 def test_the_legend_reads_the_line_at_the_cursor(report: Opened) -> None:
     hover(report, "joints", 0.5)
+    # At 1.35 s joint 1 stands open at 59 deg.
     assert float(report.value("joints", "joint 1")) == pytest.approx(59.0, abs=3)
     report.press("Home")
     assert float(report.value("joints", "joint 1").replace("−", "-")) == pytest.approx(0.0, abs=1)
@@ -54,6 +56,7 @@ def test_spectra_share_a_cursor_of_their_own(open_document: Opener) -> None:
 
 
 def test_arrow_keys_move_the_cursor(report: Opened) -> None:
+    # A step is 1/200 of what is shown, 2.9 s.
     step_s = 0.005 * 2.9
     report.press("Home", "ArrowRight", "ArrowRight", "ArrowRight")
     assert report.time_s == pytest.approx(-0.1 + 3 * step_s, abs=1e-3)
@@ -74,6 +77,7 @@ def test_keys_zoom_all_time_plots_about_the_cursor_and_back(report: Opened) -> N
     assert report.picture("rate_spectrum").unlike(before["rate_spectrum"]) == 0
     assert report.hairlines() == pytest.approx(cursor, abs=1)
     report.press("ArrowRight")
+    # Each + halves the span: two make steps of a quarter.
     assert report.time_s - time_s == pytest.approx(0.005 * 2.9 / 4, abs=1e-3)
     report.press("ArrowLeft", "0")
     assert all(report.picture(plot).unlike(before[plot]) == 0 for plot in TIME_PLOTS)

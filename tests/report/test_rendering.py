@@ -64,6 +64,7 @@ class Elements(html.parser.HTMLParser):
 def test_embedded_json_is_the_same_and_ends_no_element(value: Any) -> None:
     text = embeddable({"value": value})
     assert json.loads(text) == {"value": value}
+    # Without < and & no text can end the script element that carries it.
     assert text.isascii() and not set("<>&") & set(text)
 
 
@@ -138,6 +139,7 @@ def test_rounding_is_finer_than_a_plot_can_show() -> None:
             values = np.array(series["values"], dtype=np.float64)
             finite = np.isfinite(exact.values)
             span = np.ptp(exact.values[finite]) or np.abs(exact.values[finite]).max()
+            # Half of the last digit that is kept: 1e-5 of the span; of five digits on a logarithmic axis, 5e-5.
             allowed = 5.1e-5 * np.abs(exact.values) if chart.log_y else 1.0001e-5 * span
             assert np.array_equal(finite, np.isfinite(values)), chart.id
             assert np.all((np.abs(values - exact.values) <= allowed)[finite]), chart.id
@@ -147,14 +149,17 @@ def test_rounding_is_finer_than_a_plot_can_show() -> None:
 
 
 def test_small_uncertainties_of_large_values_keep_their_digits() -> None:
+    # A band of 1e-3 on values of 1e3: rounded like the values it would vanish.
     _, std = round_line(1e3 + np.arange(240.0), np.full(240, 1.234e-3), log=False)
     assert std == pytest.approx(1.234e-3, rel=1e-2)
 
 
 @pytest.mark.parametrize("rate_hz", [50, 320, 1000])
 def test_the_replay_is_thinned_but_keeps_ends_and_gaps(rate_hz: int) -> None:
+    # 2 s with a gap of 0.3 s, at the rates that the logger can have.
     times = np.array([i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8])
     kept_times = times[poses_to_keep(times)]
+    # A hundred poses a second, and the last.
     assert len(kept_times) <= 201
     assert (kept_times[0], kept_times[-1]) == (times[0], times[-1])
     assert np.sort(np.diff(kept_times))[-2] <= max(1 / rate_hz, 0.01) + 2e-4, (

@@ -50,6 +50,7 @@ def test_stops_at_the_end_and_starts_over(report: Opened) -> None:
     speed = report.page.get_by_label("Speed")
     usual = speed.input_value()
     speed.select_option("1")
+    # One step before the end: it plays on and stops by itself.
     report.press("End", "ArrowLeft", " ")
     report.page.get_by_role("button", name="Play").wait_for()
     assert report.time_s == pytest.approx(2.8)

@@ -68,6 +68,7 @@ def test_a_file_of_somebody_else_is_kept_without_force_and_doubts_end_with_3(run
     mcap.write_text("not yours", encoding="utf-8")
     assert "mine.mcap exists" in command("report", "run", "--mcap=run/mine.mcap", "--out", "a", expect=1).err
     assert not Path("a").exists()
+    # Without a calibration the drop is doubtful, and its page is written all the same.
     (run / CERTIFICATE).unlink()
     verdict = result("report", "run", "--force", expect=3)["drops"][0]["verdict"]
     assert verdict["level"] == "doubtful" and any("no calibration" in reason for reason in verdict["reasons"])
@@ -96,6 +97,7 @@ def test_several_drops_lie_in_one_page_here_but_one_that_cannot_be_evaluated(
     assert "empty holds no recording" in page.locator(".lacking").inner_text()
     together = page.locator(".tables .table", has_text="by all drops together")
     assert together.locator("thead th").all_inner_texts() == ["what", "unit", "all drops", "run", "second"]
+    # Three coordinates of the centers of mass of bodies 1 to 3.
     assert together.locator("tbody tr").count() == 9
     judged = page.locator(
         ".tables .table", has_text="Cross-validation: each drop with the corrections of the others"
@@ -138,6 +140,7 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
         output = command("report", "run", "--out", name, expect=2)
         assert f"'{name}' is a folder" in output.err and f"{name.rstrip('.')}NAME" in output.err
         assert "is a folder" in command("campaign", "report", "camp", "--out", name, expect=2).err
+    # As in an installation without these extras.
     monkeypatch.setattr("tfsat_host.plotting.MODULE", "a_module_that_nobody_has")
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))
     for extra in ("figures", "mcap"):

@@ -46,6 +46,7 @@ def topics(path: Path) -> Topics:
 def unix_ns(t_s: Any) -> list[int]:
     log = evaluate_run().log
     offset_us = log.origin_us + (log.unix_offset_us or 0)
+    # In whole microseconds, as the logger counts: only then is the comparison exact.
     return [1000 * int(value) for value in np.rint(np.asarray(t_s) * 1e6).astype(np.int64) + offset_us]
 
 
@@ -67,6 +68,7 @@ def test_joint_angles_come_with_their_deviations(topics: Topics) -> None:
         rows = np.array([(m.angle_deg, m.angle_deg_std, m.rate_deg_s) for _, m in messages])
         rate = motion.fused.joint_rate_rad_s[:, joint.joint - 1]
         expected = np.rad2deg(np.column_stack([joint.angle_rad, joint.std_rad(), rate]))
+        # The same numbers in another unit: no tolerance but rounding.
         np.testing.assert_allclose(rows, expected, rtol=1e-14)
 
 
@@ -83,6 +85,7 @@ def test_bodies_stand_where_the_replay_shows_them(topics: Topics) -> None:
             assert {(m.parent_frame_id, m.child_frame_id) for _, m in messages} == {
                 ("world", f"{prefix}body_{body + 1}")
             }
+            # The last pose depends on the whole motion before it.
             last = messages[-1][1]
             place_m = (last.translation.x, last.translation.y, last.translation.z)
             turn = (last.rotation.x, last.rotation.y, last.rotation.z, last.rotation.w)
@@ -126,8 +129,10 @@ def test_rates_and_euler_angles(topics: Topics) -> None:
 
 def test_boxes_hang_on_the_frames(topics: Topics) -> None:
     [(time_ns, scene)] = topics["/evaluated/scene"]
+    # Once, at the release: the boxes move with their frames.
     assert [time_ns] == unix_ns([0.0])
     frames = {message.child_frame_id for topic in topics if "/tf/" in topic for _, message in topics[topic]}
+    # Four bodies as measured and four of the model.
     assert {entity.frame_id for entity in scene.entities} == frames and len(frames) == 8
     body_2 = next(entity for entity in scene.entities if entity.frame_id == "body_2")
     [cube] = body_2.cubes

@@ -23,6 +23,7 @@ from tfsat_host.maneuver import (
 )
 from tfsat_host.sdlog import load
 
+# Close to what is flown, 0.2 deg off: a mix-up that no plot would show.
 STALE = four_stroke(59.2, 69.8)
 
 
@@ -49,13 +50,16 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     uploaded = tfsat_host("upload-sequence", 59, 70, environ=ports)
     assert "maneuver.toml in this folder is another maneuver" in uploaded.stderr
     assert "tfsat-host upload-sequence 59 70 --out maneuver.toml --force" in uploaded.stderr
+    # The hint must repeat everything that was typed, or it would write another maneuver.
     slower = tfsat_host("upload-sequence", 59.25, 70, "--speed", 150, environ=ports).stderr
     assert "tfsat-host upload-sequence 59.25 70 --speed 150 --out maneuver.toml --force" in slower
+    # The last upload before the drop is what the board holds.
     tfsat_host("upload-sequence", 59, 70, environ=ports)
     started = tfsat_host.json("record", "start", environ=ports)
     crc = f"{maneuver_crc(schedule_maneuver(four_stroke(59, 70))):04x}"
     assert started["maneuver_crc"] == crc
     tfsat_host("arm", "--yes", environ=ports)
+    # Hang, fall, land; the recording goes on for half a second.
     robot.control("wait 3s", "drop", "wait still", "wait 500ms")
     tfsat_host("record", "stop", environ=ports)
     tfsat_host("log", "fetch", 1, environ=ports)
@@ -73,9 +77,11 @@ def test_a_drop_by_hand_is_compared_with_what_the_sequencer_held(
     ]
     assert any("maneuver.toml is not the maneuver" in reason for reason in evaluation["verdict"]["reasons"])
 
+    # Without the note beside it: the state folder has its own copy.
     note.unlink()
     again = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(again["maneuver"]).name == note.name, "this computer remembers the session"
+    # With no maneuver.toml to contradict, the note alone tells what was commanded.
     stale.unlink()
     alone = tfsat_host.json("evaluate", "DROP0001.BIN", expect=3)
     assert Path(alone["maneuver"]).name == note.name
@@ -87,6 +93,7 @@ def test_an_upload_during_the_recording_is_noted_by_arm(
 ) -> None:
     tfsat_host("upload-sequence", 30, 40, environ=ports)
     tfsat_host("record", "start", environ=ports)
+    # After `record start` noted 30/40: what arm reads back overrides it.
     tfsat_host("upload-sequence", 59, 70, environ=ports)
     tfsat_host("arm", "--yes", environ=ports)
     robot.control("wait 3s", "drop", "wait still", "wait 500ms")
@@ -102,6 +109,7 @@ def drop_folder(tmp_path: Path) -> Path:
     folder = tmp_path / "noted"
     run_folder(folder)
     note = folder / f"maneuver-{load(folder / 'SD.bin').session:08x}.toml"
+    # Explicit times and no name, as a board's read-back gives them.
     timed = schedule_maneuver(four_stroke(59.0, 70.0))
     strokes = tuple(Stroke(stroke.joint, stroke.angle_deg, stroke.t_s) for stroke in timed.strokes)
     note.write_text(format_maneuver(Maneuver(strokes)), encoding="utf-8")
@@ -132,12 +140,14 @@ def test_a_named_maneuver_overrides_and_the_report_says_so(
     write_maneuver(STALE, named)
     evaluation = tfsat_host.json("evaluate", drop_folder, "--maneuver", named)
     assert round(evaluation["strokes"][0]["commanded_deg"], 6) == 59.2
+    # A person may insist; the result has to say so wherever it is shown.
     assert any("it was named with --maneuver" in note for note in evaluation["notes"])
     tfsat_host("report", drop_folder, "--maneuver", named, "--out", tmp_path / "r.html", expect=None)
     assert "it was named with --maneuver" in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
 def test_the_same_maneuver_is_accepted_from_its_own_file(drop_folder: Path, tfsat_host: RunCli) -> None:
+    # The rule's times equal the note's explicit ones: the same motion from another text.
     write_maneuver(four_stroke(59.0, 70.0), drop_folder / "maneuver.toml")
     evaluation = tfsat_host.json("evaluate", drop_folder, expect=0)
     assert Path(evaluation["maneuver"]).name == "maneuver.toml"
@@ -147,6 +157,7 @@ def test_the_same_maneuver_is_accepted_from_its_own_file(drop_folder: Path, tfsa
 def test_a_bundle_carries_what_the_sequencer_held(
     drop_folder: Path, tfsat_host: RunCli, tmp_path: Path
 ) -> None:
+    # Only the note is left to tell what was commanded.
     (drop_folder / "maneuver.toml").unlink()
     archive = tmp_path / "drop.tfsat.zip"
     bundled = tfsat_host.json("bundle", drop_folder, "--out", archive, expect=0)

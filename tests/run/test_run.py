@@ -20,7 +20,7 @@ from tfsat_host.run.campaign import campaign_report as reporting
 from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
 
-class Heard:
+class MessageList:
     """Keeps what is said on the way."""
 
     def __init__(self) -> None:
@@ -47,13 +47,14 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    listener = Heard()
+    listener = MessageList()
     evaluation = Run.open(run, EvaluationOptions(swarm=True)).evaluate(listener)
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert (
         any("knows of the landing" in message for message in listener.messages)
         and "Evaluating run" in listener.messages
     )
+    # The library notes the landing as the command does: a certificate ends with it.
     assert read_calibration(run / CERTIFICATE).landings
     result = command("evaluate", run, "--swarm").result
     assert result["verdict"] == json.loads(json.dumps(evaluation.verdict.as_dict()))
@@ -76,6 +77,7 @@ def test_a_bundle_is_the_commands_and_gives_itself_again(run: Path) -> None:
     assert Path("here.zip").read_bytes() == Path("there.zip").read_bytes()
     again = reproduce(bundle.target, "again")
     assert (again.same, again.incomplete) == (True, [])
+    # The hash in the logbook vouches for every file of the bundle.
     assert again.manifest_sha256 == bundle.manifest_sha256
     with pytest.raises(TfsatError, match="not empty"):
         reproduce(bundle.target, "again")
@@ -101,6 +103,7 @@ def test_a_campaign_compares_its_drops(run: Path, tmp_path: Path) -> None:
 
 def test_several_drops_are_evaluated_or_refused_each(run: Path) -> None:
     Path("broken").mkdir()
+    # 1200 bytes without a block: one unreadable drop must not cost the others.
     Path("broken/SD.bin").write_bytes(b"no recording" * 100)
     good, refused = evaluate_several([run, Path("broken")], EvaluationOptions())
     assert not isinstance(good, Refused) and good.verdict.level == "good"

@@ -36,6 +36,7 @@ def run(tmp_path: Path) -> Path:
     folder = tmp_path / "run"
     folder.mkdir()
     for number, name in enumerate(NAMES):
+        # Other bytes in each file: exchanged files must not verify.
         (folder / name).write_bytes(bytes(range(16 * number, 16 * number + 16)))
         sign(folder, [folder / name], f"step {number}", AT + timedelta(minutes=number))
     return folder
@@ -55,6 +56,7 @@ def test_what_is_as_it_was_signed_is_not_spoken_of(run: Path) -> None:
 def test_each_entry_names_the_one_before(run: Path) -> None:
     entries = entries_of(run)
     assert [entry.previous for entry in entries] == ["", *map(sha256_of_entry, entries[:-1])]
+    # No entry names the last one: without this hash it could be cut off unnoticed.
     assert json.loads((run / RECORD).read_text())["last"] == sha256_of_entry(entries[-1])
 
 
@@ -62,6 +64,7 @@ def test_times_are_kept_in_utc(run: Path) -> None:
     tokyo = timezone(timedelta(hours=9))
     entry = sign(run, [], "later", datetime(2026, 7, 1, 19, 0, tzinfo=tokyo))
     assert entries_of(run)[-1].at == entry.at == datetime(2026, 7, 1, 10, 0, tzinfo=UTC)
+    # A time without its zone cannot be ordered among entries of other computers.
     with pytest.raises(ValueError, match="time zone"):
         sign(run, [], "never", datetime(2026, 7, 1))
 
@@ -72,6 +75,7 @@ def test_any_byte_that_is_changed_is_named(run: Path, data: st.DataObject) -> No
     name = data.draw(st.sampled_from((*NAMES, RECORD)))
     content = (run / name).read_bytes()
     place = data.draw(st.integers(0, len(content) - 1))
+    # Any other byte than the one that stands there: the edit always changes something.
     value = data.draw(st.integers(0, 255).filter(lambda value: value != content[place]))
     try:
         (run / name).write_bytes(content[:place] + bytes([value]) + content[place + 1 :])
@@ -88,6 +92,7 @@ def test_a_record_that_ends_early_is_named(run: Path, cut: int) -> None:
     try:
         (run / RECORD).write_bytes(content[: cut % len(content)])
         assert [finding.name for finding in verify(run)] == [RECORD]
+        # To sign after a cut record would bury the entries that are lost.
         with pytest.raises(RecordError, match=RECORD):
             sign(run, [run / "SD.bin"], "goes on", AT)
     finally:
@@ -106,7 +111,7 @@ def test_a_file_signed_again_counts_as_it_was_last(run: Path) -> None:
     assert verify(run) == ()
 
 
-def rewritten(run: Path, entries: list[Entry], last: str | None = None) -> None:
+def write_entries(run: Path, entries: list[Entry], last: str | None = None) -> None:
     text = format_record(tuple(entries))
     if last is not None:
         text = json.dumps(json.loads(text) | {"last": last}, indent=1) + "\n"
@@ -115,23 +120,27 @@ def rewritten(run: Path, entries: list[Entry], last: str | None = None) -> None:
 
 def test_an_entry_that_was_taken_out_is_told(run: Path) -> None:
     first, _, third = entries_of(run)
-    rewritten(run, [first, third])
+    # The third names the hash of the second, which is gone.
+    write_entries(run, [first, third])
     assert list_findings(run) == [("changed", RECORD)]
     assert "entry 1 (step 0" in verify(run)[0].sentence
 
 
 def test_the_first_and_the_last_entry_cannot_go_either(run: Path) -> None:
     first, second, third = entries_of(run)
-    rewritten(run, [second, third])
+    # Cut in front: the second names an entry that is not there.
+    write_entries(run, [second, third])
     assert ("missing", RECORD) in list_findings(run)
-    rewritten(run, [first, second], last=sha256_of_entry(third))
+    # Cut behind, with the old last hash kept.
+    write_entries(run, [first, second], last=sha256_of_entry(third))
     assert list_findings(run) == [("changed", RECORD)]
 
 
 def test_an_entry_that_was_put_in_is_told(run: Path) -> None:
     first, second, third = entries_of(run)
+    # Chained to the first correctly; the second still names the first, so it stands out.
     forged = Entry(AT, "forged", (), sha256_of_entry(first))
-    rewritten(run, [first, forged, second, third])
+    write_entries(run, [first, forged, second, third])
     assert list_findings(run) == [("inserted", RECORD)]
     assert "entry 2 (forged" in verify(run)[0].sentence
     with pytest.raises(RecordError, match="forged"):
@@ -140,6 +149,7 @@ def test_an_entry_that_was_put_in_is_told(run: Path) -> None:
 
 def test_an_edit_that_changes_no_value_is_told(run: Path) -> None:
     values = json.loads((run / RECORD).read_text())
+    # Same values, other white space: tfsat-host never writes it so.
     (run / RECORD).write_text(json.dumps(values))
     assert list_findings(run) == [("changed", RECORD)]
 
@@ -147,6 +157,7 @@ def test_an_edit_that_changes_no_value_is_told(run: Path) -> None:
 def test_only_files_of_the_run_are_signed(run: Path) -> None:
     (run.parent / "elsewhere").write_text("x")
     before = (run / RECORD).read_bytes()
+    # Outside, absent, a folder, and the record itself.
     for wrong in (run.parent / "elsewhere", run / "absent", run, run / RECORD):
         with pytest.raises(RecordError):
             sign(run, [wrong], "step", AT)
@@ -155,8 +166,9 @@ def test_only_files_of_the_run_are_signed(run: Path) -> None:
 
 def test_a_record_that_names_files_outside_makes_nobody_look_there(run: Path) -> None:
     (run.parent / "secret").write_text("x")
+    # A record from elsewhere must not make the program read files of this computer.
     outside = SignedFile("../secret", "0" * 64, 1)
-    rewritten(run, [Entry(AT, "hostile", (outside,), "")])
+    write_entries(run, [Entry(AT, "hostile", (outside,), "")])
     assert list_findings(run) == [("changed", RECORD)]
     assert "outside" in verify(run)[0].sentence
 
@@ -200,6 +212,7 @@ def _sign_many(folder: Path, who: str, times: int) -> None:
 
 
 def test_programs_at_the_same_time_lose_no_entry(run: Path) -> None:
+    # Fresh interpreters: nothing is shared but the file and its lock.
     context = multiprocessing.get_context("spawn")
     programs = [context.Process(target=_sign_many, args=(run, who, 10)) for who in "abc"]
     for program in programs:

@@ -20,6 +20,7 @@ from tfsat_host.servo_settings import (
     read_settings_file,
 )
 
+# Joint 2 is reversed and first, joint 3 is at the end of the range: 600 + 90 x 20 = 2400 us.
 TEXT = """\
 format = 1
 frame_ms = 12.5
@@ -69,6 +70,7 @@ def test_what_is_written_is_read_exactly(servo_settings: ServoSettings) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "expected_text", "rounded_number"),
     [
+        # Half to even, as the maneuver's angles.
         ("zero_us = 2000", "zero_us = 2000.5", "rounded from 2000.5 to 2000 us: the board resolves 1 us.", 2000),
         ("zero_us = 2000", "zero_us = 2001.5", "joint 2: zero_us was rounded from 2001.5 to 2002 us:", 2002),
         ("us_per_deg = 10.5", "us_per_deg = 10.5006", "to 10.501 us per deg: the board resolves 0.001 us per", 10_501),
@@ -102,10 +104,13 @@ def test_a_decimal_is_taken_as_it_is_written() -> None:
         ("joint = 3\n", "", Fault.MISSING_KEY, 18),
         ("zero_us = 2000", "zero_us = 1e300", Fault.WRONG_TYPE, 6),
         ("zero_us = 2000", "zero_us = 70000", SettingsDefect.PULSE_RANGE, 6),
+        # The board drives no pulse below 500 us.
         ("zero_us = 600", "zero_us = 499", SettingsDefect.PULSE_RANGE, 20),
         ("us_per_deg = 10.5", "us_per_deg = -10.5", SettingsDefect.SLOPE_RANGE, 7),
+        # 600 + 90 x 21.2 = 2508 us: above 2500 us at the end of the range.
         ("us_per_deg = 20", "us_per_deg = 21.2", SettingsDefect.PULSE_RANGE, 21),
         ("reversed = true", "reversed = 1", Fault.WRONG_TYPE, 8),
+        # 2000 + 75.25 x 10.5 = 2790 us: not reversed, this servo would be driven against its stop.
         ("reversed = true", "reversed = false", SettingsDefect.PULSE_RANGE, 7),
         ("[0, 75.25]", "[0, 90.01]", SettingsDefect.JOINT_LIMITS, 9),
         ("[0, 75.25]", "[-5, 75.25]", SettingsDefect.JOINT_LIMITS, 9),
@@ -135,6 +140,7 @@ def test_a_joint_that_is_missing() -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    # An umlaut of a Windows editor, an interrupted save, something that is no settings file.
     (tmp_path / "latin.toml").write_bytes(b"# \xe9\nformat = 1\n")
     (tmp_path / "torn.toml").write_text("format = ")
     (tmp_path / "large.toml").write_text("#" * 1_000_001)

@@ -32,7 +32,7 @@ NewBoard = Callable[..., Board]
 USUAL = FACTORY.servos[0]
 
 
-def boards_word(board: Board, servo_settings: ServoSettings) -> int | None:
+def board_refusal_detail(board: Board, servo_settings: ServoSettings) -> int | None:
     """Return the detail of the board's refusal, or None if it accepts the settings.
 
     The host's own checks are bypassed.
@@ -42,6 +42,7 @@ def boards_word(board: Board, servo_settings: ServoSettings) -> int | None:
             SettingsWriteRequest(servo_settings.frame_us, servo_settings.servos), SettingsWriteReply
         )
     except BoardError as error:
+        # Any other refusal would hide that the rules differ.
         assert error.code == ErrorCode.SETTING_OUT_OF_RANGE, error
         return error.detail
     return None
@@ -55,10 +56,12 @@ def of_joint_2(servo: ServoSetting) -> ServoSettings:
 @given(all_settings())
 @example(FACTORY)
 @example(of_joint_2(replace(USUAL, zero_us=1500, ns_per_deg=11_112)))  # 2500.08 us at 90 deg
+# 2499 + 0.51 x 2 = 2500.02 us, with the least slope and hardly any range.
 @example(of_joint_2(ServoSetting(2499, 2000, 0, 0, 51)))
 def test_both_accept_or_both_refuse(new_board: NewBoard, servo_settings: ServoSettings) -> None:
     finding = find_defect(servo_settings)
-    assert boards_word(new_board(), servo_settings) == (finding and finding.index)
+    # A setting that one takes and the other refuses would fail only at the robot.
+    assert board_refusal_detail(new_board(), servo_settings) == (finding and finding.index)
 
 
 @settings(max_examples=100)
@@ -70,6 +73,7 @@ def test_valid_settings_pass(servo_settings: ServoSettings) -> None:
 @pytest.mark.parametrize(
     ("changed", "code", "index", "key"),
     [
+        # One step beyond each limit.
         (replace(FACTORY, frame_us=4999), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
         (replace(FACTORY, frame_us=20_001), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
         (of_joint_2(replace(USUAL, ns_per_deg=1999)), SettingsDefect.SLOPE_RANGE, 1, "us_per_deg"),
@@ -79,6 +83,7 @@ def test_valid_settings_pass(servo_settings: ServoSettings) -> None:
         (of_joint_2(replace(USUAL, max_cdeg=9001)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
         (of_joint_2(replace(USUAL, max_cdeg=0)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
         (of_joint_2(replace(USUAL, zero_us=499)), SettingsDefect.PULSE_RANGE, 1, "zero_us"),
+        # 1501 + 90 x 11.111 = 2501 us; reversed, 1000 - 90 x 11.111 = 0 us.
         (of_joint_2(replace(USUAL, zero_us=1501)), SettingsDefect.PULSE_RANGE, 1, "us_per_deg"),
         (of_joint_2(replace(USUAL, reversed=1)), SettingsDefect.PULSE_RANGE, 1, "us_per_deg"),
     ],
@@ -89,7 +94,7 @@ def test_every_defect_has_its_name(
     finding = find_defect(changed)
     assert finding is not None
     assert (finding.code, finding.index, finding.key) == (code, index, key)
-    assert boards_word(board, changed) == index
+    assert board_refusal_detail(board, changed) == index
 
 
 @settings(max_examples=25)
@@ -104,6 +109,7 @@ def test_stored_read_back_and_still_there_after_a_power_cut(
         Origin.UPLOADED,
         servo_settings,
     )
+    # The same settings again cost no EEPROM write: its cells wear out.
     again = connect(board).write_settings(servo_settings)
     assert (again.written, again.stored) == (False, first.stored)
     board.power_cycle()
@@ -120,12 +126,14 @@ def test_a_new_board_has_the_factory_settings(board: Board) -> None:
 def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, servo_settings: ServoSettings) -> None:
     """Measured at the pins of the armed board, whatever maneuver it holds."""
     board = new_board()
+    # OLD reaches 70 deg: with a smaller limit ARM would refuse.
     fitting = replace(servo_settings, servos=tuple(replace(s, max_cdeg=9000) for s in servo_settings.servos))
     fitting = fitting if find_defect(fitting) is None else FACTORY
     sequencer = connect(board)
     sequencer.write_settings(fitting)
     assert sequencer.read_back().moves == tuple((s.joint, s.angle_cdeg) for s in OLD.strokes)
     sequencer.arm()
+    # Five of the slowest frames, 20 ms each.
     board.run(100_000)
     edges = board.edges()
     for joint in range(JOINTS):
@@ -147,6 +155,7 @@ def test_arm_refuses_what_the_host_says_does_not_fit(
     sequencer = connect(new_board())
     stored = sequencer.upload(schedule_maneuver(maneuver)).stored
     sequencer.write_settings(limit_angles(*max_cdeg))
+    # Host and board must agree: a maneuver beyond a stop is refused by both or by neither.
     if find_misfit(stored.moves, limit_angles(*max_cdeg)) is None:
         assert sequencer.arm() == SequencerState.ARMED
     else:
@@ -157,6 +166,7 @@ def test_arm_refuses_what_the_host_says_does_not_fit(
 
 def test_the_first_stroke_that_leaves_is_named() -> None:
     moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule_maneuver(four_stroke(59, 70)).strokes]
+    # Exactly at both limits; joint 3 does not move, so its limit does not count.
     assert find_misfit(moves, limit_angles(5900, 7000, 1)) is None
     misfit = find_misfit(moves, limit_angles(5900, 6999, 1))
     assert misfit == "stroke 2 takes joint 2 to 70 deg, but its servo settings allow 0 to 69.99 deg"
@@ -168,4 +178,5 @@ def test_settings_are_taken_in_safe_only(board: Board) -> None:
     with pytest.raises(BoardError) as caught:
         sequencer.write_settings(limit_angles(1, 1, 1))
     assert caught.value.code == ErrorCode.WRONG_STATE
+    # Changed while armed, the next pulse would jerk a joint.
     assert sequencer.settings().settings == FACTORY

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import ServoSettings
 
+# Each limit of the protocol, one step to either side, and the ends of the wire's types.
 EDGES_US = [0, 499, 500, 501, 1000, 1500, 2499, 2500, 2501, 65_535]
+# 22,222: from 500 us on the steepest slope that stays within 2500 us over 90 deg; 22,223 does not.
 EDGES_NS_PER_DEG = [0, 1999, 2000, 11_111, 22_222, 22_223, 30_000, 30_001, 65_535]
 EDGES_CDEG = [-32_768, -1, 0, 1, 4500, 8999, 9000, 9001, 32_767]
 EDGES_FRAME_US = [0, 4999, 5000, 10_000, 20_000, 20_001, 65_535]
@@ -20,6 +22,7 @@ def likely_settings(draw: st.DrawFn) -> ServoSetting:
     ns_per_deg = draw(st.integers(2000, 30_000))
     reversed_ = draw(st.integers(0, 1))
     room_us = zero_us - 500 if reversed_ else 2500 - zero_us
+    # Around the last angle whose pulse is still allowed: the board's rounding decides.
     end_cdeg = room_us * 100_000 // ns_per_deg + draw(st.integers(-1, 2))
     return ServoSetting(zero_us, ns_per_deg, reversed_, 0, draw(st.just(min(end_cdeg, 9000)) | st.just(9000)))
 
@@ -47,6 +50,7 @@ def valid_settings() -> st.SearchStrategy[ServoSettings]:
     """Settings that the board takes, by construction."""
 
     def joint(zero_us: int, ns_per_deg: int, reversed_: int, share: float) -> ServoSetting:
+        # From the zero pulse to the end of the servo's range, in its direction.
         room_us = zero_us - 500 if reversed_ else 2500 - zero_us
         most_cdeg = min(9000, room_us * 100_000 // ns_per_deg)
         return ServoSetting(zero_us, ns_per_deg, reversed_, 0, max(1, round(share * most_cdeg)))

@@ -18,7 +18,7 @@ def source(path: str) -> str:
     return (FIRMWARE / path).read_text(encoding="utf-8")
 
 
-def _one(pattern: str, text: str) -> tuple[str, ...]:
+def _match_groups(pattern: str, text: str) -> tuple[str, ...]:
     match = re.search(pattern, text)
     assert match, pattern
     return match.groups()
@@ -29,13 +29,14 @@ def sequencer_pins() -> dict[str, str]:
     servos = source("arduino_sequencer/src/drivers/timer1_servos.cpp")
     switches = source("arduino_sequencer/src/drivers/release_capture.cpp")
     led = source("arduino_sequencer/src/drivers/status_pin.h")
-    bits = _one(r"kServoPins = _BV\((P\w\d)\) \| _BV\((P\w\d)\) \| _BV\((P\w\d)\)", servos)
+    bits = _match_groups(r"kServoPins = _BV\((P\w\d)\) \| _BV\((P\w\d)\) \| _BV\((P\w\d)\)", servos)
     pins = {MICRO[bit]: f"servo, joint {joint}" for joint, bit in enumerate(bits, 1)}
-    pins[MICRO[_one(r"kStrokePin = _BV\((P\w\d)\)", servos)[0]]] = "stroke line, out"
-    first, second = _one(r"kFirstPin = _BV\((P\w\d)\), kSecondPin = _BV\((P\w\d)\)", switches)
+    pins[MICRO[_match_groups(r"kStrokePin = _BV\((P\w\d)\)", servos)[0]]] = "stroke line, out"
+    first, second = _match_groups(r"kFirstPin = _BV\((P\w\d)\), kSecondPin = _BV\((P\w\d)\)", switches)
     pins[MICRO[first]] = "release switch 1"
     pins[MICRO[second]] = "release switch 2"
-    pins[MICRO[_one(r"DDRD \|= _BV\((P\w\d)\)", led)[0]]] = "status LED"
+    pins[MICRO[_match_groups(r"DDRD \|= _BV\((P\w\d)\)", led)[0]]] = "status LED"
+    # Three servos, the stroke line, two switches, the LED: a pin assigned twice would be one less.
     assert len(pins) == 7
     return pins
 
@@ -45,14 +46,15 @@ def logger_pins() -> dict[str, str]:
     sketch = source("teensy_logger/teensy_logger.ino")
     pins: dict[str, str] = {}
     for bus, suffix, imus in (("Wire", "", "1 and 2"), ("Wire1", "1", "3 and 4")):
-        sda, scl = _one(rf"\({bus}, IMXRT_LPI2C\d, (\d+), (\d+)\)", sketch)
+        sda, scl = _match_groups(rf"\({bus}, IMXRT_LPI2C\d, (\d+), (\d+)\)", sketch)
         pins |= {sda: f"SDA{suffix}, IMU {imus}", scl: f"SCL{suffix}, IMU {imus}"}
-    analog = re.findall(r"A\d", _one(r"kAnglePins\[\] = \{([^}]*)\}", sketch)[0])
+    analog = re.findall(r"A\d", _match_groups(r"kAnglePins\[\] = \{([^}]*)\}", sketch)[0])
     for index, name in enumerate(analog):
         pins[TEENSY_ANALOG[name]] = f"angle sensor {index // 2 + 1}{'ab'[index % 2]}"
-    first_pin, two, stroke = _one(r"EdgeInputs::Pins\{\{(\d+), (\d+)\}, (\d+)\}", sketch)
+    first_pin, two, stroke = _match_groups(r"EdgeInputs::Pins\{\{(\d+), (\d+)\}, (\d+)\}", sketch)
     pins |= {first_pin: "release switch 1", two: "release switch 2", stroke: "stroke line, in"}
     assert "pinMode(LED_BUILTIN, OUTPUT)" in sketch
     pins["13"] = "status LED, on the board"
+    # Four bus lines, six angle sensors, two switches, the stroke line, the LED.
     assert len(pins) == 14
     return pins

@@ -70,6 +70,7 @@ def test_the_loggers_board_options_are_those_it_is_compiled_with() -> None:
     assert [platform["platform"] for platform in profile["platforms"]] == ["teensy:avr (1.59.0)"]
     package, architecture, board, options = profile["fqbn"].split(":")
     assert (package, architecture, board) == ("teensy", "avr", "teensy41")
+    # Another USB type has other ids than the host looks for; another clock has another timing.
     assert dict(option.split("=") for option in options.split(",")) == {"usb": "serial", "speed": "600"}
     for flag in ("-DARDUINO_TEENSY41", "-DF_CPU=600000000", "-DUSB_SERIAL"):
         assert flag in LOGGER_MK

@@ -24,6 +24,7 @@ def test_what_is_committed_is_what_the_data_says() -> None:
 
 
 def test_a_changed_value_makes_both_files_stale_until_they_are_written(tree: Tree) -> None:
+    # One capacitor: its value stands in the drawing and on the page.
     tree.spoil('value = "4.7 nF, film or X7R", short = "4.7 nF"', 'value = "4.8 nF", short = "4.8 nF"')
     process = tree.generate("--check")
     assert process.returncode == 1
@@ -67,23 +68,27 @@ def test_a_wiring_that_makes_no_sense_is_refused_by_name(tree: Tree, old: str, n
     ("old", "new", "word"),
     [
         pytest.param(
+            # The bootloader drives D13 high: over 10 Ω into a closed contact that is 500 mA.
             'value = "2.7 kΩ", of = 2700.0',
             'value = "10 Ω", of = 10.0',
             "D13 driven high",
             id="switch-on-D13",
         ),
         pytest.param(
+            # Against the pin's own pull-up R3 of 10 kΩ leaves the level too high to read as closed.
             'value = "2.7 kΩ", of = 2700.0',
             'value = "10 kΩ", of = 10e3',
             "D4, D13 closed",
             id="too-much-at-D13",
         ),
         pytest.param(
+            # 5 V over 22 kΩ is 0.2 mA: the contact wants 1 mA.
             'value = "2.2 kΩ", of = 2200.0',
             'value = "22 kΩ", of = 22e3',
             "closed contact",
             id="contact-too-dry",
         ),
+        # 5 x 1.2 V is 6.0 V: the regulator wants 6.1 V.
         pytest.param("low = 6.6", "low = 6.0", "the Micro's VIN", id="five-NiMH-cells"),
         pytest.param("high = 2e-6", "high = 1e-3", "above its own supply", id="power-schottky"),
         pytest.param(
@@ -93,10 +98,13 @@ def test_a_wiring_that_makes_no_sense_is_refused_by_name(tree: Tree, old: str, n
             id="too-much-at-the-teensy",
         ),
         pytest.param("high = 0.32", "high = 1.0", "Teensy 2, 3 closed", id="two-diodes"),
+        # Ten times the capacitor, ten times the delay of the release: 50 us are allowed.
         pytest.param("of = 4.7e-9", "of = 47e-9", "date of an opening", id="slow-filter"),
+        # The divider would give 5.25 x 6.8 / 10.1 = 3.5 V; the Teensy's pins take 3.3 V.
         pytest.param(
             "of = 4700.0", "of = 6800.0", "stroke line high, Teensy in reset", id="5V-on-the-teensy"
         ),
+        # 5 x 4.7 / 11.5 = 2.0 V: not surely high for the Teensy.
         pytest.param("of = 3300.0", "of = 6800.0", "margin above the high threshold", id="stroke-unseen"),
         pytest.param(
             'value = "10 kΩ", of = 10e3', 'value = "1 MΩ", of = 1e6', "servo line", id="servo-floats"

@@ -22,6 +22,7 @@ from wiring_generator.levels import (
 )
 
 LEVELS = Levels(load_committed())
+# Far below the time constant of 2.7 kΩ and 4.7 nF, 13 us.
 STEP_S = 20e-9
 
 
@@ -30,9 +31,11 @@ def _node_v(pin_v: float, supply_v: float, pullup_ohm: float, series_ohm: float,
 
     The Teensy pulls at the node through 22 kΩ.
     """
+    # The contact is to ground.
     if closed:
         return 0.0
     node_v = (supply_v / pullup_ohm + pin_v / series_ohm) * parallel(pullup_ohm, series_ohm)
+    # Below, the Schottky diode conducts and the Teensy's pull-up raises the node, too.
     if node_v < 3.3 - 0.25:
         top_v, ohm = 3.3 - 0.25, 22e3
         node_v = (supply_v / pullup_ohm + pin_v / series_ohm + top_v / ohm) * parallel(
@@ -60,6 +63,7 @@ def _crossing_s(
     return steps * STEP_S
 
 
+# Supply and pull-up at both ends; R1, R3 and C1 at their nominal values.
 CORNERS = list(
     itertools.product(*LEVELS.spans("micro_5v", "avr_pullup"), *([span] for span in (2200.0, 2700.0, 4.7e-9)))
 )
@@ -74,6 +78,7 @@ def test_edges_are_those_of_the_circuit_with_the_teensy_at_it(
     opening, closing = LEVELS.edge_delays_s()
     for threshold_v in (avr_low_v(supply_v), avr_high_v(supply_v)):
         opened_s = _crossing_s(rest_v, threshold_v, False, *circuit)
+        # 5 %: the formula leaves out the Teensy, which the steps have.
         assert opened_s == pytest.approx(opening_s(*circuit, threshold_v), rel=0.05, abs=2 * STEP_S)
         assert opening[0] <= opened_s <= opening[1]
         closed_s = _crossing_s(supply_v, threshold_v, True, *circuit)
@@ -95,11 +100,13 @@ def test_every_limit_holds_and_names_its_source() -> None:
 
 
 def test_two_modules_beside_another_2_2_kilohm_are_too_much_and_the_table_never_asks_for_that() -> None:
+    # The bus must reach 0.4 V with the 3 mA that a chip sinks.
     assert parallel(2200, 2200, 2200) < min_bus_ohm(load_committed())
     rows = bus_pullups(load_committed())
     assert [row.module_ohm for row in rows] == [0, 10000, 4700, 2200]
     assert [row.fit for row in rows] == [True, True, False, False]
     for row in rows:
         assert row.total_ohm >= min_bus_ohm(load_committed())
+        # From 0.3 to 0.7 of the supply: ln(7/3) time constants (UM10204 7.1).
         rise_s = math.log(7 / 3) * row.total_ohm * load_committed().limit["i2c_cable_f"]
         assert rise_s <= load_committed().limit["i2c_rise_s"]

@@ -35,6 +35,7 @@ def test_the_loggers_wires_are_the_firmwares() -> None:
         for wire in wires
         if wire.panel == "logger" and wire.pin not in ("3.3V", "GND")
     }
+    # The Teensy's LED needs no wire.
     on_the_board = {"13"}
     assert wired == {
         pin: use.removesuffix(", in") for pin, use in logger_pins().items() if pin not in on_the_board

@@ -36,7 +36,7 @@ from tfsat_host.run import drop_evaluation
 from tfsat_host.sdlog import DropLog
 
 _KIND = int(np.dtype(BLOCK_HEADER_DTYPE).fields["kind"][1])  # type: ignore[index]
-_MADE: dict[str, Evaluation] = {}
+_EVALUATIONS: dict[str, Evaluation] = {}
 
 
 def _once(
@@ -54,8 +54,9 @@ def _once(
     return keep_result
 
 
+# Curves and replay follow from the motion alone: drawn once for each motion.
 _BUILDER = "tfsat_host.report.contents.document_builder"
-_DRAWN = {
+_CACHED_BUILDERS = {
     f"{_BUILDER}.charts_of": _once(charts_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.replay_of": _once(replay_of, lambda evaluation: evaluation.motion),
     f"{_BUILDER}.plot_of": _once(plot_of),
@@ -81,12 +82,13 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         header = replace(log.header, board_serial=bytes(8), image_crc=0)
         samples = _sha256_of_samples(log.path)
         key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))
-        if key not in _MADE:
-            _MADE[key] = evaluate(log, model, calibration, schedule, **others)
-        return replace(_MADE[key], log=log, model=model)
+        if key not in _EVALUATIONS:
+            _EVALUATIONS[key] = evaluate(log, model, calibration, schedule, **others)
+        # The command's own log and model go into the copy, so that paths and identity stay its own.
+        return replace(_EVALUATIONS[key], log=log, model=model)
 
     monkeypatch.setattr(drop_evaluation, "evaluate", keep_evaluation)
-    for name, builder in _DRAWN.items():
+    for name, builder in _CACHED_BUILDERS.items():
         monkeypatch.setattr(name, builder)
 
 
@@ -103,13 +105,13 @@ def _sha256_of_samples(card: Path) -> str:
 
 
 @dataclass(frozen=True)
-class Done(Said):
+class CommandOutput(Said):
     """What a command did, and the object that `--json` would print."""
 
     result: Any = None
 
 
-def command(*args: object, expect: int = 0) -> Done:
+def command(*args: object, expect: int = 0) -> CommandOutput:
     """Runs a command in the current folder."""
     out, err = io.StringIO(), io.StringIO()
     results: list[Any] = []
@@ -127,7 +129,7 @@ def command(*args: object, expect: int = 0) -> Done:
     ):
         patch.setattr(Output, "result", keep)
         code = main(list(map(str, args)))
-    output = Done(code, out.getvalue(), err.getvalue(), results[0] if results else None)
+    output = CommandOutput(code, out.getvalue(), err.getvalue(), results[0] if results else None)
     # An error of the person's is said in words, one of the program's never looks like it.
     assert "Traceback" not in output.err and "a bug of its own" not in output.out + output.err, output
     assert code == expect, (code, output.out[:3000], output.err)
@@ -144,6 +146,7 @@ def rewrite(archive: Path, change: Callable[[dict[str, bytes]], object], *, hash
     with zipfile.ZipFile(archive) as opened:
         files = {name: opened.read(name) for name in opened.namelist()}
     change(files)
+    # Forge the manifest too: only what the content itself tells can then be noticed.
     if hashes:
         manifest = json.loads(files["manifest.json"])
         manifest["files"] = {

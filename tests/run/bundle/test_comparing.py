@@ -14,6 +14,7 @@ from tfsat_host.run.bundle.json_comparison import (
     same_figures,
 )
 
+# Relative and absolute: ten times stricter than the evaluation's relative 1e-5.
 STRICT = Tolerance(1e-6, 1e-9)
 _JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
@@ -30,7 +31,7 @@ def keys(first: object, two: object) -> list[str]:
 
 
 @given(_JSON)
-def test_whatever_it_is_it_is_the_same_as_itself(value: object) -> None:
+def test_a_value_is_the_same_as_itself(value: object) -> None:
     assert keys(value, value) == []
 
 
@@ -41,12 +42,15 @@ def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> N
     assert keys({"a": 1e-7}, {"a": 1.02e-7}) == ["a"], "beyond the absolute one"
     # Opposite signs, but both below the absolute tolerance of 1e-9.
     assert keys({"a": 1e-10}, {"a": -1e-10}) == []
+    # Entries of a list share a unit: rounding of the largest may move the smallest.
     assert keys([1000.0, 1e-4], [1000.0, 5e-4]) == [], "next to 1000, 1e-4 is nothing"
+    # A change of 2e-3 exceeds 1e-6 of 1000, though the 1000 stands in another row.
     assert keys([[1000.0, 1e-4], [0.0, 2e-3]], [[1000.0, 1e-4], [0.0, 4e-3]]) == ["[1][1]"]
+    # Entries of an object may differ in unit: mass beside angle excuses nothing.
     assert keys({"a": 1000.0, "b": 1e-4}, {"a": 1000.0, "b": 5e-4}) == ["b"], "no list"
 
 
-def test_how_far_apart_is_said() -> None:
+def test_a_difference_has_its_key_both_values_and_its_size() -> None:
     (difference,) = differences({"a": [{"b": 10.0}]}, {"a": [{"b": 11.0}]}, EVALUATION_TOLERANCE)
     assert (difference.key, difference.bundled, difference.recomputed) == ("a[0].b", 10.0, 11.0)
     assert difference.relative == pytest.approx(1.0 / 11.0)
@@ -55,6 +59,7 @@ def test_how_far_apart_is_said() -> None:
 @pytest.mark.parametrize(
     ("first", "two"),
     [
+        # Python calls these equal; a flag that became a count is another result.
         (True, 1),
         (None, 0.0),
         (0.0, None),
@@ -73,9 +78,11 @@ def test_what_is_of_another_kind_differs(first: object, two: object) -> None:
 @pytest.mark.parametrize(
     ("first", "two", "same"),
     [
+        # Decimals may differ by one in the last digit: another machine rounds there.
         ("turned by 25.64 ± 0.01 deg", "turned by 25.65 ± 0.02 deg", True),
         ("turned by 25.64 ± 0.01 deg", "turned by 25.66 ± 0.01 deg", False),
         ("1.0e-05 of it", "1.1e-05 of it", True),
+        # The same count in other words, then counts, ids, signs and dates, which must be equal.
         ("all 22 checks passed.", "22 checks hold (all).", True),
         ("22 checks", "21 checks", False),
         ("22 checks of 24", "22 checks", False),
@@ -92,6 +99,7 @@ def test_of_sentences_the_figures_count(first: str, two: str, same: bool) -> Non
 @pytest.mark.parametrize(
     ("key", "first", "two"),
     [
+        # Words without a digit that are results all the same.
         ("worth", "to be made", "not called for"),
         ("verdict", "passed", "not possible"),
         ("name", "body 1 CoM x", "body 1 CoM y"),
@@ -129,6 +137,7 @@ def nest_list(depth: int) -> object:
     return value
 
 
+# Deeper than the recursion limit, larger than any float, not finite.
 @pytest.mark.parametrize(
     "hostile", [nest_list(5000), 10**400, float("nan"), float("inf"), {"a": nest_list(5000)}]
 )
@@ -137,4 +146,5 @@ def test_what_nobody_would_write_is_a_difference(hostile: object) -> None:
         for first, two in ((hostile, ours), (ours, hostile)):
             mismatches = list(differences({"k": first}, {"k": two}, STRICT))
             assert mismatches
+            # It is printed as well: a value that cannot be shown must not crash the screen.
             repr(mismatches)

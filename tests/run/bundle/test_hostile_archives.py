@@ -27,6 +27,7 @@ from tfsat_host.run.bundle.manifest import (
     parse_manifest,
 )
 
+# 600 bytes: below every limit but those that a test sets.
 RAW = b"raw" * 200
 GOOD = {"run/SD.bin": RAW, "robot/drop_tower.toml": b"robot", "run/maneuver.toml": b"maneuver"}
 
@@ -62,6 +63,7 @@ def unpack_archive(folder: Path, data: bytes, limits: Limits = LIMITS) -> dict[s
     try:
         unpack(folder / "a.zip", folder / "out", limits)
     finally:
+        # The staging folder goes after success and after refusal.
         assert {path.name for path in folder.iterdir()} <= {"a.zip", "out"}
     out = folder / "out"
     return {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
@@ -77,7 +79,7 @@ def expect_refusal(folder: Path, data: bytes, limits: Limits = LIMITS) -> str:
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
-def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
+def test_a_good_bundle_is_unpacked(tmp_path: Path, method: int) -> None:
     """Also when a person packed it again with another tool."""
     files = unpack_archive(tmp_path, pack_archive(GOOD, method=method))
     assert files.pop("manifest.json") == manifest_of(GOOD)
@@ -87,18 +89,24 @@ def test_a_good_one_is_unpacked(tmp_path: Path, method: int) -> None:
 @pytest.mark.parametrize(
     ("name", "why"),
     [
+        # Absolute on Unix and on Windows.
         ("/etc/cron.d/tfsat", "absolute"),
         ("C:/Windows/x", "absolute"),
+        # Up and out: plainly, from within a folder, and with the separator of Windows.
         ("../outside", r"`\.\.`"),
         ("run/../../outside", r"`\.\.`"),
         ("run\\..\\..\\outside", "character"),
+        # zipfile cuts a name at NUL: what is checked would not be what is written.
         ("run/SD.bin\0.txt", "character"),
+        # Two spellings of one path.
         ("run//SD.csv", "empty part"),
         ("./run", "empty part"),
+        # Device names of Windows, with any ending; dots and spaces at the end, which it drops; a stream.
         ("run/CON", "device"),
         ("run/nul.txt", "device"),
         ("run/name. ", "dot or a space"),
         ("run/a:stream", "character"),
+        # More than 200 bytes in a part, more than 400 characters in all.
         ("run/" + "a" * 300, "too long"),
         ("a/" * 300 + "a", "characters"),
         ("run/line\nfeed", "character"),
@@ -126,11 +134,13 @@ def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, why: s
 def test_what_is_no_file_is_refused(tmp_path: Path, kind: int, why: str) -> None:
     def as_kind(info: zipfile.ZipInfo) -> None:
         if info.filename == "run/maneuver.toml":
+            # 3: made on Unix, where the upper half of the attributes is the mode.
             info.create_system, info.external_attr = 3, (kind | 0o777) << 16
 
     assert why in expect_refusal(tmp_path, pack_archive(GOOD, entry=as_kind))
 
 
+# Equal but for case (Windows, macOS), or a file where the archive has a folder.
 @pytest.mark.parametrize(
     "other", ["run/sd.bin", "RUN/SD.bin", "run/SD.BIN", "Run/other", "run/SD.bin/inside", "run", "robot"]
 )
@@ -139,6 +149,7 @@ def test_names_that_some_system_takes_for_one_are_refused(tmp_path: Path, other:
 
 
 def test_umlauts_in_two_forms_are_one_name() -> None:
+    # Composed and decomposed: macOS takes both for one file.
     assert collision_among(["run/\u00fc.txt", "run/u\u0308.txt"]) is not None
     assert collision_among(["run/ü.txt", "run/o.txt", "ü/ü.txt"]) is None
 
@@ -152,6 +163,7 @@ def test_the_same_name_twice_is_refused(tmp_path: Path) -> None:
 
 
 def test_bombs_are_refused_by_what_they_say(tmp_path: Path) -> None:
+    # 3 MiB: above the free 1 MiB, and zeros shrink by more than the ratio of 200.
     zeros = {"run/SD.bin": bytes(3 << 20)}
     assert "packed so tightly" in expect_refusal(tmp_path, pack_archive(zeros, method=zipfile.ZIP_DEFLATED))
     assert unpack_archive(tmp_path, pack_archive(zeros))["run/SD.bin"] == bytes(3 << 20), (
@@ -159,7 +171,8 @@ def test_bombs_are_refused_by_what_they_say(tmp_path: Path) -> None:
     )
 
 
-def test_many_small_bombs_are_one(tmp_path: Path) -> None:
+def test_many_small_bombs_count_as_one(tmp_path: Path) -> None:
+    # Each is just within the free 1 MiB; their sum is not.
     zeros = {f"run/{number}": bytes(1 << 20) for number in range(4)} | {"run/SD.bin": RAW}
     assert "packed so tightly" in expect_refusal(tmp_path, pack_archive(zeros, method=zipfile.ZIP_DEFLATED))
 
@@ -173,6 +186,7 @@ def test_too_many_and_too_much_are_refused(tmp_path: Path) -> None:
 def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
     """Change a file's size as stated in the central directory."""
     edited = bytearray(data)
+    # The fixed part of a central entry has 46 bytes; the size is at byte 24 (APPNOTE.TXT 4.3.12).
     place = data.rindex(name.encode()) - 46
     assert edited[place : place + 4] == b"PK\x01\x02"
     struct.pack_into("<I", edited, place + 24, size)
@@ -181,12 +195,14 @@ def with_size_in_the_directory(data: bytes, name: str, size: int) -> bytes:
 
 def test_a_bomb_that_lies_about_its_size_is_cut_off(tmp_path: Path) -> None:
     files = {"run/SD.bin": bytes(200_000)}
-    lied = pack_archive(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
-    assert expect_refusal(tmp_path, with_size_in_the_directory(lied, "run/SD.bin", 10))
+    # Manifest and directory agree on 10 bytes; the stream unpacks to 200,000.
+    lying_archive = pack_archive(files, manifest_of({"run/SD.bin": bytes(10)}), method=zipfile.ZIP_DEFLATED)
+    assert expect_refusal(tmp_path, with_size_in_the_directory(lying_archive, "run/SD.bin", 10))
 
 
 def test_files_over_each_other_are_refused(tmp_path: Path) -> None:
     data = bytearray(pack_archive({"run/SD.bin": RAW, "run/SE.bin": RAW}))
+    # Byte 42: offset of the local header. Both entries now unpack the same bytes.
     first, second = (data.rindex(name) - 46 for name in (b"run/SD.bin", b"run/SE.bin"))
     data[second + 42 : second + 46] = data[first + 42 : first + 46]
     assert "lies over another file" in expect_refusal(tmp_path, bytes(data))
@@ -195,25 +211,29 @@ def test_files_over_each_other_are_refused(tmp_path: Path) -> None:
 def test_encrypted_and_oddly_packed_files_are_refused(tmp_path: Path) -> None:
     data = bytearray(pack_archive(GOOD))
     place = data.rindex(b"run/SD.bin") - 46
+    # Bit 0 of the flags: encrypted.
     data[place + 8] |= 1
     assert "encrypted" in expect_refusal(tmp_path, bytes(data))
+    # bzip2: a valid ZIP, but no bundle is packed by it.
     assert "packed by method 12" in expect_refusal(tmp_path, pack_archive(GOOD, method=zipfile.ZIP_BZIP2))
 
 
 def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
-    surplus_files, less = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
+    surplus_files, incomplete_files = GOOD | {"run/more": b"x"}, {"run/SD.bin": RAW}
     assert "does not name: run/more" in expect_refusal(
         tmp_path, pack_archive(surplus_files, manifest_of(GOOD))
     )
-    message = expect_refusal(tmp_path, pack_archive(less, manifest_of(GOOD)))
+    message = expect_refusal(tmp_path, pack_archive(incomplete_files, manifest_of(GOOD)))
     assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in message
     longer = pack_archive(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
     assert "601 bytes; its manifest says 600" in expect_refusal(tmp_path, longer)
+    # An ordinary ZIP of the same files is no bundle: nothing vouches for them.
     assert "has no manifest.json" in expect_refusal(tmp_path, zip_of([("run/SD.bin", RAW)]))
     assert "'run/SD.bin', which is not in it" in expect_refusal(tmp_path, pack_archive({"other": b"x"}))
 
 
 def test_a_changed_file_is_named(tmp_path: Path) -> None:
+    # The same bytes backwards: size and name agree, only the hash tells.
     changed = GOOD | {"run/SD.bin": RAW[::-1]}
     message = expect_refusal(tmp_path, pack_archive(changed, manifest_of(GOOD)))
     assert "1 of 3 files" in message and message.endswith("run/SD.bin.")
@@ -227,6 +247,7 @@ def zip_of(files: Iterable[tuple[str, bytes]]) -> bytes:
     return buffer.getvalue()
 
 
+# Empty; text; an archive without entries; local headers without a directory.
 @pytest.mark.parametrize("data", [b"", b"no archive", b"PK\x05\x06" + bytes(18), b"PK\x03\x04" * 100])
 def test_what_is_no_archive_is_refused(tmp_path: Path, data: bytes) -> None:
     expect_refusal(tmp_path, data)
@@ -249,6 +270,7 @@ def test_no_value_in_a_manifest_breaks_its_reader(data: st.DataObject) -> None:
     table = data.draw(st.sampled_from([values, values["evaluated"], values["files"]["run/SD.bin"]]))
     key = data.draw(st.sampled_from(sorted(table)))
     table[key] = data.draw(st.none() | st.booleans() | st.integers() | st.text() | st.lists(st.integers()))
+    # Some drawn values are valid: what counts is that no other error comes out.
     try:
         parse_manifest(json.dumps(values).encode(), "a.zip")
     except BundleError as error:
@@ -276,6 +298,7 @@ def test_any_damage_is_refused_or_harmless(
             edited[place:place] = edited[place : place + data.draw(st.integers(1, 50))]
         if not edited:
             return
+    # All of it refused, or every byte as it was packed: nothing in between.
     folder = tmp_path_factory.mktemp("damaged")
     try:
         files = unpack_archive(folder, bytes(edited))
@@ -288,6 +311,7 @@ def test_any_damage_is_refused_or_harmless(
     }
 
 
+# The small alphabet makes dots, separators, a drive's colon and NUL frequent.
 @given(st.text(max_size=60) | st.text("./\\ aA:\0~", max_size=12))
 def test_a_name_that_passes_stays_in_the_folder(name: str) -> None:
     if trouble_with_name(name) is None:
@@ -325,6 +349,7 @@ def test_characters_that_nobody_sees_are_refused(
 def test_the_name_of_a_drop_is_no_novel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     values = json.loads(manifest_of(GOOD))
+    # The name becomes a file's name: 200 leaves room for the endings within 255 bytes.
     for count, what in ((200, "SD.bin"), (201, "its name has 201 characters")):
         values["name"] = "n" * count
         Path("a.zip").write_bytes(pack_archive(GOOD, json.dumps(values).encode()))

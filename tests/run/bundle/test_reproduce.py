@@ -59,6 +59,7 @@ def test_the_folder_must_be_new_and_the_bundle_one(
 ) -> None:
     fixed_evaluation(PAGE)
     Path("run-reproduced").mkdir()
+    # An empty folder is as good as a new one.
     command("reproduce", bundle, expect=3)
     assert "run-reproduced exists and is not empty" in command("reproduce", bundle, expect=1).err
     output = command("reproduce", "run-reproduced", expect=1)
@@ -71,9 +72,11 @@ def test_the_folder_must_be_new_and_the_bundle_one(
 
 def test_a_number_that_differs_is_named_with_both_values(bundle: Path) -> None:
     def change(values: Any) -> None:
+        # Ten times the relative tolerance of 1e-5.
         values["reorientation_deg"] *= 1.0 + 1e-4
         values["strokes"][1]["size_deg"] += 0.01
         values["attitude_covariance_deg2"][0][1] += 1e-13  # what another machine does to the last digits
+        # A tenth of the tolerance: no difference.
         values["initial_rate_deg_s"][0] *= 1.0 + 1e-6
 
     rewrite_json(bundle, "evaluation.json", change)
@@ -93,6 +96,7 @@ def test_a_number_that_differs_is_named_with_both_values(bundle: Path) -> None:
 
 def test_words_that_differ_and_keys_that_are_gone_are_named(bundle: Path) -> None:
     def change(values: Any) -> None:
+        # A changed word, a key that is missing, and one that nothing computes any more.
         values["verdict"]["level"] = "doubtful"
         del values["lag"]
         values["more"] = 1
@@ -109,6 +113,7 @@ def test_words_that_differ_and_keys_that_are_gone_are_named(bundle: Path) -> Non
 
 
 def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
+    # A new style of the page is no other result.
     def other_style(files: dict[str, bytes]) -> None:
         files["report.html"] = files["report.html"].replace(b"<style>", b"<style>/* another version */")
 
@@ -120,6 +125,7 @@ def test_only_the_document_of_the_page_is_compared(bundle: Path) -> None:
         f"numpy: 1.0 then, {np.__version__}"
     ]
 
+    # One point of a curve: what a person reads off the page.
     def other_curve(files: dict[str, bytes]) -> None:
         document = document_in(files["report.html"].decode())
         document["drops"][0]["plots"][0]["series"][0]["values"][100] += 1.0
@@ -150,12 +156,13 @@ def test_a_bundle_of_an_older_program_is_computed_and_the_program_named(
 def test_another_recording_gives_other_numbers(bundle: Path) -> None:
     """Report differing numbers for another recording, although its hashes are right."""
 
-    def shorter(files: dict[str, bytes]) -> None:
+    def zero_middle_block(files: dict[str, bytes]) -> None:
         blocks = files["run/SD.bin"]
+        # One block in the middle, on a multiple of 512 bytes, as a card loses them.
         middle = len(blocks) // 1024 * 512
         files["run/SD.bin"] = blocks[:middle] + bytes(512) + blocks[middle + 512 :]
 
-    rewrite(bundle, shorter)
+    rewrite(bundle, zero_middle_block)
     reproduction = result("reproduce", bundle, expect=3)
     assert any(
         difference["key"].startswith("recording.samples")
@@ -165,6 +172,7 @@ def test_another_recording_gives_other_numbers(bundle: Path) -> None:
 
 def test_a_changed_file_is_refused_by_name(bundle: Path) -> None:
     def change(files: dict[str, bytes]) -> None:
+        # One degree less commanded: the strokes would look too large.
         files["run/maneuver.toml"] = files["run/maneuver.toml"].replace(b"59.0", b"58.0")
 
     rewrite(bundle, change, hashes=False)
@@ -173,6 +181,7 @@ def test_a_changed_file_is_refused_by_name(bundle: Path) -> None:
     assert not Path("run-reproduced").exists()
 
 
+# Empty, another type, no UTF-8, nested beyond the recursion limit, and a number that becomes infinite.
 @pytest.mark.parametrize("name", ["evaluation.json", "environment.json", "report.html"])
 @pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"[" * 100_000, b'{"packages": [1], "k": 1e999}'])
 def test_parts_that_nobody_would_write_are_differences_and_no_crash(
@@ -211,6 +220,7 @@ def test_an_evaluation_that_is_none_is_named_in_words(
 def test_a_flipped_bit_leaves_what_is_still_good(bundle: Path, name: str, expected: str) -> None:
     data = bytearray(bundle.read_bytes())
     with zipfile.ZipFile(bundle) as opened:
+        # Past the 30 bytes of the local header and the name, into the stored content.
         at = opened.getinfo(name).header_offset + 30 + len(name) + 10
     data[at] ^= 0x10
     bundle.write_bytes(data)
@@ -224,6 +234,7 @@ def test_a_flipped_bit_leaves_what_is_still_good(bundle: Path, name: str, expect
 
 def test_changed_evidence_is_named(bundle: Path) -> None:
     def change(files: dict[str, bytes]) -> None:
+        # Other firmware of the sequencer than the one that was checked and signed.
         files["run/preflight.json"] = files["run/preflight.json"].replace(b"1a2b", b"1a2c")
 
     rewrite(bundle, change)
@@ -233,10 +244,11 @@ def test_changed_evidence_is_named(bundle: Path) -> None:
     assert "preflight.json was changed" in output.words
 
 
-def test_what_was_changed_before_it_was_bundled_stays_named(quick: Path) -> None:
+def test_what_was_changed_before_it_was_bundled_stays_named(quick_run: Path) -> None:
     """Also by a bundle from which the record was taken out."""
-    (quick / "preflight.json").write_text("{}")
+    (quick_run / "preflight.json").write_text("{}")
     command("bundle", "run", expect=3)
+    # Without the record nothing can be verified: the manifest still says what was found then.
     rewrite(ARCHIVE, lambda files: files.pop("run/record.json"))
     reproduction = result("reproduce", ARCHIVE, expect=3)
     assert reproduction["complete"] is False and "preflight.json was changed" in reproduction["record"][0]
@@ -252,6 +264,7 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
     monkeypatch.setattr(drop_evaluation, "evaluate_run", refuse)
     command("bundle", "run", expect=3)
     reproduction = result("reproduce", ARCHIVE, expect=3)
+    # The same refusal twice is the same result, and still no evaluated drop.
     assert (reproduction["same"], reproduction["complete"]) == (True, False)
     assert "It ends at the release." in reproduction["compared"][0]["sentence"]
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
@@ -269,6 +282,7 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated_run: Path) -> 
 
     A landing noted later did not change it, though it lies before the last step.
     """
+    # One landing among the recordings, one long after: the values tell which was known.
     between = record_good_step(REST).recorded_at + timedelta(seconds=30)
     note_landing(calibrated_run / CERTIFICATE, Landing(between, "recording 0000abcd"))
     note_landing(calibrated_run / CERTIFICATE, Landing(between + timedelta(days=300), "recording 0000abce"))
@@ -284,6 +298,7 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated_run: Path) -> 
 
 def test_values_that_the_recordings_do_not_give_are_named(calibrated_run: Path) -> None:
     calibration = read_calibration(calibrated_run / CERTIFICATE)
+    # 1e-4 rad/s: 0.014 deg over the 2.5 s of a fall, and not what the recordings give.
     bias = calibration.gyros[1].bias_rad_s + np.array([0.0, 1e-4, 0.0])
     gyros = (calibration.gyros[0], replace(calibration.gyros[1], bias_rad_s=bias), *calibration.gyros[2:])
     (calibrated_run / CERTIFICATE).write_text(format_calibration(replace(calibration, gyros=gyros)))
@@ -294,6 +309,7 @@ def test_values_that_the_recordings_do_not_give_are_named(calibrated_run: Path) 
 
 def test_recordings_that_are_gone_or_changed_are_lost(calibrated_run: Path) -> None:
     rest, zero = (read_calibration(calibrated_run / CERTIFICATE).recordings[i].file for i in (0, 1))
+    # A good recording of another step under this one's name.
     (calibrated_run / RECORDINGS / zero).write_bytes(to_bytes(record_good_step(SWINGS[0])))
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{zero}"}
@@ -303,6 +319,7 @@ def test_recordings_that_are_gone_or_changed_are_lost(calibrated_run: Path) -> N
     words = command("reproduce", ARCHIVE, "--out", "again", expect=3).words
     assert words.startswith("REPRODUCED IN PART: 1 not computed, 1 lost; identical: evaluation")
     assert "Reproduced identically" not in words
+    # Then one that is not there at all.
     (calibrated_run / RECORDINGS / rest).unlink()
     lost = {entry["what"] for entry in result("bundle", "run", expect=3)["missing"] if entry["lost"]}
     assert lost == {f"run/{RECORDINGS}/{rest}", f"run/{RECORDINGS}/{zero}"}

@@ -41,11 +41,13 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert (summary["number"], summary["path"], summary["moved"]) == (1, "camp/drop-0001", False)
     assert contents(Path("run1")) == before
     drop = contents(camp / "drop-0001")
-    taught = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
-    assert drop.keys() - before.keys() == {"drop.json", "record.json", *taught}
+    certificates = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
+    assert drop.keys() - before.keys() == {"drop.json", "record.json", *certificates}
+    # The certificate alone changes: whatever else differed would be evidence lost in the copy.
     assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
     assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"
     assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002", "findings": []}
+    # The recording begins at 09:00 and is released 7 s later: 6 s of rest and 1 s armed.
     assert summary["released"] == "2026-01-05T09:00:07.000Z" and len(summary["session"]) == 8
     (entry,) = index_of(camp)
     assert entry == json.loads(drop["drop.json"])
@@ -59,6 +61,7 @@ def test_a_folder_can_be_moved(camp: Path) -> None:
     assert not Path("run2").exists()
     drop = contents(camp / "drop-0001")
     assert all(drop[name] == data for name, data in before.items() if name != CERTIFICATE)
+    # To move a recording alone would tear it from its maneuver and certificate.
     assert command("campaign", "add", "camp", "run1/SD.bin", "--move", expect=1).err
     assert Path("run1/SD.bin").is_file()
 
@@ -66,6 +69,7 @@ def test_a_folder_can_be_moved(camp: Path) -> None:
 def test_a_recording_brings_what_lies_beside_it_and_the_certificate_from_here(camp: Path) -> None:
     shutil.move(f"run1/{CERTIFICATE}", CERTIFICATE)
     Path("run1/SD.bin").rename("run1/DROP0003.BIN")
+    # No part of a drop that anything names: a recording by itself does not bring it.
     Path("run1/other.mp4").write_bytes(b"video")
     result("campaign", "add", "camp", "run1/DROP0003.BIN")
     names = contents(camp / "drop-0001").keys()
@@ -85,15 +89,18 @@ def test_the_same_recording_comes_in_once(camp: Path) -> None:
     before = contents(camp)
     output = command("campaign", "add", "camp", "run1", "--move", expect=1)
     assert "is drop 1 of camp already" in output.err
+    # Counted twice, a drop would halve the variance of the combined estimate without a new measurement.
     assert contents(camp) == before and Path("run1").is_dir()
     assert not list(camp.glob(".adding-*"))
 
 
 def test_a_recording_that_cannot_be_decoded_is_kept(camp: Path) -> None:
+    # Only data blocks are left: without a header no sample has a scale.
     blocks = np.frombuffer(Path("run1/SD.bin").read_bytes(), DATA_BLOCK_DTYPE)
     Path("run1/SD.bin").write_bytes(blocks[blocks["kind"] == BlockKind.DATA].tobytes())
     output = command("campaign", "add", "camp", "run1", expect=3)
     assert "cannot be decoded" in output.err and "lost its header" in output.err
+    # The number stays taken: the drop was flown, whatever became of its recording.
     assert index_of(camp)[0]["session"] is None
     command("campaign", "add", "camp", "run2")
     report = result("campaign", "report", "camp", expect=3)
@@ -104,6 +111,7 @@ def test_a_recording_that_cannot_be_decoded_is_kept(camp: Path) -> None:
 def test_notes_are_added_and_none_is_lost(camp: Path) -> None:
     command("campaign", "add", "camp", "run1", "--note", "one")
     command("campaign", "note", "camp", "1", "two")
+    # A note may begin with a minus: it must not be read as an option.
     command("campaign", "note", "camp", "drop-0001", "-3 deg outside")
     (drop,) = result("campaign", "list", "camp")["drops"]
     assert [note["text"] for note in drop["notes"]] == ["one", "two", "-3 deg outside"]
@@ -112,6 +120,7 @@ def test_notes_are_added_and_none_is_lost(camp: Path) -> None:
     assert words.startswith("Campaign: camp (1 drop, all files as added)")
     assert "one; two; -3 deg outside" in words
     assert "has no drop 2; there are: 1" in command("campaign", "note", "camp", "2", "x", expect=1).err
+    # An escape sequence would reach every terminal that lists the campaign.
     for wrong in ("", "two\nlines", "\x1b[31m"):
         command("campaign", "note", "camp", "1", wrong, expect=1)
     for wrong in ("0", "-1", "x", "1.5"):
@@ -123,6 +132,7 @@ def test_a_changed_or_missing_file_is_told(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     command("campaign", "add", "camp", "run2")
     recording = camp / "drop-0001" / "SD.bin"
+    # One block less at the end, as an interrupted copy leaves it.
     recording.write_bytes(recording.read_bytes()[:-512])
     (camp / "drop-0002" / "maneuver.toml").unlink()
     first, second = result("campaign", "list", "camp", expect=3)["drops"]
@@ -144,11 +154,13 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     assert output.words.startswith("Campaign: camp (2 drops, all files as added, index or folders MODIFIED")
     output = command("campaign", "next", "camp", expect=3)
     assert output.out == "3\n" and "not there any more" in output.err
+    # Logbook and videos name drops by number: a number given again would mix two drops.
     assert result("campaign", "add", "camp", "run3")["number"] == 3
     command("campaign", "note", "camp", "2", "it burned")
     assert [drop["number"] for drop in index_of(camp)] == [1, 2, 3]
 
 
+# Empty, cut, another type, another program's, no UTF-8; None: gone.
 @pytest.mark.parametrize(
     "damage", [b"", b"{", b"[]", b'{"made_by": "x", "format": 1, "drops": []}', b"\xff\xfe", None]
 )
@@ -167,6 +179,7 @@ def test_a_damaged_index_is_rebuilt_from_the_folders(camp: Path, damage: bytes |
     assert "rebuilt from the drops' folders" in summary["findings"][0]
     assert result("campaign", "add", "camp", "run3")["number"] == 3
     assert index_of(camp)[:2] == entries and len(index_of(camp)) == 3
+    # The damaged text is kept: a person may still read a note in it.
     backups = list(camp.glob("campaign.damaged-*.json"))
     assert [path.read_bytes() for path in backups] == ([] if damage is None else [damage])
     assert result("campaign", "list", "camp")["findings"] == []
@@ -177,6 +190,7 @@ def test_a_drop_whose_entry_was_not_written_any_more_is_found(camp: Path) -> Non
     command("campaign", "add", "camp", "run1")
     before = (camp / "campaign.json").read_bytes()
     command("campaign", "add", "camp", "run2", "--note", "two")
+    # The folder is renamed before the index is written: this is the state between the two.
     (camp / "campaign.json").write_bytes(before)
     summary = result("campaign", "list", "camp", expect=3)
     assert [drop["number"] for drop in summary["drops"]] == [1, 2]
@@ -186,6 +200,7 @@ def test_a_drop_whose_entry_was_not_written_any_more_is_found(camp: Path) -> Non
 
 def test_a_folder_that_says_nothing_of_itself_is_named_and_keeps_its_number(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
+    # Without its own entry, and with another drop's: neither counts, both numbers stay taken.
     (camp / "drop-0005").mkdir()
     shutil.copytree(camp / "drop-0001", camp / "drop-0006")
     summary = result("campaign", "list", "camp", expect=3)
@@ -208,6 +223,7 @@ def test_what_is_no_campaign_is_refused(camp: Path) -> None:
 
 def test_two_terminals_at_once_lose_no_drop(camp: Path) -> None:
     add = [sys.executable, "-m", "tfsat_host", "campaign", "add", "camp"]
+    # Processes, not threads: the lock is a file's.
     programs = [
         subprocess.Popen(
             [*add, f"run{n}", "--note", str(n)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
@@ -218,6 +234,7 @@ def test_two_terminals_at_once_lose_no_drop(camp: Path) -> None:
         _, stderr = program.communicate()
         assert program.returncode == 0, stderr
     drops = result("campaign", "list", "camp")["drops"]
+    # The order of arrival is open; that each has a number of its own is not.
     assert [drop["number"] for drop in drops] == [1, 2, 3]
     assert {drop["origin"]: drop["notes"][0]["text"] for drop in drops} == {
         f"run{seed}": str(seed) for seed in (1, 2, 3)
@@ -230,6 +247,7 @@ def test_every_command_says_that_index_and_drops_are_damaged(camp: Path) -> None
     (camp / "campaign.json").write_text("[1]")
     (camp / "drop-0001" / "drop.json").write_text("[2]")
     (camp / "drop-0002" / "drop.json").unlink()
+    # A report has nothing to show here (1); list and next answer with doubt (3).
     for action, code in (("list", 3), ("next", 3), ("report", 1)):
         err = " ".join(command("campaign", action, "camp", expect=code).err.split())
         assert "campaign.json is damaged" in err
@@ -247,6 +265,7 @@ def test_a_drop_that_lost_its_own_entry_is_named_until_it_has_it_again(
     for action in ("list", "next"):
         assert words in command("campaign", action, "camp", expect=3).err
     assert words in result("campaign", "report", "camp", expect=3)["findings"][0]
+    # The advice of the finding: a note writes the drop's own entry again from the index.
     command("campaign", "note", "camp", "1", "found without its entry")
     assert result("campaign", "list", "camp")["findings"] == []
 
@@ -270,6 +289,7 @@ def test_a_run_is_no_campaign(camp: Path, file_name: str) -> None:
 
 
 def test_hints_can_be_typed_as_they_are(camp: Path) -> None:
+    # Blanks, an umlaut and a command substitution: a pasted hint must not run anything else.
     camp.rename("camp ü $(x)")
     command("campaign", "add", "camp ü $(x)", "run1")
     for words in (

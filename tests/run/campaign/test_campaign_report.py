@@ -31,6 +31,7 @@ def add_runs(*runs: str) -> None:
 
 
 def test_robots_are_compared_by_themselves(camp: Path) -> None:
+    # A robot is told apart by its logger's serial number.
     on_other_logger(Path("run3"), OTHER)
     add_runs("run1", "run3", "run2")
     output = command("campaign", "report", "camp")
@@ -44,6 +45,7 @@ def test_robots_are_compared_by_themselves(camp: Path) -> None:
 
 def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add_runs("run1", "run2")
+    # No probability reaches 1: any disagreement of the two counts as contradiction.
     monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
     words = command("campaign", "report", "camp", expect=3).words
     verdict = "DOUBTFUL: 2 drops (2 good), drops contradict each other"
@@ -55,6 +57,7 @@ def test_a_drop_with_an_edited_robot_is_named_and_left_out(camp: Path) -> None:
         copyfile(find_robot(None), Path(run) / "robot.toml")
     add_runs("run1", "run2", "run3")
     edited = camp / "drop-0002" / "robot.toml"
+    # A comment alone: no value differs, but the file is not the one that was signed.
     edited.write_text(edited.read_text() + "# mended\n")
     summary = result("campaign", "report", "camp", expect=3)
     assert [drop["evaluation"] is None for drop in summary["drops"]] == [False, True, False]
@@ -80,6 +83,7 @@ def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
     for number in (1, 2):
         folder = camp / f"drop-000{number}"
         (folder / "preflight.json").write_text('{"verdict": "no-go"}\n')
+        # A NO-GO signed weeks later must not pass for the check before the drop.
         sign(
             folder,
             [folder / "preflight.json"],
@@ -99,6 +103,7 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     assert summary["report"] == "camp/report.html"
     assert [drop["number"] for drop in summary["drops"]] == [1, 2]
     turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in summary["drops"]]
+    # One robot, one maneuver: only noise lies between the two.
     assert turned_deg == pytest.approx([25.7, 25.7], abs=0.3)
     (compared,) = summary["comparisons"]
     assert (compared["robot"], compared["drops"]) == ("emulated", [1, 2]), "no robot fell"
@@ -115,6 +120,7 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     )
     assert result("campaign", "list", "camp")["findings"] == []
     assert all(drop["changes"] == [] for drop in result("campaign", "list", "camp")["drops"])
+    # A page without the program's mark may be a person's work.
     (camp / "report.html").write_text("somebody's own")
     assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
 
@@ -122,7 +128,8 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
 def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     run_folder(Path("run4"), 4)
     for seed in (1, 2):
-        fell(Path(f"run{seed}"))
+        relabel_as_real(Path(f"run{seed}"))
+    # Real and emulated in turn, so that neither order nor neighbours can sort them by accident.
     for number, seed in enumerate((1, 3, 2, 4), 1):
         output = command("campaign", "add", "camp", f"run{seed}")
         assert (", emulated robot" in output.words) == (seed > 2), number
@@ -153,8 +160,9 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     )
 
 
-def fell(run: Path) -> None:
+def relabel_as_real(run: Path) -> None:
     """Change an emulated run as if a real robot had recorded it."""
+    # Image CRC 0 marks the native core: any other is a flashed board's.
     change_headers(run / "SD.bin", image_crc=0xC0FFEE)
     certificate = run / CERTIFICATE
     emulated = read_calibration(certificate)
@@ -170,12 +178,15 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
     command("campaign", "add", "camp", "run2")
     evaluate_run = one_run.evaluate_run
 
-    def breaks(place: Path, options: EvaluationOptions, robot: RobotModel, out: Output) -> EvaluatedRun:
+    def fail_at_drop_1(
+        place: Path, options: EvaluationOptions, robot: RobotModel, out: Output
+    ) -> EvaluatedRun:
+        # A defect of the program, not of the data: the other drops must still be reported.
         if "drop-0001" in str(place):
             raise IndexError("index 3 is out of bounds")
         return evaluate_run(place, options, robot, out)
 
-    monkeypatch.setattr(one_run, "evaluate_run", breaks)
+    monkeypatch.setattr(one_run, "evaluate_run", fail_at_drop_1)
     monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
     output = command("campaign", "report", "camp", expect=3)
     assert "Drop 1 cannot be evaluated: IndexError" in output.words
@@ -187,6 +198,7 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
 
 def test_a_recording_that_ends_at_the_release_is_left_out_by_name(camp: Path) -> None:
     data = Path("run1/SD.bin").read_bytes()
+    # From the middle backwards, block by block, until no sample after the release is left.
     cut = next(
         at for at in range(len(data) // 1024 * 512, 512, -512) if _samples_after_release(data[:at]) == 0
     )

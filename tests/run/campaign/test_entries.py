@@ -25,6 +25,7 @@ from tfsat_host.run.files import ROBOTS
 
 AT = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
 _TEXT = st.text(st.characters(codec="utf-8"))
+# Whole milliseconds, as entries store them.
 _TIMES = st.datetimes(min_value=datetime(1980, 1, 1), timezones=st.just(UTC)).map(
     lambda at: at.replace(microsecond=at.microsecond // 1000 * 1000)
 )
@@ -55,6 +56,7 @@ def test_a_damaged_entry_is_no_entry(data: st.DataObject) -> None:
         ENTRY, DropEntry(1, "SD.bin", "0" * 64, "1a2b3c4d", AT, AT, "run", "real", (Note(AT, "x"),))
     )
     key = data.draw(st.sampled_from(sorted(values.keys() - {"folder"})))
+    # No field of an entry takes a flag, a number below 1 or a list of numbers.
     values[key] = data.draw(st.booleans() | st.integers(max_value=0) | st.lists(st.integers(), min_size=1))
     with pytest.raises(ValueError):
         parse_drop(json.dumps(values))
@@ -80,7 +82,8 @@ def test_a_drop_is_in_an_index_once() -> None:
 
 
 @given(st.integers(1, 9999))
-def test_folders_and_numbers(number: int) -> None:
+def test_a_folder_name_gives_its_number_and_no_other_name_does(number: int) -> None:
     assert number_of(folder_name(number)) == number
+    # Zero, too short, too long, other case, a suffix, and digits that are not ASCII.
     for other in ("drop-0000", "drop-1", "drop-00001", "Drop-0001", "drop-0001x", "drop-٠٠٠١"):
         assert number_of(other) is None
