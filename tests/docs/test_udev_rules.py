@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from itertools import product
 
@@ -74,10 +75,9 @@ def test_every_goto_has_its_label() -> None:
 
 def test_udev_itself_finds_no_fault_where_it_can_be_asked() -> None:
     """`udevadm verify` came with systemd 254; an older one does not know the word and checks nothing."""
-    try:
-        process = subprocess.run(["udevadm", "verify", PATH], capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        return
+    if shutil.which("udevadm") is None:
+        pytest.skip("no udevadm here")
+    process = subprocess.run(["udevadm", "verify", PATH], capture_output=True, text=True, check=False)
     assert process.returncode == 0 or "Unknown command verb" in process.stderr, process.stderr
 
 
@@ -92,9 +92,12 @@ def test_a_mistake_would_be_found(line: str) -> None:
 def test_it_is_read_before_the_access_is_given() -> None:
     # 73-seat-late.rules gives the access that the tag asks for: later tags come too late.
     assert int(PATH.name[:2]) < 73
-    for rule in RULES:
-        if _ids(rule) and _assigned_value(rule, "MODE"):
-            assert (_assigned_value(rule, "MODE"), _assigned_value(rule, "TAG")) == ("0660", "uaccess")
+    access = [
+        (_assigned_value(rule, "MODE"), _assigned_value(rule, "TAG"))
+        for rule in RULES
+        if _ids(rule) and _assigned_value(rule, "MODE")
+    ]
+    assert access and set(access) == {("0660", "uaccess")}
 
 
 def test_the_ports_are_those_that_the_host_looks_for() -> None:

@@ -114,8 +114,8 @@ def test_ctrl_c_keeps_the_table(in_this_process: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(series, "fly_many", interrupt_series)
     output = command("rehearse", "59", "70", "--runs", "50", "--out", "many", expect=130)
     assert "Interrupted after 1 of 50 drops." in output.err
-    assert output.out.startswith("Drops: 1 of 1 dropped: 1 good")
-    assert output.out.splitlines()[-1].startswith("Drops: 1 of 1 dropped: 1 good")
+    assert output.out.startswith("Drops: 1 of 1 dropped, 1 good")
+    assert output.out.splitlines()[-1].startswith("Drops: 1 of 1 dropped, 1 good")
     assert "--file many/maneuver.toml --robot many/robot.toml --seed SEED" in output.out
     with (in_this_process / "many" / "runs.csv").open() as file:
         assert [row["number"] for row in csv.DictReader(file)] == ["1"]

@@ -6,7 +6,7 @@ import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
-from tests.docs.wiring.firmware_pins import MICRO, TEENSY_ANALOG, logger_pins, sequencer_pins
+from tests.docs.wiring.firmware_pins import TEENSY_ANALOG, logger_pins, sequencer_pins
 from tests.docs.wiring.wirings import load_committed
 from tests.paths import REPOSITORY
 
@@ -42,11 +42,6 @@ def test_the_loggers_wires_are_the_firmwares() -> None:
     }
     named = dict(re.findall(r"(\d+) \((A\d)\)", " ".join(wire.pin for wire in wires)))
     assert named == {TEENSY_ANALOG[name]: name for name in named.values()} and len(named) == 6
-
-
-def test_no_other_pin_captures_with_timer_3() -> None:
-    """D13 is PC7, ICP3; D4 is PD4, ICP1: what the page says of D13 rests on that."""
-    assert (MICRO["PC7"], MICRO["PD4"]) == ("13", "4")
 
 
 def test_nothing_flows_from_usb_through_the_micro_to_the_battery_and_servos() -> None:

@@ -350,10 +350,8 @@ def test_the_name_of_a_drop_is_no_novel(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(tmp_path)
     values = json.loads(manifest_of(GOOD))
     # The name becomes a file's name: 200 leaves room for the endings within 255 bytes.
-    for count, what in ((200, "SD.bin"), (201, "its name has 201 characters")):
-        values["name"] = "n" * count
-        Path("a.zip").write_bytes(pack_archive(GOOD, json.dumps(values).encode()))
-        if count > 200:
-            assert what in " ".join(command("reproduce", "a.zip", expect=1).err.split())
-        else:
-            assert parse_manifest(json.dumps(values).encode(), "a.zip").name == "n" * 200
+    values["name"] = "n" * 200
+    assert parse_manifest(json.dumps(values).encode(), "a.zip").name == values["name"]
+    values["name"] = "n" * 201
+    Path("a.zip").write_bytes(pack_archive(GOOD, json.dumps(values).encode()))
+    assert "its name has 201 characters" in " ".join(command("reproduce", "a.zip", expect=1).err.split())
