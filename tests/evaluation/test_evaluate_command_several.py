@@ -47,6 +47,14 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     assert row.count("±") == 3, "of all drops together, and each drop's own"
 
 
+def test_advice_on_one_of_several_names_its_own_recording(drops: Path) -> None:
+    on_other_calibration = with_biases_of_another_day(drops / "2")
+    assert on_other_calibration
+    result = evaluate("1", "2", full=False)
+    first, _, second = result.words.partition("== 2")
+    assert "tfsat-host decode" not in first and f"tfsat-host decode {Path('2/SD.bin')}" in second
+
+
 def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
     evaluation = evaluate_to_json("1", "nowhere", expect=1)
     first, second = evaluation["drops"]

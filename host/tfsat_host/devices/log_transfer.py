@@ -247,9 +247,9 @@ class _Window:
                 meaning="Its card does not read them, or the cable loses everything that is long.",
                 next_step=Advice(
                     "Try another cable or port. If it stays so, take the card out and copy it: "
-                    "ddrescue reads around bad sectors; ",
-                    NextStep("decode"),
-                    " reads what it makes.",
+                    "ddrescue reads around bad sectors; then ",
+                    NextStep("decode", ("card.img",)),
+                    " with the image.",
                 ),
             )
         self._missing.discard(index)

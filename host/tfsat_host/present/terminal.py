@@ -121,14 +121,24 @@ def write_verdict(text: str, color: str, out: Output) -> None:
 def bullets(texts: Iterable[str], out: Output) -> None:
     """Write each text, of one sentence or more, as a bullet."""
     for text in texts:
-        for line in _wrap_text(out.complete(text), _width(), "  - ", "    "):
+        for line in wrap_bullet(text, out):
             out.line(line)
+
+
+def wrap_bullet(text: str, out: Output) -> list[str]:
+    """Return the lines of a bullet, its commands completed."""
+    return _wrap_text(out.complete(text), _width(), "  - ", "    ")
+
+
+def wrap_sentence(text: str, out: Output) -> list[str]:
+    """Return the lines of a text, its commands completed; further lines are indented."""
+    return _wrap_text(out.complete(text), _width(), "", "  ")
 
 
 def sentences(texts: Iterable[str], out: Output, *, colored: str = "", color: str = "") -> None:
     """Write the texts as they are, one below the other; `colored` is a part of them that has that colour."""
     for text in texts:
-        for line in _wrap_text(out.complete(text), _width(), "", "  "):
+        for line in wrap_sentence(text, out):
             out.line(line, colored=colored, color=color)
 
 
