@@ -18,6 +18,8 @@ from tests.evaluation.run_folder import (
     DROPPED,
     change_headers,
     change_samples,
+    cut,
+    released_s,
     remove_blocks,
     run_folder,
     tell_time,
@@ -26,17 +28,10 @@ from tfsat_host.calibration.certificate.certificate import Calibration, Landing,
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.evaluation import evaluation
 from tfsat_host.protocol.enums import EventCode
-from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE, SWITCH_OPEN_BIT
+from tfsat_host.protocol.log_layout import SWITCH_OPEN_BIT
 from tfsat_host.sdlog import load
 
 HOUR = timedelta(hours=1)
-
-
-def released_s(run: Path) -> float:
-    release_us = load(run / "SD.bin").release_us
-    assert release_us is not None
-    return release_us * 1e-6
 
 
 def change_certificate(run: Path, change: Callable[[Calibration], Calibration]) -> None:
@@ -54,15 +49,6 @@ def silence(run: Path, body: int, from_s: float, until_s: float) -> None:
         blocks["samples"]["flags"][silent] &= ~np.uint16(1 << (body - 1))
 
     change_samples(run / "SD.bin", change)
-
-
-def cut(run: Path, after_release_s: float) -> None:
-    """Power was cut, or the copy ends there."""
-    card = run / "SD.bin"
-    image = card.read_bytes()
-    begins = np.frombuffer(image, DATA_BLOCK_DTYPE)["time_us"] * 1e-6
-    # Up to the block that begins at that time.
-    card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])
 
 
 def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) -> None:

@@ -138,6 +138,10 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
         output = command("report", "run", "--out", name, expect=2)
         assert f"'{name}' is a folder" in output.err and f"{name.rstrip('.')}NAME" in output.err
         assert "is a folder" in command("campaign", "report", "camp", "--out", name, expect=2).err
+    for option in ("--figures", "--mcap"):
+        # The way to the files leads through a file.
+        output = command("report", "run", f"{option}={Path('run/SD.bin/x')}", expect=1)
+        assert f"Name another place with {option}." in output.err and "--out" not in output.err
     monkeypatch.setattr("tfsat_host.plotting.MODULE", "a_module_that_nobody_has")
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))
     for extra in ("figures", "mcap"):
