@@ -316,7 +316,7 @@ def test_reasons_that_fit_a_screen_are_all_there_in_full(run: Path, monkeypatch:
     monkeypatch.setenv("COLUMNS", "80")
     cut(run, 2.8)
     screen = evaluate("run", full=False)
-    (reason,) = [text for text in evaluate_to_json("run", expect=3)["verdict"]["reasons"]]
+    (reason,) = evaluate_to_json("run", expect=3)["verdict"]["reasons"]
     assert reason in screen.words and "more reason" not in screen.out
     assert len(screen.out.splitlines()) <= 40
 

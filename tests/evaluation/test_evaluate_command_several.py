@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,10 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     assert "The other drops' corrections made the model better in 2 of 2 drops." in result.words
     (row,) = [line for line in result.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]
     assert row.count("±") == 3, "of all drops together, and each drop's own"
+    # Each drop has the name that was typed, in every table.
+    _, _, tables = result.out.partition("All drops")
+    assert re.search(r"what +unit +all drops +1 +2\n", tables) and "deviation (σ)" in tables
+    assert "drop 1" not in tables and "own off" not in tables
 
 
 def test_advice_on_one_of_several_names_its_own_recording(drops: Path) -> None:

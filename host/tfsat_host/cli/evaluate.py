@@ -134,7 +134,7 @@ def _show_several(
     ]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
-        names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]
+        names = [str(run.place) for run in compared.runs]
         show_comparison(compared.tables(names), compared.remarks, out)
 
 

@@ -10,6 +10,7 @@ from tfsat_host.next_step import NextStep
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import Namespace
+    from collections.abc import Sequence
     from pathlib import Path
 
     from tfsat_host.present.output import Output
@@ -60,7 +61,7 @@ def _recording(args: Namespace) -> tuple[str, ...]:
 
     if getattr(args, "command", "") == "decode":
         return (str(args.file),)
-    places = getattr(args, "runs", ())
+    places: Sequence[Path] = getattr(args, "runs", ())
     if len(places) != 1:
         return ()
     try:
