@@ -222,7 +222,7 @@ def _sequencer(watch: SequencerWatch) -> list[Row]:
         (_REFUSAL, "last refusal", _error_words(status.last_refusal)),
         (
             _ACTIVITY,
-            "knocks",
+            "false triggers",
             f"{status.knocks}; false releases: {status.false_releases}; "
             f"strokes of the last run: {status.strokes_started}",
         ),
