@@ -179,6 +179,11 @@ def columns_of(attribute: str, columns: Columns) -> Columns:
     return tuple(map(move, columns))
 
 
+def labelled(columns: Columns, *labels: str) -> Columns:
+    """Return the columns with these labels, in the order of `columns`."""
+    return tuple(column for column in columns if column.label in labels)
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """Rows under columns, for people.

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.drop_result import stroke_table
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of, tables_of
-from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
+from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.result.model_result import remarks as model_remarks
 from tfsat_host.evaluation.verdict import Verdict
@@ -69,7 +70,7 @@ def show_evaluation(
         sentences([change], out)
         out.line()
         # Remarks on strokes are reasons of the verdict.
-        show_table(replace(stroke_summary(evaluation), caption=""), out)
+        show_table(replace(stroke_table(evaluation), caption=""), out)
         log = evaluation.log
         write_labelled("Recording:", f"{recording}: {log.verdict}, {log.samples_lost} samples lost", out)
         for label, text in sources:
@@ -146,9 +147,13 @@ def _show_everything(
     write_labelled("Gyro delay:", _lag_words(evaluation), out)
     for label, text in sources:
         write_labelled(f"{label}:", text, out)
+    ends_with_text = True
     for table in tables_of(evaluation):
-        out.line()
+        # Rows end with an empty line of their own.
+        if ends_with_text:
+            out.line()
         show_table(table, out)
+        ends_with_text = bool(table.caption or table.fold)
     sentences(model_remarks(evaluation), out)
     if notes:
         out.line()
