@@ -122,7 +122,7 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     assert "(not valid for this drop)" in result.words
 
 
-def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
+def test_its_own_landing_is_no_objection_to_a_calibration(run: Path) -> None:
     assert evaluate("run").code == 0
     (landing,) = read_calibration(run / CERTIFICATE).landings
     # The evaluation noted this drop's own landing: it is later than the drop.

@@ -47,7 +47,7 @@ def advise_on_drop(place: Path, args: Namespace, out: Output) -> None:
     """Complete commands for one drop of several from now on.
 
     Args:
-        place: The drop, as it was typed.
+        place: The drop, as typed.
         args: What was typed for the running command.
         out: Where the commands are shown.
     """

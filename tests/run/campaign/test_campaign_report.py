@@ -1,4 +1,4 @@
-"""`campaign report` lays drops over each other, keeps robots apart, and leaves out what is not as it came."""
+"""`campaign report` lays drops over each other, keeps robots apart, and leaves out what was modified."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def test_it_speaks_of_adding(camp: Path) -> None:
     )
 
 
-def test_certificate_recordings_and_preflight_are_vouched_for(camp: Path) -> None:
+def test_certificate_recordings_and_preflight_are_signed(camp: Path) -> None:
     recordings = Path("run1") / CERTIFICATE.replace(".toml", "-recordings")
     recordings.mkdir()
     (recordings / "rest.npz").write_bytes(b"raw")

@@ -280,7 +280,7 @@ def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
             what=f"Modified since it was added: {' '.join(changes)}",
             meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
             next_step=Advice(
-                "Put the file back as it was. If the change is meant: copy the drop's folder to another place, ",
+                "Put the unchanged file back. If the change is meant: copy the drop's folder to another place, ",
                 NextStep("campaign void", (str(folder), str(drop.number))),
                 ", then campaign add the copy.",
             ),
