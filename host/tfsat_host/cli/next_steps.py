@@ -59,9 +59,11 @@ def _recording(args: Namespace) -> tuple[str, ...]:
     """Return the recording that the running command reads; nothing if it reads none, or several."""
     from tfsat_host.run.files import run_files
 
-    if getattr(args, "command", "") == "decode":
+    running = getattr(args, "command", "")
+    if running == "decode":
         return (str(args.file),)
-    places: Sequence[Path] = getattr(args, "runs", ())
+    # `rehearse` has its recording in --out; its `runs` is a number.
+    places: Sequence[Path] = [args.out] if running == "rehearse" else getattr(args, "runs", ())
     if len(places) != 1:
         return ()
     try:
