@@ -179,11 +179,6 @@ def columns_of(attribute: str, columns: Columns) -> Columns:
     return tuple(map(move, columns))
 
 
-def labelled(columns: Columns, *labels: str) -> Columns:
-    """Return the columns with these labels, in the order of `columns`."""
-    return tuple(column for column in columns if column.label in labels)
-
-
 @dataclass(frozen=True, slots=True)
 class Table:
     """Rows under columns, for people.
@@ -195,6 +190,7 @@ class Table:
         caption: What one has to know to read it.
         folded: How many of the last rows may be folded away.
         fold: Under these words.
+        below: Labels of columns that have no room beside the others on a terminal: they form a second table there.
     """
 
     title: str
@@ -203,6 +199,7 @@ class Table:
     caption: str = ""
     folded: int = 0
     fold: str = ""
+    below: tuple[str, ...] = ()
 
     @property
     def shown(self) -> Columns:

@@ -265,7 +265,7 @@ def test_whatever_is_missing_the_page_is_made(silent: str) -> None:
     assert len(render(document).encode()) < MAX_BYTES
     assert drop["verdict"]["level"] == "doubtful"
     assert numbers(drop)["Reorientation"]["std"] > 0.0
-    assert ("never answered" in table(drop, "Angle sensors")["rows"][2][1]) is not gyro
+    assert ("never answered" in table(drop, "Joints")["rows"][2][3]) is not gyro
     assert any("gyro of body 4" in reason for reason in drop["verdict"]["reasons"]) is gyro
 
 

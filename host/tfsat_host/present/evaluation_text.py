@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop_result import stroke_table
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of, tables_of
-from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table
+from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.result.model_result import remarks as model_remarks
 from tfsat_host.evaluation.verdict import Verdict
@@ -70,7 +69,7 @@ def show_evaluation(
         sentences([change], out)
         out.line()
         # Remarks on strokes are reasons of the verdict.
-        show_table(replace(stroke_table(evaluation), caption=""), out)
+        show_table(replace(stroke_summary(evaluation), caption=""), out)
         log = evaluation.log
         write_labelled("Recording:", f"{recording}: {log.verdict}, {log.samples_lost} samples lost", out)
         for label, text in sources:

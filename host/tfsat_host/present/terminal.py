@@ -20,10 +20,14 @@ _MIN_TEXT_COLUMNS = 24
 
 
 def show_table(table: Table, out: Output) -> None:
-    """Rows that are not folded; below them what the table has folded, and its caption."""
+    """Rows that are not folded, in one table or two; below them what the table has folded, and its caption."""
     visible_rows = table.rows[: len(table.rows) - table.folded]
     if visible_rows:
-        show_rows(table.columns, visible_rows, out, title=table.title)
+        beside = tuple(column for column in table.shown if column.label not in table.below)
+        show_rows(beside, visible_rows, out, title=table.title)
+        if table.below:
+            below = (column for column in table.shown if column.label in table.below)
+            show_rows((beside[0], *below), visible_rows, out, title=f"{table.title} (continued)")
     sentences([text for text in (table.fold, table.caption if visible_rows else "") if text], out)
 
 

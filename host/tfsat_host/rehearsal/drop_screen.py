@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop_result import JOINTS, joints, stroke_table
+from tfsat_host.evaluation.result.drop_result import JOINTS, joints
 from tfsat_host.evaluation.result.evaluation_tables import reasons_of
-from tfsat_host.evaluation.result.first_screen import PredictionRow, prediction_table
+from tfsat_host.evaluation.result.first_screen import PredictionRow, prediction_table, stroke_summary
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.preflight.preflight_check import join_steps
 from tfsat_host.present.evaluation_text import show_verdict
@@ -149,7 +149,7 @@ def _show_fall(result: RehearsalResult, out: Output) -> None:
     """Show what the recording holds of the fall: evaluated, without calibration, or no release."""
     if result.judged.evaluation is not None:
         show_table(_prediction_and_truth(result.judged.evaluation, result.compared), out)
-        strokes = stroke_table(result.judged.evaluation)
+        strokes = stroke_summary(result.judged.evaluation)
         show_table(strokes, out)
         if strokes.caption:
             out.line()

@@ -15,7 +15,7 @@ from tfsat_host.evaluation.micro_gravity import MicroGravity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import InitialRate
 from tfsat_host.evaluation.standing_joints import JointRest
-from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, labelled, number, plus_minus
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, plus_minus
 
 
 def _quaternion(turn: Turn) -> Any:
@@ -47,11 +47,6 @@ STROKES: Columns = (
     Column("overshoot_deg", "overshoot", form=".2f"),
     *fields("short_deg mean_rate_deg_s settling_s unfinished remark"),
 )
-
-
-# Two tables, since a terminal has no room for all columns beside each other.
-STROKE_TIMES: Columns = labelled(STROKES, "stroke", "commanded", "flown", "start", "end")
-_STROKE_RATES: Columns = labelled(STROKES, "stroke", "dead time", "peak rate", "overshoot")
 
 
 def _farthest(rest: JointRest) -> str:
@@ -142,34 +137,27 @@ def bodies(evaluation: Evaluation) -> list[BodyResult]:
 def stroke_table(evaluation: Evaluation) -> Table:
     """Commanded and flown; without rows if no maneuver is known."""
     remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in evaluation.strokes if stroke.remark]
-    return Table("Strokes", STROKE_TIMES, evaluation.strokes, " ".join(remarks))
-
-
-def stroke_rate_table(evaluation: Evaluation) -> Table:
-    """How each stroke began, ran and arrived; without rows if no maneuver is known."""
+    caption = "Dead time: from the rise of the stroke line to the start of the joint."
     return Table(
-        "Strokes: dead time, rate, overshoot",
-        _STROKE_RATES,
+        "Strokes",
+        STROKES,
         evaluation.strokes,
-        "Dead time: from the rise of the stroke line to the start of the joint.",
+        " ".join([caption, *remarks]),
+        below=("dead time", "peak rate", "overshoot"),
     )
 
 
 def joint_table(evaluation: Evaluation) -> Table:
-    """Build the table of joint angles at the release and at the end."""
+    """Build the table of joint angles at the release and at the end, and of their sensors' agreement."""
     if not evaluation.is_given():
         return Table("Joints", JOINTS, (), fold="Joint angles: withheld.")
-    return Table("Joints", labelled(JOINTS, "joint", "at the release", "at the end"), joints(evaluation))
-
-
-def angle_sensor_table(evaluation: Evaluation) -> Table:
-    """Build the table of the agreement of each joint's angle sensors; without rows where it is withheld."""
     return Table(
-        "Angle sensors",
-        labelled(JOINTS, "joint", "sensor 1 (deg)", "sensor 2 (deg)"),
-        joints(evaluation) if evaluation.is_given() else (),
-        "Mean difference from the fused angle ± what the calibration allows, and the rms of all differences, noise "
-        "included.",
+        "Joints",
+        JOINTS,
+        joints(evaluation),
+        "Sensors: mean difference from the fused angle ± what their calibration allows, and the rms of all "
+        "differences, noise included.",
+        below=("sensor 1 (deg)", "sensor 2 (deg)"),
     )
 
 

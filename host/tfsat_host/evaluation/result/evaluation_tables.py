@@ -25,16 +25,14 @@ from tfsat_host.evaluation.result.drop_result import (
     STROKES,
     TURN,
     BodyResult,
-    angle_sensor_table,
     bodies,
     clock_table,
     joint_table,
     joints,
     standing_table,
-    stroke_rate_table,
     stroke_table,
 )
-from tfsat_host.evaluation.result.model_result import MODEL, error_score_table, error_table, offset_table
+from tfsat_host.evaluation.result.model_result import MODEL, error_table, offset_table
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.next_step import Advice
 from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector
@@ -45,12 +43,9 @@ def tables_of(evaluation: Evaluation) -> list[Table]:
     """Build the tables that have content."""
     builders = (
         stroke_table,
-        stroke_rate_table,
         joint_table,
-        angle_sensor_table,
         standing_table,
         error_table,
-        error_score_table,
         offset_table,
         check_table,
         cause_table,

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.com_fit.model_comparison import BODY_1, ComparedModel
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.drop_result import STROKES
 from tfsat_host.evaluation.result.key_numbers import attitude_error
 from tfsat_host.evaluation.result.model_result import correction_sentences, offsets, withholding_factor
 from tfsat_host.quantity import Column, Columns, Quantity, Table, plus_minus
@@ -17,6 +18,7 @@ MAX_CHANGES = 3
 """Numbers that are named in one sentence."""
 MIN_CHANGE_STDS = 2.0
 """A change that is less sure than this is not named."""
+_STROKE_KEYS = ("stroke", "commanded_deg", "size_deg", "start_s", "end_s")
 
 
 class PredictionRow(NamedTuple):
@@ -76,3 +78,10 @@ def change_sentence(evaluation: Evaluation) -> str:
             "(to write them: --corrected-robot FILE)."
         )
     return f"Correction: {named}; {len(rows)} numbers in all (to write them: --corrected-robot FILE)."
+
+
+def stroke_summary(evaluation: Evaluation) -> Table:
+    """Build a line for each stroke: commanded and flown angle, begin and end."""
+    columns = tuple(column for column in STROKES if column.key in _STROKE_KEYS)
+    remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in evaluation.strokes if stroke.remark]
+    return Table("Strokes", columns, evaluation.strokes, " ".join(remarks))

@@ -15,7 +15,7 @@ from tfsat_host.evaluation.com_fit.model_comparison import EXPECTED_DISTANCE
 from tfsat_host.evaluation.com_fit.offsets import COM_BODIES, Offsets
 from tfsat_host.evaluation.com_fit.prediction import AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.quantity import Column, Columns, Table, fields, labelled, number
+from tfsat_host.quantity import Column, Columns, Table, fields, number
 
 NOT_CALLED_FOR = 0.05
 """A correction as great as this one comes of noise alone in more than this share of drops: none is called for."""
@@ -315,24 +315,12 @@ _ERRORS: Columns = (
 
 def error_table(evaluation: Evaluation) -> Table:
     """Measured less predicted attitude of body 1 at the end."""
+    models = (("nominal", _nominal_error(evaluation)), ("fitted", _fitted_error(evaluation)))
     return Table(
         "Attitude error of the model",
-        labelled(_ERRORS, "model", *_ANGLES, "norm"),
-        _sides(evaluation),
-        "Measured − predicted z-y-x Euler angles of body 1 at the end.",
+        _ERRORS,
+        [_Side(name, error) for name, error in models if isinstance(error, AttitudeError)],
+        "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
+        "deviation, the same order.",
+        below=("rms over time", "z-scores"),
     )
-
-
-def error_score_table(evaluation: Evaluation) -> Table:
-    """Measured less predicted attitude of body 1 over time, and at the end in standard deviations."""
-    return Table(
-        "Attitude error of the model: rms and z-scores",
-        labelled(_ERRORS, "model", "rms over time", "z-scores"),
-        _sides(evaluation),
-        f"z-scores: {', '.join(_ANGLES)} at the end, each in units of its standard deviation.",
-    )
-
-
-def _sides(evaluation: Evaluation) -> list[_Side]:
-    models = (("nominal", _nominal_error(evaluation)), ("fitted", _fitted_error(evaluation)))
-    return [_Side(name, error) for name, error in models if isinstance(error, AttitudeError)]

@@ -19,7 +19,6 @@ import numpy as np
 from tfsat_host import __version__, quantity
 from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.drop_result import stroke_table
 from tfsat_host.evaluation.result.evaluation_tables import (
     calibration_table,
     reasons_of,
@@ -27,7 +26,7 @@ from tfsat_host.evaluation.result.evaluation_tables import (
     tables_of,
     utc,
 )
-from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table
+from tfsat_host.evaluation.result.first_screen import change_sentence, prediction_table, stroke_summary
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
 from tfsat_host.evaluation.verdict import Verdict
 from tfsat_host.file_hash import sha256_of
@@ -128,7 +127,7 @@ def _drop(drop: ReportedDrop) -> Drop:
         ),
         prediction=table(prediction_table(evaluation)),
         change=_HYPHEN.sub("−", change_sentence(evaluation)).replace(" ± ", "\u00a0±\u00a0"),
-        strokes=table(stroke_table(evaluation)),
+        strokes=table(stroke_summary(evaluation)),
         key_numbers=[key_number(key_quantity) for key_quantity in key_numbers_of(evaluation)],
         notes=_notes(drop),
         t_s=evaluation.motion.t_s.round(6).tolist(),
