@@ -126,7 +126,7 @@ def test_an_interrupted_preflight_leaves_no_recording_behind(
 
     monkeypatch.setattr(LoggerClient, moment, interrupt_call)
     error = ready.preflight(expect=130)["error"]
-    assert "no recording of this preflight is left" in error["meaning"]
+    assert "no recording of this preflight left on the card" in error["meaning"]
     assert ready.robot.card_slot.files() == {}
     assert ready.logger().status().state == LoggerState.STOPPED
     assert not (ready.folder / "preflight.json").exists()

@@ -87,7 +87,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ),
     ErrorCode.SWITCH_OPEN: (
         "A release switch is open.",
-        "The robot is not seated: its release could not be detected.",
+        "The robot is not seated: armed like this, it could not tell its release.",
         Advice("Seat the robot in the releaser until both switches are closed, then arm again."),
     ),
     ErrorCode.NO_MANEUVER: (
@@ -122,7 +122,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ),
     ErrorCode.RESET_WHILE_ARMED: (
         "The board restarted while it was armed, and a switch was open.",
-        "The time of the release is unknown to the board: no joint moves.",
+        "It does not know when the robot was released and will not move.",
         Advice("Find out why, then disarm, seat the robot and arm."),
     ),
     ErrorCode.RESET_WHILE_RUNNING: (
@@ -152,7 +152,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, Advice]] = {
     ),
     ErrorCode.CLOSED_WHILE_RUNNING: (
         "Both release switches closed again after the maneuver had begun.",
-        "The robot hung, or was caught: the remaining strokes were not flown, and the servos hold their last commanded angles.",
+        "The robot hung, or was caught: the strokes left were not flown, and the servos hold where they were told last.",
         Advice("Keep clear of the joints, then ", NextStep("disarm"), ": the servos go limp. Bring the joints to 0 deg, seat the robot and arm again."),
     ),
     ErrorCode.UPLOAD_INTERRUPTED: (
