@@ -350,7 +350,7 @@ enums:
       doc: 'The ring was full: value = samples lost.'
     7:
       id: release
-      doc: 'The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one.'
+      doc: 'The logger detected a release, see [release]; time = its t = 0, arg = 1. arg = 0: a false release, both switches closed again.'
     8:
       id: landing
       doc: 'The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.'

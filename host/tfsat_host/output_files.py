@@ -36,11 +36,13 @@ class OutputFile:
         path: Where.
         marker: Bytes in the first or last 4 KiB by which the command knows its own file.
         write: Writes the contents to the path it is given.
+        option: That names the place.
     """
 
     path: Path
     marker: bytes
     write: Callable[[Path], object]
+    option: str = "--out"
 
 
 def write_all(files: list[OutputFile], *, force: bool) -> None:
@@ -53,7 +55,7 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
     """
     # Check all of them before the first is written: all or none.
     for file in files:
-        check_may_write(file.path, marker=file.marker, force=force)
+        check_may_write(file.path, marker=file.marker, force=force, option=file.option)
     for file in files:
         fill_whole(file.path, file.write)
 
@@ -66,16 +68,18 @@ def write_text(path: Path, marker: bytes, text: str, *, force: bool) -> None:
     )
 
 
-def refuse_special(path: Path) -> None:
+def refuse_special(path: Path, option: str = "--out") -> None:
     """Raises TfsatError for a device, pipe or socket; it is not opened, which could wait forever."""
     if is_special(path):
         raise _refusal(
             f"{path} is a device, pipe or socket, not a file.",
-            "Name a file with --out; results for a pipe go to stdout: --json.",
+            f"Name a file with {option}; results for a pipe go to stdout: --json.",
         )
 
 
-def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = "") -> None:
+def check_may_write(
+    path: Path, *, marker: bytes, force: bool, elsewhere: str = "", option: str = "--out"
+) -> None:
     """Refuse a path that holds something this command did not make, or that nothing can be written to.
 
     To be called before what takes long: it tries the folder, or the next above that exists, with an empty file.
@@ -85,34 +89,35 @@ def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = 
         marker: Of the command's own files.
         force: Whether another program's may be overwritten.
         elsewhere: What to do where nothing can be written, for a command without `--out`; a sentence.
+        option: The one that names the place.
 
     Raises:
         TfsatError: it does, or it is a directory, or its folder is none or cannot be written to.
     """
     if path.is_dir():
-        raise _refusal(f"{path} is a directory.", "Move it away, or name another place with --out.")
-    refuse_special(path)
+        raise _refusal(f"{path} is a directory.", f"Move it away, or name another place with {option}.")
+    refuse_special(path, option)
     # The nearest folder that exists: those below it will be made in it.
     folder = next(place for place in path.absolute().parents if place.exists())
     if not folder.is_dir():
-        raise _refusal(f"{folder} is a file, not a folder.", "Name another place with --out.")
+        raise _refusal(f"{folder} is a file, not a folder.", f"Name another place with {option}.")
     try:
         if path.exists() and not force and not was_made_with(path, marker):
             raise TfsatError(
                 what=f"{path} exists and was not made by this command.",
                 meaning="Nothing was overwritten.",
-                next_step="Name another place with --out, or add --force to overwrite it.",
+                next_step=f"Name another place with {option}, or add --force to overwrite it.",
             )
         # Only with --force is one here; a recording or a certificate is safe from that, too.
         if path.exists() and not was_made_with(path, marker):
-            _require_replaceable(path)
+            _require_replaceable(path, option)
         # Only a try tells: permissions, quotas and read-only disks have no common test.
         new_file_beside(path, folder).unlink()
     except OSError as error:
         raise UnwritableError(
             what=f"{path} cannot be written: {error.strerror}.",
             meaning="Nothing was written.",
-            next_step=elsewhere or "Name another place with --out, one that you may write to.",
+            next_step=elsewhere or f"Name another place with {option}, one that you may write to.",
         ) from error
 
 
@@ -127,7 +132,7 @@ def tell_new_folder(folder: Path | None, notices: Notices) -> None:
         notices.note(f"The folder {folder} was not there: it was made.")
 
 
-def _require_replaceable(path: Path) -> None:
+def _require_replaceable(path: Path, option: str) -> None:
     with path.open("rb") as file:
         start = file.read(_LOOK_BYTES)
     for sign, what in _IRREPLACEABLE.items():
@@ -135,7 +140,7 @@ def _require_replaceable(path: Path) -> None:
             raise TfsatError(
                 what=f"{path} is {what}.",
                 meaning="Nothing can make it again, so nothing was overwritten; --force does not change that.",
-                next_step="Name another place with --out; move the file away by hand if it may go.",
+                next_step=f"Name another place with {option}; move the file away by hand if it may go.",
             )
 
 

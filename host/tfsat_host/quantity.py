@@ -190,6 +190,7 @@ class Table:
         caption: What one has to know to read it.
         folded: How many of the last rows may be folded away.
         fold: Under these words.
+        below: Labels of columns that have no room beside the others on a terminal: they form a second table there.
     """
 
     title: str
@@ -198,6 +199,7 @@ class Table:
     caption: str = ""
     folded: int = 0
     fold: str = ""
+    below: tuple[str, ...] = ()
 
     @property
     def shown(self) -> Columns:

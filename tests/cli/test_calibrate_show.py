@@ -98,6 +98,16 @@ def test_the_first_screen_is_the_verdict_what_it_rests_on_and_what_to_type(tfsat
     assert "To measure" not in ready
 
 
+def test_the_commands_after_an_emulated_certificate_are_for_the_emulated_robot(tfsat_host: RunCli) -> None:
+    whole = whole_calibration(measured_at=datetime.now(UTC) - 3 * HOUR)
+    emulated = replace(whole, subject=replace(whole.subject, emulated=True))
+    file = certificate(tfsat_host.folder, with_landing(emulated, Landing(datetime.now(UTC) - HOUR, "a test")))
+    # Named by --out: nothing that was typed says that it is of an emulated robot.
+    text = tfsat_host("calibrate", "show", "--out", str(file)).stdout
+    commands = [line.strip() for line in text.splitlines() if "tfsat-host calibrate" in line]
+    assert len(commands) > 2 and all(command.endswith(" --emulated") for command in commands)
+
+
 def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> None:
     calibration = whole_calibration()
     gyro = calibration.gyros[0]

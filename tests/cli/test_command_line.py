@@ -105,6 +105,7 @@ def test_help_names_every_command_and_every_exit_code(tfsat_host: RunCli) -> Non
     text = tfsat_host("--help").stdout
     for command in HELPS:
         assert command in text
+    text = " ".join(text.split())
     for words in ("0 done", "1 failed", "2 usage", "3 done but", "4 refused", "130 interrupted"):
         assert words in text
 

@@ -65,9 +65,7 @@ def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfs
     assert read_calibration(file).landings == (landing,), "it landed once, however often it is decoded"
     assert again["calibration"]["usable"] is False
     (sentence,) = again["calibration"]["sentences"]
-    assert sentence.startswith("The recording has no time of day"), (
-        "its own landing does not stand against it"
-    )
+    assert sentence.startswith("The recording has no time of day"), "its own landing is no objection"
 
 
 def test_without_a_time_of_day_every_other_landing_counts(tfsat_host: RunCli) -> None:

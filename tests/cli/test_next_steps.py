@@ -68,6 +68,13 @@ def option_names(parser: ArgumentParser, words: list[str]) -> list[str]:
         ({"command": "status", "port": "/dev/a"}, "log fetch ram", "tfsat-host log fetch ram --port /dev/a"),
         ({"command": "status", "emulated": True}, "log fetch ram", "tfsat-host log fetch ram --emulated"),
         ({"command": "status", "port": "/dev/a"}, "decode SD.bin", "tfsat-host decode SD.bin"),
+        ({"command": "evaluate", "runs": [Path("SD.bin")]}, "decode", "tfsat-host decode SD.bin"),
+        ({"command": "evaluate", "runs": [Path("A.bin"), Path("B.bin")]}, "decode", "tfsat-host decode"),
+        (
+            {"command": "decode", "file": Path("SD.bin")},
+            "decode --format parquet",
+            "tfsat-host decode SD.bin --format parquet",
+        ),
         ({"command": "status", "port": "/dev/a"}, "jog --help", "tfsat-host jog --help"),
         ({"command": "jog", "port": "/dev/a"}, "arm --port /dev/b", "tfsat-host arm --port /dev/b"),
         (
@@ -110,8 +117,11 @@ def option_names(parser: ArgumentParser, words: list[str]) -> list[str]:
     ],
 )
 def test_a_command_gets_what_the_running_one_was_given(
-    options: dict[str, object], step: str, command: str
+    options: dict[str, object], step: str, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("SD.bin", "A.bin", "B.bin"):
+        Path(name).touch()
     words = shlex.split(step)
     actions = 2 if words[0] in ("log", "flash", "calibrate") else 1
     advice = Advice("Then: ", NextStep(" ".join(words[:actions]), tuple(words[actions:])), ".")

@@ -144,7 +144,7 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
     assert status.verdict == "READY TO ARM: logger not read"
 
 
-def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
+def test_false_triggers_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
     connect(board).arm()
     for _ in range(3):
         board.switch(0, closed=False)
@@ -154,7 +154,7 @@ def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli)
     board.write(b"\0\x05\x01\x02\x03\x04\0")
     board.run(10_000)
     status = Told(board, tfsat_host)
-    assert (status.json["knocks"], status.rows["Knocks"]) == (3, "3; false releases: 0")
+    assert (status.json["knocks"], status.rows["False triggers"]) == (3, "3; false releases: 0")
     assert status.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
     assert status.rows["Link"].startswith(f"{status.json['frames_rejected']} damaged frame")
 

@@ -25,6 +25,7 @@ from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, CRC_OFFSET, DATA_BLOCK_DTYPE, LOG_HEADER_DTYPE
 from tfsat_host.robot import load_robot
+from tfsat_host.sdlog import load
 
 ROBOT = 11
 """The seed of the one robot that all these drops are of."""
@@ -129,3 +130,18 @@ def remove_blocks(card: Path, from_s: float, until_s: float) -> None:
         # Zeros, as a card shows blocks that were never written.
         image[row * BLOCK_BYTES : (row + 1) * BLOCK_BYTES] = bytes(BLOCK_BYTES)
     card.write_bytes(bytes(image))
+
+
+def released_s(run: Path) -> float:
+    release_us = load(run / "SD.bin").release_us
+    assert release_us is not None
+    return release_us * 1e-6
+
+
+def cut(run: Path, after_release_s: float) -> None:
+    """Power was cut, or the copy ends there."""
+    card = run / "SD.bin"
+    image = card.read_bytes()
+    begins = np.frombuffer(image, DATA_BLOCK_DTYPE)["time_us"] * 1e-6
+    # Up to the block that begins at that time.
+    card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])

@@ -162,7 +162,7 @@ def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
     nothing = widen_fit(fit, 1e6)
     together = combine([nothing, nothing, fit])
     np.testing.assert_allclose(together.values, fit.values, atol=1e-3)
-    # Drops that tell nothing leave the prior as it was, not halved.
+    # Drops that tell nothing leave the prior unchanged, not halved.
     np.testing.assert_allclose(combine([nothing, nothing]).std, fit.offsets.prior_std, rtol=1e-5)
 
 

@@ -18,6 +18,8 @@ from tests.evaluation.run_folder import (
     DROPPED,
     change_headers,
     change_samples,
+    cut,
+    released_s,
     remove_blocks,
     run_folder,
     tell_time,
@@ -26,17 +28,10 @@ from tfsat_host.calibration.certificate.certificate import Calibration, Landing,
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.evaluation import evaluation
 from tfsat_host.protocol.enums import EventCode
-from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE, SWITCH_OPEN_BIT
+from tfsat_host.protocol.log_layout import SWITCH_OPEN_BIT
 from tfsat_host.sdlog import load
 
 HOUR = timedelta(hours=1)
-
-
-def released_s(run: Path) -> float:
-    release_us = load(run / "SD.bin").release_us
-    assert release_us is not None
-    return release_us * 1e-6
 
 
 def change_certificate(run: Path, change: Callable[[Calibration], Calibration]) -> None:
@@ -54,15 +49,6 @@ def silence(run: Path, body: int, from_s: float, until_s: float) -> None:
         blocks["samples"]["flags"][silent] &= ~np.uint16(1 << (body - 1))
 
     change_samples(run / "SD.bin", change)
-
-
-def cut(run: Path, after_release_s: float) -> None:
-    """Power was cut, or the copy ends there."""
-    card = run / "SD.bin"
-    image = card.read_bytes()
-    begins = np.frombuffer(image, DATA_BLOCK_DTYPE)["time_us"] * 1e-6
-    # Up to the block that begins at that time.
-    card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])
 
 
 def open_before_the_release(run: Path, opened_s: Sequence[float], for_s: float) -> None:
@@ -136,7 +122,7 @@ def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
     assert "(not valid for this drop)" in result.words
 
 
-def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
+def test_its_own_landing_is_no_objection_to_a_calibration(run: Path) -> None:
     assert evaluate("run").code == 0
     (landing,) = read_calibration(run / CERTIFICATE).landings
     # The evaluation noted this drop's own landing: it is later than the drop.
@@ -235,7 +221,7 @@ def test_a_log_without_a_release_is_refused(run: Path) -> None:
     result = evaluate("run")
     assert result.code == 1 and result.out == ""
     assert "has no release" in result.err
-    assert "tfsat-host decode" in result.err
+    assert f"Events of the recording: tfsat-host decode {Path('run/SD.bin')}" in result.err
 
 
 @pytest.mark.parametrize(
@@ -283,6 +269,58 @@ def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
         assert "holds 2 recordings" in result.err and "tfsat-host evaluate" in result.err
 
 
+def damage_badly(run: Path) -> None:
+    """Lose 30 ms of each 100 ms, bend every sensor in the fall, and end the calibration before the drop."""
+    zero_s = released_s(run)
+    for from_s in np.arange(-8.0, 2.4, 0.1):
+        remove_blocks(run / "SD.bin", zero_s + from_s, zero_s + from_s + 0.03)
+
+    def bend(blocks: Any, t_s: np.ndarray[Any, Any]) -> None:
+        late, imu, angle = t_s > zero_s + 0.9, blocks["samples"]["imu"], blocks["samples"]["angle"]
+        # Another step for each body, so that no single sensor can be the cause.
+        for body in range(4):
+            imu["gyro"][:, :, body][late] += np.int16(200 * (body + 1))
+            imu["accel"][:, :, body][late] += np.int16(2000 * (body + 1))
+        # One of the two angle sensors of joints 1 and 2.
+        angle[:, :, 0][late] += 200
+        angle[:, :, 3][late] += 300
+
+    change_samples(run / "SD.bin", bend)
+    change_certificate(
+        run, lambda calibration: with_landing(calibration, Landing(DROPPED - HOUR / 2, "a test"))
+    )
+
+
+def test_a_badly_damaged_drop_has_its_gravest_reasons_on_one_screen(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    damage_badly(run)
+    all_reasons = evaluate_to_json("run", expect=3)["verdict"]["reasons"]
+    assert len(all_reasons) > 20
+    screen, full = evaluate("run", full=False), evaluate("run")
+    lines = screen.out.splitlines()
+    assert len(lines) <= 40 and lines[-1].startswith("DOUBTFUL: ")
+    shown, full_shown = (
+        # The reasons stand above the first empty line.
+        [line for line in said.out.partition("\n\n")[0].splitlines() if line.startswith("  - ")]
+        for said in (screen, full)
+    )
+    assert 1 < len(shown) <= 5 and len(full_shown) == len(all_reasons)
+    assert shown == full_shown[: len(shown)], "the gravest first"
+    more = f"  {len(all_reasons) - len(shown)} more reasons: tfsat-host evaluate run --full"
+    assert lines.index(more) < lines.index("")
+
+
+def test_reasons_that_fit_a_screen_are_all_there_in_full(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    cut(run, 2.8)
+    screen = evaluate("run", full=False)
+    (reason,) = evaluate_to_json("run", expect=3)["verdict"]["reasons"]
+    assert reason in screen.words and "more reason" not in screen.out
+    assert len(screen.out.splitlines()) <= 40
+
+
 @pytest.mark.parametrize("header", [{"dlpf_cfg": 0}, {"rate_hz": 10, "angle_offset_us": [65535] * 6}])
 def test_a_header_of_other_settings_is_doubtful(run: Path, header: dict[str, Any]) -> None:
     """It was a run with 42 Hz and 280 samples a second."""
@@ -302,5 +340,5 @@ def test_readings_that_no_motion_explains_end_in_words(run: Path, monkeypatch: p
     assert (
         result.code == 1
         and "no motion explains the readings" in result.err
-        and "tfsat-host decode" in result.err
+        and f"tfsat-host decode {Path('run/SD.bin')}" in result.err
     )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.evaluation.commanded import Said, evaluate, evaluate_to_json
-from tests.evaluation.run_folder import made_drop, on_other_logger, run_folder
+from tests.evaluation.run_folder import cut, made_drop, on_other_logger, run_folder
 from tests.run.bundle.commands import command
 from tfsat_host.evaluation.com_fit import cross_validation
 
@@ -45,6 +46,21 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     assert "The other drops' corrections made the model better in 2 of 2 drops." in result.words
     (row,) = [line for line in result.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]
     assert row.count("±") == 3, "of all drops together, and each drop's own"
+    # Each drop has the name that was typed, in every table.
+    _, _, tables = result.out.partition("All drops")
+    assert re.search(r"what +unit +all drops +1 +2\n", tables) and "deviation (σ)" in tables
+    assert "drop 1" not in tables and "own off" not in tables
+
+
+def test_advice_on_one_of_several_names_its_own_recording(drops: Path) -> None:
+    # A recording that ends before the release, as of a power cut on the way up: its events are worth a look.
+    cut(drops / "2", -0.5)
+    result = evaluate("1", "2", full=False)
+    first, _, second = result.words.partition("== 2")
+    command = f"tfsat-host decode {Path('2/SD.bin')}"
+    assert "tfsat-host decode" not in first and command in second
+    error = evaluate_to_json("1", "2", expect=1)["drops"][1]["error"]
+    assert command in error["next_step"]
 
 
 def test_one_alone_is_compared_with_nothing(drops: Path) -> None:

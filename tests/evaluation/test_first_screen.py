@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,15 @@ def test_each_stroke_is_a_line(screen: Said) -> None:
     rows = [line.split() for line in screen.out.splitlines() if ": joint" in line]
     assert [row[0] for row in rows] == ["1:", "2:", "3:", "4:"]
     assert np.array([float(row[3]) for row in rows]) == pytest.approx([59.0, 70.0, -59.0, -70.0])
+
+
+def test_no_row_of_the_full_tables_is_split_at_80_columns(screen: Said) -> None:
+    lines = evaluate("run").out.splitlines()
+    # What a split row would show: a deviation below its value, or the joint's number below its stroke's.
+    assert [line for line in lines if line.lstrip().startswith("± ")] == []
+    rows = [line for line in lines if re.match(r" \d: joint", line)]
+    assert len(rows) == 8 and all(re.match(r" \d: joint \d  ", row) for row in rows), "two tables of strokes"
+    assert not re.search(r"\n\n\n", "\n".join(lines))
 
 
 def test_the_rest_is_named_with_what_was_typed(screen: Said) -> None:

@@ -126,7 +126,7 @@ def test_an_interrupted_preflight_leaves_no_recording_behind(
 
     monkeypatch.setattr(LoggerClient, moment, interrupt_call)
     error = ready.preflight(expect=130)["error"]
-    assert "no recording of this preflight is left" in error["meaning"]
+    assert "no recording of this preflight left on the card" in error["meaning"]
     assert ready.robot.card_slot.files() == {}
     assert ready.logger().status().state == LoggerState.STOPPED
     assert not (ready.folder / "preflight.json").exists()
@@ -167,7 +167,7 @@ def test_a_damaged_record_is_an_error_and_the_result_is_shown_all_the_same(ready
 
 @pytest.mark.parametrize(
     ("apart_s", "words"),
-    # A clock beside the computer's is said, but 1.2 s do not stand against a drop.
+    # A clock beside the computer's is said, but 1.2 s do not block a drop.
     [(-0.02, "within 0.1 s of it"), (1.2, "+1.2 s off it")],
 )
 def test_the_loggers_clock_beside_the_computers(

@@ -111,6 +111,19 @@ def test_no_command_breaks_a_word(folder: Path, tmp_path: Path, command: str) ->
         assert [chunk for chunk in commands if chunk.rstrip(".,;:)") not in text] == []
 
 
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_every_quantity_of_calibrate_has_its_text_in_one_column(tmp_path: Path, columns: int) -> None:
+    """The longest one, misalignment, has it on its own line, beside the others."""
+    for command, rows in (
+        ("calibrate", r" +tfsat-host calibrate (?=[a-z])\S+ +"),
+        ("calibrate --help", r"    (?=[a-z])\S+ +"),
+    ):
+        lines = _output_lines(tmp_path, command, columns)
+        texts = {match[0].split()[-1]: match.end() for line in lines if (match := re.match(rows, line))}
+        assert {"bias", "misalignment", "show"} <= set(texts)
+        assert len(set(texts.values())) == 1, lines
+
+
 def _output_lines(folder: Path, command: str, columns: int) -> list[str]:
     for earlier in _earlier(command):
         RunCli(folder)(*earlier.split(), expect=None)
@@ -138,7 +151,7 @@ def _words(lines: list[str]) -> Iterator[str]:
 
 
 def _is_one_chunk(line: str) -> bool:
-    return len(unbreakable_chunks(re.sub(r"^\s*(- |\S.{0,28}?\s{2,})?", "", line).split())) == 1
+    return len(unbreakable_chunks(re.sub(r"^\s*(- |\S.{0,40}?\s{2,})?", "", line).split())) == 1
 
 
 def test_a_command_to_type_stays_whole() -> None:

@@ -56,7 +56,7 @@ def day_of(once: Once) -> Days:
 
 @pytest.fixture(scope="session")
 def no_go(once: Once, day_of: Days) -> Callable[[Any], tuple[str, ...]]:
-    """Checks that stand against the drop when the fault is there before the preflight."""
+    """Checks that block the drop when the fault is there before the preflight."""
 
     def get(fault: Any) -> tuple[str, ...]:
         if fault.moment in days.BEFORE_PREFLIGHT:

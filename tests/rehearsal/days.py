@@ -101,7 +101,7 @@ def fly_day(fault: Fault, *, despite: bool) -> Drop:
 
 
 def no_go(fault: Fault) -> tuple[str, ...]:
-    """Checks that stand against the drop when the fault is there before the preflight."""
+    """Checks that block the drop when the fault is there before the preflight."""
     drop = fly_day(fault.at(Moment.POWERED), despite=False)
     assert drop.preflight is not None
     # Without `despite`, the preflight alone decides whether the robot is dropped.

@@ -54,7 +54,7 @@ def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None
     page.write_bytes(page.read_bytes().replace(b"<noscript>", b"<noscript>old "))
     words = command("report", "run/SD.bin", "--mcap=out/drop.mcap").out  # its own page it may replace
     assert b"<noscript>old" not in page.read_bytes()
-    assert words.startswith("run: GOOD: ") and Path("out/drop.mcap").is_file()
+    assert words.startswith("GOOD: ") and "(run)" not in words and Path("out/drop.mcap").is_file()
     assert words.splitlines()[-2:] == ["Report: run/report.html", "Also written: out/drop.mcap"]
 
 
@@ -140,6 +140,10 @@ def test_what_is_refused_before_anything_is_evaluated(run: Path, monkeypatch: py
         output = command("report", "run", "--out", name, expect=2)
         assert f"'{name}' is a folder" in output.err and f"{name.rstrip('.')}NAME" in output.err
         assert "is a folder" in command("campaign", "report", "camp", "--out", name, expect=2).err
+    for option in ("--figures", "--mcap"):
+        # The way to the files leads through a file.
+        output = command("report", "run", f"{option}={Path('run/SD.bin/x')}", expect=1)
+        assert f"Name another place with {option}." in output.err and "--out" not in output.err
     # As in an installation without these extras.
     monkeypatch.setattr("tfsat_host.plotting.MODULE", "a_module_that_nobody_has")
     monkeypatch.setitem(extras.MODULES, "mcap", ("a_module_that_nobody_has",))

@@ -109,7 +109,7 @@ def write_proof(name: str, command: str, prove: Callable[[Path, Progress], Resul
             tables, facts = prove(Path(folder), progress)
         # A broken promise is an AssertionError of the judge; a page with half a proof is never written.
         except (AssertionError, BuildError) as error:
-            print(f"Error: {error}\n  Nothing is proven; docs/{name} is as it was.", file=sys.stderr)
+            print(f"Error: {error}\n  Nothing is proven; docs/{name} is unchanged.", file=sys.stderr)
             return 1
     run.write(tables, facts, arguments.out)
     print(f"Written: docs/{name}")

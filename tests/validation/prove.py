@@ -9,7 +9,7 @@ from tests.validation.provenance import PROOFS
 
 
 def main() -> int:
-    """Run the stale campaigns; 1 if one missed a target (its page says so) or failed (its page is as it was)."""
+    """Run the stale campaigns; 1 if one missed a target (its page says so) or failed (its page is unchanged)."""
     failed = 0
     for proof in PROOFS:
         # Nothing to do where the page's hash is that of the code and image of today.
@@ -17,7 +17,7 @@ def main() -> int:
             print(f"docs/{proof.name}.md was measured on what is here.", flush=True)
             continue
         print(proof.stale_sentence(), flush=True)
-        # A failed campaign leaves its page as it was; a missed target is said by the page itself.
+        # A failed campaign leaves its page unchanged; a missed target is said by the page itself.
         failed |= subprocess.run(proof.command.split(), check=False).returncode
     return min(failed, 1)
 

@@ -53,20 +53,23 @@ EXAMPLES = {line.split()[0]: line for rows in _COMMANDS.values() for line in row
 _OVERVIEW = """\
 usage: tfsat-host [-h] [--version] COMMAND ...
 
-Ground tools of a transformable CubeSat robot: from a typed maneuver to a
-decoded card.
+Ground tools of a transformable CubeSat robot, from maneuver to evaluation.
 
 options:
   -h, --help            show this help message and exit
   --version             show program's version number and exit
-  --debug               with any command: log frames, files and decisions to
-                        stderr (or TFSAT_DEBUG=1)
+  --debug               with any command: debug log to stderr (or TFSAT_DEBUG=1)
 
 {commands}
 Help of a command: tfsat-host COMMAND --help
 
-Exit codes: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
-4 refused by an interlock, 130 interrupted.
+Exit codes:
+  0 done
+  1 failed
+  2 usage
+  3 done but data lost or doubtful
+  4 refused by an interlock
+  130 interrupted
 """
 
 

@@ -48,7 +48,8 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     _check_options(args)
     files = grid_result.files_for(args.out, args.figure)
     for path, marker in files:
-        check_may_write(path, marker=marker, force=args.force)
+        option = "--figure" if path == args.figure else "--out"
+        check_may_write(path, marker=marker, force=args.force, option=option)
     start = np.array([servo.start_rad for servo in robot.servos])
     room = grid.room_rad(robot, args.joints, args.limit)
     slow = args.grid < _SLOW_BELOW_DEG

@@ -6,11 +6,12 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.next_steps import advise_on_drop
 from tfsat_host.cli.run_options import RUNS, options_of
 from tfsat_host.cli.usage import FORCE, OUTPUT, add_options, output_file_name
 from tfsat_host.errors import UsageError
 from tfsat_host.exit_code import ExitCode
-from tfsat_host.json_values import format_json
+from tfsat_host.json_values import format_json, jsonable
 from tfsat_host.next_step import NextStep
 from tfsat_host.output_files import check_may_write, write_text
 from tfsat_host.present.output import Output
@@ -54,13 +55,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing was evaluated.",
             next_step="Correct the robot by one drop, then evaluate the next one with --robot FILE.",
         )
-    for path, marker in ((args.out, EVALUATION_MARKER), (robot_file, CORRECTED_MARKER)):
+    for path, marker, option in (
+        (args.out, EVALUATION_MARKER, "--out"),
+        (robot_file, CORRECTED_MARKER, "--corrected-robot"),
+    ):
         if path is not None:
-            check_may_write(path, marker=marker, force=args.force)
+            check_may_write(path, marker=marker, force=args.force, option=option)
     if len(args.runs) > 1:
         return _run_several(args, out)
     evaluated_run = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
-    result = {**MADE_BY_EVALUATE, **evaluated_run.as_dict()}
+    result = jsonable({**MADE_BY_EVALUATE, **evaluated_run.as_dict()}, out.complete)
     out.result(result, lambda: _show(evaluated_run, args, out))
     _write(args, result, out)
     if robot_file is not None:
@@ -79,7 +83,11 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     evaluated_runs = [attempt for attempt in tried if not isinstance(attempt, Refused)]
     compared = Comparison.of(evaluated_runs)
     comparison = None if compared is None else compared.as_dict()
-    result = {**MADE_BY_EVALUATE, "drops": [attempt.as_dict() for attempt in tried], "comparison": comparison}
+    drops = []
+    for attempt in tried:
+        advise_on_drop(attempt.place, args, out)
+        drops.append(jsonable(attempt.as_dict(), out.complete))
+    result = {**MADE_BY_EVALUATE, "drops": drops, "comparison": comparison}
     out.result(result, lambda: _show_several(tried, compared, args, out))
     _write(args, result, out)
     if len(evaluated_runs) < len(tried):
@@ -113,6 +121,7 @@ def _show_several(
 
     for attempt in tried:
         out.line(f"== {printable(attempt.place)}")
+        advise_on_drop(attempt.place, args, out)
         if isinstance(attempt, Refused):
             show_verdict(attempt.verdict, attempt.verdict.line(), out)
             bullets(attempt.verdict.reasons, out)
@@ -125,7 +134,7 @@ def _show_several(
     ]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
-        names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]
+        names = [str(run.place) for run in compared.runs]
         show_comparison(compared.tables(names), compared.remarks, out)
 
 

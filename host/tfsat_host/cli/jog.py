@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             return 0
     what = "Interrupted."
     if stopped.suspend:
-        out.note(f"Ctrl-Z: joint {jog.joint} was let go at {end.angle_cdeg / 100:g} deg; the jog has ended.")
+        out.note(f"Ctrl-Z: jog ended, joint {jog.joint} limp, last commanded {end.angle_cdeg / 100:g} deg.")
         suspend_now()
         what = "The jog has ended: Ctrl-Z let the joint go before the program stopped."
     raise JogInterrupted(jog.joint, end, what, from_here)

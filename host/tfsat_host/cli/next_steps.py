@@ -1,14 +1,19 @@
-"""Commands to type next, completed by what this command was given: ports, certificate, robot, image."""
+"""Commands to type next, completed by what this command was given: recording, ports, certificate, robot, image."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tfsat_host.errors import TfsatError
 from tfsat_host.next_step import NextStep
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import Namespace
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from tfsat_host.present.output import Output
 
 _SEQUENCER = ("arm", "disarm", "jog", "upload-sequence", "upload-servos", "flash sequencer")
 _LOGGER = ("record", "log", "logger-settings", "flash logger", "calibrate")
@@ -30,9 +35,42 @@ def complete_command(step: NextStep, args: Namespace) -> NextStep:
         # A board that was found inside this process has no port that could be typed.
         at = step.arguments.index("--port")
         step = NextStep(step.command, step.arguments[:at] + step.arguments[at + 2 :])
+    # A recording goes before options: `decode --format parquet` names none.
+    if step.command == "decode" and all(word.startswith("--") for word in step.arguments[:1]):
+        step = NextStep(step.command, (*_recording(args), *step.arguments))
     options = (*_files(step, args), *_devices(step, args))
     added = [word for option in options if option[0] not in step.arguments for word in option]
     return step.with_arguments(*added)
+
+
+def advise_on_drop(place: Path, args: Namespace, out: Output) -> None:
+    """Complete commands for one drop of several from now on.
+
+    Args:
+        place: The drop, as typed.
+        args: What was typed for the running command.
+        out: Where the commands are shown.
+    """
+    of_drop = type(args)(**{**vars(args), "runs": [place]})
+    out.complete_command = lambda step: complete_command(step, of_drop)
+
+
+def _recording(args: Namespace) -> tuple[str, ...]:
+    """Return the recording that the running command reads; nothing if it reads none, or several."""
+    from tfsat_host.run.files import run_files
+
+    running = getattr(args, "command", "")
+    if running == "decode":
+        return (str(args.file),)
+    # `rehearse` has its recording in --out; its `runs` is a number.
+    places: Sequence[Path] = [args.out] if running == "rehearse" else getattr(args, "runs", ())
+    if len(places) != 1:
+        return ()
+    try:
+        return (str(run_files(places[0], None).recording),)
+    except TfsatError:
+        # A folder without a recording, or with several, has an error of its own.
+        return ()
 
 
 def _files(step: NextStep, args: Namespace) -> Iterator[tuple[str, ...]]:

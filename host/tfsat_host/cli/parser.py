@@ -78,13 +78,27 @@ def parser_with(names: Container[str]) -> tuple[Parser, dict[str, ModuleType]]:
     return parser, modules
 
 
+class _Formatter(argparse.HelpFormatter):
+    """Leaves room for the longest word that follows a command: argparse forgets that these are indented."""
+
+    def add_argument(self, action: argparse.Action) -> None:
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):
+            indent = self._current_indent + self._indent_increment
+            longest = indent + max(map(len, action.choices))
+            self._action_max_length = max(self._action_max_length, longest)
+
+
 def _formatter(prog: str) -> argparse.HelpFormatter:
     """Rich's formatter on a terminal, plain text elsewhere."""
     if not sys.stdout.isatty():
-        return argparse.HelpFormatter(prog, max_help_position=28)
+        return _Formatter(prog, max_help_position=28)
     from rich_argparse import RichHelpFormatter
 
-    return RichHelpFormatter(prog, max_help_position=28)
+    class RichFormatter(_Formatter, RichHelpFormatter):
+        """Likewise, coloured."""
+
+    return RichFormatter(prog, max_help_position=28)
 
 
 def refuse_command(word: str, argv: Sequence[str], commands: Iterable[str]) -> NoReturn:

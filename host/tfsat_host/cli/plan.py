@@ -81,9 +81,12 @@ def run(args: argparse.Namespace, out: Output) -> int:
                 NextStep("plan", ("--target", "z:90", "--out", "plan.json", "--history", "plan.csv"))
             ),
         )
-    for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER)):
+    for path, marker, option in (
+        (args.out, _MARKER, "--out"),
+        (args.history, _HISTORY_MARKER, "--history"),
+    ):
         if path is not None:
-            check_may_write(path, marker=marker, force=args.force)
+            check_may_write(path, marker=marker, force=args.force, option=option)
     target = unit_quaternion(args.target, args.target_quaternion)
     robot = load_robot(args.robot)
     plant = drawn_robot(robot, args.model_error, args.seed) if args.model_error > 0.0 else None

@@ -28,7 +28,7 @@ from tfsat_host.present.output import Output
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE, MANEUVER, command_options
 from tfsat_host.run.prepared_run import PreparedRun
 
-_NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
+_NOTHING_LEFT = "Sequencer unchanged, no recording of this preflight left on the card."
 
 
 def transports(

@@ -25,9 +25,10 @@ MAX_RUNS = 100_000
 
 
 _USAGE = f"""
-Rehearse a drop on a desk: upload, preflight, recording, arming, crane lift with a knock, release with contact bounce,
-strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden truth. The firmware is the
-one that is flashed. Each seed is another robot: sensors, servos, clocks and centers of mass are off as real ones are.
+Rehearse a drop on a desk: upload, preflight, recording, arming, crane lift with a false trigger, release with contact
+bounce, strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden truth. The firmware
+is the one that is flashed. Each seed is another robot: sensors, servos, clocks and centers of mass are off as real ones
+are.
 
 {maneuver_usage()}
 drop:

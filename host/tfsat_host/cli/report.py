@@ -53,12 +53,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _show(drop_report: Report, out: Output) -> None:
+    from tfsat_host.present.evaluation_text import show_verdict
+
+    several = len(drop_report.drops) + len(drop_report.refused) > 1
+    for drop in drop_report.drops:
+        show_verdict(drop.verdict, f"{drop.verdict.line()}{f' ({drop.name})' if several else ''}", out)
     others = ", ".join(str(path) for path in drop_report.files[1:])
-    sentences(
-        [
-            *(f"{drop.name}: {drop.verdict.line()}" for drop in drop_report.drops),
-            f"Report: {drop_report.page}",
-            *([f"Also written: {others}"] if others else []),
-        ],
-        out,
-    )
+    sentences([f"Report: {drop_report.page}", *([f"Also written: {others}"] if others else [])], out)

@@ -40,7 +40,7 @@ BUSY_POLL_S = 0.25
 MAX_BACKLOG = 4096
 """Live samples kept until they are taken: 15 s at 280 Hz, 4 s at 1 kHz."""
 
-# Refusals by which the board protects the robot, which is as it was.
+# Refusals by which the board protects the robot, which is unchanged.
 _INTERLOCKS = (
     ErrorCode.WRONG_STATE,
     ErrorCode.SWITCH_OPEN,
@@ -165,7 +165,7 @@ def _switches(bits: int) -> str:
 
 
 class BoardRefusal(BoardError, RefusedError):
-    """An interlock of the board refused; the robot is as it was."""
+    """An interlock of the board refused; the robot is unchanged."""
 
 
 class NoAnswer(TfsatError):

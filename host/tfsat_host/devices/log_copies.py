@@ -152,7 +152,7 @@ class PartialLog:
     def _other(self, why: str, entry: LogEntry) -> PartialLogError:
         return PartialLogError(
             what=f"{self.path} is the beginning of another recording than {entry_words(entry)}: {why}.",
-            meaning="Nothing was fetched; the file is as it was.",
+            meaning="Nothing was fetched; the file is unchanged.",
             next_step=f"Delete {self.path} if it is of no use, name another place with --out, or add --force.",
         )
 
@@ -192,7 +192,7 @@ def sha256_if_same(logger: LoggerClient, entry: LogEntry, path: Path) -> str | N
 class FetchedLogs:
     """What was fetched from loggers with this computer, in the user's state directory, so that nothing else is erased.
 
-    An entry is worth something only while the copy is as it was fetched: its SHA-256 is compared each time. A user
+    An entry is worth something only while the fetched copy is unchanged: its SHA-256 is compared each time. A user
     without a home folder has no memory of copies: then no copy is known.
     """
 

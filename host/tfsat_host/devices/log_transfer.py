@@ -247,9 +247,9 @@ class _Window:
                 meaning="Its card does not read them, or the cable loses everything that is long.",
                 next_step=Advice(
                     "Try another cable or port. If it stays so, take the card out and copy it: "
-                    "ddrescue reads around bad sectors; ",
-                    NextStep("decode"),
-                    " reads what it makes.",
+                    "ddrescue reads around bad sectors; then ",
+                    NextStep("decode", ("card.img",)),
+                    " with the image.",
                 ),
             )
         self._missing.discard(index)
@@ -257,7 +257,7 @@ class _Window:
 
 
 def _can_be_right(block: bytes) -> bool:
-    """Nothing speaks against it: only what begins like a block of ours has a CRC."""
+    """No CRC contradicts it: only what begins like a block of ours has one."""
     magic, _ = _MAGIC_VERSION_SESSION.unpack_from(block)
     return magic != BLOCK_MAGIC or _crc_matches(block)
 
@@ -269,6 +269,6 @@ def _crc_matches(block: bytes) -> bool:
 def _useless_cable(port: str) -> TransferError:
     return TransferError(
         what=f"The cable at {port} loses too much: {FRUITLESS_WINDOWS} tries have brought no further block.",
-        meaning="The recording is as it was, on the logger.",
+        meaning="The recording on the logger is unchanged.",
         next_step="Use another cable, without a hub, then the same command again.",
     )

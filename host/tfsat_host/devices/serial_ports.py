@@ -59,7 +59,7 @@ class PortError(TfsatError):
         *,
         what: str,
         next_step: str,
-        meaning: str = "Nothing was sent; the robot is as it was.",
+        meaning: str = "Nothing was sent; the robot is unchanged.",
     ) -> None:
         super().__init__(what=what, meaning=meaning, next_step=next_step, code=code)
 

@@ -87,7 +87,7 @@ class SimulationResult:
 
     Attributes:
         simulation: The flight of a schedule or a history.
-        initial_rate_deg_s: Of the base at the release, as it was given; None: no angular momentum.
+        initial_rate_deg_s: Of the base at the release, as typed; None: no angular momentum.
         notices: Where the motion or the figures may differ from what is expected, one sentence each.
         path: The written motion; None: not asked for.
     """

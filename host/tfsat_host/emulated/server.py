@@ -268,7 +268,7 @@ class RobotServer:
         # Overwrite only copies that this server made itself: anything else may be the user's recording.
         if target.exists() and target not in self._copies:
             raise TfsatError(
-                what=f"{target} exists.", meaning="It is as it was.", next_step="Name another file."
+                what=f"{target} exists.", meaning="It is unchanged.", next_step="Name another file."
             )
         target.write_bytes(recording)
         self._copies.add(target)

@@ -180,7 +180,7 @@ def kept_robot(
         before.put_card(robot)
         robot.advance(SETTLE_US)
         yield robot
-        # Not in a `finally`: a command that raised leaves the kept state as it was.
+        # Not in a `finally`: a command that raised leaves the kept state unchanged.
         storage.save(robot, before)
 
 
@@ -259,7 +259,7 @@ class ServedFolder:
             if not is_ours(mode):
                 raise TfsatError(
                     what=f"{path} is in the way: it was not made by {NextStep('emulate')}.",
-                    meaning="The emulated robot was not started; the file is as it was.",
+                    meaning="The emulated robot was not started; the file is unchanged.",
                     next_step=Advice("Name another folder: ", NextStep("emulate", ("--dir", "DIR"))),
                 )
             path.unlink()

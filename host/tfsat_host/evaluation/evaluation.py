@@ -263,7 +263,7 @@ class _Drop:
             raise EvaluationError(
                 what=f"{self.log.path}: no motion explains the readings with this calibration, not even roughly "
                 f"({error}).",
-                meaning="There are no numbers of this drop; the recording is as it was.",
+                meaning="There are no numbers of this drop; the recording is unchanged.",
                 next_step=Advice(
                     "Check that calibration, robot file and maneuver are those of this drop, and compare the "
                     "logger's settings in the recording with yours: ",

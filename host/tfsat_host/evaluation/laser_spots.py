@@ -210,7 +210,7 @@ def identity_of(tracks: LaserTracks, turning: BodyRotation, from_s: float) -> Id
     # First with the errors as stated; the best reading's residuals tell how good the places really are.
     costs, scales = np.array([_cost(variant.of(usable_tracks), turning, 1.0) for variant in readings]).T
     scale = float(scales[int(np.argmin(costs))])
-    # No reading fits: the turning neither accuses the file nor vouches for it.
+    # No reading fits: the turning neither confirms nor contradicts the file.
     if scale > _MAX_SCATTER:
         return Identity(None, ())
     # With places worse than stated, the likelihoods would overstate the evidence: compare again, scaled.

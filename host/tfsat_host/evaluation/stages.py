@@ -125,7 +125,7 @@ def find_release_velocity(
             first_stroke_s=first_stroke_s,
             turning=turning,
         )
-    # The spots are a side witness: report why they give nothing, and keep the drop.
+    # The spots are optional: report why they give no velocity, and keep the drop.
     except (LaserError, LaserFileError) as error:
         return None, (Advice(f"No release velocity. {error.what} {error.meaning} ", error.next_step),)
     return velocity, ()

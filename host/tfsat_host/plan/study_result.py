@@ -85,7 +85,7 @@ class StudyResult:
     Attributes:
         robot: Whose model.
         schedule: The maneuver.
-        initial_rate_deg_s: Of the base at the release, as it was given; None: no angular momentum.
+        initial_rate_deg_s: Of the base at the release, as typed; None: no angular momentum.
         stated: The standard deviations.
         study: What was drawn.
         derivatives: At the nominal parameters.

@@ -197,7 +197,7 @@ class TowerReport:
         tower: Where.
         envelope: How far the robot reaches.
         checks: All of them, in the order in which a drop meets them.
-        initial_rate_deg_s: Of the base at the release, as it was given; None: no angular momentum.
+        initial_rate_deg_s: Of the base at the release, as typed; None: no angular momentum.
     """
 
     schedule: Schedule

@@ -114,9 +114,9 @@ def _no_trial(status: msg.LoggerStatusReply, unnoted_landing: bool) -> Missing |
             "certificate yet.",
             Advice(
                 NextStep("log fetch", ("all",)),
-                ", then ",
-                NextStep("decode"),
-                " of it next to the certificate.",
+                ", then next to the certificate ",
+                NextStep("decode", ("FILE",)),
+                " with the fetched recording.",
             ),
         )
     if status.card != CardState.READY:

@@ -222,8 +222,8 @@ def _sequencer(watch: SequencerWatch) -> list[Row]:
         (_REFUSAL, "last refusal", _error_words(status.last_refusal)),
         (
             _ACTIVITY,
-            "knocks",
-            f"{status.knocks}; false releases: {status.false_releases}; "
+            "counters",
+            f"false triggers: {status.knocks}; false releases: {status.false_releases}; "
             f"strokes of the last run: {status.strokes_started}",
         ),
         (_ACTIVITY, "commanded", servos),

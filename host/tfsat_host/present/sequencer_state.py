@@ -353,7 +353,7 @@ SEQUENCER_DETAILS: Columns = (
     Column("", "Last refusal", words=_last_refusal_words),
     Column(
         "",
-        "Knocks",
+        "False triggers",
         words=lambda report: f"{report.status.knocks}; false releases: {report.status.false_releases}",
     ),
     Column(

@@ -20,10 +20,14 @@ _MIN_TEXT_COLUMNS = 24
 
 
 def show_table(table: Table, out: Output) -> None:
-    """Rows that are not folded; below them what the table has folded, and its caption."""
+    """Rows that are not folded, in one table or two; below them what the table has folded, and its caption."""
     visible_rows = table.rows[: len(table.rows) - table.folded]
     if visible_rows:
-        show_rows(table.columns, visible_rows, out, title=table.title)
+        beside = tuple(column for column in table.shown if column.label not in table.below)
+        show_rows(beside, visible_rows, out, title=table.title)
+        if table.below:
+            below = (column for column in table.shown if column.label in table.below)
+            show_rows((beside[0], *below), visible_rows, out, title=f"{table.title} (continued)")
     sentences([text for text in (table.fold, table.caption if visible_rows else "") if text], out)
 
 
@@ -121,14 +125,24 @@ def write_verdict(text: str, color: str, out: Output) -> None:
 def bullets(texts: Iterable[str], out: Output) -> None:
     """Write each text, of one sentence or more, as a bullet."""
     for text in texts:
-        for line in _wrap_text(out.complete(text), _width(), "  - ", "    "):
+        for line in wrap_bullet(text, out):
             out.line(line)
+
+
+def wrap_bullet(text: str, out: Output) -> list[str]:
+    """Return the lines of a bullet, its commands completed."""
+    return _wrap_text(out.complete(text), _width(), "  - ", "    ")
+
+
+def wrap_sentence(text: str, out: Output) -> list[str]:
+    """Return the lines of a text, its commands completed; further lines are indented."""
+    return _wrap_text(out.complete(text), _width(), "", "  ")
 
 
 def sentences(texts: Iterable[str], out: Output, *, colored: str = "", color: str = "") -> None:
     """Write the texts as they are, one below the other; `colored` is a part of them that has that colour."""
     for text in texts:
-        for line in _wrap_text(out.complete(text), _width(), "", "  "):
+        for line in wrap_sentence(text, out):
             out.line(line, colored=colored, color=color)
 
 

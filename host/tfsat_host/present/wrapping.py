@@ -16,9 +16,9 @@ _ARGUMENT = re.compile(r"(-|'|\"|[A-Z]+\b|\d|\S*[/=\\]|\S*\.\w|run\d*\b)")
 _ACTION = re.compile(r"[a-z]+(-[a-z]+)*$")
 _ENDS_COMMAND = (",", ";", ":", ".", ")")
 _TAKE_ACTIONS = ("log", "record", "calibrate", "campaign", "logger-settings", "completion", "install")
-_LABEL = re.compile(r"\s*(?:- |\S[^.]{0,28}?\s{2,})?")
+_LABEL = re.compile(r"\s*(?:- |\S[^.]{0,40}?\s{2,})?")
 """What a line begins with that its continuation is indented by."""
-_MIN_TEXT_COLUMNS = 24
+_MIN_TEXT_COLUMNS = 20
 
 
 def stream_columns(stream: TextIO) -> int | None:

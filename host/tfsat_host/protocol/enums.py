@@ -143,7 +143,7 @@ class EventCode(IntEnum):
     SAMPLES_DROPPED = 6
     """The ring was full: value = samples lost."""
     RELEASE = 7
-    """The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one."""
+    """The logger detected a release, see [release]; time = its t = 0, arg = 1. arg = 0: a false release, both switches closed again."""
     LANDING = 8
     """The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release."""
     RING_HIGH_WATER = 9

@@ -28,7 +28,7 @@ SPEED_MIN_CDEG_S = 1000
 SPEED_MAX_CDEG_S = 40000
 """Greatest average joint speed that a maneuver may assume, 0.01 deg/s."""
 PAUSE_MIN_US = 700000
-"""No stroke before this time after release: 0.7 s takes the robot clear of the releaser at 30 mm/s (paper, sec. seq)."""
+"""Earliest stroke after the release: in 0.7 s the robot is clear of the releaser at 30 mm/s (paper, sec. seq)."""
 FALL_US = 2500000
 """Time of free fall (paper, tab. cosmotorre). A maneuver must end before."""
 SCHEDULE_GRID_US = 10000
@@ -68,15 +68,15 @@ STROKE_NOT_BEGUN_US = 4294967295
 STROKE_TIME_UNKNOWN_US = 4294967294
 """In RUN_REPORT, in place of an onset: the stroke began, but a reset came before its time was noted."""
 RELEASE_DEBOUNCE_US = 5000
-"""Both switches must stay open this long before a release is believed; the schedule still counts from the first edge."""
+"""Both switches open for this long confirm a release; the schedule counts from the first edge."""
 RELEASE_BOUNCE_US = 10000
-"""Sound contacts bounce for no longer than this when they open."""
+"""Longest bounce of sound contacts when they open."""
 RELEASE_CHATTER_US = 60000
-"""Worn contacts bounce for less than this; both open for longer, the robot has left."""
+"""Longest bounce of worn contacts when they open; with both switches open for longer the robot has left."""
 RELEASE_HUNG_US = 1000
-"""Sound contacts that bounce are not closed together for this long; the robot may have hung between."""
+"""Both switches closed for this long between two openings: no bounce of sound contacts, the robot may still have hung."""
 RELEASE_SEATED_US = 200000
-"""Both switches closed again for this long: the robot hangs, it was no release."""
+"""Both switches closed again for this long: a false release, the robot still hangs."""
 SAMPLE_RATE_HZ = 280
 """Factory setting: sampling rate (paper, sec. robot)."""
 SAMPLE_RATE_MIN_HZ = 10
@@ -118,9 +118,9 @@ RING_BLOCKS = 896
 LANDING_SHOCK_G = 6
 """A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g."""
 LANDING_EARLIEST_US = 300000
-"""No landing is believed before this time after the release."""
+"""Earliest landing after the release."""
 LANDING_LATEST_US = 5000000
-"""By this time after the release the robot has landed, whatever the sensors say."""
+"""Latest landing after the release, whatever the sensors read."""
 REWRITE_AFTER_LANDING_US = 1000000
 """This long after the landing, the blow is over, and what RAM holds of the fall is written a second time."""
 REWRITE_AFTER_RELEASE_US = 4000000

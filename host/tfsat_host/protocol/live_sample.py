@@ -1,4 +1,4 @@
-"""A live sample as it came: hundreds come each second, and most are read together, as columns."""
+"""An undecoded live sample: hundreds come each second, and most are read together, as columns."""
 
 from __future__ import annotations
 

@@ -280,14 +280,14 @@ class SequencerStatusReply(Payload):
         reset_cause: Why the board last started.
         resets_while_armed: Restarts that this arming has survived; 255 stands for more.
         strokes_started: Strokes of the last run that have begun: a whole pulse of the new width was on the servo's pin.
-        knocks: Knocks since arming; see release. They survive a reset.
+        knocks: False triggers since arming, see [release]; kept over a reset.
         joint_angle_cdeg: Angle that each servo is told to hold; 0 where it gets no pulses.
         uptime_ms: Since the board started.
         image_crc: CRC-32/ISO-HDLC of the flashed image.
         ram_never_used_bytes: Low-water mark of free RAM since the board started.
         frames_rejected: Frames that arrived damaged, since the board started.
         stores_damaged: Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
-        false_releases: False releases since arming; see release. They survive a reset.
+        false_releases: False releases since arming, see [release]; kept over a reset.
         servos_driven: Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
         brown_out_level: The fuse BODLEVEL: the supply below which the processor is held in reset (ATmega32U4 datasheet 7766J, table 8-1). 0: 4.3 V; 1: 3.5; 2: 3.4; 3: 2.6; 4: 2.4; 5: 2.2; 6: 2.0; 7: it never is.
     """
@@ -323,13 +323,13 @@ class RunReportReply(Payload):
     """The last run, as measured by the sequencer's own timer.
 
     Attributes:
-        released: 1: there was a run since power was switched on. 0: the rest is zero.
+        released: 1: a run since power was switched on; 0: none, all other fields are zero.
         bounces: Edges of both switches from the release's first edge to its confirmation.
-        release_ms: The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
-        release_us: And microseconds beyond those, 0 to 999.
+        release_ms: Time of the release edge by the clock of uptime_ms, whole milliseconds; after a reset: by the clock before it.
+        release_us: Microseconds of that time beyond the whole milliseconds, 0 to 999.
         stroke_count: Strokes of the maneuver that flew.
-        start_us: Of each stroke, the rise of the first whole pulse of its width that was on the pin, after the release edge, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late where the pin was held and let go.
-        earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+        start_us: Of each stroke: from the release edge to the rise of the first whole pulse of its width on the pin, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late if the pin was held from outside.
+        earlier_us: The robot may have left up to this long before the release edge; 0 unless the edges fit two releases.
         later_us: And so long after it.
     """
 

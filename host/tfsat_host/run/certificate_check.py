@@ -1,4 +1,4 @@
-"""The certificate that a recording is evaluated by: found, checked against it, and what stands against its use."""
+"""The certificate that a recording is evaluated by: found, checked against it, and objections to its use."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class CertificateState:
 
     Attributes:
         path: Of the certificate.
-        objections: What stands against using it, a sentence or two each; empty if it can be used.
+        objections: To using it, a sentence or two each; empty if it can be used.
         shortcomings: The quantities that it lacks or that a landing may have changed.
         options: That make a `calibrate` command go on with it.
     """
@@ -213,7 +213,7 @@ class CheckedCertificate:
 
     @property
     def objections(self) -> tuple[str, ...]:
-        """What stands against using it for the recording, a sentence or two each."""
+        """Objections to using it for the recording, a sentence or two each."""
         return self.state.objections
 
 

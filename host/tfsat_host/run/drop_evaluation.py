@@ -70,7 +70,7 @@ class EvaluatedRun:
     """One drop, evaluated.
 
     Attributes:
-        place: The folder or recording, as it was named.
+        place: The folder or recording, as typed.
         files: Where its parts are.
         found: The evaluation.
         recorded: When the release was; None: the recording has no time of day.

@@ -205,12 +205,12 @@ class ReportFiles:
             check_matplotlib("--figures", "leave --figures out")
         if self.names and self.wanted.mcap is not None:
             check_extra("mcap")
-        paths = [(self.page, PAGE_MARKER)]
+        paths = [(self.page, PAGE_MARKER, "--out")]
         for recording in self.names:
-            paths += [(path, FIGURE_MARKER) for path in self.figures(recording).values()]
-            paths += [(path, MCAP_MARKER) for path in (self.mcap(recording),) if path is not None]
-        for path, marker in paths:
-            check_may_write(path, marker=marker, force=self.wanted.force)
+            paths += [(path, FIGURE_MARKER, "--figures") for path in self.figures(recording).values()]
+            paths += [(path, MCAP_MARKER, "--mcap") for path in (self.mcap(recording),) if path is not None]
+        for path, marker, option in paths:
+            check_may_write(path, marker=marker, force=self.wanted.force, option=option)
 
     def write(
         self,
@@ -252,11 +252,11 @@ class ReportFiles:
         if figures := self.figures(recording):
             content = drawn_of(drop.evaluation)
             outputs = [
-                OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, content, kind))
+                OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, content, kind), "--figures")
                 for (figure, kind), path in figures.items()
             ]
         if (mcap := self.mcap(recording)) is not None:
-            outputs.append(OutputFile(mcap, MCAP_MARKER, partial(write_evaluated_mcap, drop)))
+            outputs.append(OutputFile(mcap, MCAP_MARKER, partial(write_evaluated_mcap, drop), "--mcap"))
         return outputs
 
 

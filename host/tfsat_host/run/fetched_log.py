@@ -226,7 +226,7 @@ def select_logs(logger: LoggerClient, listing: Listing, number: int | None) -> l
 def target_of(entry: LogEntry, place: str | None, *, several: bool) -> Path:
     """Return the path a recording is written to.
 
-    `place` is a file or a folder, as it was typed; for several recordings, a folder.
+    `place` is a file or a folder, as typed; for several recordings, a folder.
     """
     if place is None:
         return Path(copy_name(entry))
@@ -315,7 +315,7 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
     except OSError as error:
         raise TfsatError(
             what=f"{partial.path}: {error.strerror or error}.",
-            meaning=f"{kept()} The recording is as it was, on the logger.",
+            meaning=f"{kept()} The recording on the logger is unchanged.",
             next_step=f"Make room, {size_words(entry.blocks - have)} are to come; then the same "
             "log fetch goes on from there.",
         ) from None
@@ -324,7 +324,7 @@ def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Itera
         if isinstance(error, BoardError):
             raise error.with_words(meaning=f"{error.meaning} {kept()}") from None
         raise error.with_words(
-            meaning=f"{kept()} The recording is as it was, on the logger.",
+            meaning=f"{kept()} The recording on the logger is unchanged.",
             next_step=Advice(error.next_step, "\nThe same log fetch goes on from there."),
         ) from None
 
@@ -353,7 +353,7 @@ def note_maneuvers(
         )
     ):
         held_maneuver = ask()
-        # Only a board that cannot have taken an upload since the fall vouches for what flew.
+        # Only a board that cannot have taken an upload since the fall proves what flew.
         if held_maneuver is not None and held_maneuver.has_flown:
             note_held(held_maneuver, newest.session, "log fetch", out.note)
     for copy in copies:

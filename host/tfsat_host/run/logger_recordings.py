@@ -120,7 +120,7 @@ def erase(logger: LoggerClient, number: int, out: Output, *, force: bool) -> Era
     if copy is None and not force and (not in_ram or holds_drop):
         raise RefusedError(
             what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
-            "or not as it was fetched.",
+            "or the copy has changed since.",
             meaning="Erased, it would be lost. Nothing was erased.",
             next_step=Advice(
                 NextStep("log fetch", (which_words(entry),)),

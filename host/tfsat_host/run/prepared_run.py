@@ -55,7 +55,7 @@ class PreparedRun:
         tower: The facility.
         certificate: As it was named; None: by its usual name.
         sequencer_image: As it was named; None: that of make firmware.
-        logger_image: Its CRC as it was named.
+        logger_image: Its CRC, as typed.
     """
 
     folder: Path
@@ -218,7 +218,7 @@ def _flown_evidence(folder: Path) -> str:
         return f"it holds the recording {recording_path.name}"
     # The record remembers a recording that was moved away since.
     signed = next((name for name in _signed_names(folder) if name.lower().endswith(".bin")), None)
-    return "" if signed is None else f"its record vouches for the recording {signed}"
+    return "" if signed is None else f"its record has signed the recording {signed}"
 
 
 def _is_recording(path: Path) -> bool:

@@ -1,7 +1,7 @@
-"""Arming a sequencer: what stands against it, what a person has to know first, the word, and the proof.
+"""Arming a sequencer: what blocks it, what a person has to know first, the word, and the proof.
 
 The logger and the certificate are looked at as well: whether the drop will be on the logger's card refuses, unless
-that is accepted; what stands against the calibration does not, since a drop without one can be evaluated with one that
+that is accepted; objections to the calibration do not, since a drop without one can be evaluated with one that
 follows, a drop that is not flown cannot.
 """
 
@@ -76,7 +76,7 @@ def arm(
     unrecorded: bool = False,
     certificate: Path | None = None,
 ) -> ArmedSequencer:
-    """Arms once nothing stands against it and the operator has given the word.
+    """Arms once nothing blocks it and the operator has given the word.
 
     Args:
         sequencer: The board.

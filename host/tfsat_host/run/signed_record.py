@@ -1,4 +1,4 @@
-"""`record.json` in a run's folder: what vouches for which files, as a chain of hashes.
+"""`record.json` in a run's folder: which command signed which files, as a chain of hashes.
 
     sign(run, [run / "preflight.json"], "tfsat-host preflight 0.8.0: GO", datetime.now(UTC))
     for finding in verify(run): print(finding.sentence)
@@ -74,7 +74,7 @@ class Entry:
     Attributes:
         at: When, with its time zone.
         by: What did it, such as `tfsat-host preflight 0.8.0: GO`.
-        files: What it vouches for.
+        files: That it signs.
         previous: SHA-256 of the entry before it; empty in the first.
     """
 
@@ -114,7 +114,7 @@ def sign(folder: Path, files: Sequence[Path], by: str, at: datetime) -> Entry:
     Args:
         folder: Of the run.
         files: In it or below; relative ones are relative to the current folder.
-        by: What vouches for them: command, version, result in a word.
+        by: Who signs them: command, version, result in a word.
         at: When, with its time zone.
 
     Raises:
@@ -148,7 +148,7 @@ def entries_of(folder: Path) -> tuple[Entry, ...]:
     if findings:
         raise RecordError(
             what=" ".join(finding.sentence for finding in findings),
-            meaning="Nothing was added to it: an entry after a broken one vouches for nothing.",
+            meaning="Nothing was added to it: an entry after a broken one proves nothing.",
             next_step=f"Copy {RECORD} back from where it is whole, or move it away to begin a new one.",
         )
     return entries
@@ -171,7 +171,7 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     if not (folder / RECORD).exists():
         return ()
     entries, findings = _read(folder)
-    # Signatures after the last closing do not count: they could vouch for a file changed since.
+    # Signatures after the last closing do not count: they could sign a file changed since.
     closing = [
         number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
     ]

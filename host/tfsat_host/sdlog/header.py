@@ -63,7 +63,7 @@ class HeaderChoice:
                 self.is_copy, self.time_us, self._lasting = number != 0, time_us, lasting
                 return
             self._reason, self._refused = self._reason or absurd, lasting
-        # Every later copy that differs, and any before the first good one, speaks against the recording.
+        # Every later copy that differs, and any before the first good one, makes the recording doubtful.
         self.disagreements += self._header is None or lasting != self._lasting
 
     def header(self, path: Path, session: int) -> LogHeader:

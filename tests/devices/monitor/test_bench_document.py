@@ -20,7 +20,7 @@ def test_its_examples_run(tfsat_host: RunCli) -> None:
         tfsat_host(*arguments)
 
 
-def test_it_says_how_soon_a_board_without_orders_lets_go() -> None:
+def test_it_says_how_soon_a_board_without_orders_stops_the_pulses() -> None:
     text = " ".join((REPOSITORY / "docs" / "bench.md").read_text(encoding="utf-8").split())
-    assert f"the board lets go {JOG_IDLE_MS / 1000:g} s after the last order" in text
+    assert f"the board stops the pulses {JOG_IDLE_MS / 1000:g} s after the last order" in text
     assert f"within {JOG_SPEED_CDEG_S / 100 * JOG_IDLE_MS / 1000:g} deg" in text

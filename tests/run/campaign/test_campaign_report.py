@@ -1,4 +1,4 @@
-"""`campaign report` lays drops over each other, keeps robots apart, and leaves out what is not as it came."""
+"""`campaign report` lays drops over each other, keeps robots apart, and leaves out what was modified."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_robots_are_compared_by_themselves(camp: Path) -> None:
     assert first["comparison"]["agreement"]["agree"] is True and other["comparison"] is None
     assert other["logger_serial"] == OTHER.hex() != first["logger_serial"]
     assert "2 robots or robot files: none is combined with those of another" in output.words
-    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in output.words
+    assert f"drop-0002 is the only one of the emulated robot with logger {OTHER.hex()}" in output.words
 
 
 def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +64,7 @@ def test_a_drop_with_an_edited_robot_is_named_and_left_out(camp: Path) -> None:
     assert "robot.toml was changed" in summary["drops"][1]["error"]["what"]
     assert [comparison["drops"] for comparison in summary["comparisons"]] == [[1, 3]]
     edited.write_text("no TOML")
-    assert "Drop 2 cannot be evaluated" in command("campaign", "report", "camp", expect=3).words
+    assert "drop-0002 cannot be evaluated" in command("campaign", "report", "camp", expect=3).words
 
 
 def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> None:
@@ -155,8 +155,8 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     assert "All drops of the emulated robot" in output.words
     mixed = evaluate("run1", "run3")
     assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
-    assert re.search(r"all drops +drop 1 +drop 3\s", output.out) and re.search(
-        r"all drops +drop 2 +drop 4\s", output.out
+    assert re.search(r"all drops +drop-0001 +drop-0003\s", output.out) and re.search(
+        r"all drops +drop-0002 +drop-0004\s", output.out
     )
 
 
@@ -189,7 +189,7 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
     monkeypatch.setattr(one_run, "evaluate_run", fail_at_drop_1)
     monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
     output = command("campaign", "report", "camp", expect=3)
-    assert "Drop 1 cannot be evaluated: IndexError" in output.words
+    assert "drop-0001 cannot be evaluated: IndexError" in output.words
     page = (camp / "report.html").read_text()
     assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002 (emulated)"' in page
     (crash_file,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()

@@ -71,7 +71,8 @@ def test_a_void_drop_keeps_its_number_and_does_not_count(camp: Path) -> None:
     assert "VOID: the hook was caught" in listed
     assert command("campaign", "next", "camp").out == "3\n"
     assert (
-        "Drop 1 is void and not counted: the hook was caught" in command("campaign", "report", "camp").words
+        "drop-0001 is void and not counted: the hook was caught"
+        in command("campaign", "report", "camp").words
     )
     page = (camp / "report.html").read_text()
     assert '"name":"drop-0002 (emulated)"' in page and "drop-0001" not in page
@@ -111,7 +112,7 @@ def test_refusals_speak_of_adding(camp: Path) -> None:
     )
 
 
-def test_certificate_recordings_and_preflight_are_vouched_for(camp: Path) -> None:
+def test_certificate_recordings_and_preflight_are_signed(camp: Path) -> None:
     recordings = Path("run1") / CERTIFICATE.replace(".toml", "-recordings")
     recordings.mkdir()
     (recordings / "rest.npz").write_bytes(b"raw")

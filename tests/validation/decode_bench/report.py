@@ -48,7 +48,7 @@ def main() -> int:
         # In an environment of its own: the other decoders are not dependencies of tfsat.
         bench = _bench(folder / "bench.json")
         if bench is None:
-            print("Error: the benchmark failed; docs/decode-report is as it was.", file=sys.stderr)
+            print("Error: the benchmark failed; docs/decode-report is unchanged.", file=sys.stderr)
             return 1
         tables = {
             "decoders.csv": _compare_decoders(bench),

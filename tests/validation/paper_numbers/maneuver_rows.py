@@ -154,7 +154,7 @@ def _untuned_reorientation(robot: RobotModel) -> float:
 def _rounded_row(problem: Problem) -> Row:
     design = candidate(problem, np.radians([59.0, 70.0, 0.0]), _OUT_AND_BACK)
     return Row(
-        "reorientation of 59/70, as it was flown",
+        "reorientation of 59/70, as flown",
         "not printed",
         f"{design.reorientation_deg:.3f} deg",
         "",

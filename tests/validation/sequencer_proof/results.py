@@ -164,8 +164,8 @@ def list_figures(results: Found) -> list[tuple[str, str, object]]:
             "edges of a release, at most": max(
                 release.contact_edges for name in CONTACTS for release in all_releases(results[name])
             ),
-            "knocks of one switch": sum(part.one_switch for part in results["knocks"]),
-            "knocks of both": sum(part.both_switches for part in results["knocks"]),
+            "false triggers of one switch": sum(part.one_switch for part in results["knocks"]),
+            "false triggers of both": sum(part.both_switches for part in results["knocks"]),
             "closed again before the first stroke": sum(part.before for part in closed),
             "drops after that, µs off": errors_us([release for part in closed for release in part.releases]),
             "closed again after a stroke": sum(part.after for part in closed),

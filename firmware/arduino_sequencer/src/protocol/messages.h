@@ -33,7 +33,7 @@ constexpr uint32_t kJointAngleMaxCdeg = 9000;
 constexpr uint32_t kSpeedMinCdegS = 1000;
 // Greatest average joint speed that a maneuver may assume, 0.01 deg/s.
 constexpr uint32_t kSpeedMaxCdegS = 40000;
-// No stroke before this time after release: 0.7 s takes the robot clear of the releaser at 30 mm/s (paper, sec. seq).
+// Earliest stroke after the release: in 0.7 s the robot is clear of the releaser at 30 mm/s (paper, sec. seq).
 constexpr uint32_t kPauseMinUs = 700000;
 // Time of free fall (paper, tab. cosmotorre). A maneuver must end before.
 constexpr uint32_t kFallUs = 2500000;
@@ -73,15 +73,15 @@ constexpr uint32_t kStrokeLineUs = 1000;
 constexpr uint32_t kStrokeNotBegunUs = 4294967295;
 // In RUN_REPORT, in place of an onset: the stroke began, but a reset came before its time was noted.
 constexpr uint32_t kStrokeTimeUnknownUs = 4294967294;
-// Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
+// Both switches open for this long confirm a release; the schedule counts from the first edge.
 constexpr uint32_t kReleaseDebounceUs = 5000;
-// Sound contacts bounce for no longer than this when they open.
+// Longest bounce of sound contacts when they open.
 constexpr uint32_t kReleaseBounceUs = 10000;
-// Worn contacts bounce for less than this; both open for longer, the robot has left.
+// Longest bounce of worn contacts when they open; with both switches open for longer the robot has left.
 constexpr uint32_t kReleaseChatterUs = 60000;
-// Sound contacts that bounce are not closed together for this long; the robot may have hung between.
+// Both switches closed for this long between two openings: no bounce of sound contacts, the robot may still have hung.
 constexpr uint32_t kReleaseHungUs = 1000;
-// Both switches closed again for this long: the robot hangs, it was no release.
+// Both switches closed again for this long: a false release, the robot still hangs.
 constexpr uint32_t kReleaseSeatedUs = 200000;
 // Factory setting: sampling rate (paper, sec. robot).
 constexpr uint32_t kSampleRateHz = 280;
@@ -123,9 +123,9 @@ constexpr uint32_t kFileMaxMib = 1024;
 constexpr uint32_t kRingBlocks = 896;
 // A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g.
 constexpr uint32_t kLandingShockG = 6;
-// No landing is believed before this time after the release.
+// Earliest landing after the release.
 constexpr uint32_t kLandingEarliestUs = 300000;
-// By this time after the release the robot has landed, whatever the sensors say.
+// Latest landing after the release, whatever the sensors read.
 constexpr uint32_t kLandingLatestUs = 5000000;
 // This long after the landing, the blow is over, and what RAM holds of the fall is written a second time.
 constexpr uint32_t kRewriteAfterLandingUs = 1000000;
@@ -265,7 +265,7 @@ enum class EventCode : uint8_t {
   kSensorRecovered = 4,  // A sensor answers again: index = IMU, value = its WHO_AM_I, 0 in logs of earlier firmware.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.
-  kRelease = 7,  // The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one.
+  kRelease = 7,  // The logger detected a release, see [release]; time = its t = 0, arg = 1. arg = 0: a false release, both switches closed again.
   kLanding = 8,  // The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.
   kRingHighWater = 9,  // More of the ring than ever waits for the card: arg = quarters of the ring, value = blocks.
   kCardLost = 10,  // The card stopped answering: arg = error code. It is tried again for as long as the ring has room.
@@ -934,14 +934,14 @@ struct SequencerStatusReply {
   ResetCause reset_cause;  // Why the board last started.
   uint8_t resets_while_armed;  // Restarts that this arming has survived; 255 stands for more.
   uint8_t strokes_started;  // Strokes of the last run that have begun: a whole pulse of the new width was on the servo's pin.
-  uint16_t knocks;  // Knocks since arming; see release. They survive a reset.
+  uint16_t knocks;  // False triggers since arming, see [release]; kept over a reset.
   int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold; 0 where it gets no pulses.
   uint32_t uptime_ms;  // Since the board started.
   uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image.
   uint16_t ram_never_used_bytes;  // Low-water mark of free RAM since the board started.
   uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
   uint8_t stores_damaged;  // Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
-  uint16_t false_releases;  // False releases since arming; see release. They survive a reset.
+  uint16_t false_releases;  // False releases since arming, see [release]; kept over a reset.
   uint8_t servos_driven;  // Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
   uint8_t brown_out_level;  // The fuse BODLEVEL: the supply below which the processor is held in reset (ATmega32U4 datasheet 7766J, table 8-1). 0: 4.3 V; 1: 3.5; 2: 3.4; 3: 2.6; 4: 2.4; 5: 2.2; 6: 2.0; 7: it never is.
 
@@ -1022,13 +1022,13 @@ struct RunReportReply {
   static constexpr uint8_t kType = 0x84;
   static constexpr size_t kSize = 82;
 
-  uint8_t released;  // 1: there was a run since power was switched on. 0: the rest is zero.
+  uint8_t released;  // 1: a run since power was switched on; 0: none, all other fields are zero.
   uint16_t bounces;  // Edges of both switches from the release's first edge to its confirmation.
-  uint32_t release_ms;  // The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
-  uint16_t release_us;  // And microseconds beyond those, 0 to 999.
+  uint32_t release_ms;  // Time of the release edge by the clock of uptime_ms, whole milliseconds; after a reset: by the clock before it.
+  uint16_t release_us;  // Microseconds of that time beyond the whole milliseconds, 0 to 999.
   uint8_t stroke_count;  // Strokes of the maneuver that flew.
-  uint32_t start_us[16];  // Of each stroke, the rise of the first whole pulse of its width that was on the pin, after the release edge, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late where the pin was held and let go.
-  uint32_t earlier_us;  // The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+  uint32_t start_us[16];  // Of each stroke: from the release edge to the rise of the first whole pulse of its width on the pin, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late if the pin was held from outside.
+  uint32_t earlier_us;  // The robot may have left up to this long before the release edge; 0 unless the edges fit two releases.
   uint32_t later_us;  // And so long after it.
 
   void write(Writer& out) const {

@@ -177,7 +177,7 @@ class Campaign:
             )
 
     def _keep(self, step: Evidence) -> Calibration:
-        # Solve before writing: steps that contradict each other leave the disk as it was.
+        # Solve before writing: steps that contradict each other leave the disk unchanged.
         solution = solve([*self.evidence, step], self._model, self._last_landing())
         data, file = to_bytes(step), file_name(step)
         recording = Recording(step.step.key, step.recorded_at, file, sha256(data))

@@ -120,7 +120,7 @@ def drive(
         return evidence
     what = "Interrupted."
     if stopped.suspend:
-        out.note(f"Ctrl-Z: joint {tour.joint} was let go at {end.angle_cdeg / CDEG_PER_DEG:g} deg.")
+        out.note(f"Ctrl-Z: joint {tour.joint} limp, last commanded {end.angle_cdeg / CDEG_PER_DEG:g} deg.")
         suspend_now()
         what = "Ctrl-Z let the joint go before the program stopped."
     again = from_the_start(tour.stops_cdeg[0])

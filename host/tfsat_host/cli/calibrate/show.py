@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 from datetime import UTC, datetime
+from functools import partial
 
 from tfsat_host.calibration.certificate.certificate import commands_of
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.review import KINDS, REVIEW, SUMMARY, Review, full_tables, group_by_kind, review
 from tfsat_host.cli.calibrate.arguments import certificate_path, none_yet
+from tfsat_host.cli.next_steps import complete_command
 from tfsat_host.next_step import Advice, NextStep
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import sentences, show, show_facts, show_rows
@@ -25,7 +27,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     file = certificate_path(args, emulated=args.emulated)
     if not file.exists():
         raise none_yet(args, file)
-    result = review(file, read_calibration(file), load_robot(args.robot), datetime.now(UTC))
+    calibration = read_calibration(file)
+    # What is to be typed next is for the robot of the certificate: its word, not that of the options.
+    of_certificate = argparse.Namespace(**{**vars(args), "emulated": calibration.subject.emulated})
+    out.complete_command = partial(complete_command, args=of_certificate)
+    result = review(file, calibration, load_robot(args.robot), datetime.now(UTC))
     out.result(record(REVIEW, result), lambda: _show(result, out, full=args.full))
     return 0
 

@@ -136,7 +136,7 @@ def fit_model(offsets: Offsets, kinematics: FallSamples, before: ModelFit | None
 def widen_fit(fit: ModelFit, misfit: float) -> ModelFit:
     """Refit the same drop with the data's standard deviations scaled by `misfit`.
 
-    The prior stays as it was, so that it weighs more, and the values move towards it.
+    The prior stays unchanged, so that it weighs more, and the values move towards it.
     """
     widening = fit.widening * misfit**2
     place = _converge(fit.offsets, fit.flown, Place.of(fit), widening)

@@ -37,7 +37,7 @@ from tfsat_host.evaluation.com_fit.momentum_residual import FallSamples
 from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
-"""Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""
+"""Drops of one robot disagree by more in so few cases: less likely ones are not of one unchanged robot."""
 _TELLS_LEAST = 0.1
 """Of the prior's information: where a drop has less, it tells nothing that another could contradict."""
 

@@ -19,10 +19,10 @@ INDEPENDENT = (
 _AGREEMENT = fields("agree chi_square degrees_of_freedom widened_by")
 LEFT_OUT: Columns = (
     Column("drop", "left out", of="name"),
-    Column("error_before_deg", "nominal model", of="error_before"),
-    Column("error_after_deg", "with the others'", of="error_after"),
-    Column("error_own_deg", "with its own", of="error_own"),
-    Column("own_off_stds", "own off (stds)", of="own_off_std", form=".1f"),
+    Column("error_before_deg", "nominal", of="error_before"),
+    Column("error_after_deg", "fitted to the others", of="error_after"),
+    Column("error_own_deg", "fitted to itself", of="error_own"),
+    Column("own_off_stds", "deviation (σ)", of="own_off_std", form=".1f"),
     *fields("improved objective_before_kg_m2_s=objective_before objective_after_kg_m2_s=objective_after"),
 )
 
@@ -78,8 +78,8 @@ def comparison_tables(
             LEFT_OUT,
             left_out,
             "Attitude error of body 1 at the end, norm. The other drops' corrections made the model better in "
-            f"{better} of {len(left_out)} drops. Own off: its own offsets less the others', in standard deviations of "
-            "that difference; about 1 where drops agree.",
+            f"{better} of {len(left_out)} drops. Deviation: own correction − that of the others, rms in σ of the "
+            "difference; about 1 where drops agree.",
         ),
     ]
 

@@ -138,7 +138,13 @@ def stroke_table(evaluation: Evaluation) -> Table:
     """Commanded and flown; without rows if no maneuver is known."""
     remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in evaluation.strokes if stroke.remark]
     caption = "Dead time: from the rise of the stroke line to the start of the joint."
-    return Table("Strokes", STROKES, evaluation.strokes, " ".join([caption, *remarks]))
+    return Table(
+        "Strokes",
+        STROKES,
+        evaluation.strokes,
+        " ".join([caption, *remarks]),
+        below=("dead time", "peak rate", "overshoot"),
+    )
 
 
 def joint_table(evaluation: Evaluation) -> Table:
@@ -151,6 +157,7 @@ def joint_table(evaluation: Evaluation) -> Table:
         joints(evaluation),
         "Sensors: mean difference from the fused angle ± what their calibration allows, and the rms of all "
         "differences, noise included.",
+        below=("sensor 1 (deg)", "sensor 2 (deg)"),
     )
 
 

@@ -322,4 +322,5 @@ def error_table(evaluation: Evaluation) -> Table:
         [_Side(name, error) for name, error in models if isinstance(error, AttitudeError)],
         "Measured − predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
+        below=("rms over time", "z-scores"),
     )

@@ -35,7 +35,7 @@ class OrbitResult:
 
     Attributes:
         robot: The planner's.
-        robot_file: Its file or name, as it was given.
+        robot_file: Its file or name, as typed.
         planner: Who planned.
         flight: What came of it.
         least_time: That no chain of such loops can beat.

@@ -68,9 +68,9 @@ def check_calibration(evidence: Evidence) -> PreflightCheck:
             "Calibration: older than a landing that the logger recorded.",
             Advice(
                 NextStep("log fetch", ("all",)),
-                ", ",
-                NextStep("decode"),
-                " of that recording next to the certificate; then calibrate.",
+                ", then next to the certificate ",
+                NextStep("decode", ("FILE",)),
+                " with the fetched recording; then calibrate.",
             ),
             **numbers,
         )

@@ -225,7 +225,7 @@ def _add_recordings(contents: BundleContents, certificate: Path, name: str) -> N
 
 
 def _add_signed(contents: BundleContents) -> None:
-    """Add the files that the run's record vouches for, so that the bundle can be verified, too."""
+    """Add the files whose SHA-256 the run's record has, so that the bundle can be verified, too."""
     record = contents.folder / RECORD
     if not record.is_file():
         return

@@ -67,7 +67,7 @@ class WrittenBundle:
     Attributes:
         target: The archive.
         manifest: What is in it.
-        manifest_sha256: Of the manifest's file: it vouches for every other one.
+        manifest_sha256: Of the manifest's file, which has the SHA-256 of all files.
         recording: What of the recording is there, for people.
     """
 

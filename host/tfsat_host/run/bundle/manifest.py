@@ -111,7 +111,7 @@ class Manifest:
         missing: What is not there.
         record: What is not as the run's record says; sentences.
         left_out: Files of the run that were not taken, and why.
-        doubts: What else stands against the drop: samples that were lost, files of another robot; sentences.
+        doubts: What else makes the drop doubtful: samples that were lost, files of another robot; sentences.
     """
 
     made_by: str

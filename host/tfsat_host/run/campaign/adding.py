@@ -135,16 +135,18 @@ def add(
         notices.warn(f"{printable(name)} {printable(why)}: it was left out.")
     if move and left_out:
         notices.warn(f"{run} was not removed: not all of it is in the campaign.")
-    return AddedDrop(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(contents)])
+    return AddedDrop(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(contents, place)])
 
 
-def _doubts_of(contents: BundleContents) -> list[str]:
+def _doubts_of(contents: BundleContents, place: Path) -> list[str]:
+    """List what is wrong with the recording, which lies in `place` by now; sentences."""
     if contents.log is None:
         why = "" if contents.refusal is None else f" {contents.refusal.what}"
         return [f"Its recording cannot be decoded: it is kept, and left out of the report.{why}"]
     if contents.log.verdict == "complete":
         return []
-    return [Advice(f"Its recording is {contents.log.verdict}. What is missing: ", NextStep("decode"))]
+    decode = NextStep("decode", (str(place / contents.recording.name),))
+    return [Advice(f"Its recording is {contents.log.verdict}. What is missing: ", decode)]
 
 
 def _with_samples(error: campaign_folder.SameDropError, contents: BundleContents, folder: Path) -> TfsatError:

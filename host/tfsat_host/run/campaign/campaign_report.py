@@ -18,7 +18,7 @@ from tfsat_host.quantity import UNKNOWN, Column, Columns, columns_of, fields, re
 from tfsat_host.report.document import PageTable
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.campaign.campaign_folder import changes_in, read
-from tfsat_host.run.campaign.entries import ENTRY, DropEntry
+from tfsat_host.run.campaign.entries import ENTRY, DropEntry, folder_name
 from tfsat_host.run.drop_comparison import DROPS, Comparison, DropSummary
 from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.drop_report import (
@@ -55,7 +55,7 @@ class TriedDrop:
     @property
     def summary(self) -> DropSummary:
         """Its line in the table of all."""
-        return DropSummary(str(self.entry.number), self.evaluation)
+        return DropSummary(self.entry.folder, self.evaluation)
 
     @property
     def robot(self) -> str:
@@ -94,7 +94,7 @@ class OfOneRobot:
 
     def tables(self) -> list[quantity.Table]:
         """Build the tables of the drops' combined results; empty for a single drop."""
-        names = [f"drop {number}" for number in self.numbers]
+        names = [folder_name(number) for number in self.numbers]
         return [] if self.compared is None else self.compared.tables(names)
 
 
@@ -143,18 +143,18 @@ class CampaignReport:
     def sentences(self) -> list[str]:
         """List the drops left out, with reasons, and the separation of different robots, as sentences."""
         sentences: list[str] = [
-            Advice(f"Drop {drop.entry.number} cannot be evaluated: {drop.error.what} ", drop.error.next_step)
+            Advice(f"{drop.entry.folder} cannot be evaluated: {drop.error.what} ", drop.error.next_step)
             for drop in self.tried
             if drop.error is not None
         ]
         for drop in self.void:
             why = "" if drop.void is None else f": {drop.void.text}"
-            sentences.append(f"Drop {drop.number} is void and not counted{why}")
+            sentences.append(f"{drop.folder} is void and not counted{why}")
         if len(self.robots) > 1:
             apart = "robots or robot files: none is combined with those of another."
             sentences.append(f"The drops are of {len(self.robots)} {apart}")
             sentences += [
-                f"Drop {robot.numbers[0]} is the only one of the {robot.name}: compared with nothing."
+                f"{folder_name(robot.numbers[0])} is the only one of the {robot.name}: compared with nothing."
                 for robot in self.robots
                 if robot.compared is None
             ]
@@ -280,7 +280,7 @@ def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
             what=f"Modified since it was added: {' '.join(changes)}",
             meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
             next_step=Advice(
-                "Put the file back as it was. If the change is meant: copy the drop's folder to another place, ",
+                "Put the unchanged file back. If the change is meant: copy the drop's folder to another place, ",
                 NextStep("campaign void", (str(folder), str(drop.number))),
                 ", then campaign add the copy.",
             ),

@@ -63,7 +63,7 @@ class DropEntry:
         session: Its id, 8 hexadecimal digits; None: it cannot be decoded.
         released: When; None: not known.
         added: When it came into the campaign.
-        origin: Where it was taken from, as it was typed.
+        origin: Where it was taken from, as typed.
         robot: Of `ROBOTS`; unknown where the recording cannot be decoded, or an older program added it.
         notes: In order of time.
         void: Why it does not count, and since when; None: it counts.
